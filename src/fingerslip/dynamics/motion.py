@@ -1,0 +1,95 @@
+"""The programme of phases as prescribed motion of the rigid bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.bodies import Plane
+from fingerslip.errors import InputError
+from fingerslip.model import Hold, Lift, Phase, Press, Slide, phase_duration
+
+__all__ = ["Motion", "body_motion", "largest_approach", "phase_table"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Piecewise linear motion of a rigid body.
+
+    Parameters
+    ----------
+    knots : (n_phases + 1,) array
+        Times at which the velocity changes [s].
+    positions : (n_phases + 1, dim) array
+        Displacement at the knots [m].
+    """
+
+    knots: Array
+    positions: Array
+
+    def displacement(self, times: Array) -> Array:
+        """Return the displacement [m] at `times` (n,) [s], shape (n, dim); constant after the last knot."""
+        return np.column_stack([np.interp(times, self.knots, part) for part in self.positions.T])
+
+    def velocity(self, times: Array) -> Array:
+        """Return the velocity [m/s] at `times` (n,) [s], shape (n, dim); at a knot that of the phase before."""
+        slopes = np.diff(self.positions, axis=0) / np.diff(self.knots)[:, None]
+        phase = np.searchsorted(self.knots, times, side="left") - 1
+        rates = np.vstack([slopes, np.zeros(self.positions.shape[1])])
+        return rates[np.clip(phase, 0, len(slopes))]
+
+
+def phase_table(programme: Sequence[Phase]) -> tuple[list[str], Array]:
+    """Return the kinds of the phases and the times between them, (n_phases + 1,) [s]."""
+    kinds = [type(phase).__name__.lower() for phase in programme]
+    return kinds, np.concatenate([[0.0], np.cumsum([phase_duration(phase) for phase in programme])])
+
+
+def body_motion(programme: Sequence[Phase], plane: Plane) -> Motion:
+    """Turn a programme into the motion of one plane.
+
+    Raises
+    ------
+    InputError
+        For a sliding direction that has no part along the plane.
+    """
+    travels = [_travel(phase, plane, number) for number, phase in enumerate(programme)]
+    dim = len(plane.normal)
+    positions = np.concatenate([np.zeros((1, dim)), np.cumsum(np.reshape(travels, (-1, dim)), axis=0)])
+    return Motion(phase_table(programme)[1], positions)
+
+
+def _travel(phase: Phase, plane: Plane, number: int) -> Array:
+    normal = plane.unit_normal
+    match phase:
+        case Press():
+            return phase.depth * normal
+        case Lift():
+            return -phase.distance * normal
+        case Hold():
+            return np.zeros_like(normal)
+        case Slide():
+            return phase.distance * _direction(phase, plane, number)
+
+
+def _direction(phase: Slide, plane: Plane, number: int) -> Array:
+    if phase.direction is None:
+        return plane.tangent
+    where = f"programme.{number}.slide.direction"
+    if len(phase.direction) != len(plane.normal):
+        raise InputError(where, f"got {len(phase.direction)} components", f"needs {len(plane.normal)}")
+    direction = np.asarray(phase.direction, dtype=float)
+    along = direction - (direction @ plane.unit_normal) * plane.unit_normal
+    if np.linalg.norm(along) <= 1e-6 * np.linalg.norm(direction) or not direction.any():
+        raise InputError(where, f"got {list(phase.direction)}", "needs a direction along the plate")
+    return along / np.linalg.norm(along)
+
+
+def largest_approach(motion: Motion, plane: Plane) -> float:
+    """Return how far the plane comes forward at most [m]."""
+    return float(np.max(motion.positions @ plane.unit_normal, initial=0.0))

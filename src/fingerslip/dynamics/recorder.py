@@ -1,0 +1,170 @@
+"""Record states into the arrays of a history."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.motion import phase_table
+from fingerslip.dynamics.step import State
+from fingerslip.dynamics.system import System
+from fingerslip.fe.recovery import (
+    STRESS_COMPONENTS,
+    Recovery,
+    cell_recovery,
+    site_recovery,
+    strain_energy_density,
+    stress,
+    von_mises,
+)
+from fingerslip.history import COORDINATES, VARIABLES
+from fingerslip.model import Model
+
+__all__ = ["Recorder"]
+
+Array = NDArray[np.float64]
+
+_ENERGIES = {
+    "kinetic_energy": "kinetic",
+    "strain_energy": "strain",
+    "contact_energy": "contact",
+    "friction_dissipation": "friction",
+    "damping_dissipation": "damping",
+    "numerical_dissipation": "numerical",
+    "external_work": "external_work",
+    "energy_imbalance": "imbalance",
+}
+
+
+class Recorder:
+    """Arrays of a history, filled step by step.
+
+    Parameters
+    ----------
+    model : Model
+        What is simulated.
+    system : System
+        Its discrete system.
+    times : (n_times,) array
+        Times of the steps, the start included [s].
+    """
+
+    def __init__(self, model: Model, system: System, times: Array) -> None:
+        self._system, self._times, self._next = system, times, 0
+        self._full = np.zeros(system.space.n_dofs)
+        self._sites = site_recovery(
+            system.space, system.constants, system.site_nodes, [site.region for site in model.record.sites]
+        )
+        self._cells: Recovery | None = None
+        self._snapshots = _snapshot_steps(times, model.record.snapshots_every)
+        sizes = {
+            "time": times.size,
+            "site": len(model.record.sites),
+            "contact_node": len(system.candidates.nodes),
+            "component": system.space.dim,
+            "stress_component": len(STRESS_COMPONENTS),
+            "body": len(model.contacts),
+            "snapshot_time": len(self._snapshots),
+            "node": len(system.space.positions),
+            "cell": system.space.mesh.nelements,
+        }
+        self.values: dict[str, Any] = {
+            name: np.zeros([sizes[dim] for dim in known.dims], dtype=_dtype(name))
+            for name, known in VARIABLES.items()
+            if self._snapshots or "snapshot_time" not in known.dims
+        }
+        self.values |= _coordinates(model, system, times, times[self._snapshots])
+
+    def record(self, state: State) -> None:
+        """Take in the next state."""
+        step, self._next = self._next, self._next + 1
+        self._record_sites(step, state)
+        self._record_contact(step, state)
+        for name, attribute in _ENERGIES.items():
+            self.values[name][step] = getattr(state.energies, attribute)
+        self.values["contact_iterations"][step] = state.iterations
+        self.values["contact_residual"][step] = state.residual
+        if step in self._snapshots:
+            self._record_snapshot(self._snapshots.index(step), state)
+
+    def _nodal(self, field: Array, nodes: NDArray[np.int64]) -> Array:
+        self._full[self._system.free] = field
+        chosen: Array = self._full.reshape(-1, self._system.space.dim)[nodes]
+        return chosen
+
+    def _record_sites(self, step: int, state: State) -> None:
+        values, nodes = self.values, self._system.site_nodes
+        values["velocity"][step] = self._nodal(state.velocity, nodes)
+        values["acceleration"][step] = self._nodal(state.acceleration, nodes)
+        values["displacement"][step] = self._nodal(state.displacement, nodes)
+        values["stress"][step] = stress(self._sites, self._full)
+        values["strain_energy_density"][step] = strain_energy_density(self._sites, self._full)
+
+    def _record_contact(self, step: int, state: State) -> None:
+        values, candidates, interface = self.values, self._system.candidates, state.interface
+        for name, field in (
+            ("contact_displacement", state.displacement),
+            ("contact_velocity", state.velocity),
+            ("contact_acceleration", state.acceleration),
+        ):
+            values[name][step] = self._nodal(field, candidates.nodes)
+        values["gap"][step] = interface.relative[:, 0]
+        values["normal_traction"][step] = interface.forces[:, 0] / candidates.area
+        values["tangential_traction"][step] = interface.forces[:, 1] / candidates.area
+        values["slip_distance"][step] = interface.slip_distance
+        values["contact_state"][step] = interface.state
+        values["body_displacement"][step] = state.bodies
+        forces = np.einsum("cij,ci->cj", candidates.frames, interface.forces)
+        np.add.at(values["body_force"][step], candidates.body, forces)
+
+    def _record_snapshot(self, number: int, state: State) -> None:
+        values, nodes = self.values, np.arange(len(self._system.space.positions))
+        if self._cells is None:
+            self._cells = cell_recovery(self._system.space, self._system.constants)
+        values["snapshot_velocity"][number] = self._nodal(state.velocity, nodes)
+        values["snapshot_displacement"][number] = self._nodal(state.displacement, nodes)
+        values["snapshot_strain_energy_density"][number] = strain_energy_density(self._cells, self._full)
+        values["snapshot_von_mises"][number] = von_mises(stress(self._cells, self._full))
+
+
+def _dtype(name: str) -> type:
+    return {"contact_state": np.int8, "contact_iterations": np.int32}.get(name, np.float64)
+
+
+def _snapshot_steps(times: Array, interval: float) -> list[int]:
+    """Return the steps nearest to multiples of the interval, first and last included."""
+    if interval <= 0.0:
+        return []
+    wanted = np.append(np.arange(0.0, times[-1], interval), times[-1])
+    return sorted(set(np.abs(times[:, None] - wanted).argmin(axis=0).tolist()))
+
+
+def _coordinates(model: Model, system: System, times: Array, snapshot_times: Array) -> dict[str, Any]:
+    kinds, knots = phase_table(model.programme)
+    sites, bodies = model.record.sites, [contact.body for contact in model.contacts]
+    positions, candidates = system.space.positions, system.candidates
+    dim = system.space.dim
+    values = {
+        "time": times,
+        "component": ["x", "y", "z"][:dim],
+        "stress_component": list(STRESS_COMPONENTS),
+        "phase_kind": np.array(kinds, dtype=str),
+        "phase_start": knots[:-1],
+        "phase_end": knots[1:],
+        "site": np.array([site.name for site in sites], dtype=str),
+        "site_kind": np.array([site.kind for site in sites], dtype=str),
+        "site_region": np.array([site.region or "" for site in sites], dtype=str),
+        "site_position": positions[system.site_nodes],
+        "body": np.array([contact.boundary for contact in model.contacts], dtype=str),
+        "body_normal": np.reshape([body.unit_normal for body in bodies], (-1, dim)),
+        "body_friction_coefficient": np.array([contact.friction.coefficient for contact in model.contacts], dtype=float),
+        "contact_node": candidates.nodes,
+        "contact_body": candidates.body,
+        "contact_position": positions[candidates.nodes],
+        "contact_area": candidates.area,
+        "snapshot_time": snapshot_times,
+        "node_position": positions,
+    }
+    return {name: values[name] for name in COORDINATES}

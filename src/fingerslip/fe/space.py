@@ -1,0 +1,166 @@
+"""The displacement space on a mesh: its nodes, degrees of freedom and quadrature.
+
+Node i has the degrees of freedom dim*i ... dim*i + dim - 1, so a field of shape (n_dofs,) reshaped to
+(n_nodes, dim) is the nodal field. The first nodes are the mesh's vertices; quadratic elements add their
+mid-side nodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+
+from fingerslip.errors import MeshError
+
+__all__ = ["Space", "boundary_nodes", "build_space", "nodal_areas", "region_nodes", "vector_dofs"]
+
+
+@dataclass(frozen=True)
+class _Technology:
+    """Scalar element and quadrature orders of one kind of cell."""
+
+    name: str
+    element: skfem.Element
+    stiffness_order: int
+    mass_order: int
+
+
+_TECHNOLOGIES: dict[type, _Technology] = {
+    skfem.MeshQuad1: _Technology("Q4", skfem.ElementQuad1(), 2, 2),
+    skfem.MeshTri1: _Technology("T3", skfem.ElementTriP1(), 0, 2),
+    skfem.MeshTri2: _Technology("T6", skfem.ElementTriP2(), 2, 4),
+}
+
+
+@dataclass(frozen=True)
+class Space:
+    """Displacement space.
+
+    Parameters
+    ----------
+    mesh : skfem.Mesh
+        The mesh.
+    element : str
+        Q4, T3 or T6.
+    full, centre, mass : skfem.CellBasis
+        Vector bases with full quadrature, with the cell centre alone, and with that of the mass.
+    positions : (n_nodes, dim) array
+        Reference positions of the nodes [m].
+    """
+
+    mesh: Any
+    element: str
+    full: skfem.CellBasis
+    centre: skfem.CellBasis
+    mass: skfem.CellBasis
+    positions: NDArray[np.float64]
+
+    @property
+    def dim(self) -> int:
+        """Number of space dimensions."""
+        return int(self.positions.shape[1])
+
+    @property
+    def n_dofs(self) -> int:
+        """Number of degrees of freedom, fixed ones included."""
+        return int(self.full.N)
+
+    @property
+    def scalar_element(self) -> skfem.Element:
+        """The element of one displacement component."""
+        return _TECHNOLOGIES[type(self.mesh)].element
+
+
+def build_space(mesh: Any) -> Space:
+    """Make the displacement space of a mesh.
+
+    Parameters
+    ----------
+    mesh : skfem.MeshQuad1, MeshTri1 or MeshTri2
+        Quadrilaterals (Q4), linear (T3) or quadratic triangles (T6).
+
+    Raises
+    ------
+    MeshError
+        For any other mesh, and for inverted or flat cells.
+    """
+    if type(mesh) not in _TECHNOLOGIES:
+        raise MeshError("mesh", f"got a {type(mesh).__name__}", "needs MeshQuad1, MeshTri1 or MeshTri2")
+    technology = _TECHNOLOGIES[type(mesh)]
+    element = skfem.ElementVector(technology.element)
+    full = skfem.Basis(mesh, element, intorder=technology.stiffness_order)
+    _check_orientation(full)
+    return Space(
+        mesh=mesh,
+        element=technology.name,
+        full=full,
+        centre=full.with_element(element) if technology.stiffness_order == 0 else skfem.Basis(mesh, element, intorder=0),
+        mass=skfem.Basis(mesh, element, intorder=technology.mass_order),
+        positions=np.ascontiguousarray(full.doflocs[:, :: mesh.dim()].T),
+    )
+
+
+def vector_dofs(nodes: NDArray[np.integer[Any]], dim: int) -> NDArray[np.int64]:
+    """Return the degrees of freedom of `nodes` (n,), shape (n, dim)."""
+    return np.asarray(nodes, dtype=np.int64)[:, None] * dim + np.arange(dim)
+
+
+def boundary_nodes(space: Space, name: str) -> NDArray[np.int64]:
+    """Return the sorted nodes of a named boundary.
+
+    Raises
+    ------
+    MeshError
+        Where the mesh has no such boundary, or an empty one.
+    """
+    facets = _named(space.mesh.boundaries, name, "boundary")
+    dofs = space.full.get_dofs(facets=np.asarray(facets)).all()
+    return np.unique(dofs // space.dim)
+
+
+def region_nodes(space: Space, name: str) -> NDArray[np.int64]:
+    """Return the sorted nodes of a named region."""
+    cells = _named(space.mesh.subdomains, name, "region")
+    return np.unique(space.full.element_dofs[:, cells] // space.dim)
+
+
+def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
+    """Return the tributary area [m^2] of every node on a boundary, shape (n_nodes,).
+
+    The areas are the integrals of the shape functions over the boundary times `depth` [m], so that a
+    uniform traction times the areas are its consistent nodal forces.
+    """
+    facets = np.asarray(_named(space.mesh.boundaries, name, "boundary"))
+    basis = skfem.FacetBasis(space.mesh, space.scalar_element, facets=facets)
+    areas: NDArray[np.float64] = depth * skfem.LinearForm(lambda v, w: v).assemble(basis)
+    return areas
+
+
+def _named(table: dict[str, Any] | None, name: str, kind: str) -> NDArray[np.int64]:
+    known = table or {}
+    if name not in known:
+        has = ", ".join(sorted(known)) or "none"
+        raise MeshError("mesh", f"{kind} '{name}' not in mesh", f"it has: {has}")
+    if not len(known[name]):
+        raise MeshError("mesh", f"{kind} '{name}' is empty", "needs at least one facet or cell")
+    return np.asarray(known[name])
+
+
+def _check_orientation(basis: skfem.CellBasis) -> None:
+    """Refuse cells that are turned inside out or flat.
+
+    scikit-fem sorts the vertices of triangles, so their sign says nothing; it must only not change within
+    a cell. Quadrilaterals keep their order, so all of them must turn the same way.
+    """
+    jacobian = np.broadcast_to(basis.mapping.detDF(basis.X), basis.dx.shape)
+    triangles = isinstance(basis.mesh, skfem.MeshTri1)
+    turn = np.sign(jacobian[:, :1]) if triangles else np.sign(np.median(jacobian))
+    bad = np.flatnonzero((jacobian * turn <= 0.0).any(axis=1))
+    if bad.size:
+        x, y = basis.mesh.p[:2, basis.mesh.t[:, bad[0]]].mean(axis=1)
+        found = f"cell {bad[0]} at ({x:.6g}, {y:.6g}) m is inverted or flat"
+        raise MeshError("mesh", found, "needs cells that all turn the same way", "repair or rebuild the mesh")

@@ -1,0 +1,176 @@
+"""The history: everything that a simulation recorded, as a labelled dataset with units.
+
+The variables, their dimensions and their units are in :data:`VARIABLES`; a history is an
+:class:`xarray.Dataset` with exactly these names, so it opens in anything that reads netCDF-4/HDF5.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from fingerslip.errors import ResultError
+
+__all__ = ["COORDINATES", "OPEN", "SLIP", "STICK", "VARIABLES", "Variable", "make_history", "phase_times", "read_history", "write_history"]
+
+OPEN, STICK, SLIP = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Variable:
+    """What one variable of a history is: its dimensions, SI unit and meaning."""
+
+    dims: tuple[str, ...]
+    units: str
+    long_name: str
+
+
+COORDINATES: Mapping[str, Variable] = {
+    "time": Variable(("time",), "s", "time"),
+    "component": Variable(("component",), "", "vector component"),
+    "stress_component": Variable(("stress_component",), "", "stress component"),
+    "phase_kind": Variable(("phase",), "", "kind of programme phase: press, hold, slide or lift"),
+    "phase_start": Variable(("phase",), "s", "start of the phase"),
+    "phase_end": Variable(("phase",), "s", "end of the phase"),
+    "site": Variable(("site",), "", "name of the site"),
+    "site_kind": Variable(("site",), "", "kind of the site: a mechanoreceptor type or empty"),
+    "site_region": Variable(("site",), "", "region in which stress and strain energy are recovered"),
+    "site_position": Variable(("site", "component"), "m", "reference position of the site's node"),
+    "body": Variable(("body",), "", "boundary that the rigid body touches"),
+    "body_normal": Variable(("body", "component"), "1", "outward unit normal of the rigid body"),
+    "body_friction_coefficient": Variable(("body",), "1", "friction coefficient"),
+    "contact_node": Variable(("contact_node",), "", "mesh node of the contact candidate"),
+    "contact_body": Variable(("contact_node",), "", "index of the body that the candidate may touch"),
+    "contact_position": Variable(("contact_node", "component"), "m", "reference position of the candidate"),
+    "contact_area": Variable(("contact_node",), "m^2", "tributary area of the candidate"),
+    "snapshot_time": Variable(("snapshot_time",), "s", "time of the snapshot"),
+    "node_position": Variable(("node", "component"), "m", "reference position of the mesh node"),
+}
+
+_SITE = ("time", "site")
+_CONTACT = ("time", "contact_node")
+
+VARIABLES: Mapping[str, Variable] = {
+    "displacement": Variable((*_SITE, "component"), "m", "displacement at the sites"),
+    "velocity": Variable((*_SITE, "component"), "m/s", "velocity at the sites"),
+    "acceleration": Variable((*_SITE, "component"), "m/s^2", "acceleration at the sites"),
+    "stress": Variable((*_SITE, "stress_component"), "Pa", "Cauchy stress at the sites"),
+    "strain_energy_density": Variable(_SITE, "J/m^3", "strain energy density at the sites"),
+    "contact_displacement": Variable((*_CONTACT, "component"), "m", "displacement of the contact nodes"),
+    "contact_velocity": Variable((*_CONTACT, "component"), "m/s", "velocity of the contact nodes"),
+    "contact_acceleration": Variable((*_CONTACT, "component"), "m/s^2", "acceleration of the contact nodes"),
+    "gap": Variable(_CONTACT, "m", "distance from the rigid body, negative is penetration"),
+    "normal_traction": Variable(_CONTACT, "Pa", "contact pressure"),
+    "tangential_traction": Variable(_CONTACT, "Pa", "friction traction on the skin along the body's tangent"),
+    "slip_distance": Variable(_CONTACT, "m", "slip accumulated while in contact"),
+    "contact_state": Variable(_CONTACT, "", "0 open, 1 stick, 2 slip"),
+    "body_displacement": Variable(("time", "body", "component"), "m", "displacement of the rigid body"),
+    "body_velocity": Variable(("time", "body", "component"), "m/s", "velocity of the rigid body"),
+    "body_force": Variable(("time", "body", "component"), "N", "force of the rigid body on the deformable one"),
+    "kinetic_energy": Variable(("time",), "J", "kinetic energy"),
+    "strain_energy": Variable(("time",), "J", "strain energy"),
+    "contact_energy": Variable(("time",), "J", "energy stored in the contact penalties"),
+    "friction_dissipation": Variable(("time",), "J", "energy dissipated by friction"),
+    "damping_dissipation": Variable(("time",), "J", "energy dissipated by material damping"),
+    "numerical_dissipation": Variable(("time",), "J", "energy dissipated by the time integration"),
+    "external_work": Variable(("time",), "J", "work done by the rigid bodies and the tractions"),
+    "energy_imbalance": Variable(("time",), "J", "external work less all stored and dissipated energy"),
+    "contact_iterations": Variable(("time",), "1", "iterations of the contact solver"),
+    "contact_residual": Variable(("time",), "1", "relative residual of the contact solver"),
+    "snapshot_displacement": Variable(("snapshot_time", "node", "component"), "m", "displacement of all nodes"),
+    "snapshot_velocity": Variable(("snapshot_time", "node", "component"), "m/s", "velocity of all nodes"),
+    "snapshot_strain_energy_density": Variable(("snapshot_time", "cell"), "J/m^3", "mean strain energy density of the cells"),
+    "snapshot_von_mises": Variable(("snapshot_time", "cell"), "Pa", "von Mises stress at the cells' centres"),
+}
+
+
+def make_history(values: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr.Dataset:
+    """Label arrays as a history.
+
+    Parameters
+    ----------
+    values : mapping of str to array
+        Arrays under the names of :data:`COORDINATES` and :data:`VARIABLES`, with their dimensions.
+    attributes : mapping
+        Provenance, plain text and numbers.
+
+    Returns
+    -------
+    xarray.Dataset
+        The history; every variable carries `units` and `long_name`.
+
+    Raises
+    ------
+    KeyError
+        For a name that is neither a coordinate nor a variable of a history.
+    """
+
+    def labelled(table: Mapping[str, Variable]) -> dict[str, xr.Variable]:
+        return {
+            name: xr.Variable(known.dims, values[name], {"units": known.units, "long_name": known.long_name})
+            for name, known in table.items()
+            if name in values
+        }
+
+    unknown = set(values) - set(COORDINATES) - set(VARIABLES)
+    if unknown:
+        raise KeyError(f"no variables of a history: {sorted(unknown)}")
+    return xr.Dataset(labelled(VARIABLES), coords=labelled(COORDINATES), attrs=dict(attributes))
+
+
+def write_history(history: xr.Dataset, path: str | Path) -> None:
+    """Write a history as netCDF-4, whole or not at all.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        What :func:`make_history` or ``simulate`` returned.
+    path : path
+        The file; a file that is there is replaced only when the new one is whole.
+
+    Raises
+    ------
+    ResultError
+        Where the file cannot be written (full disk, no right to write).
+    """
+    path = Path(path)
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    compressed = {name: {"zlib": True, "complevel": 1} for name, item in history.items() if item.dtype.kind == "f"}
+    try:
+        history.to_netcdf(partial, engine="h5netcdf", encoding=compressed)
+        partial.replace(path)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be written ({error}); free some space or choose another folder") from error
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def read_history(path: str | Path) -> xr.Dataset:
+    """Read a history back, with arrays in memory.
+
+    Raises
+    ------
+    ResultError
+        Where the file is missing or is no history.
+    """
+    try:
+        with xr.open_dataset(path, engine="h5netcdf") as stored:
+            history = stored.load()
+    except (OSError, ValueError) as error:
+        raise ResultError(f"{path}: cannot be read as a history ({error}); run the study again") from error
+    if "time" not in history.coords:
+        raise ResultError(f"{path}: is no history (it has no time); needs a file written by fingerslip run")
+    return history
+
+
+def phase_times(history: xr.Dataset, kind: str) -> list[tuple[float, float]]:
+    """Return start and end [s] of every phase of one kind."""
+    chosen = np.flatnonzero(history["phase_kind"].values == kind)
+    starts, ends = history["phase_start"].values, history["phase_end"].values
+    return [(float(starts[i]), float(ends[i])) for i in chosen]

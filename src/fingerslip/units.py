@@ -1,0 +1,142 @@
+"""Quantities with units: text such as ``1.5 mm`` to SI floats, and back for tables and errors."""
+
+from __future__ import annotations
+
+import functools
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from fingerslip.errors import InputError
+
+if TYPE_CHECKING:
+    import pint
+    from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+    from pydantic_core import CoreSchema
+
+__all__ = ["Unit", "format_quantity", "parse_quantity"]
+
+_QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+
+
+@functools.cache
+def _registry() -> pint.UnitRegistry[Any]:
+    import pint
+
+    return pint.UnitRegistry()
+
+
+@functools.cache
+def _factor(unit: str, si: str) -> float | None:
+    """Return the factor from `unit` to `si`; None where `unit` is unknown or of another dimension."""
+    import pint
+
+    try:
+        return float(_registry().Quantity(1.0, unit).to(si).magnitude)
+    except (pint.errors.PintError, AttributeError, AssertionError, ValueError, TypeError):
+        return None
+
+
+def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quantity") -> float:
+    """Read a quantity with its unit into an SI float.
+
+    Parameters
+    ----------
+    text : str
+        A number and a unit, such as ``'1.5 mm'``.
+    si : str
+        The SI unit of the result, such as ``'m'``.
+    example : str, optional
+        A unit for the error message; `si` without one.
+    where : str, optional
+        The place that an error names.
+
+    Returns
+    -------
+    float
+        The value in `si`.
+
+    Raises
+    ------
+    InputError
+        Where the number, the unit or its dimension is wrong.
+
+    Examples
+    --------
+    >>> parse_quantity("1.5 mm", "m")
+    0.0015
+    """
+    unit_example = example or si
+    match = _QUANTITY.fullmatch(text)
+    if match is None:
+        raise InputError(where, f"'{text}' is no quantity", f"needs a number and a unit such as '1.5 {unit_example}'")
+    number, unit = match.groups()
+    if not unit:
+        raise InputError(where, f"'{text}' has no unit", f"needs a unit of [{si}]", f"write '{number} {unit_example}'")
+    factor = _factor(unit, si)
+    if factor is None:
+        raise InputError(where, f"got '{text}'", f"needs a unit of [{si}]", f"write it as '{number} {unit_example}'")
+    # Dividing by the whole number keeps decimal text exact: 1.5 mm is 0.0015, not 0.0015000000000000002.
+    inverse = round(1.0 / factor)
+    return float(number) / inverse if inverse > 1 and 1.0 / inverse == factor else float(number) * factor
+
+
+def format_quantity(value: float, si: str, display: str = "") -> str:
+    """Write an SI value in its display unit with up to six digits.
+
+    Examples
+    --------
+    >>> format_quantity(0.0015, "m", "mm")
+    '1.5 mm'
+    """
+    factor = _factor(si, display) if display else 1.0
+    return f"{value * (factor or 1.0):.6g} {display or si}"
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The unit mark of a field: parses text, refuses bare numbers from files, feeds tables and schema.
+
+    Parameters
+    ----------
+    si : str
+        SI unit in which the program holds the value.
+    display : str
+        Unit in which tables and errors show it.
+    """
+
+    si: str
+    display: str = ""
+
+    @property
+    def shown(self) -> str:
+        """The unit that people read."""
+        return self.display or self.si
+
+    def format(self, value: float) -> str:
+        """Write `value` (SI) in the display unit."""
+        return format_quantity(value, self.si, self.display)
+
+    def to_display(self, value: float) -> float:
+        """Convert an SI value to the display unit."""
+        return value * (_factor(self.si, self.shown) or 1.0)
+
+    def _read(self, value: object, from_text: bool) -> object:
+        if isinstance(value, str):
+            return parse_quantity(value, self.si, example=self.shown, where="")
+        if from_text and isinstance(value, int | float) and not isinstance(value, bool):
+            raise InputError(
+                "", f"'{value}' has no unit", f"needs a unit of [{self.si}]", f"write '{value} {self.shown}'"
+            )
+        return value
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        from pydantic_core import core_schema
+
+        def read(value: object, info: core_schema.ValidationInfo) -> object:
+            return self._read(value, bool(info.context and info.context.get("from_text")))
+
+        return core_schema.with_info_before_validator_function(read, handler(source))
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {"type": "string", "description": f"quantity in [{self.si}]", "examples": [f"1.5 {self.shown}"]}
