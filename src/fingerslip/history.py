@@ -15,11 +15,21 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from fingerslip.contact.interface import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
 
-__all__ = ["COORDINATES", "OPEN", "SLIP", "STICK", "VARIABLES", "Variable", "make_history", "phase_times", "read_history", "write_history"]
-
-OPEN, STICK, SLIP = 0, 1, 2
+__all__ = [
+    "COORDINATES",
+    "OPEN",
+    "SLIP",
+    "STICK",
+    "VARIABLES",
+    "Variable",
+    "make_history",
+    "phase_times",
+    "read_history",
+    "write_history",
+]
 
 
 @dataclass(frozen=True)
@@ -85,7 +95,7 @@ VARIABLES: Mapping[str, Variable] = {
     "contact_residual": Variable(("time",), "1", "relative residual of the contact solver"),
     "snapshot_displacement": Variable(("snapshot_time", "node", "component"), "m", "displacement of all nodes"),
     "snapshot_velocity": Variable(("snapshot_time", "node", "component"), "m/s", "velocity of all nodes"),
-    "snapshot_strain_energy_density": Variable(("snapshot_time", "cell"), "J/m^3", "mean strain energy density of the cells"),
+    "snapshot_strain_energy_density": Variable(("snapshot_time", "cell"), "J/m^3", "strain energy density of cells"),
     "snapshot_von_mises": Variable(("snapshot_time", "cell"), "Pa", "von Mises stress at the cells' centres"),
 }
 
@@ -143,7 +153,8 @@ def write_history(history: xr.Dataset, path: str | Path) -> None:
     partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
     compressed = {name: {"zlib": True, "complevel": 1} for name, item in history.items() if item.dtype.kind == "f"}
     try:
-        history.to_netcdf(partial, engine="h5netcdf", encoding=compressed)
+        # Built in memory first: on a full disk the HDF5 library ends the process, writing bytes only fails.
+        partial.write_bytes(history.to_netcdf(engine="h5netcdf", encoding=compressed))
         partial.replace(path)
     except OSError as error:
         raise ResultError(f"{path}: cannot be written ({error}); free some space or choose another folder") from error

@@ -224,4 +224,3 @@ class Model:
     def end(self) -> float:
         """End of the simulation [s]."""
         return self.time.end or sum(phase_duration(phase) for phase in self.programme)
-

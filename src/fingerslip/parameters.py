@@ -60,6 +60,28 @@ NonNegativeNumber = Annotated[float, pydantic.Field(ge=0)]
 T = TypeVar("T")
 
 _UNKNOWN = {"unexpected_keyword_argument", "extra_forbidden"}
+_ALIKE = 0.5
+_SIGNS = {
+    "greater than or equal to ": ">= ",
+    "less than or equal to ": "<= ",
+    "greater than ": "> ",
+    "less than ": "< ",
+}
+_PLAIN_NEEDS = {
+    "dataclass_type": "needs keys and values",
+    "dict_type": "needs keys and values",
+    "mapping_type": "needs keys and values",
+    "tuple_type": "needs a list",
+    "list_type": "needs a list",
+    "string_type": "needs text",
+    "float_type": "needs a number",
+    "float_parsing": "needs a number",
+    "int_type": "needs a whole number",
+    "int_parsing": "needs a whole number",
+    "int_from_float": "needs a whole number",
+    "bool_type": "needs true or false",
+    "bool_parsing": "needs true or false",
+}
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field, pydantic.Field))
@@ -90,7 +112,7 @@ def from_mapping(cls: type[T], values: Mapping[str, Any], where: str) -> T:
     values : mapping
         Nested plain data, as YAML gives it.
     where : str
-        The file's name, which errors put first.
+        The file's name, or with `: ` and a path in it, which errors put first.
 
     Raises
     ------
@@ -98,14 +120,14 @@ def from_mapping(cls: type[T], values: Mapping[str, Any], where: str) -> T:
         For the first mistake: unknown or missing key, unit, type, range.
     """
     try:
-        return _adapter(cls).validate_python(dict(values), context={"from_text": True})  # type: ignore[no-any-return]
+        return _adapter(cls).validate_python(dict(values), context={"from_text": True})  # type: ignore[arg-type, no-any-return]
     except pydantic.ValidationError as error:
-        raise _input_error(error, cls, where, separator=": ") from None
+        raise _input_error(error, cls, where, separator="." if ": " in where else ": ") from None
 
 
 def json_schema(cls: type) -> dict[str, Any]:
     """Return the JSON Schema of a parameter set, for editors."""
-    return _adapter(cls).json_schema()  # type: ignore[no-any-return]
+    return _adapter(cls).json_schema()
 
 
 def as_mapping(instance: object) -> Any:
@@ -171,21 +193,22 @@ def _input_error(
     first = next((mistake for mistake in mistakes if mistake["type"] in _UNKNOWN), mistakes[0])
     location = tuple(_field_name(cls, part, place) for place, part in enumerate(first["loc"]))
     path = ".".join(str(part) for part in location if not _is_tag(part))
-    place = f"{where}{separator}{path}" if path else where
     cause = (first.get("ctx") or {}).get("error")
     if isinstance(cause, InputError):
-        inner = f"{place}.{cause.where}" if cause.where else place
-        return InputError(inner, cause.found, cause.allowed, cause.mend)
+        path = ".".join(part for part in (path, cause.where) if part)
+    place = f"{where}{separator}{path}" if path else where
+    if isinstance(cause, InputError):
+        return type(cause)(place, cause.found, cause.allowed, cause.mend)
     if first["type"] == "missing":
         return InputError(place, "is missing", "needs a value")
     if first["type"] in _UNKNOWN:
         known = _known_keys(cls, location[:-1])
-        near = difflib.get_close_matches(str(location[-1]), known, n=1)
+        near = difflib.get_close_matches(str(location[-1]), known, n=1, cutoff=_ALIKE)
         mend = f"did you mean '{near[0]}'?" if near else ""
         return InputError(place, "is not known", f"may be one of {', '.join(known)}", mend)
     unit = _unit_at(cls, location)
     found = unit.format(first["input"]) if unit and isinstance(first["input"], int | float) else repr(first["input"])
-    return InputError(place, f"got {found}", _need(str(first["msg"]), unit))
+    return InputError(place, f"got {found}", _PLAIN_NEEDS.get(first["type"]) or _need(str(first["msg"]), unit))
 
 
 def _field_name(cls: type, part: int | str, place: int) -> int | str:
@@ -200,8 +223,7 @@ def _is_tag(part: object) -> bool:
 
 def _need(message: str, unit: Unit | None) -> str:
     text = message.removeprefix("Input should be ").removeprefix("Value error, ")
-    signs = {"greater than or equal to ": ">= ", "less than or equal to ": "<= ", "greater than ": "> ", "less than ": "< "}
-    for words, sign in signs.items():
+    for words, sign in _SIGNS.items():
         text = text.replace(words, f"a {'value' if unit else 'number'} {sign}")
     return f"needs {text}"
 

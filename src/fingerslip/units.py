@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import re
 from dataclasses import dataclass
+from decimal import Decimal
 from typing import TYPE_CHECKING, Any
 
 from fingerslip.errors import InputError
@@ -72,13 +73,20 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
         raise InputError(where, f"'{text}' is no quantity", f"needs a number and a unit such as '1.5 {unit_example}'")
     number, unit = match.groups()
     if not unit:
-        raise InputError(where, f"'{text}' has no unit", f"needs a unit of [{si}]", f"write '{number} {unit_example}'")
+        raise _no_unit(number, si, unit_example, where)
     factor = _factor(unit, si)
     if factor is None:
-        raise InputError(where, f"got '{text}'", f"needs a unit of [{si}]", f"write it as '{number} {unit_example}'")
-    # Dividing by the whole number keeps decimal text exact: 1.5 mm is 0.0015, not 0.0015000000000000002.
+        mend = f"write for example '{number} {unit_example}'"
+        raise InputError(where, f"got '{text}'", f"needs a unit of [{si}]", mend)
+    # Decimal arithmetic keeps decimal text exact: 0.13 mm is 0.00013, not 0.00013000000000000002.
     inverse = round(1.0 / factor)
-    return float(number) / inverse if inverse > 1 and 1.0 / inverse == factor else float(number) * factor
+    return float(Decimal(number) / inverse) if inverse > 1 and 1.0 / inverse == factor else float(number) * factor
+
+
+def _no_unit(number: object, si: str, example: str, where: str = "") -> InputError:
+    """Say that a bare number has no unit; the SI unit is named too, as the number may be meant in it."""
+    mend = f"write '{number} {example}'" + (f" or '{number} {si}'" if si != example else "")
+    return InputError(where, f"'{number}' has no unit", f"needs a unit of [{si}]", mend)
 
 
 def format_quantity(value: float, si: str, display: str = "") -> str:
@@ -125,9 +133,7 @@ class Unit:
         if isinstance(value, str):
             return parse_quantity(value, self.si, example=self.shown, where="")
         if from_text and isinstance(value, int | float) and not isinstance(value, bool):
-            raise InputError(
-                "", f"'{value}' has no unit", f"needs a unit of [{self.si}]", f"write '{value} {self.shown}'"
-            )
+            raise _no_unit(value, self.si, self.shown)
         return value
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:

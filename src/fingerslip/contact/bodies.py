@@ -35,7 +35,8 @@ class Plane:
     def unit_normal(self) -> NDArray[np.float64]:
         """Outward unit normal, shape (dim,)."""
         normal = np.asarray(self.normal, dtype=float)
-        return normal / np.linalg.norm(normal)
+        unit: NDArray[np.float64] = normal / np.linalg.norm(normal)
+        return unit
 
     @property
     def tangent(self) -> NDArray[np.float64]:

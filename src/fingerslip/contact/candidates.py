@@ -114,7 +114,8 @@ def find_candidates(
     scale = float(np.ptp(positions, axis=0).max())
     if gap.min() < -1e-9 * scale:
         found = f"the plate starts {-gap.min() * 1e3:.4g} mm inside the body"
-        raise InputError(f"{where}.offset", found, f"needs an offset <= {touching * 1e3:.6g} mm", "leave it out to touch")
+        allowed = f"needs an offset <= {touching * 1e3:.6g} mm"
+        raise InputError(f"{where}.offset", found, allowed, "leave it out and the plate starts where it touches")
     chosen = (gap <= reach) & (areas[nodes] > 0.0)
     if not chosen.any():
         found = f"no node of the boundary is within {reach * 1e3:.4g} mm of the plate"

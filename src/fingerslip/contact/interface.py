@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.candidates import Candidates
 
-__all__ = ["InterfaceState", "StepOutcome", "contact_problem", "rest_state", "settle"]
+__all__ = ["OPEN", "SLIP", "STICK", "InterfaceState", "StepOutcome", "contact_problem", "rest_state", "settle"]
 
 Array = NDArray[np.float64]
 

@@ -163,9 +163,9 @@ def _evaluate(compliance, free, friction, scale, forces):  # type: ignore[no-unt
 
 
 @numba.njit(cache=True)
-def _newton_step(compliance, friction, scale, forces, trial, residual):  # type: ignore[no-untyped-def]
+def _newton_step(compliance, friction, scale, forces, trial, residual):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Solve (I - G (I - rho W)) d = -residual, G the projection's derivative, on the touching nodes only."""
-    count, dim = forces.shape
+    dim = forces.shape[1]
     touching = np.flatnonzero(trial[:, 0] > 0.0)
     step = -residual
     size = touching.size * dim
@@ -237,7 +237,7 @@ def _sweep(compliance, free, friction, scale, forces):  # type: ignore[no-untype
 
 
 @numba.njit(cache=True)
-def _newton(compliance, free, friction, scale, forces, goal):  # type: ignore[no-untyped-def]
+def _newton(compliance, free, friction, scale, forces, goal):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Iterate until the residual is below `goal` or the line search stalls; return forces and iterations."""
     trial, residual = _evaluate(compliance, free, friction, scale, forces)
     merit = np.sum(residual**2)

@@ -43,7 +43,15 @@ class Energies:
         )
 
     def after(
-        self, *, kinetic: float, strain: float, contact: float, friction: float, damping: float, numerical: float, work: float
+        self,
+        *,
+        kinetic: float,
+        strain: float,
+        contact: float,
+        friction: float,
+        damping: float,
+        numerical: float,
+        work: float,
     ) -> Energies:
         """Return the energies after a step: new states, and what the step adds to the accumulated ones."""
         return replace(

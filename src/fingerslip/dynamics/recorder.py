@@ -159,7 +159,7 @@ def _coordinates(model: Model, system: System, times: Array, snapshot_times: Arr
         "site_position": positions[system.site_nodes],
         "body": np.array([contact.boundary for contact in model.contacts], dtype=str),
         "body_normal": np.reshape([body.unit_normal for body in bodies], (-1, dim)),
-        "body_friction_coefficient": np.array([contact.friction.coefficient for contact in model.contacts], dtype=float),
+        "body_friction_coefficient": np.array([own.friction.coefficient for own in model.contacts], dtype=float),
         "contact_node": candidates.nodes,
         "contact_body": candidates.body,
         "contact_position": positions[candidates.nodes],

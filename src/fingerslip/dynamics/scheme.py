@@ -51,8 +51,8 @@ class HHT:
 
     @property
     def spectral_radius_at_infinity(self) -> float:
-        """Spectral radius for an infinite step, (1 + alpha) / (1 - alpha)."""
-        return (1.0 + self.alpha) / (1.0 - self.alpha)
+        """Spectral radius for an infinite step: (1 + alpha) / (1 - alpha), and below alpha = -1/3 -alpha / (1 + alpha)."""
+        return max((1.0 + self.alpha) / (1.0 - self.alpha), -self.alpha / (1.0 + self.alpha))
 
 
 @dataclass(frozen=True)

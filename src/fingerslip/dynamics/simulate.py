@@ -35,7 +35,8 @@ def step_times(model: Model) -> Array:
     if count < 1:
         found = f"got {model.time.step:g} s for a run of {model.end:g} s"
         raise InputError("time.step", found, "needs at least one step", "write a smaller step")
-    return model.time.step * np.arange(count + 1)
+    times: Array = model.time.step * np.arange(count + 1, dtype=np.float64)
+    return times
 
 
 def simulate(model: Model, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:

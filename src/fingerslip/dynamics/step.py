@@ -128,8 +128,7 @@ def build_stepper(system: System, time: TimeStepping, damping: RayleighDamping) 
     effective = mass_part * system.mass + weight * stiffness_part * system.stiffness
     condensed = condense(sparse.csr_matrix(effective), system.local)
     penalties = np.column_stack(
-        [system.candidates.normal_stiffness]
-        + [system.candidates.tangential_stiffness] * (system.space.dim - 1)
+        [system.candidates.normal_stiffness] + [system.candidates.tangential_stiffness] * (system.space.dim - 1)
     )
     compliance = weight * scheme.displacement_factor * condensed.compliance + np.diag(1.0 / penalties.ravel())
     return Stepper(system, scheme, damping, condensed, np.ascontiguousarray(compliance))
@@ -212,7 +211,7 @@ def advance(stepper: Stepper, state: State, time: float, bodies: Array, watch: S
 def _relative(system: System, displacement: Array, bodies: Array) -> Array:
     """Return gap and relative tangential displacement of the candidates, shape (n_c, dim) [m]."""
     candidates = system.candidates
-    relative = (system.local @ displacement).reshape(-1, system.space.dim)
+    relative: Array = (system.local @ displacement).reshape(-1, system.space.dim)
     if bodies.size:
         relative = relative - np.einsum("cij,cj->ci", candidates.frames, bodies[candidates.body])
         relative[:, 0] += candidates.gap
@@ -224,7 +223,8 @@ def _right_hand_side(stepper: Stepper, state: State, predicted: Predictor) -> Ar
     force = system.stiffness @ (predicted.displacement + damping.stiffness * predicted.velocity)
     if damping.mass:
         force = force + damping.mass * (system.mass @ predicted.velocity)
-    return stepper.force_weight * (system.load - force) + stepper.scheme.alpha * state.unbalance
+    total: Array = stepper.force_weight * (system.load - force) + stepper.scheme.alpha * state.unbalance
+    return total
 
 
 def _solve_contact(
@@ -232,9 +232,7 @@ def _solve_contact(
 ) -> tuple[StepOutcome, ContactSolution]:
     candidates = stepper.system.candidates
     free = contact_problem(candidates, before, free_relative)
-    solution = solve_friction(
-        stepper.compliance, free, candidates.friction_coefficient, before.forces, _TOLERANCE
-    )
+    solution = solve_friction(stepper.compliance, free, candidates.friction_coefficient, before.forces, _TOLERANCE)
     if not solution.residual <= _TOLERANCE:
         raise ConvergenceError(
             time,

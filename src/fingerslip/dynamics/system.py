@@ -130,6 +130,7 @@ def build_system(model: Model) -> System:
 def _check(model: Model) -> _Checked:
     space = build_space(model.mesh)
     constants = cell_constants(space, model.materials, model.formulation)
+    _check_normals(model, space)
     motions = tuple(body_motion(model.programme, contact.body) for contact in model.contacts)
     candidates = tuple(
         _candidates(model, space, number, contact, motion)
@@ -148,9 +149,17 @@ def _check(model: Model) -> _Checked:
     )
 
 
+def _check_normals(model: Model, space: Space) -> None:
+    for number, normal in enumerate(contact.body.normal for contact in model.contacts):
+        if len(normal) != space.dim:
+            raise InputError(f"contacts.{number}.body.normal", f"got {len(normal)} components", f"needs {space.dim}")
+
+
 def _fixed_dofs(model: Model, space: Space) -> NDArray[np.int64]:
     fixed = [np.zeros(0, dtype=np.int64)]
     for name, components in model.supports.items():
+        if "z" in components and space.dim == 2:
+            raise InputError(f"supports.{name}", "got component 'z'", "needs x or y: the mesh is two-dimensional")
         is_region = name not in (space.mesh.boundaries or {}) and name in (space.mesh.subdomains or {})
         nodes = region_nodes(space, name) if is_region else boundary_nodes(space, name)
         axes = ["xyz".index(component) for component in components]
@@ -166,8 +175,6 @@ def _offset(space: Space, contact: Contact) -> float:
 
 def _candidates(model: Model, space: Space, number: int, contact: Contact, motion: Motion) -> Candidates:
     where = f"contacts.{number}"
-    if len(contact.body.normal) != space.dim:
-        raise InputError(f"{where}.body.normal", f"got {len(contact.body.normal)} components", f"needs {space.dim}")
     nodes, areas = boundary_nodes(space, contact.boundary), nodal_areas(space, contact.boundary, model.depth)
     approach = largest_approach(motion, contact.body)
     size = float(np.ptp(space.positions, axis=0).max())

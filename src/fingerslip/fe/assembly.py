@@ -58,9 +58,7 @@ def cell_constants(space: Space, materials: Mapping[str, Elastic], formulation: 
         if name not in regions:
             raise InputError(f"materials.{name}", "no such region in the mesh", f"it has: {', '.join(sorted(regions))}")
         first_lame, ratio = _plane_constants(name, material, formulation, space.element)
-        values[:, regions[name]] = np.array(
-            [first_lame, material.shear_modulus, material.density, ratio]
-        )[:, None]
+        values[:, regions[name]] = np.array([first_lame, material.shear_modulus, material.density, ratio])[:, None]
     bare = sorted(name for name, cells in regions.items() if np.isnan(values[0, cells]).any())
     if bare:
         raise InputError("materials", f"region '{bare[0]}' has no material", "every region needs one")

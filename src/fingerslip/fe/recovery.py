@@ -13,7 +13,15 @@ from fingerslip.errors import MeshError
 from fingerslip.fe.assembly import CellConstants
 from fingerslip.fe.space import Space
 
-__all__ = ["STRESS_COMPONENTS", "Recovery", "cell_recovery", "site_recovery", "strain_energy_density", "stress", "von_mises"]
+__all__ = [
+    "STRESS_COMPONENTS",
+    "Recovery",
+    "cell_recovery",
+    "site_recovery",
+    "strain_energy_density",
+    "stress",
+    "von_mises",
+]
 
 Array = NDArray[np.float64]
 
@@ -83,9 +91,7 @@ def site_recovery(
     return Recovery(sparse.csr_matrix(per_site), CellConstants(*means))
 
 
-def _cells_around(
-    space: Space, nodes: NDArray[np.int64], regions: Sequence[str | None]
-) -> sparse.csr_matrix:
+def _cells_around(space: Space, nodes: NDArray[np.int64], regions: Sequence[str | None]) -> sparse.csr_matrix:
     """Return the weights (n_sites, n_cells) of the cells around each site, each row summing to one."""
     cell_nodes = space.full.element_dofs[:: space.dim] // space.dim
     areas = space.full.dx.sum(axis=1)
@@ -95,7 +101,8 @@ def _cells_around(
         if region is not None:
             cells = np.intersect1d(cells, space.mesh.subdomains[region])
         if not cells.size:
-            raise MeshError(f"site {site}", f"no cell of region '{region}' at node {node}", "needs a node of that region")
+            found = f"no cell of region '{region}' at node {node}"
+            raise MeshError(f"site {site}", found, "needs a node of that region")
         rows.append(np.full(cells.size, site))
         columns.append(cells)
         values.append(areas[cells] / areas[cells].sum())
@@ -125,4 +132,5 @@ def strain_energy_density(recovery: Recovery, displacement: Array) -> Array:
 def von_mises(stresses: Array) -> Array:
     """Return the von Mises stress [Pa], shape (n,), of stresses (n, 4) as xx, yy, zz, xy."""
     xx, yy, zz, xy = stresses.T
-    return np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * xy**2)
+    deviation: Array = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * xy**2)
+    return deviation

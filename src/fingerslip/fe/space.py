@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import skfem
 from numpy.typing import NDArray
+from skfem.quadrature import get_quadrature
 
 from fingerslip.errors import MeshError
 
@@ -31,7 +32,7 @@ class _Technology:
 
 _TECHNOLOGIES: dict[type, _Technology] = {
     skfem.MeshQuad1: _Technology("Q4", skfem.ElementQuad1(), 2, 2),
-    skfem.MeshTri1: _Technology("T3", skfem.ElementTriP1(), 0, 2),
+    skfem.MeshTri1: _Technology("T3", skfem.ElementTriP1(), 2, 2),
     skfem.MeshTri2: _Technology("T6", skfem.ElementTriP2(), 2, 4),
 }
 
@@ -92,13 +93,13 @@ def build_space(mesh: Any) -> Space:
         raise MeshError("mesh", f"got a {type(mesh).__name__}", "needs MeshQuad1, MeshTri1 or MeshTri2")
     technology = _TECHNOLOGIES[type(mesh)]
     element = skfem.ElementVector(technology.element)
+    _check_orientation(mesh, technology.stiffness_order)
     full = skfem.Basis(mesh, element, intorder=technology.stiffness_order)
-    _check_orientation(full)
     return Space(
         mesh=mesh,
         element=technology.name,
         full=full,
-        centre=full.with_element(element) if technology.stiffness_order == 0 else skfem.Basis(mesh, element, intorder=0),
+        centre=skfem.Basis(mesh, element, quadrature=_centre_rule(mesh)),
         mass=skfem.Basis(mesh, element, intorder=technology.mass_order),
         positions=np.ascontiguousarray(full.doflocs[:, :: mesh.dim()].T),
     )
@@ -128,6 +129,11 @@ def region_nodes(space: Space, name: str) -> NDArray[np.int64]:
     return np.unique(space.full.element_dofs[:, cells] // space.dim)
 
 
+@skfem.LinearForm
+def _shape_function(v: Any, _: Any) -> Any:
+    return v
+
+
 def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     """Return the tributary area [m^2] of every node on a boundary, shape (n_nodes,).
 
@@ -136,7 +142,7 @@ def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     """
     facets = np.asarray(_named(space.mesh.boundaries, name, "boundary"))
     basis = skfem.FacetBasis(space.mesh, space.scalar_element, facets=facets)
-    areas: NDArray[np.float64] = depth * skfem.LinearForm(lambda v, w: v).assemble(basis)
+    areas: NDArray[np.float64] = depth * _shape_function.assemble(basis)
     return areas
 
 
@@ -150,17 +156,32 @@ def _named(table: dict[str, Any] | None, name: str, kind: str) -> NDArray[np.int
     return np.asarray(known[name])
 
 
-def _check_orientation(basis: skfem.CellBasis) -> None:
+def _centre_rule(mesh: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the one-point quadrature at the centre: scikit-fem's own rules have no fewer points than order two."""
+    centre, area = (1.0 / 3.0, 0.5) if isinstance(mesh, skfem.MeshTri1) else (0.5, 1.0)
+    return np.full((2, 1), centre), np.array([area])
+
+
+def _check_orientation(mesh: Any, order: int) -> None:
     """Refuse cells that are turned inside out or flat.
 
     scikit-fem sorts the vertices of triangles, so their sign says nothing; it must only not change within
     a cell. Quadrilaterals keep their order, so all of them must turn the same way.
     """
-    jacobian = np.broadcast_to(basis.mapping.detDF(basis.X), basis.dx.shape)
-    triangles = isinstance(basis.mesh, skfem.MeshTri1)
+    jacobian = _jacobian(mesh, order)
+    triangles = isinstance(mesh, skfem.MeshTri1)
     turn = np.sign(jacobian[:, :1]) if triangles else np.sign(np.median(jacobian))
     bad = np.flatnonzero((jacobian * turn <= 0.0).any(axis=1))
     if bad.size:
-        x, y = basis.mesh.p[:2, basis.mesh.t[:, bad[0]]].mean(axis=1)
+        x, y = mesh.p[:2, mesh.t[:, bad[0]]].mean(axis=1)
         found = f"cell {bad[0]} at ({x:.6g}, {y:.6g}) m is inverted or flat"
         raise MeshError("mesh", found, "needs cells that all turn the same way", "repair or rebuild the mesh")
+
+
+def _jacobian(mesh: Any, order: int) -> NDArray[np.float64]:
+    """Return the determinant of the cells' mapping, shape (n_cells, n_points); scikit-fem's own raises at zero."""
+    points, _ = get_quadrature(mesh.elem.refdom, order)
+    nodes = mesh.dofs.element_dofs
+    slopes = np.stack([np.broadcast_to(mesh.elem().lbasis(points, i)[1], points.shape) for i in range(len(nodes))])
+    (dx_dr, dx_ds), (dy_dr, dy_ds) = np.einsum("inc,njq->ijcq", mesh.doflocs[:, nodes], slopes)
+    return np.asarray(dx_dr * dy_ds - dx_ds * dy_dr)

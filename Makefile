@@ -1,0 +1,69 @@
+# fingerslip: `make study` recomputes the paper's Table 2, `make test` runs the tests. `make help` lists the rest.
+# Everything runs in .venv, made from requirements.lock; uv makes it where it is installed, venv and pip elsewhere.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
+SUPPORTED := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
+
+.PHONY: help study test test-all lint format docs bench validate lock libraries clean
+
+help:  ## list the targets
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
+
+study: $(READY)  ## recompute Table 2 of Wang et al. 2014 and write its report
+	$(BIN)/fingerslip run studies/wang2014_table2.yaml
+
+test: $(READY)  ## run the fast tests
+	$(BIN)/pytest
+
+test-all: $(READY)  ## run all tests, the slow ones too
+	$(BIN)/pytest -m ""
+
+lint: $(READY)  ## check style and types
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+format: $(READY)  ## format the code
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+docs: $(READY)  ## build the documentation into docs/_build/html
+	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
+
+bench: $(READY)  ## measure the solver
+	$(BIN)/python tests/benchmarks/bench_push_and_slide.py
+
+validate: $(READY)  ## compare with the published numbers
+	$(BIN)/fingerslip validate
+
+lock:  ## renew requirements.lock (needs uv)
+	uv pip compile --upgrade --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate \
+		--no-header --extra dev --extra docs pyproject.toml -o requirements.lock
+
+libraries:  ## check the system libraries that Gmsh and VTK load
+	PYTHONPATH=src $(PYTHON) -m fingerslip.installation
+
+clean:  ## remove the environment and everything that was built
+	rm -rf $(VENV) docs/_build docs/api/generated .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
+
+$(READY): requirements.lock pyproject.toml
+	@$(PYTHON) -c '$(SUPPORTED)' || { \
+		echo "fingerslip needs Python 3.11, 3.12 or 3.13; $(PYTHON) is $$($(PYTHON) --version 2>&1)." \
+			"Name another: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 2; }
+	@PYTHONPATH=src $(PYTHON) -m fingerslip.installation
+	@if command -v uv >/dev/null 2>&1; then \
+		echo "Making $(VENV) with uv ..."; \
+		uv venv --quiet --clear --python "$$($(PYTHON) -c 'import sys; print(sys.executable)')" $(VENV) && \
+		uv pip install --quiet --python $(BIN)/python --require-hashes -r requirements.lock && \
+		uv pip install --quiet --python $(BIN)/python --no-deps --no-build-isolation -e .; \
+	else \
+		echo "Making $(VENV) with venv and pip (a minute or two) ..."; \
+		{ $(PYTHON) -m venv --clear $(VENV) || { \
+			echo "Python's venv module is missing; on Debian and Ubuntu: sudo apt-get install python3-venv" >&2; exit 2; }; } && \
+		$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes -r requirements.lock && \
+		$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .; \
+	fi
+	@touch $@

@@ -1,0 +1,24 @@
+"""Sphinx configuration."""
+
+from importlib.metadata import version as installed_version
+
+project = "fingerslip"
+author = "The fingerslip developers"
+copyright = "2026, The fingerslip developers"
+version = release = installed_version("fingerslip")
+
+extensions = [
+    "myst_parser",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+]
+myst_enable_extensions = ["dollarmath", "colon_fence", "deflist"]
+myst_heading_anchors = 3
+numpydoc_show_class_members = False
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+autodoc_mock_imports: list[str] = []
+exclude_patterns = ["_build"]
+html_theme = "furo"
+html_title = "fingerslip"

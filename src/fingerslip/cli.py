@@ -1,0 +1,186 @@
+"""The command line: each verb is one call into the package."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from typer.core import TyperGroup
+
+from fingerslip.errors import ConvergenceError, FingerslipError
+
+if TYPE_CHECKING:
+    from fingerslip.report.tables import Table
+    from fingerslip.study.runner import StudyResult
+
+__all__ = ["app"]
+
+_HELP = """When does a surface that a fingertip holds begin to slip, and how long is there to react?
+
+Start with: fingerslip show wang2014-2d; then: fingerslip run studies/wang2014_table2.yaml."""
+
+_EPILOG = (
+    "Exit codes: 0 all well; 1 a run did not converge or lost its process; 2 wrong input, or results that cannot be "
+    "read or written; 130 stopped with Ctrl-C (the same command goes on where it stopped)."
+)
+
+
+class _Verbs(TyperGroup):
+    """The verbs, with errors as one line and an exit code."""
+
+    def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]
+        """Call a verb."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            _say_error("stopped: finished runs are kept, the same command goes on with the others")
+            raise typer.Exit(130) from None
+        except FingerslipError as error:
+            if ctx.params["debug"]:
+                raise
+            _say_error(f"error: {error}")
+            raise typer.Exit(_exit_code(error)) from None
+
+
+app = typer.Typer(
+    cls=_Verbs,
+    help=_HELP,
+    epilog=_EPILOG,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+Studies = Annotated[list[Path], typer.Argument(metavar="STUDY...", help="Study files (YAML).", show_default=False)]
+Results = Annotated[Path, typer.Option("--results", metavar="DIR", help="Folder in which every study has its own.")]
+
+
+def _say_version(wanted: bool) -> None:
+    if wanted:
+        from fingerslip import __version__
+
+        typer.echo(f"fingerslip {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Show the version and end.")
+    ] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show where in the program an error comes from.")] = False,
+) -> None:
+    """Take the options that stand before the verb."""
+
+
+@app.command()
+def show(
+    target: Annotated[
+        str, typer.Argument(metavar="PRESET|STUDY|RESULT", help="What to show; without it the presets.")
+    ] = "",
+    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of study files.")] = False,
+) -> None:
+    """Show the values of a preset or a study with unit and source, assumed ones first, or the events of a result."""
+    if schema:
+        import json
+
+        from fingerslip.study.spec import study_schema
+
+        typer.echo(json.dumps(study_schema(), indent=2))
+        return
+    from fingerslip.study import views
+
+    _print_tables(views.show(target) if target else (views.presets_table(),))
+
+
+@app.command()
+def check(studies: Studies, results: Results = Path("results")) -> None:
+    """Check studies without computing them: the runs, their size and about how long they take."""
+    from fingerslip.study.check import check_studies
+
+    _print_tables([check_studies(studies, results)])
+
+
+@app.command()
+def mesh(
+    target: Annotated[str, typer.Argument(metavar="STUDY|PRESET", help="Whose mesh; of a sweep the first run's.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="File to write (.msh, .vtu, .xdmf); else in meshes/."),
+    ] = None,
+) -> None:
+    """Build a mesh, write it, and show the quality of its cells."""
+    from fingerslip.study.meshes import save_mesh
+
+    _print_tables([save_mesh(target, output)])
+
+
+@app.command()
+def run(
+    studies: Studies,
+    results: Results = Path("results"),
+    workers: Annotated[
+        int, typer.Option("--workers", metavar="N", min=1, help="Runs computed side by side, each on one core.")
+    ] = 2,
+    force: Annotated[bool, typer.Option("--force", help="Compute finished runs again too.")] = False,
+) -> None:
+    """Run studies, and show their slip events beside the published ones.
+
+    Runs that are finished with the same inputs are not computed again; an interrupted study goes on where it stopped.
+    """
+    from fingerslip.study.threads import prefer_single_thread
+
+    prefer_single_thread()
+    from fingerslip.study.progress import progress_for
+    from fingerslip.study.runner import StudyFailedError, run_studies
+
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    shown = progress_for(Console(stderr=True))
+    try:
+        _print_results(run_studies(studies, results_dir=results, workers=workers, force=force, progress=shown))
+    except StudyFailedError as error:
+        _print_results(error.results)
+        raise
+
+
+@app.command()
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="RESULT_DIR", help="A study's results.", show_default=False)],
+) -> None:
+    """Make the figures and report.html of a study again from its stored histories; nothing is computed."""
+    from fingerslip.study.reporting import event_tables, read_stored, write_report
+
+    stored = read_stored(folder)
+    write_report(stored)
+    _print_tables(event_tables(stored.runs, stored.compare))
+
+
+def _print_results(results: Iterable[StudyResult]) -> None:
+    from fingerslip.study.reporting import event_tables
+
+    for result in results:
+        if result.runs:
+            _print_tables(event_tables(result.runs, result.compare))
+            typer.echo(f"results in {result.folder}")
+
+
+def _print_tables(tables: Iterable[Table]) -> None:
+    from fingerslip.report.tables import to_rich
+
+    screen = Console()
+    for table in tables:
+        screen.print(to_rich(table))
+
+
+def _say_error(message: str) -> None:
+    Console(stderr=True).print(message, style="red", markup=False, highlight=False, soft_wrap=True)
+
+
+def _exit_code(error: FingerslipError) -> int:
+    """Return 1 where computing failed, 2 where the user can mend the input or the place of the results."""
+    errors = getattr(error, "errors", None) or {"": error}
+    return 2 if any(not isinstance(one, ConvergenceError) for one in errors.values()) else 1

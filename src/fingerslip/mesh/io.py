@@ -1,0 +1,295 @@
+"""Mesh files in and out, with their named regions and boundaries."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import meshio
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+from skfem.io.meshio import from_meshio, to_meshio
+
+from fingerslip.errors import MeshError
+
+__all__ = ["read_mesh", "write_mesh"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+_CONTAINERS = {"quad": skfem.MeshQuad1, "triangle": skfem.MeshTri1, "triangle6": skfem.MeshTri2}
+_CORNERS = {"quad": 4, "triangle": 3, "triangle6": 3}
+_CLOCKWISE = {"quad": [0, 3, 2, 1], "triangle": [0, 2, 1], "triangle6": [0, 2, 1, 5, 4, 3]}
+_LINES = {"line", "line3"}
+_FLAT = 1e-6
+
+
+@dataclass(frozen=True)
+class _Raw:
+    """Cells of one kind with their groups, as a file has them."""
+
+    path: Path
+    kind: str
+    points: Floats
+    cells: Integers
+    regions: dict[str, Integers]
+    lines: dict[str, Integers]
+
+
+def read_mesh(path: str | Path) -> skfem.Mesh2D:
+    """Read a 2D mesh with its named groups from any format that meshio reads.
+
+    Named groups of cells become regions, named groups of lines become boundaries, inside the mesh too. In a Gmsh file
+    these are its physical groups. Cells drawn clockwise throughout a region are turned round.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file; lengths in metres.
+
+    Returns
+    -------
+    skfem.MeshQuad1, skfem.MeshTri1 or skfem.MeshTri2
+        The mesh with its `subdomains` and `boundaries`.
+
+    Raises
+    ------
+    MeshError
+        Where the file is missing, unreadable, not plane, of mixed or unknown cells, without named groups, or has an
+        inverted or flat cell.
+    """
+    file = Path(path)
+    data = _load(file)
+    if any(key.startswith("skfem:") for key in data.cell_data):
+        return _read_own(file, data)
+    raw = _without_unused(_raw(file, data))
+    mesh = _CONTAINERS[raw.kind](np.ascontiguousarray(raw.points.T), np.ascontiguousarray(_turned(raw).T))
+    boundaries = {name: _facets(raw, mesh, name, pairs) for name, pairs in raw.lines.items()}
+    return mesh.with_subdomains(raw.regions).with_boundaries(boundaries)
+
+
+def write_mesh(mesh: skfem.Mesh2D, path: str | Path) -> None:
+    """Write a 2D mesh with its named groups, in the format that the file's suffix names.
+
+    A ``.msh`` file is of version 2.2, with regions and boundaries as physical groups that Gmsh shows; other formats
+    hold them as cell data that :func:`read_mesh` and scikit-fem read back.
+
+    Parameters
+    ----------
+    mesh : skfem.MeshQuad1, skfem.MeshTri1 or skfem.MeshTri2
+        The mesh.
+    path : str or Path
+        The file, such as ``finger.msh``, ``finger.vtu`` or ``finger.xdmf``.
+
+    Raises
+    ------
+    MeshError
+        Where the suffix is unknown, the folder does not exist, or two regions share a cell of a ``.msh`` file.
+    """
+    file = Path(path)
+    if not file.parent.is_dir():
+        raise MeshError(str(file), "the folder does not exist", "needs an existing folder")
+    data = _physical(file, mesh) if file.suffix == ".msh" else to_meshio(mesh)
+    data.points = np.column_stack([data.points[:, :2], np.zeros(len(data.points))])
+    try:
+        with _silence():
+            meshio.write(file, data, **({"file_format": "gmsh22"} if file.suffix == ".msh" else {}))
+    except (meshio.ReadError, meshio.WriteError, KeyError) as error:
+        raise MeshError(
+            str(file), f"cannot be written ({error})", "needs a suffix such as .msh, .vtu, .xdmf"
+        ) from error
+
+
+@contextlib.contextmanager
+def _silence() -> Iterator[None]:
+    """Keep meshio's messages off the console; its errors are reported by ours."""
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        yield
+
+
+def _load(file: Path) -> meshio.Mesh:
+    if not file.is_file():
+        raise MeshError(str(file), "no such file", "needs a mesh file")
+    try:
+        with _silence():
+            return meshio.read(file)
+    # meshio ends the program where no reader fits, and its readers fail in any way on a damaged file.
+    except (Exception, SystemExit) as error:
+        cause = str(error) if isinstance(error, Exception) else "unknown or damaged format"
+        raise MeshError(str(file), f"cannot be read ({cause})", "needs a file that meshio reads") from error
+
+
+def _read_own(file: Path, data: meshio.Mesh) -> skfem.Mesh2D:
+    """Read a mesh whose groups scikit-fem has written as cell data."""
+    kind = _kind(file, data)
+    raw = _Raw(file, kind, _plane_points(file, data), data.cells_dict[kind], {}, {})
+    _check_shapes(raw)
+    mesh = from_meshio(data)
+    # Reading back sets orientations of inner facets at random; boundaries here have none.
+    boundaries = {name: np.array(facets, dtype=np.int32) for name, facets in (mesh.boundaries or {}).items()}
+    return mesh.with_boundaries(boundaries)
+
+
+def _raw(file: Path, data: meshio.Mesh) -> _Raw:
+    kind = _kind(file, data)
+    groups = _groups(data)
+    cells = np.vstack([block.data for block in data.cells if block.type == kind])
+    cells, same = _unique_cells(cells, _CORNERS[kind])
+    regions = {name: np.unique(same[_members(data, {kind}, blocks)]) for name, blocks in groups.items()}
+    nodes = np.vstack([np.empty((0, 2), dtype=int)] + [b.data[:, :2] for b in data.cells if b.type in _LINES])
+    lines = {name: nodes[_members(data, _LINES, blocks)] for name, blocks in groups.items()}
+    regions, lines = ({n: g for n, g in found.items() if len(g)} for found in (regions, lines))
+    if not regions and not lines:
+        allowed = "needs named groups of cells (regions) and of lines (boundaries)"
+        raise MeshError(str(file), "has no named groups", allowed, "name them, in Gmsh as physical groups")
+    return _Raw(file, kind, _plane_points(file, data), cells, regions, lines)
+
+
+def _kind(file: Path, data: meshio.Mesh) -> str:
+    kinds = {str(block.type) for block in data.cells if block.dim >= 2 and len(block.data)}
+    if len(kinds) != 1 or not kinds <= set(_CONTAINERS):
+        found = f"has cells of type {', '.join(sorted(kinds))}" if kinds else "has no cells"
+        raise MeshError(str(file), found, f"needs cells of one of the types {', '.join(_CONTAINERS)}")
+    return kinds.pop()
+
+
+def _plane_points(file: Path, data: meshio.Mesh) -> Floats:
+    points: Floats = np.asarray(data.points, dtype=float)
+    off = np.abs(points[:, 2:]).max(axis=1, initial=0.0)
+    extent = np.ptp(points[:, :2], axis=0).max()
+    if off.max() > 1e-9 * extent:
+        worst = int(off.argmax())
+        raise MeshError(str(file), f"node {worst} has z = {points[worst, 2]:.4g} m", "needs z = 0 at every node")
+    return points[:, :2]
+
+
+def _groups(data: meshio.Mesh) -> dict[str, list[Integers]]:
+    """Return for each named group its cells in every block."""
+    empty = np.empty(0, dtype=int)
+    named = {name: sets for name, sets in data.cell_sets.items() if not name.startswith("gmsh:")}
+    groups = {name: [empty if s is None else np.asarray(s, dtype=int) for s in sets] for name, sets in named.items()}
+    if groups or "gmsh:physical" not in data.cell_data:
+        return groups
+    tags = data.cell_data["gmsh:physical"]
+    dimensions = [block.dim for block in data.cells]
+    for name, (number, dimension) in data.field_data.items():
+        members = [
+            np.flatnonzero(t == number) if d == dimension else empty for t, d in zip(tags, dimensions, strict=True)
+        ]
+        groups[name] = members
+    return groups
+
+
+def _members(data: meshio.Mesh, kinds: set[str], blocks: list[Integers]) -> Integers:
+    """Number a group's cells throughout all blocks of the given kinds."""
+    found, start = [np.empty(0, dtype=int)], 0
+    for block, members in zip(data.cells, blocks, strict=True):
+        if block.type in kinds:
+            found.append(members + start)
+            start += len(block.data)
+    return np.concatenate(found)
+
+
+def _unique_cells(cells: Integers, corners: int) -> tuple[Integers, Integers]:
+    """Drop cells that a file repeats because they are in two groups; return also where each one went."""
+    _, first, same = np.unique(np.sort(cells[:, :corners], axis=1), axis=0, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return cells[first[order]], rank[same.ravel()]
+
+
+def _without_unused(raw: _Raw) -> _Raw:
+    """Drop nodes that no cell uses, such as Gmsh's construction points."""
+    used = np.unique(raw.cells)
+    new = np.full(len(raw.points), -1)
+    new[used] = np.arange(len(used))
+    lines = {name: new[pairs] for name, pairs in raw.lines.items()}
+    return _Raw(raw.path, raw.kind, raw.points[used], new[raw.cells], raw.regions, lines)
+
+
+def _signed_areas(raw: _Raw) -> tuple[Floats, Floats]:
+    """Return of each cell the least and the largest corner area, relative to its size squared."""
+    corners = raw.points[raw.cells[:, : _CORNERS[raw.kind]]]
+    ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    cross = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
+    size = np.sum(ahead**2, axis=2).max(axis=1)
+    relative = cross / np.where(size > 0, size, 1.0)[:, None]
+    return relative.min(axis=1), relative.max(axis=1)
+
+
+def _check_shapes(raw: _Raw) -> None:
+    """Refuse a cell that is flat or whose corners do not all turn the same way."""
+    least, largest = _signed_areas(raw)
+    wrong = np.flatnonzero((least <= _FLAT) & (largest >= -_FLAT))
+    if len(wrong):
+        raise _bad_cell(raw, int(wrong[0]), "inverted or flat")
+
+
+def _turned(raw: _Raw) -> Integers:
+    """Return all cells counter-clockwise; a region drawn clockwise is turned round, a mixture is an error."""
+    _check_shapes(raw)
+    clockwise = _signed_areas(raw)[0] < 0
+    covered = np.zeros(len(raw.cells), dtype=bool)
+    covered[np.concatenate([np.empty(0, dtype=int), *raw.regions.values()])] = True
+    for cells in (*raw.regions.values(), np.flatnonzero(~covered)):
+        turned = clockwise[cells]
+        if turned.any() and not turned.all():
+            fewer = cells[turned] if turned.mean() <= 0.5 else cells[~turned]
+            raise _bad_cell(raw, int(fewer[0]), "inverted against its region")
+    nodes = raw.cells.copy()
+    nodes[clockwise] = nodes[clockwise][:, _CLOCKWISE[raw.kind]]
+    return nodes
+
+
+def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
+    x, y = raw.points[raw.cells[cell, : _CORNERS[raw.kind]]].mean(axis=0) * 1e3
+    found = f"cell {cell} at x = {x:.4g} mm, y = {y:.4g} mm is {what}"
+    return MeshError(str(raw.path), found, "needs cells with positive area")
+
+
+def _facets(raw: _Raw, mesh: skfem.Mesh2D, name: str, pairs: Integers) -> Integers:
+    """Return the facets between pairs of nodes."""
+    corner = _corner_numbers(raw)
+    count = mesh.p.shape[1]
+    known = mesh.facets[0].astype(np.int64) * count + mesh.facets[1]
+    order = np.argsort(known)
+    wanted = np.sort(corner[pairs], axis=1)
+    key = wanted[:, 0] * count + wanted[:, 1]
+    place = order[np.minimum(np.searchsorted(known, key, sorter=order), len(known) - 1)]
+    if np.any(known[place] != key) or np.any(pairs < 0):
+        found = f"boundary '{name}' has lines that are no edge of a cell"
+        raise MeshError(str(raw.path), found, "needs edges of cells")
+    return np.unique(place).astype(np.int32)
+
+
+def _corner_numbers(raw: _Raw) -> Integers:
+    """Return the number that scikit-fem gave to each corner node of the file; it puts middle nodes last."""
+    number = np.full(len(raw.points), -1)
+    corners = np.unique(raw.cells[:, : _CORNERS[raw.kind]])
+    number[corners] = np.arange(len(corners)) if raw.kind == "triangle6" else corners
+    return number
+
+
+def _physical(file: Path, mesh: skfem.Mesh2D) -> meshio.Mesh:
+    """Return the mesh with its groups as Gmsh's physical groups, a facet once for every boundary it is in."""
+    regions, boundaries = mesh.subdomains or {}, mesh.boundaries or {}
+    tag = np.zeros(mesh.t.shape[1], dtype=np.int32)
+    for number, (name, cells) in enumerate(regions.items(), start=1):
+        if tag[cells].any():
+            raise MeshError(str(file), f"region '{name}' shares cells with another", "needs separate regions in .msh")
+        tag[cells] = number
+    first = len(regions) + 1
+    lines = [mesh.facets[:, np.asarray(facets)].T for facets in boundaries.values()]
+    line_tags = [np.full(len(nodes), number, dtype=np.int32) for number, nodes in enumerate(lines, start=first)]
+    names = {name: np.array([number, 2]) for number, name in enumerate(regions, start=1)}
+    names |= {name: np.array([number, 1]) for number, name in enumerate(boundaries, start=first)}
+    own = to_meshio(mesh, encode_cell_data=False)
+    cells = [(own.cells[0].type, own.cells[0].data)] + ([("line", np.vstack(lines))] if lines else [])
+    tags = [tag] + ([np.concatenate(line_tags)] if lines else [])
+    data = {"gmsh:physical": tags, "gmsh:geometrical": [np.maximum(t, 1) for t in tags]}
+    return meshio.Mesh(own.points, cells, cell_data=data, field_data=names)

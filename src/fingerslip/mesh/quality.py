@@ -1,0 +1,160 @@
+"""How well shaped the cells of a 2D mesh are, and the limits that a built mesh keeps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+
+from fingerslip.errors import MeshError
+
+__all__ = ["QualityLimits", "QualityRow", "check_quality", "quality_limits", "quality_table"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class QualityRow:
+    """Quality of the cells of one region.
+
+    Parameters
+    ----------
+    region : str
+        Name of the region; `mesh` for all cells of a mesh without regions.
+    cells : int
+        Number of cells.
+    scaled_jacobian : float
+        Least scaled Jacobian [-]: 1 for a rectangle or an equilateral triangle, <= 0 where inverted.
+    smallest_angle, largest_angle : float
+        Extreme angles between edges [rad].
+    aspect_ratio : float
+        Largest ratio of longest to shortest edge of a cell [-].
+    """
+
+    region: str
+    cells: int
+    scaled_jacobian: float
+    smallest_angle: float
+    largest_angle: float
+    aspect_ratio: float
+
+
+@dataclass(frozen=True)
+class QualityLimits:
+    """What every cell of a built mesh keeps.
+
+    Parameters
+    ----------
+    scaled_jacobian : float
+        Least scaled Jacobian [-].
+    smallest_angle, largest_angle : float
+        Extreme angles between edges [rad].
+    aspect_ratio : float
+        Largest ratio of longest to shortest edge [-].
+    """
+
+    scaled_jacobian: float
+    smallest_angle: float
+    largest_angle: float
+    aspect_ratio: float
+
+
+_QUADRILATERALS = QualityLimits(0.25, np.radians(15.0), np.radians(165.0), 10.0)
+_TRIANGLES = QualityLimits(0.25, np.radians(15.0), np.radians(140.0), 5.0)
+
+
+@dataclass(frozen=True)
+class _CellQuality:
+    """The four measures of each cell, each of shape (cells,)."""
+
+    scaled_jacobian: Floats
+    smallest_angle: Floats
+    largest_angle: Floats
+    aspect_ratio: Floats
+
+
+def quality_limits(mesh: skfem.Mesh2D) -> QualityLimits:
+    """Return the limits for the cells of a mesh."""
+    return _QUADRILATERALS if mesh.t.shape[0] == 4 else _TRIANGLES
+
+
+def quality_table(mesh: skfem.Mesh2D) -> tuple[QualityRow, ...]:
+    """Return the quality of each region of a mesh of quadrilaterals or triangles.
+
+    Parameters
+    ----------
+    mesh : skfem.MeshQuad1, skfem.MeshTri1 or skfem.MeshTri2
+        Mesh with counter-clockwise quadrilaterals; triangles in any order. Quadratic triangles are judged by their
+        corners.
+    """
+    quality = _cell_quality(mesh)
+    regions = mesh.subdomains or {"mesh": np.arange(mesh.t.shape[1])}
+    return tuple(_row(name, quality, cells) for name, cells in regions.items())
+
+
+def check_quality(mesh: skfem.Mesh2D) -> None:
+    """Refuse a mesh with a cell outside the limits.
+
+    Raises
+    ------
+    MeshError
+        That names the worst cell, its region and its place.
+    """
+    quality, limits = _cell_quality(mesh), quality_limits(mesh)
+    _check_above(mesh, "scaled Jacobian", quality.scaled_jacobian, limits.scaled_jacobian)
+    _check_above(
+        mesh, "smallest angle in degrees", np.degrees(quality.smallest_angle), np.degrees(limits.smallest_angle)
+    )
+    _check_below(mesh, "largest angle in degrees", np.degrees(quality.largest_angle), np.degrees(limits.largest_angle))
+    _check_below(mesh, "aspect ratio", quality.aspect_ratio, limits.aspect_ratio)
+
+
+def _check_above(mesh: skfem.Mesh2D, name: str, values: Floats, limit: float) -> None:
+    worst = int(values.argmin())
+    if values[worst] <= limit:
+        raise _poor_cell(mesh, worst, f"{name} {values[worst]:.3g}", f"needs > {limit:.3g}")
+
+
+def _check_below(mesh: skfem.Mesh2D, name: str, values: Floats, limit: float) -> None:
+    worst = int(values.argmax())
+    if values[worst] >= limit:
+        raise _poor_cell(mesh, worst, f"{name} {values[worst]:.3g}", f"needs < {limit:.3g}")
+
+
+def _poor_cell(mesh: skfem.Mesh2D, cell: int, found: str, allowed: str) -> MeshError:
+    return MeshError(_place(mesh, cell), found, allowed, "write a smaller bulk_size")
+
+
+def _place(mesh: skfem.Mesh2D, cell: int) -> str:
+    x, y = mesh.p[:, mesh.t[:, cell]].mean(axis=1) * 1e3
+    region = next((name for name, cells in (mesh.subdomains or {}).items() if cell in cells), "mesh")
+    return f"{region} cell {cell} at x = {x:.4g} mm, y = {y:.4g} mm"
+
+
+def _row(name: str, quality: _CellQuality, cells: NDArray[np.int64]) -> QualityRow:
+    return QualityRow(
+        region=name,
+        cells=len(cells),
+        scaled_jacobian=float(quality.scaled_jacobian[cells].min()),
+        smallest_angle=float(quality.smallest_angle[cells].min()),
+        largest_angle=float(quality.largest_angle[cells].max()),
+        aspect_ratio=float(quality.aspect_ratio[cells].max()),
+    )
+
+
+def _cell_quality(mesh: skfem.Mesh2D) -> _CellQuality:
+    corners = mesh.p[:, mesh.t]
+    ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    length = np.linalg.norm(ahead, axis=0)
+    cross = ahead[0] * back[1] - ahead[1] * back[0]
+    angle = np.arctan2(cross, np.sum(ahead * back, axis=0))
+    sine = np.sin(angle)
+    if len(mesh.t) == 3:
+        # scikit-fem sorts the corners of triangles, so their direction says nothing.
+        angle, sine = np.abs(angle), np.abs(sine) * 2 / np.sqrt(3.0)
+    # A reflex corner has a negative angle here; all the way round it is more than 180 degrees.
+    turned = np.where(angle < 0, angle + 2 * np.pi, angle)
+    aspect = length.max(axis=0) / length.min(axis=0)
+    return _CellQuality(sine.min(axis=0), turned.min(axis=0), turned.max(axis=0), aspect)

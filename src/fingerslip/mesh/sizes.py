@@ -1,0 +1,131 @@
+"""Element sizes of a section, and how they grow from the contact into the bulk."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError
+from fingerslip.parameters import PositiveLength, parameters
+
+__all__ = ["GROWTH", "MeshSizes", "graded", "size_at", "subdivide"]
+
+Floats = NDArray[np.float64]
+
+GROWTH = 0.2
+"""Growth of the element size per length of distance from the finer elements [-]."""
+
+
+@parameters
+class MeshSizes:
+    """Element sizes and element type of a section.
+
+    Parameters
+    ----------
+    contact_size : float
+        Size along the skin that can touch [m].
+    bulk_size : float
+        Largest size, far from the contact [m].
+    contact_reach : float
+        Height above the lowest point up to which the skin is meshed at `contact_size` [m].
+    element : {'Q4', 'T3', 'T6'}
+        Bilinear quadrilateral, linear or quadratic triangle.
+    """
+
+    contact_size: PositiveLength = 0.12e-3
+    bulk_size: PositiveLength = 0.28e-3
+    contact_reach: PositiveLength = 2e-3
+    element: Literal["Q4", "T3", "T6"] = "Q4"
+
+    def __post_init__(self) -> None:
+        if self.bulk_size < self.contact_size:
+            found = f"got {self.bulk_size * 1e3:.4g} mm"
+            raise InputError("bulk_size", found, f"needs >= {self.contact_size * 1e3:.4g} mm (contact_size)")
+
+
+def graded(length: float, start_size: float, bulk_size: float) -> Floats:
+    """Divide a length into an even number of parts that grow from its start.
+
+    Parameters
+    ----------
+    length : float
+        The length to divide [m].
+    start_size, bulk_size : float
+        Size at the start and largest size [m].
+
+    Returns
+    -------
+    (n,) array
+        Increasing positions from 0 to `length`.
+    """
+    fine = np.linspace(0.0, length, 2000)
+    density = 1.0 / np.minimum(bulk_size, start_size + GROWTH * fine)
+    count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(fine))])
+    parts = max(2, 2 * round(count[-1] / 2))
+    return np.interp(np.linspace(0.0, count[-1], parts + 1), count, fine)
+
+
+def size_at(points: Floats, sources: Floats, source_sizes: Floats, bulk_size: float) -> Floats:
+    """Return the element sizes wanted at (n, 2) points: source sizes that grow with distance up to `bulk_size`."""
+    distance = np.linalg.norm(points[:, None, :] - sources[None, :, :], axis=2)
+    size: Floats = np.minimum(bulk_size, (source_sizes + GROWTH * distance).min(axis=1))
+    return size
+
+
+def subdivide(curve: Floats, sizes: Floats, turn: float) -> Floats:
+    """Divide a finely sampled curve into parts of the wanted sizes, with nodes on its corners.
+
+    Parameters
+    ----------
+    curve : (n, 2) array
+        Points of the curve [m].
+    sizes : (n,) array
+        Wanted sizes at these points [m]; they are reduced in bends and change gradually.
+    turn : float
+        Largest angle by which a part may turn [rad].
+
+    Returns
+    -------
+    (m, 2) array
+        Nodes from the first to the last point of the curve.
+    """
+    step = np.linalg.norm(np.diff(curve, axis=0), axis=1)
+    angle = _turns(curve)
+    corner = angle > turn / 2
+    wanted = _graded_along(step, _limited_by_bends(step, np.where(corner, 0.0, angle), sizes, turn))
+    limits = np.concatenate([[0], np.flatnonzero(corner) + 1, [len(curve) - 1]])
+    pieces = [_divided(curve[a : b + 1], wanted[a : b + 1]) for a, b in itertools.pairwise(limits)]
+    return np.vstack([piece[:-1] for piece in pieces] + [curve[-1:]])
+
+
+def _turns(curve: Floats) -> Floats:
+    """Return the angle by which the curve turns at each inner point."""
+    direction = np.diff(curve, axis=0)
+    angle = np.unwrap(np.arctan2(direction[:, 1], direction[:, 0]))
+    return np.abs(np.diff(angle))
+
+
+def _limited_by_bends(step: Floats, angle: Floats, sizes: Floats, turn: float) -> Floats:
+    limited = sizes.copy()
+    # Points may lie unevenly close on a curve, so the radius comes from the steps on both sides.
+    around = (step[1:] + step[:-1]) / 2
+    limited[1:-1] = np.minimum(sizes[1:-1], turn * around / np.maximum(angle, 1e-12))
+    return limited
+
+
+def _graded_along(step: Floats, sizes: Floats) -> Floats:
+    """Limit the growth of sizes along a curve, in either direction."""
+    along = GROWTH * np.concatenate([[0.0], np.cumsum(step)])
+    forward = np.minimum.accumulate(sizes - along) + along
+    backward = np.minimum.accumulate((sizes + along)[::-1])[::-1] - along
+    return np.minimum(forward, backward)
+
+
+def _divided(curve: Floats, sizes: Floats) -> Floats:
+    step = np.linalg.norm(np.diff(curve, axis=0), axis=1)
+    count = np.concatenate([[0.0], np.cumsum(step * (1 / sizes[1:] + 1 / sizes[:-1]) / 2)])
+    wanted = np.linspace(0.0, count[-1], int(np.ceil(count[-1])) + 1)
+    return np.column_stack([np.interp(wanted, count, curve[:, k]) for k in (0, 1)])

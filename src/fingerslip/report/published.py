@@ -1,0 +1,157 @@
+"""Published values that results are shown beside."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from importlib import resources
+from importlib.resources.abc import Traversable
+from types import MappingProxyType
+from typing import Any, Literal
+
+import yaml
+
+from fingerslip.errors import InputError
+
+__all__ = ["PublishedSet", "PublishedValue", "published", "published_names"]
+
+Kind = Literal["published", "derived", "qualitative"]
+
+
+@dataclass(frozen=True)
+class PublishedValue:
+    """One published value or statement.
+
+    Parameters
+    ----------
+    id : str
+        Its name within the paper's file.
+    quantity : str
+        What it is: the event's name, or another quantity.
+    kind : {'published', 'derived', 'qualitative'}
+        Printed in the paper, arithmetic on printed values, or a statement in words.
+    source : str
+        Key of the reference, and the place in it.
+    unit : str
+        SI unit of the values; empty for a statement.
+    value : float or None
+        The value; the middle of `span` where a range is published, None for a statement.
+    span : tuple of float or None
+        Smallest and largest published value; None for a single one.
+    way : str
+        The way of reading the event: 'slip', 'displacement' or 'acceleration'; empty where it does not apply.
+    conditions : mapping of str to object
+        Dotted paths of a study, and the values for which it holds.
+    statement : str
+        The statement in words.
+    check : str
+        What number can be held against the statement.
+    note : str
+        What else is known of it.
+    """
+
+    id: str
+    quantity: str
+    kind: Kind
+    source: str
+    unit: str = ""
+    value: float | None = None
+    span: tuple[float, float] | None = None
+    way: str = ""
+    conditions: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    statement: str = ""
+    check: str = ""
+    note: str = ""
+
+    def holds_for(self, values: Mapping[str, Any]) -> bool:
+        """Tell whether every condition is met by the dotted `values` of a run; a value that is not there does not."""
+        return all(path in values and values[path] == value for path, value in self.conditions.items())
+
+
+@dataclass(frozen=True)
+class PublishedSet:
+    """Published values under one title.
+
+    Parameters
+    ----------
+    name : str
+        The name that a study's `compare` uses, such as ``wang2014-table2``.
+    title : str
+        What they are.
+    citation : str
+        The paper.
+    note : str
+        What to know before comparing.
+    values : tuple of PublishedValue
+        The values.
+    """
+
+    name: str
+    title: str
+    citation: str
+    note: str
+    values: tuple[PublishedValue, ...]
+
+
+def published_names() -> tuple[str, ...]:
+    """Return the names of all published sets."""
+    return tuple(f"{paper}-{group}" for paper in _papers() for group in _document(paper)["groups"])
+
+
+def published(name: str) -> PublishedSet:
+    """Return a published set.
+
+    Parameters
+    ----------
+    name : str
+        A paper and a group of its values, such as ``wang2014-table2``.
+
+    Raises
+    ------
+    InputError
+        Where there is none of that name.
+    """
+    names = published_names()
+    if name not in names:
+        near = difflib.get_close_matches(name, names, n=1)
+        mend = f"did you mean '{near[0]}'?" if near else ""
+        raise InputError("compare", f"'{name}' is not known", f"needs one of {', '.join(names)}", mend)
+    paper, group = name.split("-", 1)
+    document = _document(paper)
+    entry = document["groups"][group]
+    values = tuple(_value(row, entry, document) for row in entry["rows"])
+    return PublishedSet(name, entry["title"], document["citation"].strip(), document["note"].strip(), values)
+
+
+def _value(row: Mapping[str, Any], group: Mapping[str, Any], document: Mapping[str, Any]) -> PublishedValue:
+    span = tuple(row["range"]) if "range" in row else None
+    shared = group.get("conditions", document["conditions"])
+    texts = {name: row.get(name, "") for name in ("unit", "way", "statement", "check", "note")}
+    return PublishedValue(
+        id=row["id"],
+        quantity=row["quantity"],
+        kind=group.get("kind", "published"),
+        source=f"{document['source']}, {group['source']}",
+        value=sum(span) / 2.0 if span else row.get("value"),
+        span=(float(span[0]), float(span[1])) if span else None,
+        conditions=MappingProxyType({**shared, **row.get("conditions", {})}),
+        **texts,
+    )
+
+
+def _folder() -> Traversable:
+    return resources.files("fingerslip").joinpath("data", "published")
+
+
+def _papers() -> tuple[str, ...]:
+    names = (file.name for file in _folder().iterdir())
+    return tuple(sorted(name.removesuffix(".yaml") for name in names if name.endswith(".yaml")))
+
+
+@functools.cache
+def _document(paper: str) -> dict[str, Any]:
+    text = _folder().joinpath(f"{paper}.yaml").read_text(encoding="utf-8")
+    document: dict[str, Any] = yaml.safe_load(text)
+    return document

@@ -1,0 +1,132 @@
+"""How much of the contact area is slipping, and how much has slipped since the slide began."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.history import OPEN, SLIP
+from fingerslip.slip.windows import SlideWindow
+
+__all__ = [
+    "accumulated_slip",
+    "area_fraction",
+    "contact_area",
+    "relative_displacement",
+    "slipped_fraction",
+    "slipping_fraction",
+    "stick_ratio",
+]
+
+
+def contact_area(history: xr.Dataset) -> xr.DataArray:
+    """Return the area in contact over time: tributary areas of all nodes that are not open [m^2]."""
+    area = (history["contact_area"] * (history["contact_state"] != OPEN)).sum("contact_node")
+    return area.rename("contact_area").assign_attrs(units="m^2", long_name="area in contact")
+
+
+def slipping_fraction(history: xr.Dataset) -> xr.DataArray:
+    """Return the area fraction of the contact that slips at each time.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history.
+
+    Returns
+    -------
+    xarray.DataArray
+        Dimension time; area of the nodes in state slip over that of all nodes in contact [-], NaN
+        (missing) while nothing touches.
+    """
+    state = history["contact_state"].values
+    fraction = area_fraction(state == SLIP, state != OPEN, history["contact_area"].values)
+    return _series(history["time"], fraction, "slipping_fraction", "slipping area fraction")
+
+
+def stick_ratio(history: xr.Dataset) -> xr.DataArray:
+    """Return the stick ratio over time: sticking area over contact area [-], missing while nothing touches."""
+    return (1.0 - slipping_fraction(history)).rename("stick_ratio").assign_attrs(units="1", long_name="stick ratio")
+
+
+def slipped_fraction(history: xr.Dataset, window: SlideWindow, tolerance: float) -> xr.DataArray:
+    """Return the area fraction that has slipped by more than a tolerance since the slide began.
+
+    Only nodes that were in contact when the slide began, and still are, are weighed: skin that rolls
+    onto the plate during the slide is new there and could not slip yet.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history.
+    window : SlideWindow
+        The slide.
+    tolerance : float
+        Accumulated slip from which a node counts as slipped [m].
+
+    Returns
+    -------
+    xarray.DataArray
+        Dimension time (the slide's records) [-]; missing while no such node touches.
+    """
+    touching = history["contact_state"].values[window.records] != OPEN
+    counted = touching & touching[0]
+    slipped = accumulated_slip(history, window) > tolerance
+    fraction = area_fraction(slipped & counted, counted, history["contact_area"].values)
+    times = history["time"].isel(time=window.records)
+    return _series(times, fraction, "slipped_fraction", "slipped area fraction")
+
+
+def accumulated_slip(history: xr.Dataset, window: SlideWindow) -> NDArray[np.float64]:
+    """Return the slip of every contact node since the slide began, shape (n_times, n_nodes) [m]."""
+    slip: NDArray[np.float64] = history["slip_distance"].values[window.records].astype(float)
+    since: NDArray[np.float64] = slip - slip[0]
+    return since
+
+
+def relative_displacement(history: xr.Dataset, window: SlideWindow) -> NDArray[np.float64]:
+    """Return how far every contact node left the plate's line since the slide began.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history.
+    window : SlideWindow
+        The slide.
+
+    Returns
+    -------
+    (n_times, n_nodes) array
+        Length of the part along the plate of the node's displacement less the plate's, both since
+        the start of the slide [m].
+    """
+    body = history["contact_body"].values
+    node_way = history["contact_displacement"].values[window.records]
+    plate_way = history["body_displacement"].values[window.records][:, body]
+    relative = (node_way - node_way[0]) - (plate_way - plate_way[0])
+    normal = history["body_normal"].values[body]
+    along_normal = np.einsum("tnc,nc->tn", relative, normal)
+    tangential = relative - along_normal[..., None] * normal
+    return np.asarray(np.linalg.norm(tangential, axis=-1), dtype=float)
+
+
+def area_fraction(part: NDArray[np.bool_], whole: NDArray[np.bool_], areas: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the area of `part` over that of `whole` at each time, NaN where `whole` is empty.
+
+    Parameters
+    ----------
+    part, whole : (n_times, n_nodes) array of bool
+        Nodes, `part` within `whole`.
+    areas : (n_nodes,) array
+        Tributary areas [m^2].
+    """
+    total = whole @ areas
+    fraction = np.full(total.shape, np.nan)
+    np.divide(part @ areas, total, out=fraction, where=total > 0.0)
+    return fraction
+
+
+def _series(times: xr.DataArray, values: NDArray[np.float64], name: str, meaning: str) -> xr.DataArray:
+    coordinates = {"time": times.values}
+    return xr.DataArray(values, coordinates, ("time",), name, {"units": "1", "long_name": meaning})

@@ -1,0 +1,248 @@
+"""Acceleration peaks at the receptors, ranked by their prominence over the noise floor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
+
+from fingerslip.slip.receptors import plate_tangent, receptor_rows, tangential_acceleration
+from fingerslip.slip.settings import PeakSettings
+from fingerslip.slip.windows import SlideWindow, slide_window
+
+__all__ = [
+    "Peak",
+    "PeakTable",
+    "acceleration_peaks",
+    "goes_along",
+    "noise_of",
+    "peak_signal",
+    "slide_receptors",
+    "transition_end",
+]
+
+# Turns the median absolute deviation of normally distributed noise into its standard deviation.
+_MAD_TO_DEVIATION = 1.4826
+# The jump of the plate's velocity shows in the first steps, at once at every receptor near the plate [s].
+_FIRST_PEAK_WITHIN = 0.05
+
+
+@dataclass(frozen=True)
+class Peak:
+    """One acceleration peak.
+
+    Parameters
+    ----------
+    time : float
+        Time of the peak [s].
+    height : float
+        Largest tangential acceleration over the receptors, as mean over a time step [m/s^2].
+    prominence : float
+        Height above the higher of the two valleys beside it [m/s^2].
+    """
+
+    time: float
+    height: float
+    prominence: float
+
+
+@dataclass(frozen=True)
+class PeakTable:
+    """The acceleration peaks of a slide.
+
+    Parameters
+    ----------
+    peaks : tuple of Peak
+        Every peak that stands out of the noise, in order of time.
+    noise_floor : float
+        Median of the signal between the transition and the largest peak [m/s^2].
+    noise_spread : float
+        Its scaled median absolute deviation [m/s^2].
+    threshold : float
+        Prominence, and height over the floor, that a peak needed [m/s^2].
+    transition : Peak or None
+        The peak of the press-to-slide change; it is no slip event.
+    transition_end : float or None
+        When the transient of that change was over [s]; None where it never was.
+    """
+
+    peaks: tuple[Peak, ...] = ()
+    noise_floor: float = 0.0
+    noise_spread: float = 0.0
+    threshold: float = 0.0
+    transition: Peak | None = None
+    transition_end: float | None = None
+
+    @property
+    def largest(self) -> Peak | None:
+        """The most prominent peak."""
+        return max(self.peaks, key=lambda peak: peak.prominence, default=None)
+
+    @property
+    def ranked(self) -> tuple[Peak, ...]:
+        """The peaks from the most prominent one on."""
+        return tuple(sorted(self.peaks, key=lambda peak: -peak.prominence))
+
+
+def acceleration_peaks(history: xr.Dataset, settings: PeakSettings | None = None, slide: int = 0) -> PeakTable:
+    """Find the acceleration peaks of a slide.
+
+    The signal is the largest tangential acceleration (absolute value) over the receptors around the two
+    edges of the contact.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A two-dimensional history.
+    settings : PeakSettings, optional
+        How peaks are told from noise.
+    slide : int, optional
+        Which of the slide phases, from 0.
+
+    Returns
+    -------
+    PeakTable
+        Without peaks where there is no slide, no such receptor, or no end of the transition.
+    """
+    settings = settings or PeakSettings()
+    signal = peak_signal(history, settings, slide)
+    return PeakTable() if signal is None else _tabulate(signal["time"].values, signal.values, settings)
+
+
+def peak_signal(history: xr.Dataset, settings: PeakSettings, slide: int = 0) -> xr.DataArray | None:
+    """Return the signal that peaks are looked for in.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A two-dimensional history.
+    settings : PeakSettings
+        Which receptors are read.
+    slide : int, optional
+        Which of the slide phases, from 0.
+
+    Returns
+    -------
+    xarray.DataArray or None
+        Largest tangential acceleration (absolute value) over the receptors during the slide, dimension time
+        [m/s^2]; None where there is no slide or no such receptor.
+    """
+    window = slide_window(history, slide)
+    rows = slide_receptors(history, window, settings) if window else np.empty(0, dtype=np.intp)
+    if window is None or rows.size == 0:
+        return None
+    values = np.abs(tangential_acceleration(history, rows)).max(axis=1)[window.records]
+    times = {"time": history["time"].values[window.records]}
+    meaning = {"units": "m/s^2", "long_name": "largest tangential acceleration"}
+    return xr.DataArray(values, times, ("time",), "peak_signal", meaning)
+
+
+def slide_receptors(history: xr.Dataset, window: SlideWindow, settings: PeakSettings) -> NDArray[np.intp]:
+    """Return the rows of the sites whose acceleration is read in a slide."""
+    if "acceleration" not in history or "site" not in history.coords:
+        return np.empty(0, dtype=np.intp)
+    return receptor_rows(history, settings.kinds, settings.per_area, float(history["time"].values[window.first]))
+
+
+def goes_along(history: xr.Dataset, window: SlideWindow, rows: NDArray[np.intp], time: float) -> float:
+    """Return the share of the plate's way that some sites go along with from `time` to the end of the slide [-]."""
+    tangent = plate_tangent(history)
+    start = int(np.searchsorted(history["time"].values, time))
+    ends = np.array([start, window.last])
+    plate = history["body_displacement"].values[ends, 0] @ tangent
+    skin = history["displacement"].values[ends][:, rows] @ tangent
+    way = float(plate[1] - plate[0])
+    return float((skin[1] - skin[0]).mean()) / way if way else 1.0
+
+
+def noise_of(signal: NDArray[np.float64]) -> tuple[float, float]:
+    """Return the noise floor (median) and spread (scaled median absolute deviation) of a signal, in its unit."""
+    floor = float(np.median(signal))
+    return floor, _MAD_TO_DEVIATION * float(np.median(np.abs(signal - floor)))
+
+
+def transition_end(
+    times: NDArray[np.float64], signal: NDArray[np.float64], settings: PeakSettings
+) -> tuple[int, int] | None:
+    """Find where the press-to-slide transient ends.
+
+    Roughly, it is over where the signal stays below `transient` of its first peak for the time `quiet`. The noise is
+    taken between there and the largest value after it. Exactly, the transient is over where the signal stays within
+    that noise (floor and `over_noise` spreads), or below `over_largest` of that value, for the time `quiet`.
+
+    Parameters
+    ----------
+    times : (n_times,) array
+        Times of the slide [s].
+    signal : (n_times,) array
+        The signal, not negative [m/s^2].
+    settings : PeakSettings
+        How peaks are told from noise.
+
+    Returns
+    -------
+    tuple of int or None
+        Index of the rough and of the exact end; the exact one is that of the largest value after the rough one
+        where it never gets quiet before. None where there is not even a rough end.
+    """
+    width = _records(times, settings.quiet)
+    top = int(np.argmax(signal[: _records(times, _FIRST_PEAK_WITHIN) + 1]))
+    rough = _first_quiet(signal, top, settings.transient * float(signal[top]), width)
+    if rough is None:
+        return None
+    largest = rough + int(np.argmax(signal[rough:]))
+    floor, spread = noise_of(signal[rough : max(largest, rough + 1)])
+    level = max(floor + settings.over_noise * spread, settings.over_largest * float(signal[largest]))
+    exact = _first_quiet(signal[:largest], rough, level, width)
+    return rough, largest if exact is None else exact
+
+
+def _first_quiet(signal: NDArray[np.float64], start: int, level: float, width: int) -> int | None:
+    """Find the first record from `start` on from which `signal` stays at or below `level` for `width` records."""
+    for first in range(start, signal.size - width + 1):
+        if signal[first : first + width].max() <= level:
+            return first
+    return None
+
+
+def _tabulate(times: NDArray[np.float64], signal: NDArray[np.float64], settings: PeakSettings) -> PeakTable:
+    ends = transition_end(times, signal, settings)
+    if ends is None:
+        return PeakTable()
+    rough, quiet = ends
+    top = int(np.argmax(signal[: rough + 1]))
+    transition = Peak(float(times[top]), float(signal[top]), float(signal[top]))
+    found, prominences = _rising_peaks(signal, rough, _records(times, settings.separation))
+    if found.size == 0:
+        floor, spread = noise_of(signal[rough:])
+        return PeakTable((), floor, spread, 0.0, transition, float(times[quiet]))
+    largest = int(found[np.argmax(prominences)])
+    floor, spread = noise_of(signal[min(quiet, largest - 1) : largest])
+    threshold = max(settings.over_noise * spread, settings.over_largest * float(prominences.max()))
+    clear = (found >= quiet) & (prominences > threshold) & (signal[found] > floor + threshold)
+    peaks = tuple(
+        Peak(float(times[index]), float(signal[index]), float(prominence))
+        for index, prominence in zip(found[clear], prominences[clear], strict=True)
+    )
+    return PeakTable(peaks, floor, spread, threshold, transition, float(times[quiet]))
+
+
+def _rising_peaks(
+    signal: NDArray[np.float64], start: int, distance: int
+) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Return the peaks from `start` on and their prominences, without the ringing after a release.
+
+    Ringing only falls; a release exceeds what was just before it. Two distances back there was at least one swing.
+    """
+    found, properties = find_peaks(signal[start:], distance=distance, prominence=0.0)
+    found = found + start
+    rising = np.array([signal[max(i - 2 * distance, 0) : i].max() <= signal[i] for i in found], dtype=bool)
+    return found[rising], properties["prominences"][rising]
+
+
+def _records(times: NDArray[np.float64], duration: float) -> int:
+    """Return how many steps a duration takes, at least one."""
+    return max(round(duration / float(np.median(np.diff(times)))), 1)

@@ -1,0 +1,198 @@
+"""Receptors around the two edges of the contact, and what they feel.
+
+Area A is the edge of the contact at the smaller tangential coordinate, area B the one at the larger.
+The names are a convention here: the published figures only show the two edges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.history import OPEN
+from fingerslip.slip.windows import slide_window
+
+__all__ = [
+    "AREAS",
+    "RECEPTOR_KINDS",
+    "contact_edges",
+    "plate_tangent",
+    "receptor_rows",
+    "receptor_signals",
+    "receptors_in_areas",
+    "tangential_acceleration",
+]
+
+RECEPTOR_KINDS = ("FA-I", "SA-I", "FA-II", "SA-II")
+AREAS = ("A", "B")
+
+
+def plate_tangent(history: xr.Dataset, body: int = 0) -> NDArray[np.float64]:
+    """Return the unit tangent of a rigid body in 2D: its normal turned clockwise, (1, 0) for a plate below."""
+    normal = history["body_normal"].values[body]
+    return np.array([normal[1], -normal[0]], dtype=float)
+
+
+def contact_edges(history: xr.Dataset, time: float | None = None, body: int = 0) -> tuple[float, float] | None:
+    """Return where the contact ends on both sides.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A two-dimensional history.
+    time : float, optional
+        Time at which to look (the last record at or before it) [s]; without it the start of the first
+        slide, or the last record where there is no slide.
+    body : int, optional
+        The rigid body.
+
+    Returns
+    -------
+    tuple of float or None
+        Smallest and largest reference coordinate along the body's tangent of the nodes in contact [m];
+        None where nothing touches.
+    """
+    row = history["contact_state"].values[_record(history, time)]
+    touching = (row != OPEN) & (history["contact_body"].values == body)
+    if not touching.any():
+        return None
+    along = history["contact_position"].values[touching] @ plate_tangent(history, body)
+    return float(along.min()), float(along.max())
+
+
+def receptors_in_areas(
+    history: xr.Dataset, per_area: int = 5, kinds: Sequence[str] = RECEPTOR_KINDS, time: float | None = None
+) -> Mapping[tuple[str, str], tuple[str, ...]]:
+    """Choose the receptors around the two edges of the contact.
+
+    Every receptor belongs to the nearer edge; of those the nearest `per_area` are taken.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A two-dimensional history.
+    per_area : int, optional
+        How many per type and area.
+    kinds : sequence of str, optional
+        Receptor types.
+    time : float, optional
+        Time at which the edges are taken [s]; without it the start of the first slide.
+
+    Returns
+    -------
+    mapping of (kind, area) to tuple of str
+        Names of sites, nearest to the edge first; pairs without a receptor are left out, and it is empty
+        where nothing touches or no site is recorded.
+    """
+    edges = contact_edges(history, time)
+    if edges is None or "site" not in history.coords:
+        return MappingProxyType({})
+    names, site_kinds = history["site"].values, history["site_kind"].values
+    distance = np.abs(_along(history)[:, None] - np.asarray(edges))
+    nearer = np.argmin(distance, axis=1)
+    chosen = {}
+    for kind in kinds:
+        for index, area in enumerate(AREAS):
+            members = np.flatnonzero((site_kinds == kind) & (nearer == index))
+            order = members[np.argsort(distance[members, index], kind="stable")][:per_area]
+            if order.size:
+                chosen[kind, area] = tuple(str(name) for name in names[order])
+    return MappingProxyType(chosen)
+
+
+def receptor_signals(history: xr.Dataset, per_area: int = 5) -> xr.Dataset:
+    """Average what the receptors around each edge of the contact feel.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A two-dimensional history.
+    per_area : int, optional
+        How many receptors per type and area.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``acceleration`` (along the plate, mean of the sites and over each step) [m/s^2] and
+        ``strain_energy_density`` (mean of the sites) [J/m^3], dimensions (kind, area, time); coordinate
+        ``receptor_count`` (kind, area). Where there is no receptor the signal is missing and the count 0.
+    """
+    chosen = receptors_in_areas(history, per_area)
+    times = history["time"].values
+    shape = (len(RECEPTOR_KINDS), len(AREAS), times.size)
+    acceleration, density = np.full(shape, np.nan), np.full(shape, np.nan)
+    count = np.zeros(shape[:2], dtype=int)
+    for (kind, area), names in chosen.items():
+        place = RECEPTOR_KINDS.index(kind), AREAS.index(area)
+        rows = _site_rows(history, names)
+        count[place] = len(names)
+        acceleration[place] = tangential_acceleration(history, rows).mean(axis=1)
+        if "strain_energy_density" in history:
+            density[place] = history["strain_energy_density"].values[:, rows].mean(axis=1)
+    dims = ("kind", "area", "time")
+    return xr.Dataset(
+        {
+            "acceleration": (dims, acceleration, {"units": "m/s^2", "long_name": "tangential acceleration"}),
+            "strain_energy_density": (dims, density, {"units": "J/m^3", "long_name": "strain energy density"}),
+        },
+        {
+            "kind": list(RECEPTOR_KINDS),
+            "area": list(AREAS),
+            "time": times,
+            "receptor_count": (dims[:2], count),
+        },
+    )
+
+
+def receptor_rows(
+    history: xr.Dataset, kinds: Sequence[str], per_area: int, time: float | None = None
+) -> NDArray[np.intp]:
+    """Return the rows of the chosen receptors of some types, both areas together, as of `time` [s]."""
+    chosen = receptors_in_areas(history, per_area, kinds, time)
+    return _site_rows(history, [name for names in chosen.values() for name in names])
+
+
+def tangential_acceleration(history: xr.Dataset, rows: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return the acceleration along the plate of some sites, each value the mean over the step that it ends.
+
+    After a jump of the plate's velocity the accelerations of an implicit scheme alternate from step to step, ten and
+    more times as large as the change of velocity over a step; the mean of both ends of a step leaves that out.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A two-dimensional history.
+    rows : (n_sites,) array of int
+        Rows of the sites.
+
+    Returns
+    -------
+    (n_times, n_sites) array
+        Acceleration [m/s^2]; the first record has no step before it and stands as it is.
+    """
+    at_records = np.asarray(history["acceleration"].values[:, rows] @ plate_tangent(history), dtype=float)
+    over_steps = at_records.copy()
+    over_steps[1:] = 0.5 * (at_records[1:] + at_records[:-1])
+    return over_steps
+
+
+def _site_rows(history: xr.Dataset, names: Sequence[str]) -> NDArray[np.intp]:
+    known = {str(name): row for row, name in enumerate(history["site"].values)} if "site" in history.coords else {}
+    return np.array([known[name] for name in names], dtype=np.intp)
+
+
+def _along(history: xr.Dataset) -> NDArray[np.float64]:
+    return np.asarray(history["site_position"].values @ plate_tangent(history), dtype=float)
+
+
+def _record(history: xr.Dataset, time: float | None) -> int:
+    if time is None:
+        window = slide_window(history)
+        return window.first if window else history.sizes["time"] - 1
+    times = history["time"].values
+    slack = 1e-6 * float(times[-1] - times[0]) / max(times.size - 1, 1)
+    return max(int(np.searchsorted(times, time + slack, side="right")) - 1, 0)

@@ -1,0 +1,137 @@
+"""Computing one run and writing its folder."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import logging
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fingerslip.dynamics.simulate import simulate
+from fingerslip.errors import InputError
+from fingerslip.history import write_history
+from fingerslip.model import Model
+from fingerslip.slip import acceleration_peaks, events_mapping, find_events
+from fingerslip.study.build import located
+from fingerslip.study.numbers import key_numbers
+from fingerslip.study.provenance import versions
+from fingerslip.study.snapshots import write_snapshots
+from fingerslip.study.store import mapping_text, new_folder, write_text, writing
+from fingerslip.study.sweep import Run
+from fingerslip.study.yaml import write_mapping
+
+__all__ = ["Job", "compute", "mesh_hash"]
+
+_LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
+_logger = logging.getLogger("fingerslip.study")
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run with its model, ready to be computed.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    model : Model
+        Its model.
+    identity : str
+        Hash of its inputs.
+    folder : Path
+        Where its results go.
+    """
+
+    run: Run
+    model: Model
+    identity: str
+    folder: Path
+
+
+def compute(job: Job, progress: Callable[[float], None]) -> None:
+    """Simulate a run and write its folder, whole or not at all.
+
+    Parameters
+    ----------
+    job : Job
+        What to compute.
+    progress : callable
+        Gets the fraction done, from 0 to 1; what it raises ends the run.
+
+    Raises
+    ------
+    InputError
+        Where contact leaves its candidates.
+    ConvergenceError
+        Where the contact of a step was not solved.
+    ResultError
+        Where the folder cannot be written.
+    """
+    with new_folder(job.folder) as folder, _log(folder / "log.txt"):
+        started = time.perf_counter()
+        _logger.info("run %s of %s, identity %s", job.run.name, job.run.where, job.identity)
+        history = _simulate(job, progress)
+        seconds = time.perf_counter() - started
+        _logger.info("simulated %d records in %.1f s", history.sizes["time"], seconds)
+        write_history(history, folder / "history.nc")
+        with writing(folder):
+            write_mapping(job.run.resolved(), folder / "run.yaml", comment="fingerslip run run.yaml repeats this run")
+            write_snapshots(history, job.model.mesh, folder)
+        write_text(folder / "events.json", mapping_text(_result(job, history, seconds)))
+
+
+def mesh_hash(mesh: Any) -> str:
+    """Return a hash of the points and cells of a mesh."""
+    digest = hashlib.sha256()
+    for array in (mesh.p, mesh.t):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+def _simulate(job: Job, progress: Callable[[float], None]) -> Any:
+    try:
+        return simulate(job.model, progress=progress)
+    except InputError as error:
+        raise located(error, job.run.where) from None
+
+
+def _result(job: Job, history: Any, seconds: float) -> Mapping[str, Any]:
+    table = acceleration_peaks(history)
+    return {
+        "run": job.run.name,
+        "identity": job.identity,
+        "swept": dict(job.run.swept),
+        "events_s": events_mapping(find_events(history)),
+        "acceleration_peaks": [
+            {"time_s": peak.time, "height_m_per_s2": peak.height, "prominence_m_per_s2": peak.prominence}
+            for peak in table.peaks
+        ],
+        "numbers": key_numbers(history),
+        "mesh_hash": mesh_hash(job.model.mesh),
+        "wall_time_s": round(seconds, 3),
+        "versions": versions(),
+    }
+
+
+@contextlib.contextmanager
+def _log(path: Path) -> Iterator[None]:
+    """Write what the package logs to a file."""
+    logger = logging.getLogger("fingerslip")
+    with writing(path):
+        handler = logging.FileHandler(path, encoding="utf-8")
+    handler.setFormatter(logging.Formatter(_LOG_FORMAT))
+    level = logger.level
+    logger.addHandler(handler)
+    logger.setLevel(logging.INFO)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
+        logger.removeHandler(handler)
+        handler.close()

@@ -1,0 +1,69 @@
+"""Writing the mesh of a study or of a preset."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from fingerslip.anatomy import preset
+from fingerslip.mesh.io import write_mesh
+from fingerslip.mesh.quality import quality_table
+from fingerslip.mesh.section import build_section
+from fingerslip.report.tables import Column, Table
+from fingerslip.study.build import build_mesh
+from fingerslip.study.runner import plan_study
+from fingerslip.study.store import writing
+
+__all__ = ["save_mesh"]
+
+_COLUMNS = (
+    Column("region"),
+    Column("cells"),
+    Column("least scaled Jacobian", "", 2),
+    Column("smallest angle", "deg", 0),
+    Column("largest angle", "deg", 0),
+    Column("largest aspect ratio", "", 1),
+)
+
+
+def save_mesh(target: str, path: Path | None = None) -> Table:
+    """Write the mesh of a study (of its first run) or of a preset.
+
+    Parameters
+    ----------
+    target : str
+        A study file, or the name of a preset.
+    path : Path, optional
+        The file; without it a Gmsh file in ``meshes/``.
+
+    Returns
+    -------
+    Table
+        The quality of the cells, region by region.
+
+    Raises
+    ------
+    InputError
+        Where there is no such study or preset, or its mesh cannot be built.
+    ResultError
+        Where the file cannot be written.
+    """
+    is_study = Path(target).suffix in (".yaml", ".yml")
+    mesh = build_mesh(plan_study(target).runs[0]) if is_study else build_section(preset(target))
+    path = path or Path("meshes") / f"{Path(target).stem if is_study else target}.msh"
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_mesh(mesh, path)
+    rows = tuple(
+        (
+            row.region,
+            row.cells,
+            row.scaled_jacobian,
+            math.degrees(row.smallest_angle),
+            math.degrees(row.largest_angle),
+            row.aspect_ratio,
+        )
+        for row in quality_table(mesh)
+    )
+    sizes = f"{mesh.p.shape[1]} nodes, {mesh.t.shape[1]} cells; boundaries: {', '.join(mesh.boundaries or {})}"
+    return Table(f"{path}", _COLUMNS, rows, sizes)

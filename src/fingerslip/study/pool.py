@@ -1,0 +1,167 @@
+"""Computing runs side by side, each in a process of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import queue
+import signal
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any
+
+from fingerslip.errors import FingerslipError, ResultError
+from fingerslip.study.compute import Job, compute
+from fingerslip.study.progress import StudyProgress
+from fingerslip.study.threads import single_threads
+
+__all__ = ["WorkerLostError", "compute_all"]
+
+_SECONDS_BETWEEN_LOOKS = 0.1
+
+Failures = dict[str, FingerslipError]
+
+
+class WorkerLostError(FingerslipError):
+    """A process that computed runs ended without a word."""
+
+    def __str__(self) -> str:
+        return (
+            "a process that computed runs was ended from outside, perhaps for want of memory: finished runs are "
+            "kept, the others need another try; run the same command again with --workers 1"
+        )
+
+
+class _StoppedError(Exception):
+    """The study is being ended."""
+
+
+def compute_all(jobs: Sequence[Job], workers: int, progress: StudyProgress) -> Failures:
+    """Compute all jobs; one that fails does not keep the others from being computed.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        What to compute.
+    workers : int
+        How many at once; with one of them, or one job, this process computes.
+    progress : StudyProgress
+        Is told how far they are.
+
+    Returns
+    -------
+    dict
+        The error of each job that failed, by the name of the run.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        After Ctrl-C, when nothing unfinished is left.
+    """
+    progress.begin([job.run.name for job in jobs])
+    if min(workers, len(jobs)) <= 1:
+        return _compute_here(jobs, progress)
+    with single_threads():
+        return _compute_apart(jobs, min(workers, len(jobs)), progress)
+
+
+def _compute_here(jobs: Sequence[Job], progress: StudyProgress) -> Failures:
+    failures: Failures = {}
+    for job in jobs:
+        name = job.run.name
+        try:
+            compute(job, lambda fraction, name=name: progress.advance(name, fraction))  # type: ignore[misc]
+        except FingerslipError as error:
+            failures[name] = error
+        except MemoryError:
+            failures[name] = _out_of_memory(job)
+        progress.finish(name, "failed" if name in failures else "done")
+    return failures
+
+
+def _compute_apart(jobs: Sequence[Job], workers: int, progress: StudyProgress) -> Failures:
+    context = multiprocessing.get_context("spawn")
+    news, stop = context.Queue(), context.Event()
+    pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(news, stop))
+    try:
+        futures = {pool.submit(_compute_in_worker, job): job for job in jobs}
+        return _follow(futures, news, progress)
+    finally:
+        stop.set()
+        pool.shutdown(wait=True, cancel_futures=True)
+        news.close()
+
+
+def _follow(futures: Mapping[Future[None], Job], news: Any, progress: StudyProgress) -> Failures:
+    """Wait for all jobs and pass on how far they are."""
+    failures: Failures = {}
+    waiting = set(futures)
+    while waiting:
+        done, waiting = wait(waiting, timeout=_SECONDS_BETWEEN_LOOKS, return_when=FIRST_COMPLETED)
+        _pass_on(news, progress)
+        for future in done:
+            job = futures[future]
+            error = _failure(future, job)
+            if error is not None:
+                failures[job.run.name] = error
+            progress.finish(job.run.name, "failed" if error else "done")
+    return failures
+
+
+def _pass_on(news: Any, progress: StudyProgress) -> None:
+    with contextlib.suppress(queue.Empty):
+        while True:
+            name, fraction = news.get_nowait()
+            progress.advance(name, fraction)
+
+
+def _failure(future: Future[None], job: Job) -> FingerslipError | None:
+    """Return what went wrong in a job; anything that is no error of fingerslip is raised."""
+    try:
+        future.result()
+    except FingerslipError as error:
+        return error
+    except BrokenProcessPool:
+        return WorkerLostError()
+    except MemoryError:
+        return _out_of_memory(job)
+    return None
+
+
+def _out_of_memory(job: Job) -> ResultError:
+    return ResultError(f"{job.run.where}: out of memory; use larger elements or --workers 1")
+
+
+_news: Any = None
+_stop: Any = None
+
+
+def _begin_worker(news: Any, stop: Any) -> None:
+    """Prepare a worker: the parent alone answers Ctrl-C, and no worker outlives the parent."""
+    global _news, _stop
+    _news, _stop = news, stop
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _compute_in_worker(job: Job) -> None:
+    compute(job, _tell(job.run.name))
+
+
+def _tell(name: str) -> Callable[[float], None]:
+    def tell(fraction: float) -> None:
+        if _stop.is_set():
+            raise _StoppedError
+        _news.put((name, fraction))
+
+    return tell

@@ -1,0 +1,154 @@
+"""Showing how far a study is: bars on a terminal, lines in a log, or nothing."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Protocol, Self
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+__all__ = ["BarProgress", "LineProgress", "SilentProgress", "StudyProgress", "progress_for"]
+
+_SECONDS_BETWEEN_LINES = 30.0
+
+
+class StudyProgress(Protocol):
+    """What a study tells while it runs."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...
+
+    def begin(self, names: Sequence[str]) -> None:
+        """Take note of the runs to be computed."""
+
+    def advance(self, name: str, fraction: float) -> None:
+        """Take note that a run is done up to `fraction`."""
+
+    def finish(self, name: str, outcome: str) -> None:
+        """Take note that a run has ended, and how."""
+
+    def say(self, message: str) -> None:
+        """Show a message."""
+
+
+class SilentProgress:
+    """Tells nothing."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Do nothing."""
+
+    def begin(self, names: Sequence[str]) -> None:
+        """Do nothing."""
+
+    def advance(self, name: str, fraction: float) -> None:
+        """Do nothing."""
+
+    def finish(self, name: str, outcome: str) -> None:
+        """Do nothing."""
+
+    def say(self, message: str) -> None:
+        """Do nothing."""
+
+
+class BarProgress(SilentProgress):
+    """One bar for every run that has begun and one for the study, with the estimated time left.
+
+    Parameters
+    ----------
+    console : rich.console.Console
+        Where they are drawn.
+    """
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._bars = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:>3.0f} %"),
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            TimeRemainingColumn(),
+            console=console,
+        )
+        self._done: dict[str, float] = {}
+        self._tasks: dict[str, TaskID] = {}
+        self._total: TaskID | None = None
+
+    def __enter__(self) -> Self:
+        self._bars.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Stop drawing."""
+        self._bars.stop()
+
+    def begin(self, names: Sequence[str]) -> None:
+        """Draw the bar of the study."""
+        self._tasks = {}
+        self._done = dict.fromkeys(names, 0.0)
+        self._total = self._bars.add_task("all runs", total=float(len(names))) if len(names) > 1 else None
+
+    def advance(self, name: str, fraction: float) -> None:
+        """Move the bars on."""
+        if name not in self._tasks:
+            self._tasks[name] = self._bars.add_task(name, total=1.0)
+        self._done[name] = fraction
+        self._bars.update(self._tasks[name], completed=fraction)
+        if self._total is not None:
+            self._bars.update(self._total, completed=sum(self._done.values()))
+
+    def finish(self, name: str, outcome: str) -> None:
+        """Fill the bar of a run and say how it ended."""
+        self.advance(name, 1.0)
+        self._bars.update(self._tasks[name], description=f"{name}: {outcome}")
+
+    def say(self, message: str) -> None:
+        """Show a message above the bars."""
+        self._console.print(message, highlight=False, markup=False, soft_wrap=True)
+
+
+class LineProgress(SilentProgress):
+    """A line when a run begins or ends, and one now and then, for logs.
+
+    Parameters
+    ----------
+    console : rich.console.Console
+        Where they are written.
+    """
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._last: dict[str, float] = {}
+
+    def advance(self, name: str, fraction: float) -> None:
+        """Write a line where the last one is some time ago."""
+        now = time.monotonic()
+        if now - self._last.get(name, -_SECONDS_BETWEEN_LINES) >= _SECONDS_BETWEEN_LINES:
+            self._last[name] = now
+            self.say(f"{name}: {100 * fraction:.0f} %")
+
+    def finish(self, name: str, outcome: str) -> None:
+        """Say how a run ended."""
+        self.say(f"{name}: {outcome}")
+
+    def say(self, message: str) -> None:
+        """Write a line."""
+        self._console.print(message, highlight=False, markup=False, soft_wrap=True)
+
+
+def progress_for(console: Console) -> StudyProgress:
+    """Return bars for a terminal and lines for anything else."""
+    return BarProgress(console) if console.is_terminal else LineProgress(console)

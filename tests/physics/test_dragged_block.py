@@ -1,0 +1,116 @@
+"""A block pressed and dragged: stick until the shear force reaches mu N, then exactly that.
+
+Source: Coulomb's law, and simple shear of a layer in closed form. The density is small, so that the motion is
+quasi-static to rounding.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from problems.blocks import ELEMENTS, rectangle
+
+WIDTH, HEIGHT, DEPTH, MODULUS, MU = 10e-3, 4e-3, 1e-3, 34e3, 0.5
+PENALTY = 1e8
+
+
+def block(element, ratio, supports, programme, *, density=1e-3, penalty=PENALTY, friction=MU, step=2e-3):
+    mesh = rectangle(element, np.linspace(0, WIDTH, 11), np.linspace(0, HEIGHT, 5))
+    contact = fs.Contact(
+        boundary="bottom", friction=fs.Coulomb(friction), normal_penalty=penalty, tangential_penalty=penalty
+    )
+    return fs.Model(
+        mesh=mesh,
+        materials={"bulk": fs.Elastic(MODULUS, ratio, density)},
+        formulation="plane_strain",
+        depth=DEPTH,
+        supports=supports,
+        contacts=(contact,),
+        programme=programme,
+        time=fs.TimeStepping(step),
+    )
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_uniform_shear_in_closed_form(element):
+    """All nodes are held along y, so pressure and shear are uniform: every node lets go in the same step.
+
+    p = k d; before slip the traction is s / (H / G + 1 / k) after a slide s; it slips where that is mu p.
+    Tolerance 1e-6: what is left of inertia at this density. The time of slip is that of the step after it.
+    """
+    press, speed, step = 20e-6, 10e-3, 2e-3
+    supports = {"bulk": ("y",), "top": ("x",)}
+    programme = (fs.Press(press, 1e-3), fs.Slide(2e-3, speed))
+    history = fs.simulate(block(element, 0.0, supports, programme, step=step))
+    pressure, shear_modulus = PENALTY * press, MODULUS / 2
+    slide = history.body_displacement.values[:, 0, 0]
+    stiffness = 1.0 / (HEIGHT / shear_modulus + 1.0 / PENALTY)
+    expected = np.minimum(stiffness * slide, MU * pressure)
+    started = slide > 0.0
+    normal = np.tile(pressure, history.normal_traction[started].shape)
+    np.testing.assert_allclose(history.normal_traction.values[started], normal, rtol=1e-9)
+    traction = history.tangential_traction.values
+    np.testing.assert_allclose(traction, np.tile(expected[:, None], traction.shape[1]), atol=1e-6 * MU * pressure)
+    stick = stiffness * slide < MU * pressure
+    assert (history.contact_state.values[started & stick] == 1).all()
+    assert (history.contact_state.values[~stick] == 2).all()
+    force = history.body_force.values[-1, 0]
+    assert force[0] / force[1] == pytest.approx(MU, rel=1e-12)
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_a_soft_block_drags_at_exactly_mu(element):
+    """With edges that slip first: F / N rises, never passes mu, and is mu to rounding once all nodes slip."""
+    programme = (fs.Press(0.2e-3, 2e-3), fs.Slide(6e-3, 20e-3))
+    model = block(element, 0.4, {"top": ("x", "y")}, programme, density=1000.0, penalty=1e9)
+    history = fs.simulate(model)
+    force, state = history.body_force.values[1:, 0], history.contact_state.values[1:]
+    ratio, touching = force[:, 0] / force[:, 1], state > 0
+    assert (np.abs(ratio) <= MU * (1 + 1e-12)).all()
+    assert ratio[-1] == pytest.approx(MU, rel=1e-12)
+    same_way = (history.tangential_traction.values[1:] >= 0).all(axis=1)
+    overall = ((state != 1) & touching.any(axis=1, keepdims=True)).all(axis=1) & same_way
+    sliding = history.time.values[1:] > 0.1 + 1e-9
+    assert np.abs(ratio[overall & sliding] - MU).max() <= 1e-12
+    partly = sliding & (state == 1).any(axis=1)
+    assert partly.sum() > 10
+    assert (ratio[partly] < MU).all()
+
+
+@pytest.mark.parametrize("element", ["Q4", "T6"])
+def test_a_stuck_contact_does_not_creep(element):
+    """Held for 2000 steps under a shear below mu N, it keeps force and place: the law has a true stick state."""
+    programme = (fs.Press(0.2e-3, 2e-3), fs.Slide(0.1e-3, 2e-3), fs.Hold(2.0))
+    model = block(element, 0.4, {"top": ("x", "y")}, programme, step=1e-3, friction=1.0, penalty=1e9)
+    history = fs.simulate(model)
+    held = history.isel(time=slice(-1900, None))
+    assert (held.contact_state.values != 0).any(axis=1).all()
+    assert (held.contact_state.values == 1).any(axis=1).all()
+    for name, scale in (("contact_displacement", 0.1e-3), ("body_force", float(held.body_force[0, 0, 0]))):
+        drift = np.abs(held[name].values - held[name].values[0]).max()
+        assert drift <= 1e-9 * scale, f"{name} drifts by {drift / scale:.1e}"
+
+
+@pytest.mark.parametrize(("alpha", "stiffness"), [(0.0, 0.0), (-0.05, 0.0), (-1 / 3, 0.0), (-0.05, 2e-3)])
+def test_energy_balance_of_a_press_and_slide(alpha, stiffness):
+    """Every term is computed by itself, so 1e-9 of the external work is rounding; friction only takes."""
+    programme = (fs.Press(0.4e-3, 2e-3), fs.Slide(4e-3, 10e-3), fs.Lift(0.6e-3, 5e-3))
+    model = block("Q4", 0.4, {"top": ("x", "y")}, programme, density=1000.0, penalty=1e8)
+    values = {name: getattr(model, name) for name in ("mesh", "materials", "formulation", "supports", "contacts")}
+    damped = fs.Model(
+        **values,
+        depth=DEPTH,
+        programme=programme,
+        time=fs.TimeStepping(2e-3, alpha),
+        damping=fs.RayleighDamping(stiffness=stiffness),
+    )
+    history = fs.simulate(damped)
+    work = np.abs(history.external_work.values).max()
+    assert np.abs(history.energy_imbalance.values).max() <= 1e-9 * work
+    assert (np.diff(history.friction_dissipation.values) >= -1e-15 * work).all()
+    assert float(history.friction_dissipation[-1]) > 0.3 * work
+    assert (np.diff(history.damping_dissipation.values) >= -1e-15 * work).all()
+    assert (float(history.damping_dissipation[-1]) > 0.0) == (stiffness > 0.0)
+    assert not history.contact_state.values[-1].any(), "the plate has been lifted off"

@@ -1,0 +1,153 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fingerslip.contact.candidates import Candidates
+from fingerslip.contact.interface import OPEN, SLIP, STICK, contact_problem, rest_state, settle
+from fingerslip.contact.solver import solve_friction
+
+NORMAL, TANGENTIAL, MU = 400.0, 100.0, 0.5
+
+
+def candidates(count=1, gap=0.0, mu=MU):
+    full = np.full(count, 1.0)
+    return Candidates(
+        nodes=np.arange(count),
+        body=np.zeros(count, dtype=np.int64),
+        frames=np.tile(np.array([[0.0, 1.0], [1.0, 0.0]]), (count, 1, 1)),
+        gap=gap * full,
+        area=full,
+        normal_stiffness=NORMAL * full,
+        tangential_stiffness=TANGENTIAL * full,
+        friction_coefficient=mu * full,
+    )
+
+
+def move(known, before, relative):
+    """Take a rigid skin to given gaps and tangential positions: only the penalties give way."""
+    relative = np.atleast_2d(np.asarray(relative, dtype=float))
+    free = contact_problem(known, before, relative)
+    penalties = np.column_stack([known.normal_stiffness, known.tangential_stiffness]).ravel()
+    solution = solve_friction(np.diag(1.0 / penalties), free, known.friction_coefficient, before.forces, 1e-13)
+    assert solution.residual <= 1e-13
+    return settle(known, before, solution.forces, relative)
+
+
+def follow(path, mu=MU, gap=0.0):
+    """Return the outcomes of a path of (gap, tangential position)."""
+    known = candidates(gap=gap, mu=mu)
+    state, outcomes = rest_state(known), []
+    for relative in path:
+        outcomes.append(move(known, state, relative))
+        state = outcomes[-1].state
+    return outcomes
+
+
+def test_rest_is_open_at_the_initial_gap():
+    state = rest_state(candidates(3, gap=0.2))
+    np.testing.assert_array_equal(state.relative, [[0.2, 0.0]] * 3)
+    assert not state.forces.any()
+    assert (state.state == OPEN).all()
+
+
+def test_an_open_node_has_no_force_and_no_slip():
+    outcome = follow([(0.1, 0.0), (0.1, 5.0)], gap=0.1)[-1]
+    assert outcome.state.state[0] == OPEN
+    assert not outcome.state.forces.any()
+    assert outcome.state.slip_distance[0] == 0.0
+    assert (outcome.stored, outcome.friction) == (0.0, 0.0)
+
+
+def test_a_stuck_node_is_two_springs():
+    outcome = follow([(-0.01, 0.0), (-0.01, 0.015)])[-1]
+    np.testing.assert_allclose(outcome.state.forces[0], [4.0, -1.5], rtol=1e-12)
+    assert outcome.state.state[0] == STICK
+    assert outcome.state.slip_distance[0] == 0.0
+    assert outcome.friction == pytest.approx(0.0, abs=1e-15)
+    assert outcome.stored == pytest.approx(0.5 * 4.0**2 / NORMAL + 0.5 * 1.5**2 / TANGENTIAL, rel=1e-12)
+
+
+def test_a_slipping_node_returns_to_the_cone():
+    """Return mapping: |r_t| = mu r_n = 2, elastic slip 0.02, so 0.05 - 0.02 has slipped and cost 2 N times that."""
+    outcome = follow([(-0.01, 0.0), (-0.01, 0.05)])[-1]
+    np.testing.assert_allclose(outcome.state.forces[0], [4.0, -2.0], rtol=1e-12)
+    assert outcome.state.state[0] == SLIP
+    assert outcome.state.slip_distance[0] == pytest.approx(0.03, rel=1e-12)
+    assert outcome.friction == pytest.approx(2.0 * 0.03, rel=1e-12)
+
+
+def test_reversal_unloads_elastically_before_it_slips_back():
+    path = [(-0.01, 0.0), (-0.01, 0.05), (-0.01, 0.03), (-0.01, 0.01), (-0.01, 0.0)]
+    states = [outcome.state for outcome in follow(path)]
+    assert [int(state.state[0]) for state in states] == [STICK, SLIP, STICK, SLIP, SLIP]
+    np.testing.assert_allclose([state.forces[0, 1] for state in states], [0, -2.0, 0.0, 2.0, 2.0], atol=1e-12)
+    np.testing.assert_allclose([state.slip_distance[0] for state in states], [0, 0.03, 0.03, 0.03, 0.04], rtol=1e-12)
+
+
+def test_one_step_or_many_give_the_same_slip_along_a_straight_path():
+    steps = [(-0.01, x) for x in np.linspace(0.0, 0.05, 51)]
+    many, one = follow(steps), follow([(-0.01, 0.0), (-0.01, 0.05)])
+    np.testing.assert_allclose(many[-1].state.forces, one[-1].state.forces, rtol=1e-12)
+    assert many[-1].state.slip_distance[0] == pytest.approx(one[-1].state.slip_distance[0], rel=1e-10)
+    assert sum(out.friction for out in many) == pytest.approx(one[-1].friction, rel=1e-10)
+
+
+def test_unloading_the_normal_force_makes_a_stuck_node_slip():
+    before, after = follow([(-0.01, 0.0), (-0.01, 0.018), (-0.005, 0.018)])[1:]
+    assert before.state.state[0] == STICK
+    assert after.state.state[0] == SLIP
+    np.testing.assert_allclose(after.state.forces[0], [2.0, -1.0], rtol=1e-12)
+    assert after.state.slip_distance[0] == pytest.approx(0.018 - 0.01, rel=1e-12)
+
+
+def test_a_node_that_leaves_and_lands_elsewhere_starts_afresh():
+    left, landed = follow([(-0.01, 0.05), (0.01, 0.5), (-0.01, 0.5)])[1:]
+    assert not left.state.forces.any()
+    np.testing.assert_allclose(landed.state.forces[0], [4.0, 0.0], atol=1e-12)
+    assert landed.state.slip_distance[0] == left.state.slip_distance[0]
+
+
+def test_free_motion_before_landing_is_no_slip():
+    outcome = follow([(0.01, 0.0), (-0.01, 5.0)], gap=0.01)[-1]
+    assert outcome.state.forces[0, 0] == pytest.approx(4.0)
+    assert outcome.state.slip_distance[0] == 0.0
+
+
+def test_without_friction_there_is_no_traction_and_no_loss():
+    outcomes = follow([(-0.01, 0.0), (-0.01, 0.05)], mu=0.0)
+    assert outcomes[-1].state.forces[0, 1] == 0.0
+    assert outcomes[-1].friction == 0.0
+
+
+@settings(max_examples=200, deadline=None, derandomize=True)
+@given(
+    st.lists(st.tuples(st.floats(-0.02, 0.01), st.floats(-0.1, 0.1)), min_size=1, max_size=8),
+    st.floats(0.0, 2.0),
+)
+def test_friction_only_dissipates_and_the_work_adds_up(path, mu):
+    known = candidates(mu=mu)
+    before = rest_state(known)
+    stored = 0.0
+    for relative in path:
+        outcome = move(known, before, relative)
+        after = outcome.state
+        assert outcome.friction >= -1e-14
+        mean = 0.5 * (before.forces + after.forces)
+        work = -float(np.sum(mean * (after.relative - before.relative)))
+        assert outcome.stored - stored + outcome.friction + outcome.numerical == pytest.approx(work, abs=1e-13)
+        assert after.slip_distance[0] >= before.slip_distance[0]
+        limit = mu * after.forces[0, 0]
+        assert abs(after.forces[0, 1]) <= limit * (1 + 1e-12) + 1e-15
+        assert (after.state[0] == OPEN) == (after.forces[0, 0] == 0.0)
+        before, stored = after, outcome.stored
+
+
+def test_the_state_before_is_left_as_it_was():
+    known, before = candidates(), rest_state(candidates())
+    copies = {name: value.copy() for name, value in vars(before).items()}
+    move(known, before, (-0.01, 0.05))
+    for name, value in copies.items():
+        np.testing.assert_array_equal(getattr(before, name), value)

@@ -1,0 +1,106 @@
+from __future__ import annotations
+
+import doctest
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import fingerslip as fs
+from fingerslip.dynamics import scheme as scheme_module
+from fingerslip.dynamics.scheme import hht, predict
+from problems.blocks import fitted_slope, rectangle
+
+ALPHAS = [0.0, -0.05, -0.2, -1 / 3, -0.41421, -0.5]
+
+
+def amplification(alpha, frequency):
+    """Return the matrix that takes (u, v, a) of a free oscillator over a step of 1 s."""
+    scheme, columns = hht(1.0, alpha), []
+    for state in np.eye(3):
+        ahead = predict(scheme, *state[:, None])
+        old, new = frequency**2 * state[0], frequency**2 * ahead.displacement[0]
+        weight = 1.0 + alpha
+        acceleration = (alpha * old - weight * new) / (1.0 + weight * frequency**2 * scheme.displacement_factor)
+        displacement = ahead.displacement[0] + scheme.displacement_factor * acceleration
+        columns.append([displacement, ahead.velocity[0] + scheme.velocity_factor * acceleration, acceleration])
+    return np.array(columns).T
+
+
+def spectral_radius(alpha, frequency):
+    return np.abs(np.linalg.eigvals(amplification(alpha, frequency))).max()
+
+
+@pytest.mark.parametrize(("alpha", "expected"), [(0.0, 1.0), (-0.05, 0.9048), (-1 / 3, 0.5)])
+def test_published_spectral_radii_at_infinite_step(alpha, expected):
+    """Hilber, Hughes & Taylor 1977; the published digits."""
+    assert hht(1.0, alpha).spectral_radius_at_infinity == pytest.approx(expected, abs=5e-5)
+
+
+@pytest.mark.parametrize("alpha", ALPHAS)
+def test_spectral_radius_at_infinity_is_that_of_the_scheme(alpha):
+    """Double eigenvalues are found to the root of rounding only, hence 1e-3."""
+    assert spectral_radius(alpha, 1e6) == pytest.approx(hht(1.0, alpha).spectral_radius_at_infinity, abs=1e-3)
+
+
+@settings(deadline=None, derandomize=True)
+@given(st.floats(-0.5, 0.0), st.floats(-4.0, 6.0))
+def test_unconditionally_stable(alpha, decade):
+    assert spectral_radius(alpha, 10.0**decade) <= 1.0 + 1e-6
+
+
+def oscillator(step, alpha, end):
+    """One shear cell under a sudden traction: its two upper nodes move along x as one degree of freedom."""
+    return fs.Model(
+        mesh=rectangle("Q4", [0.0, 1.0], [0.0, 1.0]),
+        materials={"bulk": fs.Elastic(2.0, 0.0, 3.0)},
+        formulation="plane_stress",
+        supports={"bulk": ("y",), "bottom": ("x",)},
+        tractions={"top": (0.1, 0.0)},
+        time=fs.TimeStepping(step, alpha, end),
+        record=fs.Recording(sites=(fs.Site("top", "", (0.0, 1.0)),)),
+    )
+
+
+# Shear modulus 1, so k = G A / H = 1; the consistent mass of a linear shear profile is rho V / 3 = 1.
+FREQUENCY, STATIC = 1.0, 0.1
+
+
+@pytest.mark.parametrize("alpha", [0.0, -0.05, -1 / 3])
+def test_second_order_on_one_oscillator(alpha):
+    end, steps = 6.0, [0.2, 0.1, 0.05, 0.025]
+    errors = []
+    for step in steps:
+        history = fs.simulate(oscillator(step, alpha, end))
+        exact = STATIC * (1.0 - np.cos(FREQUENCY * history.time.values))
+        errors.append(np.abs(history.displacement.values[:, 0, 0] - exact).max())
+    slope = fitted_slope(steps, errors)
+    assert slope == pytest.approx(2.0, abs=0.1), f"alpha {alpha}: fitted order {slope:.3f}, errors {errors}"
+
+
+def mechanical_energy(history):
+    return (history.kinetic_energy + history.strain_energy - history.external_work).values
+
+
+@pytest.mark.parametrize("step", [0.1, 10.0])
+def test_energy_is_kept_at_alpha_zero(step):
+    history = fs.simulate(oscillator(step, 0.0, 100 * step))
+    scale = history.strain_energy.values.max()
+    assert np.abs(mechanical_energy(history)).max() <= 1e-11 * scale
+    assert np.abs(history.numerical_dissipation.values).max() <= 1e-11 * scale
+
+
+@pytest.mark.parametrize("alpha", [-0.05, -1 / 3])
+def test_energy_is_lost_below_alpha_zero_and_the_balance_knows_how_much(alpha):
+    history = fs.simulate(oscillator(0.5, alpha, 100.0))
+    scale = history.strain_energy.values.max()
+    assert mechanical_energy(history)[-1] < -0.02 * scale
+    assert np.abs(history.energy_imbalance.values).max() <= 1e-12 * scale
+    swing = np.abs(history.displacement.values[:, 0, 0] - STATIC)
+    assert swing[-40:].max() < 0.98 * swing[:40].max()
+
+
+def test_the_examples_in_the_docstrings():
+    assert doctest.testmod(scheme_module).failed == 0
+    assert doctest.testmod(scheme_module).attempted >= 1

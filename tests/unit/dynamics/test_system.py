@@ -1,0 +1,101 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.dynamics.system import build_system, check_model
+from fingerslip.errors import InputError, MeshError
+from problems.blocks import rectangle
+from problems.pushed import pad, push_and_slide
+
+
+def contact(**changes):
+    return (fs.Contact(**({"boundary": "bottom", "friction": fs.Coulomb(0.4)} | changes)),)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"contacts": contact(boundary="pulp")}, "boundary 'pulp' not in mesh, it has: bottom, left, right, top"),
+        ({"supports": {"nail": ("x",)}}, "boundary 'nail' not in mesh"),
+        ({"supports": {"top": ("z",)}}, "supports.top: got component 'z', needs x or y"),
+        ({"tractions": {"left": (1.0,)}}, "tractions.left: got 1 components, needs 2"),
+        ({"materials": {}}, "region 'bulk' has no material"),
+        ({"contacts": contact(body=fs.Plane(offset=1e-3))}, "contacts.0.offset: the plate starts 1 mm inside the body"),
+        ({"contacts": contact(body=fs.Plane(offset=-1.0))}, "no node of the boundary is within 0.6 mm of the plate"),
+        ({"contacts": contact(body=fs.Plane(normal=(0, 0, 1)))}, "contacts.0.body.normal: got 3 components, needs 2"),
+        ({"programme": (fs.Slide(1e-3, 1e-3), fs.Press(1e-3, 1e-3))}, "slides before the plate touches"),
+        ({"programme": (fs.Press(1e-3, 1e-3), fs.Slide(1e-3, 1e-3, (0.0, 1.0)))}, "needs a direction along the plate"),
+        ({"record": fs.Recording(sites=(fs.Site("far", "", (1.0, 1.0)),))}, "site far: x = 1000 mm"),
+        ({"record": fs.Recording(sites=(fs.Site("a", "", (0.0, 0.0), "nail"),))}, "region 'nail' is not in the mesh"),
+    ],
+)
+def test_models_that_cannot_be_computed_are_refused_by_the_check_and_by_the_build(changes, message):
+    model = push_and_slide(**changes)
+    for refuse in (check_model, build_system) if "tractions" not in changes else (build_system,):
+        with pytest.raises(InputError) as caught:
+            refuse(model)
+        assert message in str(caught.value)
+
+
+def test_missing_names_are_mesh_errors():
+    with pytest.raises(MeshError):
+        check_model(push_and_slide(contacts=contact(boundary="pulp")))
+
+
+def test_a_slide_after_a_press_that_is_too_short_is_refused():
+    programme = (fs.Press(0.05e-3, 1e-3), fs.Slide(1e-3, 1e-3))
+    body = fs.Plane(offset=-0.1e-3)
+    with pytest.raises(InputError, match="deeper than the gap"):
+        check_model(push_and_slide(programme=programme, contacts=contact(body=body, reach=1e-3)))
+
+
+def test_supports_take_boundaries_and_whole_regions():
+    boundary = build_system(push_and_slide(supports={"top": ("y",)}))
+    nodes = boundary.space.positions.shape[0]
+    assert len(boundary.free) == 2 * nodes - 9
+    region = build_system(push_and_slide(supports={"bulk": ("y",), "top": ("x", "y")}))
+    assert len(region.free) == nodes - 9
+    assert (region.free % 2 == 0).all()
+
+
+def test_matrices_are_those_of_the_free_degrees_of_freedom():
+    system = build_system(push_and_slide())
+    count = len(system.free)
+    assert system.stiffness.shape == system.mass.shape == (count, count)
+    assert np.linalg.eigvalsh(system.stiffness.toarray()).min() > 0.0
+    assert system.local.shape == (2 * len(system.candidates.nodes), count)
+
+
+def test_candidates_are_within_one_and_a_half_times_the_way_of_the_plate():
+    system = build_system(push_and_slide())
+    assert system.candidates.gap.max() <= 1.5 * 0.4e-3
+    positions, outside = system.space.positions, system.outsiders[0]
+    assert len(outside) + len(system.candidates.nodes) == 9
+    assert (positions[outside, 1] - positions[:, 1].min() > 1.5 * 0.4e-3).all()
+
+
+@pytest.mark.parametrize("element", ["Q4", "T6"])
+def test_automatic_penalties_follow_layer_and_facets(element):
+    grid = np.linspace(0.0, 1e-3, 5)
+    layers = {"skin": lambda c: c[1] < 0.5e-3, "core": lambda c: c[1] > 0.5e-3}
+    mesh = rectangle(element, grid, grid, regions=layers)
+    materials = {"skin": fs.Elastic(2e5, 0.4, 1000.0), "core": fs.Elastic(1e6, 0.4, 1000.0)}
+    candidates = build_system(push_and_slide(mesh=mesh, materials=materials)).candidates
+    np.testing.assert_allclose(candidates.normal_stiffness / candidates.area, 10 * 2e5 / 0.25e-3)
+    np.testing.assert_allclose(candidates.tangential_stiffness / candidates.area, 10 * 2e5 / 0.25e-3)
+
+
+def test_given_penalties_are_taken():
+    made = build_system(push_and_slide(contacts=contact(normal_penalty=1e7, tangential_penalty=2e6))).candidates
+    np.testing.assert_allclose(made.normal_stiffness / made.area, 1e7)
+    np.testing.assert_allclose(made.tangential_stiffness / made.area, 2e6)
+
+
+def test_tributary_areas_are_those_of_the_boundary():
+    system = build_system(push_and_slide(contacts=contact(reach=1.0)))
+    mesh = pad("Q4")
+    ends = mesh.p[:, mesh.facets[:, mesh.boundaries["bottom"]]]
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0).sum()
+    assert system.candidates.area.sum() == pytest.approx(1e-3 * length, rel=1e-12)

@@ -1,0 +1,140 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import skfem
+
+from fingerslip.errors import MeshError
+from fingerslip.fe.space import boundary_nodes, build_space, nodal_areas, region_nodes, vector_dofs
+from problems.blocks import ELEMENTS, distorted, rectangle
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_degrees_of_freedom_are_numbered_node_by_node(element):
+    space = build_space(distorted(element))
+    assert space.element == element
+    assert space.n_dofs == 2 * len(space.positions)
+    for axis in range(2):
+        np.testing.assert_array_equal(space.full.doflocs[:, axis::2].T, space.positions)
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_vertices_come_first(element):
+    mesh = distorted(element)
+    space = build_space(mesh)
+    vertices = mesh.p.T[: mesh.nvertices]
+    np.testing.assert_allclose(space.positions[: len(vertices)], vertices, atol=1e-15)
+
+
+def test_quadratic_triangles_have_their_mid_side_nodes():
+    space = build_space(distorted("T6"))
+    mesh = space.mesh
+    middles = mesh.p[:, mesh.facets].mean(axis=1).T
+    np.testing.assert_allclose(space.positions[mesh.nvertices :], middles, atol=1e-15)
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_the_centre_basis_has_one_point_at_the_centroid(element):
+    """scikit-fem takes an integration order of zero for none given, and then integrates fully."""
+    space = build_space(distorted(element))
+    assert space.centre.X.shape == (2, 1)
+    np.testing.assert_allclose(space.centre.X[:, 0], 0.5 if element == "Q4" else 1 / 3, rtol=1e-14)
+
+
+def test_vector_dofs_are_dim_times_node_plus_axis():
+    np.testing.assert_array_equal(vector_dofs(np.array([0, 3]), 2), [[0, 1], [6, 7]])
+    np.testing.assert_array_equal(vector_dofs(np.array([2]), 3), [[6, 7, 8]])
+
+
+@pytest.mark.parametrize(("element", "count"), [("Q4", 5), ("T3", 5), ("T6", 9)])
+def test_boundary_nodes_are_those_on_the_side(element, count):
+    space = build_space(distorted(element))
+    nodes = boundary_nodes(space, "top")
+    assert len(nodes) == count
+    np.testing.assert_allclose(space.positions[nodes, 1], 1.0)
+    assert (np.diff(nodes) > 0).all()
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_region_nodes_are_those_of_its_cells(element):
+    halves = {"low": lambda c: c[1] < 0.5, "high": lambda c: c[1] > 0.5}
+    grid = np.linspace(0.0, 1.0, 5)
+    space = build_space(rectangle(element, grid, grid, regions=halves))
+    np.testing.assert_array_equal(region_nodes(space, "low"), np.flatnonzero(space.positions[:, 1] < 0.5 + 1e-12))
+
+
+@pytest.mark.parametrize(
+    ("element", "shares"),
+    [("Q4", [1 / 2, 1 / 2]), ("T3", [1 / 2, 1 / 2]), ("T6", [1 / 6, 4 / 6, 1 / 6])],
+)
+def test_nodal_areas_of_one_facet_are_the_integrals_of_its_shape_functions(element, shares):
+    space = build_space(rectangle(element, [0.0, 2.0], [0.0, 1.0]))
+    areas = nodal_areas(space, "bottom", depth=0.5)
+    nodes = boundary_nodes(space, "bottom")
+    nodes = nodes[np.argsort(space.positions[nodes, 0])]
+    np.testing.assert_allclose(areas[nodes], np.array(shares) * 2.0 * 0.5, rtol=1e-14)
+    assert not np.delete(areas, nodes).any()
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_nodal_areas_integrate_linear_functions_exactly(element):
+    grid = np.linspace(0.0, 1.0, 5) ** 1.5
+    space = build_space(rectangle(element, grid, grid))
+    areas = nodal_areas(space, "right", depth=3.0)
+    assert areas.sum() == pytest.approx(3.0, rel=1e-13)
+    assert areas @ space.positions[:, 1] == pytest.approx(1.5, rel=1e-13)
+
+
+def test_other_meshes_are_refused():
+    with pytest.raises(MeshError, match="got a MeshTet1, needs MeshQuad1, MeshTri1 or MeshTri2"):
+        build_space(skfem.MeshTet1())
+
+
+@pytest.mark.parametrize("find", [boundary_nodes, lambda space, name: nodal_areas(space, name, 1.0)])
+def test_an_unknown_boundary_is_answered_with_the_known_ones(find):
+    space = build_space(distorted("Q4"))
+    with pytest.raises(MeshError, match="boundary 'pulp' not in mesh, it has: bottom, left, right, top"):
+        find(space, "pulp")
+
+
+def test_a_mesh_without_names_says_so():
+    with pytest.raises(MeshError, match="it has: none"):
+        boundary_nodes(build_space(skfem.MeshQuad1()), "skin")
+
+
+def test_an_empty_boundary_is_refused():
+    mesh = distorted("Q4").with_boundaries({"nothing": np.zeros(0, dtype=int)})
+    with pytest.raises(MeshError, match="boundary 'nothing' is empty"):
+        boundary_nodes(build_space(mesh), "nothing")
+
+
+def test_an_unknown_region_is_answered_with_the_known_ones():
+    with pytest.raises(MeshError, match="region 'nail' not in mesh, it has: bulk"):
+        region_nodes(build_space(distorted("Q4")), "nail")
+
+
+@pytest.mark.parametrize("element", ["Q4", "T3"])
+def test_a_flat_cell_is_refused_with_its_place(element):
+    mesh = rectangle(element, [0.0, 1.0, 2.0], [0.0, 1.0])
+    points = mesh.p.copy()
+    points[1, points[0] == 2.0] = 0.5
+    points[0, points[0] == 2.0] = 1.0
+    with pytest.raises(MeshError, match=r"cell \d+ at \(.*\) m is inverted or flat"):
+        build_space(type(mesh)(points, mesh.t))
+
+
+def test_a_quadrilateral_turned_inside_out_is_refused():
+    mesh = rectangle("Q4", np.linspace(0, 1, 5), [0.0, 1.0])
+    cells = mesh.t.copy()
+    cells[:, 2] = cells[::-1, 2]
+    with pytest.raises(MeshError, match=r"cell 2 at .* all turn the same way; repair or rebuild the mesh"):
+        build_space(skfem.MeshQuad1(mesh.p, cells))
+
+
+def test_a_quadratic_triangle_folded_by_its_mid_side_node_is_refused():
+    mesh = rectangle("T6", [0.0, 1.0], [0.0, 1.0])
+    points = mesh.p.copy()
+    middle = np.flatnonzero((points[0] == 0.5) & (points[1] == 0.0))[0]
+    points[:, middle] = (0.5, 0.9)
+    with pytest.raises(MeshError, match="inverted or flat"):
+        build_space(skfem.MeshTri2(points, mesh.t))

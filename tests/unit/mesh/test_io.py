@@ -1,0 +1,232 @@
+from pathlib import Path
+
+import gmsh
+import meshio
+import numpy as np
+import pytest
+import skfem
+
+from fingerslip.anatomy import preset
+from fingerslip.errors import MeshError
+from fingerslip.mesh import build_section, read_mesh, require_boundary, require_region, write_mesh
+
+
+@pytest.fixture(scope="module", params=["Q4", "T3", "T6"])
+def finger(request):
+    return build_section(preset("wang2014-2d"), bulk_size=0.8e-3, element=request.param)
+
+
+def cell_sets(mesh, names):
+    """Corner coordinates of the members of groups, so that numbering does not matter."""
+    return {
+        name: {tuple(sorted(map(tuple, mesh.p[:, mesh.t[:, c]].T.round(9).tolist()))) for c in mesh.subdomains[name]}
+        for name in names
+    }
+
+
+def facet_sets(mesh, names):
+    return {
+        name: {tuple(sorted(map(tuple, mesh.p[:, mesh.facets[:, f]].T.round(9).tolist()))) for f in mesh.boundaries[name]}
+        for name in names
+    }
+
+
+def assert_same(first, second):
+    assert type(first) is type(second)
+    assert first.doflocs.shape == second.doflocs.shape
+    assert set(first.subdomains) == set(second.subdomains)
+    assert set(first.boundaries) == set(second.boundaries)
+    assert cell_sets(first, first.subdomains) == cell_sets(second, first.subdomains)
+    assert facet_sets(first, first.boundaries) == facet_sets(second, first.boundaries)
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".vtu", ".xdmf"])
+def test_round_trip_keeps_cells_and_names(finger, suffix, tmp_path, capfd):
+    path = tmp_path / f"finger{suffix}"
+    write_mesh(finger, path)
+    again = read_mesh(path)
+    assert_same(finger, again)
+    assert not any(isinstance(facets, skfem.generic_utils.OrientedBoundary) for facets in again.boundaries.values())
+    assert capfd.readouterr() == ("", "")
+
+
+def test_middle_nodes_survive_the_round_trip(tmp_path):
+    mesh = skfem.MeshTri2.init_circle(1).with_subdomains({"disc": lambda _: np.array(True)})
+    write_mesh(mesh, tmp_path / "disc.msh")
+    again = read_mesh(tmp_path / "disc.msh")
+    rim = again.doflocs[:, again.dofs.get_facet_dofs(again.boundary_facets()).flatten()]
+    assert np.linalg.norm(rim, axis=0) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("version", [2.2, 4.1])
+@pytest.mark.parametrize(("kind", "order"), [("quad", 1), ("triangle", 1), ("triangle6", 2)])
+def test_files_of_gmsh_with_physical_groups(version, kind, order, tmp_path):
+    path = tmp_path / "block.msh"
+    draw_block(path, version, kind, order)
+    mesh = read_mesh(path)
+    expected = {"quad": skfem.MeshQuad1, "triangle": skfem.MeshTri1, "triangle6": skfem.MeshTri2}[kind]
+    assert type(mesh) is expected
+    assert set(mesh.subdomains) == {"lower", "upper"}
+    middle = mesh.p[:, mesh.facets].mean(axis=1)
+    assert middle[1, mesh.boundaries["contact"]] == pytest.approx(0.0)
+    assert middle[1, mesh.boundaries["between"]] == pytest.approx(0.5)
+    assert np.all(mesh.f2t[1, mesh.boundaries["between"]] >= 0)
+    sides = np.sort(np.isin(mesh.f2t[:, mesh.boundaries["between"]], mesh.subdomains["upper"]), axis=0)
+    assert np.array_equal(np.unique(sides, axis=1).ravel(), [False, True])
+
+
+def draw_block(path, version, kind, order):
+    """Write a unit square of two layers by Gmsh, the upper one drawn clockwise."""
+    gmsh.initialize(readConfigFiles=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        geo = gmsh.model.geo
+        points = [geo.addPoint(x, y, 0, 0.3) for x, y in ((0, 0), (1, 0), (1, 0.5), (0, 0.5), (1, 1), (0, 1))]
+        pairs = ((0, 1), (1, 2), (2, 3), (3, 0), (2, 4), (4, 5), (5, 3))
+        lines = [geo.addLine(points[a], points[b]) for a, b in pairs]
+        lower = geo.addPlaneSurface([geo.addCurveLoop(lines[:4])])
+        upper = geo.addPlaneSurface([geo.addCurveLoop([lines[2], -lines[6], -lines[5], -lines[4]])])
+        geo.synchronize()
+        for dimension, tag, name in ((2, lower, "lower"), (2, upper, "upper"), (1, lines[0], "contact"), (1, lines[2], "between")):
+            gmsh.model.addPhysicalGroup(dimension, [tag], name=name)
+        if kind == "quad":
+            for line in lines:
+                gmsh.model.mesh.setTransfiniteCurve(line, 4)
+            for surface in (lower, upper):
+                gmsh.model.mesh.setTransfiniteSurface(surface)
+                gmsh.model.mesh.setRecombine(2, surface)
+        gmsh.model.mesh.generate(2)
+        gmsh.model.mesh.setOrder(order)
+        gmsh.option.setNumber("Mesh.MshFileVersion", version)
+        gmsh.write(str(path))
+    finally:
+        gmsh.finalize()
+
+
+SQUARES = np.array([[0, 0], [1, 0], [2, 0], [0, 1], [1, 1], [2, 1]], dtype=float)
+CELLS = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
+
+
+def save(path, points=SQUARES, cells=CELLS, kind="quad", tags=None, lines=((0, 1),)):
+    """Write a small file with one region and one boundary, faults included."""
+    points = np.column_stack([points, np.zeros(len(points))]) if points.shape[1] == 2 else points
+    blocks = [(kind, np.asarray(cells)), ("line", np.asarray(lines))]
+    tags = [np.ones(len(cells), dtype=int), np.full(len(lines), 2)] if tags is None else tags
+    names = {"block": np.array([1, 2]), "contact": np.array([2, 1])} if tags else {}
+    data = {"gmsh:physical": tags, "gmsh:geometrical": tags} if tags else {}
+    mesh = meshio.Mesh(points, blocks, cell_data=data, field_data=names)
+    meshio.write(path, mesh, file_format="gmsh22" if tags else "vtk")
+    return path
+
+
+def test_small_file_is_read(tmp_path):
+    mesh = read_mesh(save(tmp_path / "a.msh"))
+    assert mesh.p.T == pytest.approx(SQUARES)
+    assert mesh.subdomains["block"].tolist() == [0, 1]
+    assert mesh.facets[:, mesh.boundaries["contact"]].T.tolist() == [[0, 1]]
+
+
+def test_nodes_without_cells_are_dropped(tmp_path):
+    points = np.vstack([[[9.0, 9.0]], SQUARES])
+    mesh = read_mesh(save(tmp_path / "a.msh", points=points, cells=CELLS + 1, lines=((1, 2),)))
+    assert mesh.p.T == pytest.approx(SQUARES)
+    assert mesh.facets[:, mesh.boundaries["contact"]].T.tolist() == [[0, 1]]
+
+
+def test_cells_in_two_groups_are_not_doubled(tmp_path):
+    tags = [np.array([1, 1, 3]), np.array([2])]
+    path = tmp_path / "a.msh"
+    blocks = [("quad", np.vstack([CELLS, CELLS[1:]])), ("line", np.array([[0, 1]]))]
+    names = {"block": np.array([1, 2]), "contact": np.array([2, 1]), "half": np.array([3, 2])}
+    points = np.column_stack([SQUARES, np.zeros(6)])
+    data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
+    meshio.write(path, meshio.Mesh(points, blocks, cell_data=data, field_data=names), file_format="gmsh22")
+    mesh = read_mesh(path)
+    assert mesh.t.shape[1] == 2
+    assert (mesh.subdomains["block"].tolist(), mesh.subdomains["half"].tolist()) == ([0, 1], [1])
+
+
+def test_region_drawn_clockwise_is_turned_round(tmp_path):
+    mesh = read_mesh(save(tmp_path / "a.msh", cells=CELLS[:, ::-1]))
+    x, y = mesh.p[:, mesh.t]
+    assert np.all(np.sum(x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0), axis=0) > 0)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"cells": np.array([[0, 1, 4, 3], [1, 5, 2, 4]])}, r"cell 1 at x = 1500 mm, y = 500 mm is inverted or flat"),
+        ({"cells": np.array([[0, 1, 4, 3], [4, 5, 2, 1]])}, r"cell \d at x = .* is inverted against its region"),
+        ({"cells": np.array([[0, 1, 2, 1], [1, 2, 5, 4]])}, "cell 0 at x = 1000 mm, y = 0 mm is inverted or flat"),
+        ({"points": np.column_stack([SQUARES, np.arange(6.0)])}, "node 5 has z = 5 m, needs z = 0"),
+        ({"lines": ((0, 5),)}, "boundary 'contact' has lines that are no edge of a cell"),
+        ({"cells": np.arange(6)[None], "kind": "wedge"}, "has cells of type wedge, needs cells of one of the types quad"),
+    ],
+)
+def test_faulty_meshes_are_one_clear_error(change, message, tmp_path):
+    path = save(tmp_path / "faulty.msh", **change)
+    with pytest.raises(MeshError, match=rf"faulty.msh: .*{message}"):
+        read_mesh(path)
+
+
+def test_inverted_cell_in_a_file_of_our_own(tmp_path):
+    mesh = skfem.MeshQuad1(SQUARES.T, np.array([[0, 1, 4, 3], [1, 5, 2, 4]]).T).with_subdomains({"all": np.array([0, 1])})
+    write_mesh(mesh, tmp_path / "a.vtu")
+    with pytest.raises(MeshError, match="cell 1 at x = 1500 mm"):
+        read_mesh(tmp_path / "a.vtu")
+
+
+def test_mixed_cells_are_refused(tmp_path):
+    points = np.column_stack([SQUARES, np.zeros(6)])
+    blocks = [("quad", CELLS[:1]), ("triangle", np.array([[1, 2, 4]]))]
+    meshio.write(tmp_path / "a.vtk", meshio.Mesh(points, blocks))
+    with pytest.raises(MeshError, match="has cells of type quad, triangle, needs"):
+        read_mesh(tmp_path / "a.vtk")
+
+
+def test_file_without_groups_is_refused(tmp_path):
+    path = save(tmp_path / "a.vtk", tags=())
+    with pytest.raises(MeshError, match="a.vtk: has no named groups.*in Gmsh as physical groups"):
+        read_mesh(path)
+
+
+@pytest.mark.parametrize("name", ["a.msh", "a.xyz", "a.vtu"])
+def test_unreadable_files_are_one_clear_error(name, tmp_path, capfd):
+    path = tmp_path / name
+    path.write_text("no mesh")
+    with pytest.raises(MeshError, match=rf"{name}: cannot be read"):
+        read_mesh(path)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_missing_file_and_folder_and_unknown_suffix(tmp_path, finger):
+    with pytest.raises(MeshError, match=r"none.msh: no such file"):
+        read_mesh(tmp_path / "none.msh")
+    with pytest.raises(MeshError, match="the folder does not exist"):
+        write_mesh(finger, tmp_path / "no" / "a.msh")
+    with pytest.raises(MeshError, match=r"a.xyzzy: cannot be written.*\.msh, \.vtu"):
+        write_mesh(finger, tmp_path / "a.xyzzy")
+
+
+def test_regions_that_overlap_do_not_fit_a_msh_file(tmp_path):
+    mesh = skfem.MeshQuad1().refined(1).with_subdomains({"all": np.arange(4), "one": np.array([0])})
+    with pytest.raises(MeshError, match="region 'one' shares cells with another"):
+        write_mesh(mesh, tmp_path / "a.msh")
+    write_mesh(mesh, tmp_path / "a.vtu")
+    assert read_mesh(tmp_path / "a.vtu").subdomains["one"].tolist() == [0]
+
+
+def test_names_are_required_with_the_nearest_one(finger):
+    assert np.array_equal(require_boundary(finger, "skin", "study"), finger.boundaries["skin"])
+    assert len(require_region(finger, "dermis", "study")) > 100
+    with pytest.raises(MeshError, match=r"study: boundary 'skim' is not in the mesh, it has: .*; did you mean 'skin'\?"):
+        require_boundary(finger, "skim", "study")
+    with pytest.raises(MeshError, match="region 'nail' is not in the mesh, it has: none"):
+        require_region(skfem.MeshQuad1(), "nail", "study")
+
+
+@pytest.mark.parametrize("path", sorted((Path(__file__).parents[3] / "meshes").glob("*.msh")), ids=lambda path: path.stem)
+def test_shipped_meshes_are_read(path):
+    mesh = read_mesh(path)
+    assert mesh.subdomains
+    assert mesh.boundaries

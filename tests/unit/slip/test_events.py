@@ -1,0 +1,193 @@
+"""Slip events of histories whose slip is known exactly."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_times
+
+from fingerslip.errors import InputError
+from fingerslip.history import OPEN
+from fingerslip.slip import (
+    Events,
+    EventSettings,
+    SlipEvents,
+    displacement_events,
+    events_from_mapping,
+    events_mapping,
+    find_events,
+    slip_events,
+)
+
+QUIET = Process(jump=False, nodes=401)
+HISTORY = make(Process(nodes=41, noise=1.0))
+NAMES = ("incipient", "noticed", "three_quarter", "overall")
+
+
+def expected(process: Process, fraction: float, tolerance: float) -> float:
+    """Return when that fraction of the flat patch has slipped by the tolerance."""
+    return process.edge + fraction * (process.centre - process.edge) + tolerance / SPEED
+
+
+@pytest.mark.parametrize("step", [1e-3, 5e-3, 10e-3])
+@pytest.mark.parametrize("friction_moments", [(1.3, 1.71), (1.02, 1.2), (1.4, 1.9)])
+def test_known_slip_times_are_found_to_one_step(step: float, friction_moments: tuple[float, float]) -> None:
+    process = replace(QUIET, step=step, edge=friction_moments[0], centre=friction_moments[1])
+    found = slip_events(make(process), EventSettings())
+    for name, fraction in zip(NAMES, (0.10, 0.48, 0.75, 0.995), strict=True):
+        assert getattr(found, name) == pytest.approx(expected(process, fraction, 20e-6), abs=step + 3e-3)
+
+
+@pytest.mark.parametrize("step", [1e-3, 5e-3, 10e-3])
+def test_displacement_events_count_nodes(step: float) -> None:
+    process = replace(QUIET, step=step, nodes=41)
+    moments = np.sort(slip_times(process, np.linspace(-HALF_WIDTH, HALF_WIDTH, 41))) + 50e-6 / SPEED
+    found = displacement_events(make(process), EventSettings())
+    for name, rank in zip(NAMES, (1, 20, 31, 41), strict=True):
+        assert getattr(found, name) == pytest.approx(moments[rank - 1], abs=step)
+
+
+def test_velocity_jump_is_no_slip_event() -> None:
+    history = make(Process())
+    just_after = history["contact_state"].sel(time=PRESS_END + 5e-3, method="nearest")
+    assert (just_after[:41] == 2).all(), "the whole patch has to slip for an instant, or this test shows nothing"
+    found = find_events(history)
+    assert found.slip.incipient is not None
+    assert found.slip.incipient > 1.3
+    assert found.displacement.incipient is not None
+    assert found.displacement.incipient > 1.3
+
+
+def test_jump_moves_events_by_no_more_than_its_step() -> None:
+    with_jump, without = find_events(make(Process())), find_events(make(Process(jump=False)))
+    for name in NAMES:
+        assert getattr(with_jump.slip, name) == pytest.approx(getattr(without.slip, name), abs=5.1e-3)
+
+
+def test_top_level_times_and_latency_are_those_of_accumulated_slip() -> None:
+    events = find_events(HISTORY)
+    assert (events.incipient, events.noticed, events.three_quarter, events.overall) == (
+        events.slip.incipient,
+        events.slip.noticed,
+        events.slip.three_quarter,
+        events.slip.overall,
+    )
+    assert events.latency == pytest.approx(0.895 * 0.41, abs=12e-3)
+
+
+def test_latency_needs_both_ends() -> None:
+    assert SlipEvents(incipient=1.0).latency is None
+    assert SlipEvents(overall=1.0).latency is None
+    assert SlipEvents(incipient=1.25, overall=1.75).latency == 0.5
+
+
+def test_slide_too_short_for_overall_slip() -> None:
+    events = find_events(make(Process(centre=2.5)))
+    assert events.slip.incipient is not None
+    assert (events.slip.overall, events.displacement.overall, events.acceleration.overall) == (None, None, None)
+    assert events.latency is None
+
+
+def test_no_slip_no_slide_and_no_contact_have_no_events() -> None:
+    stuck = find_events(make(Process(edge=3.0, centre=4.0, peaks={})))
+    pressed = find_events(make(Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0)))))
+    history = make(Process(peaks={}))
+    apart = find_events(history.assign(contact_state=xr.full_like(history["contact_state"], OPEN)))
+    assert stuck == pressed == apart == Events()
+
+
+def test_missing_slide_is_refused() -> None:
+    with pytest.raises(InputError, match="got 1"):
+        find_events(HISTORY, slide=1)
+
+
+def test_slip_before_the_second_slide_does_not_count_in_it() -> None:
+    phases = (("press", 0.0, 1.0), ("slide", 1.0, 1.9), ("slide", 1.9, 2.0))
+    history = make(Process(phases=phases))
+    first, second = find_events(history), find_events(history, slide=1)
+    assert first.overall == pytest.approx(1.72, abs=0.01)
+    assert second.incipient == pytest.approx(1.9 + 20e-6 / SPEED, abs=5e-3)
+
+
+def test_node_rolled_onto_the_plate_during_the_slide_is_not_waited_for() -> None:
+    history = make(Process())
+    state = history["contact_state"].copy()
+    state[300:, 41:] = 1
+    assert slip_events(history.assign(contact_state=state), EventSettings()) == slip_events(history, EventSettings())
+
+
+def test_stuck_node_that_lifts_off_is_counted_out() -> None:
+    history = make(Process())
+    state, displacement = history["contact_state"].copy(), history["contact_displacement"].copy()
+    plate = history["body_displacement"][:, 0, 0]
+    displacement[:, 20, 0] = plate
+    stuck = history.assign(contact_displacement=displacement)
+    assert displacement_events(stuck, EventSettings()).overall is None
+    state[350:, 20] = OPEN
+    lifted = stuck.assign(contact_state=state)
+    assert displacement_events(lifted, EventSettings()).overall is not None
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.permutations(range(45)))
+def test_order_of_nodes_does_not_matter(order: list[int]) -> None:
+    assert_same(find_events(HISTORY.isel(contact_node=order)), find_events(HISTORY))
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 30))
+def test_open_nodes_do_not_matter(count: int) -> None:
+    assert_same(find_events(make(Process(open_nodes=count, noise=0.0))), find_events(make(Process(noise=0.0))))
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(5e-6, 3e-4), st.floats(5e-6, 3e-4))
+def test_larger_tolerance_is_never_reached_earlier(one: float, other: float) -> None:
+    low, high = (
+        find_events(HISTORY, EventSettings(slip_tolerance=level, displacement_tolerance=level))
+        for level in sorted((one, other))
+    )
+    for way in ("slip", "displacement"):
+        for name in NAMES:
+            early, late = getattr(getattr(low, way), name), getattr(getattr(high, way), name)
+            assert late is None or early <= late + 1e-12
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(0.01, 1.0), st.floats(0.01, 1.0))
+def test_larger_fraction_is_never_reached_earlier(one: float, other: float) -> None:
+    early, late = (
+        slip_events(HISTORY, EventSettings(incipient_fraction=fraction)).incipient for fraction in sorted((one, other))
+    )
+    assert late is None or (early is not None and early <= late + 1e-12)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(0, 10_000), st.floats(0.0, 2.0))
+def test_noise_moves_no_event_by_more_than_two_steps(seed: int, noise: float) -> None:
+    quiet, noisy = find_events(make(Process())), find_events(make(Process(noise=noise, seed=seed)))
+    for way in ("slip", "displacement"):
+        for name in NAMES:
+            assert getattr(getattr(noisy, way), name) == pytest.approx(getattr(getattr(quiet, way), name), abs=0.01)
+    assert noisy.acceleration.overall == pytest.approx(1.71, abs=0.01)
+
+
+def test_events_survive_json() -> None:
+    events = find_events(make(Process(centre=2.5)))
+    plain = json.loads(json.dumps(events_mapping(events)))
+    assert plain["slip"]["overall"] is None
+    assert plain["displacement"]["latency"] is None
+    assert events_from_mapping(plain) == events
+
+
+def assert_same(one: Events, other: Events) -> None:
+    """Assert equal times up to rounding of sums."""
+    for way in ("slip", "displacement", "acceleration"):
+        for name in NAMES:
+            assert getattr(getattr(one, way), name) == pytest.approx(getattr(getattr(other, way), name), abs=1e-9)

@@ -1,0 +1,137 @@
+"""From a run to its model."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from conftest import block_mesh, block_values
+
+from fingerslip.dynamics.system import check_model
+from fingerslip.errors import InputError, MeshError, SlipOutsideContactError
+from fingerslip.materials import Elastic
+from fingerslip.study.build import build_mesh, build_model, located, mesh_key
+from fingerslip.study.spec import parse_study
+from fingerslip.study.sweep import Run, expand
+
+SOURCE = Path("studies/x.yaml")
+
+
+def run_of(values: dict[str, Any], folder: Path = SOURCE.parent) -> Run:
+    source = folder / "x.yaml"
+    return expand(parse_study(values | {"sweep": {}}, source), source)[0]
+
+
+def finger(**more: Any) -> dict[str, Any]:
+    return {
+        "fingertip": {"preset": "wang2014-2d"},
+        "contact": {"friction_coefficient": 0.6},
+        "programme": [{"press": {"depth": "1.5 mm", "speed": "1.5 mm/s"}}],
+        "time": {"step": "5 ms"},
+    } | more
+
+
+def test_block_model_holds_what_the_file_says() -> None:
+    model = build_model(run_of(block_values()), block_mesh())
+    assert model.materials == {"block": Elastic(100e3, 0.3, 1000.0)}
+    assert (model.formulation, model.depth) == ("plane_strain", 1e-3)
+    assert model.contacts[0].boundary == "bottom"
+    assert model.contacts[0].friction.coefficient == 0.6
+    assert model.supports == {"top": ("x", "y")}
+    check_model(model)
+
+
+def test_rigid_phalanx_is_held_as_a_whole() -> None:
+    model = build_model(run_of(finger()), block_mesh())
+    assert model.supports == {"phalanx": ("x", "y")}
+    assert (model.formulation, model.depth) == ("plane_stress", 1e-3)
+
+
+def test_elastic_phalanx_is_held_at_its_back() -> None:
+    values = finger(fingertip={"preset": "wang2014-2d", "phalanx": {"rigid": False}})
+    assert build_model(run_of(values), block_mesh()).supports == {"phalanx_dorsal": ("x", "y")}
+
+
+def test_own_values_go_before_those_of_the_fingertip() -> None:
+    own = {"tissue": {"youngs_modulus": "50 kPa", "poisson_ratio": 0.4, "density": "900 kg/m^3"}}
+    values = finger(materials=own, supports={"phalanx_surface": ["y"]}, formulation="plane_strain", depth="2 mm")
+    model = build_model(run_of(values), block_mesh())
+    assert model.materials["tissue"] == Elastic(50e3, 0.4, 900.0)
+    assert model.materials["dermis"].youngs_modulus == 80e3
+    assert model.supports == {"phalanx_surface": ("y",)}
+    assert (model.formulation, model.depth) == ("plane_strain", 2e-3)
+
+
+def test_only_the_wanted_receptors_are_recorded() -> None:
+    extra = {"name": "middle", "kind": "own", "position": ["0 mm", "-5 mm"], "region": "tissue"}
+    model = build_model(run_of(finger(record={"receptors": ["FA-II"], "sites": [extra]})), block_mesh())
+    assert {site.kind for site in model.record.sites} == {"FA-II", "own"}
+    assert model.record.sites[-1].position == (0.0, -5e-3)
+
+
+def test_mesh_is_shared_exactly_where_its_inputs_are_the_same() -> None:
+    first = mesh_key(run_of(finger()))
+    assert mesh_key(run_of(finger(contact={"friction_coefficient": 0.2}))) == first
+    assert mesh_key(run_of(finger(mesh={"contact_size": "0.2 mm"}))) != first
+    flattened = {"preset": "wang2014-2d", "phalanx": {"variant": "flattened"}}
+    assert mesh_key(run_of(finger(fingertip=flattened))) != first
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="asks the kernel")
+def test_broken_pipes_do_not_end_the_process_after_meshing() -> None:
+    build_mesh(run_of(finger()))
+    ignored = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("SigIgn"))
+    assert int(ignored.split()[1], 16) >> (signal.SIGPIPE - 1) & 1
+
+
+def test_missing_mesh_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"x\.yaml: mesh\.file: cannot read .*block\.msh \(No such file"):
+        mesh_key(run_of(block_values(), tmp_path))
+
+
+def test_inverted_mesh_is_refused(tmp_path: Path) -> None:
+    """One quadrilateral of two is drawn the other way round."""
+    import meshio
+    import numpy as np
+
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0]], dtype=float)
+    cells = np.array([[0, 1, 2, 3], [1, 2, 5, 4]])
+    tags = {"gmsh:physical": [np.array([1, 1])], "gmsh:geometrical": [np.array([1, 1])]}
+    mesh = meshio.Mesh(points, [("quad", cells)], cell_data=tags, field_data={"block": np.array([1, 2])})
+    meshio.write(tmp_path / "block.msh", mesh, file_format="gmsh22")
+    with pytest.raises(MeshError, match=r"x\.yaml.*inverted"):
+        build_mesh(run_of(block_values(), tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("place", "shown"),
+    [
+        ("contacts.0.body.normal", "contact.normal"),
+        ("contacts.0.friction.coefficient", "contact.friction_coefficient"),
+        ("contacts.0", "contact"),
+        ("Model.depth", "depth"),
+        ("mesh", "mesh"),
+    ],
+)
+def test_places_of_the_model_get_the_names_of_the_study(place: str, shown: str) -> None:
+    error = located(SlipOutsideContactError(place, "a", "b", "c"), "studies/x.yaml (a = 1)")
+    assert type(error) is SlipOutsideContactError
+    assert str(error) == f"studies/x.yaml (a = 1): {shown}: a, b; c"
+
+
+def test_place_that_names_the_file_already_stays() -> None:
+    error = InputError("studies/x.yaml: mesh", "a", "b")
+    assert located(error, "studies/x.yaml (a = 1)") is error
+
+
+def test_model_error_names_file_and_run(write_study: Callable[..., Path]) -> None:
+    path = write_study()
+    run = expand(
+        parse_study(block_values() | {"contact": {"friction_coefficient": 0.6, "normal": [0, 0]}, "sweep": {}}, path),
+        path,
+    )[0]
+    with pytest.raises(InputError, match=r"block\.yaml: .*not all zero"):
+        build_model(run)

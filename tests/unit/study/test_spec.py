@@ -1,0 +1,260 @@
+"""The study file: every mistake gives one error that says where, what, what is allowed and how to mend it."""
+
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from conftest import block_values
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fingerslip.errors import InputError
+from fingerslip.model import Press, Slide
+from fingerslip.study.spec import MeshFile, Study, parse_study, read_study, study_mapping, study_schema
+from fingerslip.study.yaml import read_mapping, write_mapping
+
+FINGER = """
+title: Slip onset against friction
+fingertip:
+  preset: wang2014-2d
+  phalanx: {variant: original}
+mesh: {contact_size: 0.15 mm, bulk_size: 0.6 mm}
+contact: {friction_coefficient: 0.6}
+programme:
+  - press: {depth: 1.5 mm, speed: 1.5 mm/s}
+  - slide: {distance: 6 mm, speed: 3 mm/s}
+time: {step: 5 ms, alpha: -0.05}
+record: {receptors: [FA-I, SA-I], snapshots_every: 50 ms}
+"""
+SOURCE = Path("studies/x.yaml")
+
+
+def finger() -> dict[str, Any]:
+    values: dict[str, Any] = yaml.safe_load(FINGER)
+    return values
+
+
+def changed(path: str, value: object) -> dict[str, Any]:
+    """Return the study with one value changed; None removes it."""
+    values = finger()
+    *groups, leaf = path.split(".")
+    inner: Any = values
+    for group in groups:
+        inner = inner[int(group)] if isinstance(inner, list) else inner.setdefault(group, {})
+    if value is None:
+        del inner[leaf]
+    else:
+        inner[int(leaf) if isinstance(inner, list) else leaf] = value
+    return values
+
+
+def test_values_are_si() -> None:
+    study = parse_study(finger(), SOURCE)
+    assert study.time.step == 0.005
+    assert study.record.snapshots_every == 0.05
+    assert [entry.phase for entry in study.programme] == [Press(1.5e-3, 1.5e-3), Slide(6e-3, 3e-3)]
+
+
+def test_written_study_reads_back_the_same() -> None:
+    study = parse_study(finger(), SOURCE)
+    assert parse_study(study_mapping(study), SOURCE) == study
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        ("contact.friction_coefficient", -0.2, "contact.friction_coefficient: got -0.2, needs a number >= 0"),
+        ("contact.friction_coefficient", "much", "contact.friction_coefficient: got 'much', needs a number"),
+        ("contact.friction_coefficient", None, "contact.friction_coefficient: is missing, needs a value"),
+        ("time.step", None, "time.step: is missing, needs a value"),
+        ("time.step", "0 ms", "time.step: got '0 ms', needs a value > 0"),
+        ("time.step", "-1 ms", "time.step: got '-1 ms', needs a value > 0"),
+        ("time.alpha", 0.5, "time.alpha: got 0.5, needs a number <= 0"),
+        (
+            "mesh.contact_size",
+            "0.05",
+            "mesh.contact_size: '0.05' has no unit, needs a unit of [m]; write '0.05 mm' or '0.05 m'",
+        ),
+        (
+            "mesh.contact_size",
+            0.05,
+            "mesh.contact_size: '0.05' has no unit, needs a unit of [m]; write '0.05 mm' or '0.05 m'",
+        ),
+        (
+            "mesh.contact_size",
+            "3 kg",
+            "mesh.contact_size: got '3 kg', needs a unit of [m]; write for example '3 mm'",
+        ),
+        ("mesh.bulk_size", "0.1 mm", "mesh.bulk_size: got 0.1 mm, needs >= 0.15 mm (contact_size)"),
+        ("mesh", {"file": "a.msh", "x": 1}, "mesh.x: is not known, may be one of file"),
+        ("mesh", "a.msh", "mesh: got 'a.msh', needs keys and values"),
+        ("programme", "press", "programme: got 'press', needs a list"),
+        ("programme.0", {"push": {}}, "programme.0.push: is not known, may be one of press, hold, slide, lift"),
+        ("programme.0", {}, "programme.0: has no phase, needs one of press, hold, slide, lift"),
+        (
+            "programme.0.hold",
+            {"duration": "1 s"},
+            "programme.0: has press and hold, needs one of press, hold, slide, lift",
+        ),
+        (
+            "programme.0.press.depth",
+            1.5,
+            "programme.0.press.depth: '1.5' has no unit, needs a unit of [m]; write '1.5 mm' or '1.5 m'",
+        ),
+        ("record.receptors", ["FA"], "record.receptors.0: got 'FA', needs 'FA-I', 'SA-I', 'FA-II' or 'SA-II'"),
+        (
+            "fingertip.preset",
+            "wang2014",
+            "fingertip.preset: 'wang2014' is not known, needs one of wang2014-2d; did you mean 'wang2014-2d'?",
+        ),
+        (
+            "fingertip.phalanx.variant",
+            "flat",
+            "fingertip.phalanx.variant: got 'flat', needs 'original', 'flattened' or 'scaled'",
+        ),
+        (
+            "fingertip",
+            None,
+            "fingertip: is missing, needs a preset, or mesh.file for a body that is no fingertip",
+        ),
+        ("sweep", {"time.step": []}, "sweep.time.step: has no values, needs a list such as [0.2, 0.4]"),
+        ("sweep", {"time.step": ["1 ms", "1 ms"]}, "sweep.time.step: has '1 ms' twice, needs every value once"),
+        ("sweep", {"time.step": "1 ms"}, "sweep.time.step: got '1 ms', needs a list"),
+        (
+            "sweep",
+            {"time": [{}], "time.step": ["1 ms"]},
+            "sweep.time.step: is a part of the swept 'time', needs paths apart from each other",
+        ),
+        ("title", 3, "title: got 3, needs text"),
+    ],
+)
+def test_mistake_is_named_with_its_mend(path: str, value: object, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        parse_study(changed(path, value), SOURCE)
+    assert str(caught.value) == f"studies/x.yaml: {message}"
+
+
+@pytest.mark.parametrize(
+    ("path", "nearest"),
+    [
+        ("tme", "time"),
+        ("contact.frction", "friction_coefficient"),
+        ("fingertip.phalanx.varant", "variant"),
+        ("programme.0.press.dept", "depth"),
+    ],
+)
+def test_unknown_key_is_refused_with_the_nearest(path: str, nearest: str) -> None:
+    with pytest.raises(InputError) as caught:
+        parse_study(changed(path, 1), SOURCE)
+    assert caught.value.where == f"studies/x.yaml: {path}"
+    assert caught.value.mend == f"did you mean '{nearest}'?"
+
+
+@pytest.mark.parametrize("name", ["materials", "formulation", "depth"])
+def test_body_that_is_no_fingertip_says_everything_itself(name: str) -> None:
+    values = block_values()
+    del values[name]
+    with pytest.raises(InputError, match=rf"x\.yaml: {name}: is missing, needs a value where there is no fingertip"):
+        parse_study(values, SOURCE)
+
+
+def test_receptors_need_a_fingertip() -> None:
+    with pytest.raises(InputError, match="name places in record"):
+        parse_study(block_values() | {"record": {"receptors": ["FA-I"]}}, SOURCE)
+
+
+def test_mesh_file_is_relative_to_the_study(tmp_path: Path) -> None:
+    (tmp_path / "x.yaml").write_text(yaml.safe_dump(block_values()))
+    mesh = read_study(tmp_path / "x.yaml").mesh
+    assert mesh == MeshFile(str(tmp_path.resolve() / "block.msh"))
+
+
+def test_schema_knows_the_keys_of_a_study() -> None:
+    schema = study_schema()
+    assert json.loads(json.dumps(schema)) == schema
+    assert schema["required"] == ["time"]
+    assert set(schema["properties"]) == set(Study.__dataclass_fields__)
+    assert "required" not in schema["$defs"]["Phalanx"]
+    assert schema["$defs"]["Press"]["properties"]["depth"]["examples"] == ["1.5 mm"]
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a: 1\nb: [1\n", r"line \d, column \d: found expected .*, needs 'key: value' lines"),
+        ("a: 1\na: 2\n", "line 2, column 1: found key 'a' twice, needs 'key: value' lines, each key once"),
+        ("t: {a: 1, a: 2}\n", "line 1, column 11: found key 'a' twice"),
+        ("? [a]\n: 1\n", "found a key that is not plain text"),
+        ("- 1\n- 2\n", "holds a list, needs 'key: value' lines"),
+        ("", "is empty, needs 'key: value' lines"),
+        ("a: !!python/object/apply:os.getcwd []\n", "line 1, column 4: found could not determine a constructor"),
+    ],
+)
+def test_text_that_is_no_study(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "x.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message):
+        read_study(path)
+
+
+def test_missing_file_names_the_others(tmp_path: Path) -> None:
+    (tmp_path / "there.yaml").write_text("")
+    with pytest.raises(
+        InputError, match=r"gone\.yaml: is not there, needs a study file; in that folder: .*there\.yaml"
+    ):
+        read_study(tmp_path / "gone.yaml")
+
+
+def test_folder_and_binary_file_are_no_studies(tmp_path: Path) -> None:
+    (tmp_path / "x.yaml").write_bytes(b"\xff\xfe\x00")
+    for path, message in ((tmp_path, "is a folder"), (tmp_path / "x.yaml", "is no text in UTF-8")):
+        with pytest.raises(InputError, match=message):
+            read_study(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("no", "no"),
+        ("on", "on"),
+        ("true", True),
+        ("1e-3", 1e-3),
+        ("010", 10),
+        ("1:30", "1:30"),
+        ("~", None),
+        ("-.5", -0.5),
+    ],
+)
+def test_scalars_are_those_of_yaml_1_2(tmp_path: Path, text: str, value: object) -> None:
+    (tmp_path / "x.yaml").write_text(f"a: {text}\n")
+    assert read_mapping(tmp_path / "x.yaml") == {"a": value}
+
+
+plain = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers(-1000, 1000)
+    | st.floats(allow_nan=False)
+    | st.sampled_from(["no", "1.5 mm", "a b"]),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from("abc"), inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@given(values=st.dictionaries(st.sampled_from(["x", "y", "on"]), plain, min_size=1))
+def test_what_is_written_reads_back(tmp_path_factory: pytest.TempPathFactory, values: dict[str, Any]) -> None:
+    path = tmp_path_factory.mktemp("yaml") / "x.yaml"
+    write_mapping(values, path, comment="a comment")
+    assert read_mapping(path) == values
+
+
+def test_reading_changes_nothing_in_its_argument() -> None:
+    values = finger()
+    before = copy.deepcopy(values)
+    parse_study(values, SOURCE)
+    assert values == before

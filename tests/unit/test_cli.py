@@ -1,0 +1,343 @@
+"""The command line: help, exit codes, and one line per error with nothing written."""
+
+from __future__ import annotations
+
+import errno
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import skfem
+import yaml
+from typer.testing import CliRunner
+
+from fingerslip.cli import app
+
+HEAVY = ("numpy", "pydantic", "pint", "xarray", "skfem", "gmsh", "meshio", "numba", "matplotlib", "pyvista", "scipy")
+
+
+@pytest.fixture
+def invoke(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
+    """Return a function that calls the command in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    return lambda *arguments: CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def block(tmp_path: Path) -> Callable[..., Path]:
+    """Return a function that writes the study of a block, with some values changed, and its mesh."""
+    from fingerslip.mesh.io import write_mesh
+
+    def write(curvature: float = 0.0, **changes: Any) -> Path:
+        write_mesh(_block(curvature), tmp_path / "block.msh")
+        values: dict[str, Any] = {
+            "mesh": {"file": "block.msh"},
+            "formulation": "plane_strain",
+            "depth": "1 mm",
+            "materials": {"block": {"youngs_modulus": "100 kPa", "poisson_ratio": 0.3, "density": "1000 kg/m^3"}},
+            "supports": {"top": ["x", "y"]},
+            "contact": {"friction_coefficient": 0.6, "boundary": "bottom"},
+            "programme": [
+                {"press": {"depth": "0.1 mm", "speed": "5 mm/s"}},
+                {"slide": {"distance": "0.2 mm", "speed": "5 mm/s"}},
+            ],
+            "time": {"step": "2 ms"},
+        }
+        (tmp_path / "block.yaml").write_text(yaml.safe_dump(values | changes, sort_keys=False))
+        return tmp_path / "block.yaml"
+
+    return write
+
+
+def _block(curvature: float) -> skfem.MeshQuad:
+    mesh = skfem.MeshQuad.init_tensor(np.linspace(-5e-3, 5e-3, 9), np.linspace(0.0, 5e-3, 5))
+    bottom, top = (mesh.facets_satisfying(lambda x, y=y: np.isclose(x[1], y), True) for y in (0.0, 5e-3))
+    points = mesh.p.copy()
+    points[1] += curvature * points[0] ** 2 * (1.0 - points[1] / 5e-3)
+    mesh = skfem.MeshQuad(points, mesh.t)
+    return mesh.with_boundaries({"bottom": bottom, "top": top}).with_subdomains({"block": np.arange(mesh.t.shape[1])})
+
+
+@pytest.fixture
+def no_report(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the figures and the page out."""
+    from fingerslip.study import runner
+
+    monkeypatch.setattr(runner, "write_report", lambda _: None)
+
+
+def contents(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
+
+
+def test_help_names_every_verb_and_exit_code(invoke: Callable[..., Any]) -> None:
+    result = invoke("--help")
+    assert result.exit_code == 0
+    for word in ("show", "check", "mesh", "run", "report", "Exit codes", "130"):
+        assert word in result.output
+
+
+@pytest.mark.parametrize("verb", ["show", "check", "mesh", "run", "report"])
+def test_every_verb_has_help(invoke: Callable[..., Any], verb: str) -> None:
+    result = invoke(verb, "--help")
+    assert result.exit_code == 0
+    assert "Usage" in result.output
+
+
+def test_version(invoke: Callable[..., Any]) -> None:
+    from importlib.metadata import version
+
+    assert invoke("--version").output == f"fingerslip {version('fingerslip')}\n"
+
+
+@pytest.mark.parametrize(
+    "arguments", [["fly"], ["run"], ["run", "a.yaml", "--workers", "0"], ["check", "--slow", "a.yaml"]]
+)
+def test_wrong_use_is_exit_code_2(invoke: Callable[..., Any], arguments: list[str]) -> None:
+    assert invoke(*arguments).exit_code == 2
+
+
+def test_show_puts_assumed_values_first(invoke: Callable[..., Any]) -> None:
+    lines = invoke("show", "wang2014-2d").output.splitlines()
+    sources = [line.split("│")[3].strip() for line in lines if line.count("│") == 5]
+    named = [source for source in sources if source]
+    assert named[0] == "assumed"
+    assert "assumed" not in named[named.index("wang2014") :]
+
+
+def test_show_lists_presets(invoke: Callable[..., Any]) -> None:
+    assert "wang2014-2d" in invoke("show").output
+
+
+def test_show_schema_is_json(invoke: Callable[..., Any]) -> None:
+    import json
+
+    assert json.loads(invoke("show", "--schema").output)["title"] == "Study"
+
+
+def test_show_study_says_what_is_swept_and_what_is_default(
+    invoke: Callable[..., Any], block: Callable[..., Path]
+) -> None:
+    path = block(sweep={"contact.friction_coefficient": [0.2, 0.4]})
+    lines = [line.split("│") for line in invoke("show", path).output.splitlines() if line.count("│") == 5]
+    rows = {cells[1].strip(): (cells[2].strip(), cells[3].strip()) for cells in lines}
+    assert rows["contact.friction_coefficient"] == ("0.2, 0.4", "study file, swept")
+    assert rows["time.step"] == ("2 ms", "study file")
+    assert rows["integration"] == ("selective", "default")
+
+
+def test_check_counts_runs_steps_and_unknowns(
+    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path
+) -> None:
+    path = block(sweep={"contact.friction_coefficient": [0.2, 0.4]})
+    before = contents(tmp_path)
+    result = invoke("check", path)
+    assert result.exit_code == 0
+    assert "2 runs" in result.output
+    row = next(line for line in result.output.splitlines() if "friction_coefficient-0.2" in line)
+    # 9 x 5 nodes with two unknowns; 60 ms in steps of 2 ms.
+    assert [cell.strip() for cell in row.split("│")][3:6] == ["to do", "90", "30"]
+    assert contents(tmp_path) == before
+
+
+def test_mesh_of_a_study_is_written(invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path) -> None:
+    from fingerslip.mesh.io import read_mesh
+
+    result = invoke("mesh", block(), "-o", "copy.msh")
+    assert result.exit_code == 0
+    assert "45 nodes, 32 cells" in result.output
+    assert set(read_mesh(tmp_path / "copy.msh").boundaries) == {"bottom", "top"}
+
+
+@pytest.mark.usefixtures("no_report")
+def test_run_shows_events_and_second_time_nothing_is_done(
+    invoke: Callable[..., Any], block: Callable[..., Path]
+) -> None:
+    path = block()
+    first = invoke("run", path)
+    assert first.exit_code == 0
+    assert "Slip events" in first.output
+    assert "block/run: unchanged" in invoke("run", path).output
+    assert "Key numbers" in invoke("show", "results/block/run").output
+
+
+MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
+    "missing key": ({"time": {}}, "time.step: is missing, needs a value"),
+    "unknown key": ({"tme": 1}, "tme: is not known, may be one of time, .*did you mean 'time'?"),
+    "missing unit": ({"depth": 1}, "depth: '1' has no unit, needs a unit of [m]; write '1 mm' or '1 m'"),
+    "wrong unit": ({"depth": "3 kg"}, "depth: got '3 kg', needs a unit of [m]; write for example '3 mm'"),
+    "negative friction": (
+        {"contact": {"friction_coefficient": -0.2, "boundary": "bottom"}},
+        "contact.friction_coefficient: got -0.2, needs a number >= 0",
+    ),
+    "zero step": ({"time": {"step": "0 ms"}}, "time.step: got '0 ms', needs a value > 0"),
+    "incompressible": (
+        {"materials": {"block": {"youngs_modulus": "1 kPa", "poisson_ratio": 0.5, "density": "1000 kg/m^3"}}},
+        "0.5",
+    ),
+    "no such boundary": (
+        {"contact": {"friction_coefficient": 0.6, "boundary": "pulp"}},
+        "boundary 'pulp' not in mesh, it has: bottom, top",
+    ),
+    "slide before contact": (
+        {"programme": [{"slide": {"distance": "1 mm", "speed": "1 mm/s"}}]},
+        "slides before the plate touches",
+    ),
+    "plate inside the body": (
+        {"contact": {"friction_coefficient": 0.6, "boundary": "bottom", "offset": "1 mm"}},
+        "contact",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_mistake_gives_one_error_and_nothing_is_written(
+    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, name: str
+) -> None:
+    changes, message = MISTAKES[name]
+    path = block(**changes)
+    before = contents(tmp_path)
+    result = invoke("run", path)
+    assert result.exit_code == 2
+    error = [line for line in result.stderr.splitlines() if line]
+    assert len(error) == 1
+    assert error[0].startswith(f"error: {path}: ")
+    for part in message.split(".*"):
+        assert part in error[0]
+    assert "Traceback" not in result.output
+    assert contents(tmp_path) == before
+
+
+def test_contact_outside_the_candidates(invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path) -> None:
+    """A rounded bottom of which only the lowest nodes may touch is pressed flat."""
+    contact = {"friction_coefficient": 0.6, "boundary": "bottom", "reach": "0.001 mm"}
+    path = block(curvature=10.0, contact=contact)
+    before = contents(tmp_path)
+    result = invoke("run", path)
+    assert result.exit_code == 2
+    assert "reach" in result.stderr
+    assert contents(tmp_path) == before
+
+
+def test_full_disk_is_exit_code_2(
+    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from fingerslip.study import compute
+
+    def full(*arguments: object, **options: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(compute, "write_snapshots", full)
+    path = block()
+    before = contents(tmp_path)
+    result = invoke("run", path)
+    assert result.exit_code == 2
+    assert "No space left on device" in result.stderr
+    assert "free some space or choose another folder" in result.stderr
+    assert contents(tmp_path) == before
+
+
+def test_run_that_does_not_converge_is_exit_code_1(
+    invoke: Callable[..., Any], block: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from fingerslip.errors import ConvergenceError
+    from fingerslip.study import compute
+
+    def failing(*arguments: object, **options: object) -> None:
+        raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
+
+    monkeypatch.setattr(compute, "simulate", failing)
+    result = invoke("run", block())
+    assert result.exit_code == 1
+    assert "use a smaller step" in result.stderr
+
+
+def test_debug_shows_where_an_error_comes_from(invoke: Callable[..., Any]) -> None:
+    from fingerslip.errors import InputError
+
+    result = invoke("--debug", "run", "gone.yaml")
+    assert isinstance(result.exception, InputError)
+
+
+def test_report_of_a_folder_without_results(invoke: Callable[..., Any], tmp_path: Path) -> None:
+    result = invoke("report", tmp_path)
+    assert result.exit_code == 2
+    assert "holds no results of a study" in result.stderr
+
+
+@pytest.fixture
+def long_study(block: Callable[..., Path]) -> Path:
+    """Return a study of several runs that take some seconds each."""
+    return block(time={"step": "0.02 ms"}, sweep={"contact.friction_coefficient": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]})
+
+
+def _started(path: Path, results: Path) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "fingerslip", "run", str(path), "--results", str(results)]
+    # A new session, so that only the command itself gets the signal, as from a job scheduler.
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+        yield process
+        process.kill()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_stopped_study_leaves_finished_runs_alone(long_study: Path, tmp_path: Path, sent: signal.Signals) -> None:
+    folder = tmp_path / "results" / "block"
+    for process in _started(long_study, tmp_path / "results"):
+        deadline = time.monotonic() + 60.0
+        while not list(folder.glob(".*.partial")) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        assert list(folder.glob(".*.partial"))
+        process.send_signal(sent)
+        _, said = process.communicate(timeout=60)
+        assert process.returncode == 130
+        assert "the same command goes on with the others" in said
+        assert "Traceback" not in said
+    assert list((tmp_path / "results").rglob(".*")) == []
+
+
+@pytest.mark.parametrize(
+    "code", ["import fingerslip", "import fingerslip.cli", "from fingerslip.cli import app; _help(app)"]
+)
+def test_heavy_modules_are_not_loaded_until_needed(code: str) -> None:
+    script = f"""
+import sys
+def _help(app):
+    try:
+        app(["--help"])
+    except SystemExit as end:
+        assert end.code == 0
+{code}
+print("LOADED", *sorted(set({HEAVY!r}) & set(sys.modules)))
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "LOADED"
+
+
+def test_every_public_name_can_be_loaded() -> None:
+    import fingerslip as fs
+
+    for name in fs.__all__:
+        assert getattr(fs, name) is not None
+    assert set(dir(fs)) == set(fs.__all__)
+
+
+def test_unknown_public_name() -> None:
+    import fingerslip as fs
+
+    with pytest.raises(AttributeError, match="has no attribute 'Modle'"):
+        fs.Modle  # noqa: B018
+
+
+def test_module_runs_as_the_command() -> None:
+    done = subprocess.run([sys.executable, "-m", "fingerslip", "--version"], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("fingerslip ")

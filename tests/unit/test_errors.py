@@ -1,0 +1,54 @@
+"""Errors say where, what was found, what is allowed and how to mend it; they survive the way between processes."""
+
+from __future__ import annotations
+
+import pickle
+
+import pytest
+
+from fingerslip.errors import (
+    ConvergenceError,
+    FingerslipError,
+    InputError,
+    MeshError,
+    ResultError,
+    SlipOutsideContactError,
+)
+
+CASES = [
+    InputError("x.yaml: time.step", "got 0 s", "needs a value > 0", "write 5 ms"),
+    MeshError("mesh", "boundary 'pulp' not in mesh", "it has: skin"),
+    SlipOutsideContactError("contact", "a", "b", "c"),
+    ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step"),
+    ResultError("x: cannot be written"),
+]
+
+
+def test_four_parts_in_one_line() -> None:
+    assert str(CASES[0]) == "x.yaml: time.step: got 0 s, needs a value > 0; write 5 ms"
+
+
+def test_mend_may_be_left_out() -> None:
+    assert str(CASES[1]) == "mesh: boundary 'pulp' not in mesh, it has: skin"
+
+
+def test_convergence_error_names_time_node_and_residual() -> None:
+    expected = "contact at t = 0.5 s, node 7: residual 1.00e-03, needs <= 1e-09; use a smaller step"
+    assert str(CASES[3]) == expected
+
+
+@pytest.mark.parametrize("error", CASES, ids=lambda error: type(error).__name__)
+def test_errors_come_back_from_worker_processes(error: FingerslipError) -> None:
+    copy = pickle.loads(pickle.dumps(error))
+    assert type(copy) is type(error)
+    assert (str(copy), vars(copy)) == (str(error), vars(error))
+
+
+@pytest.mark.parametrize("error", CASES, ids=lambda error: type(error).__name__)
+def test_one_base_catches_all(error: FingerslipError) -> None:
+    assert isinstance(error, FingerslipError)
+
+
+def test_wrong_input_is_a_value_error() -> None:
+    assert issubclass(MeshError, ValueError)
+    assert not issubclass(ConvergenceError, ValueError)

@@ -1,0 +1,98 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import fingerslip as fs
+from fingerslip.errors import ResultError
+from fingerslip.history import VARIABLES, make_history, phase_times, read_history, write_history
+from problems.pushed import push_and_slide
+
+
+@pytest.fixture(scope="module")
+def history():
+    sites = (fs.Site("a", "FA-I", (0.0, 1e-3)),)
+    return fs.simulate(push_and_slide(record=fs.Recording(sites, snapshots_every=0.1)))
+
+
+def test_round_trip_through_netcdf_keeps_every_bit(history, tmp_path):
+    path = tmp_path / "history.nc"
+    write_history(history, path)
+    back = read_history(path)
+    xr.testing.assert_identical(back.drop_attrs(), history.drop_attrs())
+    assert set(back.coords) == set(history.coords)
+    for name in VARIABLES:
+        assert back[name].dtype == history[name].dtype
+        assert back[name].attrs == history[name].attrs
+    for name, value in history.attrs.items():
+        assert back.attrs[name] == value
+    assert [entry.name for entry in tmp_path.iterdir()] == ["history.nc"]
+
+
+def test_a_history_without_sites_or_contacts_round_trips(tmp_path):
+    model = push_and_slide(
+        contacts=(), programme=(), tractions={"left": (5.0, 0.0)}, time=fs.TimeStepping(5e-3, end=0.05)
+    )
+    plain = fs.simulate(model)
+    write_history(plain, tmp_path / "h.nc")
+    xr.testing.assert_identical(read_history(tmp_path / "h.nc").drop_attrs(), plain.drop_attrs())
+
+
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(history, tmp_path, monkeypatch):
+    path = tmp_path / "history.nc"
+    path.write_bytes(b"old")
+
+    def full_disk(self, data):
+        with self.open("wb") as file:
+            file.write(b"half of it")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full_disk)
+    with pytest.raises(ResultError, match=r"history.nc: cannot be written .*No space left.*; free some space"):
+        write_history(history, path)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["history.nc"]
+    assert path.read_bytes() == b"old"
+
+
+def test_writing_into_no_folder_is_a_result_error(history, tmp_path):
+    with pytest.raises(ResultError, match="cannot be written"):
+        write_history(history, tmp_path / "missing" / "history.nc")
+
+
+def test_a_missing_file_is_a_result_error(tmp_path):
+    with pytest.raises(ResultError, match=r"none.nc: cannot be read as a history .*; run the study again"):
+        read_history(tmp_path / "none.nc")
+
+
+def test_a_file_of_another_kind_is_a_result_error(tmp_path):
+    path = tmp_path / "text.nc"
+    path.write_text("no netCDF at all")
+    with pytest.raises(ResultError, match="cannot be read as a history"):
+        read_history(path)
+
+
+def test_a_dataset_without_time_is_no_history(tmp_path):
+    xr.Dataset({"x": ("n", np.zeros(3))}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    with pytest.raises(ResultError, match="is no history"):
+        read_history(tmp_path / "other.nc")
+
+
+def test_a_truncated_file_is_a_result_error(history, tmp_path):
+    path = tmp_path / "history.nc"
+    write_history(history, path)
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.raises(ResultError):
+        read_history(path)
+
+
+def test_names_that_no_history_has_are_refused():
+    with pytest.raises(KeyError, match="pressure"):
+        make_history({"pressure": np.zeros(3)}, {})
+
+
+def test_phase_times_are_start_and_end_of_each_phase_of_a_kind(history):
+    assert phase_times(history, "slide") == [(pytest.approx(0.12), pytest.approx(0.22))]
+    assert phase_times(history, "lift") == []

@@ -1,0 +1,61 @@
+from __future__ import annotations
+
+import pytest
+
+import fingerslip as fs
+from fingerslip.errors import InputError
+from problems.pushed import push_and_slide
+
+
+def test_the_end_is_that_of_the_programme_unless_given():
+    assert push_and_slide().end == pytest.approx(0.1 + 0.02 + 0.1)
+    assert push_and_slide(time=fs.TimeStepping(1e-3, end=0.05)).end == 0.05
+
+
+def test_a_model_without_programme_needs_an_end():
+    with pytest.raises(InputError, match=r"time.end: is missing, and there is no programme, needs one of the two"):
+        push_and_slide(programme=())
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: fs.Press(-1e-3, 1e-3), "Press.depth: got -1 mm, needs a value > 0"),
+        (lambda: fs.Press(1e-3, 0.0), "Press.speed: got 0 mm/s, needs a value > 0"),
+        (lambda: fs.Hold(0.0), "Hold.duration"),
+        (lambda: fs.Slide(distance=1e-3), "Slide.speed: is missing, needs a value"),
+        (lambda: fs.Slide(1e-3, 1e-3, velocity=1.0), "Slide.velocity: is not known"),
+        (lambda: fs.Lift(0.0, 1e-3), "Lift.distance"),
+        (lambda: fs.TimeStepping(0.0), "TimeStepping.step"),
+        (lambda: fs.TimeStepping(1e-3, alpha=0.1), "TimeStepping.alpha: got 0.1, needs a number <= 0"),
+        (lambda: fs.TimeStepping(1e-3, alpha=-0.6), "TimeStepping.alpha: got -0.6, needs a number >= -0.5"),
+        (lambda: fs.Contact("bottom", normal_penalty=-1.0), "Contact.normal_penalty"),
+        (lambda: fs.Contact("bottom", reach=0.0), "Contact.reach"),
+        (lambda: fs.Recording(snapshots_every=-1.0), "Recording.snapshots_every"),
+        (lambda: push_and_slide(formulation="plane"), "Model.formulation: got 'plane'"),
+        (lambda: push_and_slide(integration="reduced"), "Model.integration: got 'reduced'"),
+        (lambda: push_and_slide(depth=0.0), "Model.depth"),
+        (lambda: push_and_slide(supports={"top": ("w",)}), "Model.supports.top"),
+    ],
+)
+def test_mistakes_name_place_value_and_need(make, message):
+    with pytest.raises(InputError) as caught:
+        make()
+    assert message in str(caught.value)
+
+
+def test_text_with_units_is_read():
+    assert fs.Press("1.5 mm", "1.5 mm/s") == fs.Press(1.5e-3, 1.5e-3)
+    assert fs.TimeStepping("5 ms").step == 5e-3
+
+
+def test_defaults_are_the_documented_ones():
+    assert fs.TimeStepping(1e-3).alpha == -0.05
+    assert fs.Contact("bottom").friction == fs.Coulomb(0.0)
+    assert fs.Contact("bottom").body == fs.Plane(normal=(0.0, 1.0), offset=None)
+    assert push_and_slide().integration == "selective"
+
+
+def test_models_are_frozen():
+    with pytest.raises(AttributeError):
+        push_and_slide().depth = 2.0

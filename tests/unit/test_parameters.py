@@ -1,0 +1,153 @@
+"""One definition of a parameter serves Python, files, errors and schema."""
+
+from __future__ import annotations
+
+import dataclasses
+import pickle
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import pydantic
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fingerslip.errors import InputError, MeshError
+from fingerslip.materials import Elastic
+from fingerslip.model import Hold, Press, TimeStepping
+from fingerslip.parameters import (
+    PositiveLength,
+    SignedLength,
+    as_mapping,
+    from_mapping,
+    json_schema,
+    parameters,
+    unit_of,
+    walk_quantities,
+)
+
+
+@parameters
+class Inner:
+    """A part."""
+
+    width: PositiveLength
+    places: tuple[SignedLength, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.width > 1.0:
+            raise MeshError("width", f"got {self.width} m", "needs <= 1 m")
+
+
+@parameters
+class Outer:
+    """A whole."""
+
+    inner: Inner
+    parts: Mapping[str, Inner] = pydantic.Field(default_factory=dict)
+    count: Annotated[int, pydantic.Field(ge=1)] = 1
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        if self.name == "wrong":
+            raise InputError("", "is wrong as a whole", "needs another name")
+
+
+def test_python_passes_si_numbers_or_text() -> None:
+    assert Inner(width=0.5) == Inner(width="50 cm")  # type: ignore[arg-type]
+
+
+def test_files_must_write_units() -> None:
+    with pytest.raises(InputError, match=r"f\.yaml: inner\.width: '0\.5' has no unit"):
+        from_mapping(Outer, {"inner": {"width": 0.5}}, "f.yaml")
+
+
+def test_units_inside_tuples_are_read() -> None:
+    assert from_mapping(Inner, {"width": "1 mm", "places": ["-1 mm", "2 mm"]}, "f").places == (-0.001, 0.002)
+
+
+def test_parameter_sets_are_frozen() -> None:
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Inner(width=0.5).width = 1.0  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"inner": {"width": "-1 mm"}}, "f: inner.width: got '-1 mm', needs a value > 0"),
+        ({"inner": {}}, "f: inner.width: is missing, needs a value"),
+        ({"inner": 3}, "f: inner: got 3, needs keys and values"),
+        ({"inner": {"width": "1 mm"}, "count": 0}, "f: count: got 0, needs a number >= 1"),
+        ({"inner": {"width": "1 mm"}, "count": 1.5}, "f: count: got 1.5, needs a whole number"),
+        ({"inner": {"width": "1 mm"}, "name": "wrong"}, "f: is wrong as a whole, needs another name"),
+        ({"inner": {"width": "2 m"}}, "f: inner.width: got 2.0 m, needs <= 1 m"),
+        ({"inner": {"width": "1 mm"}, "parts": {"a": {"width": "2 m"}}}, "f: parts.a.width: got 2.0 m, needs <= 1 m"),
+    ],
+)
+def test_errors_name_the_path(values: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        from_mapping(Outer, values, "f")
+    assert str(caught.value) == message
+
+
+def test_kind_of_an_error_is_kept() -> None:
+    with pytest.raises(MeshError):
+        from_mapping(Outer, {"inner": {"width": "2 m"}}, "f")
+
+
+def test_place_inside_a_file_is_continued_with_a_dot() -> None:
+    with pytest.raises(InputError) as caught:
+        from_mapping(Inner, {"width": "0 mm"}, "f.yaml: fingertip")
+    assert caught.value.where == "f.yaml: fingertip.width"
+
+
+def test_python_errors_name_the_class() -> None:
+    with pytest.raises(InputError, match=r"^Elastic\.poisson_ratio: got 0\.6, needs a number <= 0\.5$"):
+        Elastic(34e3, 0.6, 1000.0)
+
+
+def test_unknown_key_beats_a_missing_one() -> None:
+    """A misspelt key is both; the spelling is what helps."""
+    with pytest.raises(InputError) as caught:
+        from_mapping(Press, {"dept": "1 mm", "speed": "1 mm/s"}, "f")
+    assert str(caught.value) == "f: dept: is not known, may be one of depth, speed; did you mean 'depth'?"
+
+
+@pytest.mark.parametrize("value", ["inf m", "1e999 m"])
+def test_infinite_values_are_refused(value: str) -> None:
+    with pytest.raises(InputError):
+        from_mapping(Inner, {"width": value}, "f")
+
+
+@given(
+    width=st.floats(1e-12, 1.0),
+    places=st.lists(st.floats(-1e6, 1e6), max_size=3),
+    modulus=st.floats(1e-3, 1e12),
+)
+def test_written_parameters_read_back_exactly(width: float, places: list[float], modulus: float) -> None:
+    part = Inner(width=width, places=tuple(places))
+    whole = Outer(inner=part, parts={"a": part}, count=3, name="n")
+    assert from_mapping(Outer, as_mapping(whole), "f") == whole
+    material = Elastic(modulus, 0.3, 1000.0)
+    assert from_mapping(Elastic, as_mapping(material), "f") == material
+
+
+def test_units_and_quantities_are_known_by_path() -> None:
+    whole = Outer(inner=Inner(width=0.5), parts={"a": Inner(width=0.1)})
+    found = {path: (value, unit.si if unit else None) for path, value, unit in walk_quantities(whole)}
+    assert found["inner.width"] == (0.5, "m")
+    assert found["parts.a.width"] == (0.1, "m")
+    assert found["count"] == (1, None)
+    assert unit_of(Inner, "places") is not None
+    assert unit_of(Outer, "name") is None
+
+
+def test_schema_says_that_quantities_are_text() -> None:
+    width = json_schema(Inner)["properties"]["width"]
+    assert width["type"] == "string"
+    assert "[m]" in width["description"]
+
+
+@pytest.mark.parametrize("value", [Hold(0.5), TimeStepping(step=0.005), Elastic(1.0, 0.3, 1.0)])
+def test_parameter_sets_go_to_worker_processes(value: object) -> None:
+    assert pickle.loads(pickle.dumps(value)) == value

@@ -1,0 +1,89 @@
+"""Quantities with units."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fingerslip.errors import InputError
+from fingerslip.units import Unit, format_quantity, parse_quantity
+
+UNITS = [("m", "mm"), ("m", "um"), ("s", "ms"), ("m/s", "mm/s"), ("Pa", "kPa"), ("kg/m^3", "g/cm^3"), ("rad", "deg")]
+numbers = st.floats(min_value=1e-9, max_value=1e9)
+
+
+@pytest.mark.parametrize(
+    ("text", "si", "value"),
+    [
+        ("1.5 mm", "m", 0.0015),
+        ("1.5mm", "m", 0.0015),
+        ("  -2 mm ", "m", -0.002),
+        ("34 kPa", "Pa", 34e3),
+        ("1.5e-1 mm", "m", 0.00015),
+        (".5 s", "s", 0.5),
+        ("3 mm/s", "m/s", 0.003),
+        ("1 g/cm^3", "kg/m^3", 1000.0),
+        ("180 deg", "rad", 3.141592653589793),
+    ],
+)
+def test_text_becomes_si(text: str, si: str, value: float) -> None:
+    assert parse_quantity(text, si) == pytest.approx(value, rel=1e-14)
+
+
+@given(digits=st.integers(1, 99999), places=st.integers(0, 4))
+def test_decimal_text_stays_exact(digits: int, places: int) -> None:
+    """Text in mm must give the very float that the same length written in m gives."""
+    assert parse_quantity(f"{digits}e-{places} mm", "m") == float(f"{digits}e-{places + 3}")
+
+
+@given(value=numbers, pair=st.sampled_from(UNITS))
+def test_format_then_parse_keeps_six_digits(value: float, pair: tuple[str, str]) -> None:
+    si, display = pair
+    assert parse_quantity(format_quantity(value, si, display), si) == pytest.approx(value, rel=1e-5)
+
+
+@given(value=numbers, si=st.sampled_from([si for si, _ in UNITS]))
+def test_full_digits_survive_in_si(value: float, si: str) -> None:
+    assert parse_quantity(f"{value!r} {si}", si) == value
+
+
+@given(value=numbers, pair=st.sampled_from(UNITS))
+def test_display_value_and_text_agree(value: float, pair: tuple[str, str]) -> None:
+    unit = Unit(*pair)
+    assert float(unit.format(value).split()[0]) == pytest.approx(unit.to_display(value), rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("1.5", "'1.5' has no unit, needs a unit of [m]; write '1.5 mm' or '1.5 m'"),
+        ("3 kg", "got '3 kg', needs a unit of [m]; write for example '3 mm'"),
+        ("3 furlongz", "got '3 furlongz', needs a unit of [m]; write for example '3 mm'"),
+        ("1,5 mm", "got '1,5 mm', needs a unit of [m]; write for example '1 mm'"),
+        ("mm", "'mm' is no quantity, needs a number and a unit such as '1.5 mm'"),
+        ("", "'' is no quantity, needs a number and a unit such as '1.5 mm'"),
+        ("nan mm", "'nan mm' is no quantity, needs a number and a unit such as '1.5 mm'"),
+    ],
+)
+def test_mistakes_show_the_mend(text: str, message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        parse_quantity(text, "m", example="mm", where="depth")
+    assert str(caught.value) == f"depth: {message}"
+
+
+def test_si_unit_is_not_offered_twice() -> None:
+    with pytest.raises(InputError) as caught:
+        parse_quantity("1", "s")
+    assert caught.value.mend == "write '1 s'"
+
+
+@given(text=st.text(max_size=20))
+def test_any_text_gives_a_number_or_one_clear_error(text: str) -> None:
+    places = []
+    try:
+        value: object = parse_quantity(text, "m")
+    except InputError as error:
+        places.append(error.where)
+        value = None
+    assert isinstance(value, float) or places == ["quantity"]
