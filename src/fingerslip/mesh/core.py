@@ -13,7 +13,7 @@ import numpy as np
 import pygmsh
 from numpy.typing import NDArray
 
-from fingerslip.anatomy import Fingertip, phalanx_contour, reaches_cut
+from fingerslip.anatomy import reaches_cut
 from fingerslip.errors import MeshError
 from fingerslip.mesh.sizes import GROWTH, MeshSizes, size_at, subdivide
 from fingerslip.mesh.smoothing import smoothed
@@ -56,7 +56,7 @@ class _Contours:
     largest: float
 
 
-def mesh_core(fingertip: Fingertip, border: Floats, closed: bool, sizes: MeshSizes) -> CoreMesh:
+def mesh_core(contour: Floats, border: Floats, closed: bool, sizes: MeshSizes) -> CoreMesh:
     """Mesh what lies inside the skin.
 
     Quadrilaterals come from a mesh of twice the size, whose triangles and quadrilaterals are all divided into
@@ -64,8 +64,8 @@ def mesh_core(fingertip: Fingertip, border: Floats, closed: bool, sizes: MeshSiz
 
     Parameters
     ----------
-    fingertip : Fingertip
-        Gives the phalanx.
+    contour : (n, 2) array
+        Contour of the phalanx [m].
     border : (n, 2) array
         Nodes of the dermis-tissue interface [m], counter-clockwise.
     closed : bool
@@ -79,7 +79,7 @@ def mesh_core(fingertip: Fingertip, border: Floats, closed: bool, sizes: MeshSiz
         Where Gmsh fails.
     """
     quadrilaterals = sizes.element == "Q4"
-    contours = _contours(phalanx_contour(fingertip), border, closed, sizes)
+    contours = _contours(contour, border, closed, sizes)
     with _gmsh_session() as geometry:
         surfaces = _draw(geometry, contours)
         _set_sizes(contours.largest, quadrilaterals)

@@ -289,7 +289,16 @@ def _physical(file: Path, mesh: skfem.Mesh2D) -> meshio.Mesh:
     names = {name: np.array([number, 2]) for number, name in enumerate(regions, start=1)}
     names |= {name: np.array([number, 1]) for number, name in enumerate(boundaries, start=first)}
     own = to_meshio(mesh, encode_cell_data=False)
-    cells = [(own.cells[0].type, own.cells[0].data)] + ([("line", np.vstack(lines))] if lines else [])
+    cells = [(own.cells[0].type, _counter_clockwise(own))] + ([("line", np.vstack(lines))] if lines else [])
     tags = [tag] + ([np.concatenate(line_tags)] if lines else [])
     data = {"gmsh:physical": tags, "gmsh:geometrical": [np.maximum(t, 1) for t in tags]}
     return meshio.Mesh(own.points, cells, cell_data=data, field_data=names)
+
+
+def _counter_clockwise(data: meshio.Mesh) -> Integers:
+    """Return the cells counter-clockwise; scikit-fem sorts the corners of triangles."""
+    kind, nodes = data.cells[0].type, np.array(data.cells[0].data)
+    x, y = np.moveaxis(data.points[nodes[:, : _CORNERS[kind]], :2], 2, 0)
+    clockwise = np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1) < 0
+    nodes[clockwise] = nodes[clockwise][:, _CLOCKWISE[kind]]
+    return nodes

@@ -10,7 +10,7 @@ import skfem
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from fingerslip.anatomy import REGIONS, Fingertip
+from fingerslip.anatomy import REGIONS, Fingertip, phalanx_contour
 from fingerslip.errors import MeshError
 from fingerslip.mesh.core import CoreMesh, mesh_core
 from fingerslip.mesh.quality import check_quality
@@ -69,8 +69,9 @@ def build_section(
 
 def mesh_section(fingertip: Fingertip, sizes: MeshSizes) -> skfem.Mesh2D:
     """Build the mesh of a section from a set of sizes; see :func:`build_section`."""
-    grid = sweep_skin(fingertip, sizes)
-    core = mesh_core(fingertip, grid.points[-1], grid.closed, sizes)
+    contour = phalanx_contour(fingertip)
+    grid = sweep_skin(fingertip, sizes, contour)
+    core = mesh_core(contour, grid.points[-1], grid.closed, sizes)
     points, cells = _joined(grid, core, triangles=sizes.element != "Q4")
     mesh = _with_names(_container(points, cells, sizes.element), cells, grid)
     check_quality(mesh)

@@ -46,26 +46,25 @@ class MeshSizes:
             raise InputError("bulk_size", found, f"needs >= {self.contact_size * 1e3:.4g} mm (contact_size)")
 
 
-def graded(length: float, start_size: float, bulk_size: float) -> Floats:
-    """Divide a length into an even number of parts that grow from its start.
+def graded(positions: Floats, sizes: Floats) -> Floats:
+    """Divide a length into an even number of parts of the wanted sizes.
 
     Parameters
     ----------
-    length : float
-        The length to divide [m].
-    start_size, bulk_size : float
-        Size at the start and largest size [m].
+    positions : (n,) array
+        Increasing positions along the length [m].
+    sizes : (n,) array
+        Wanted sizes at these positions [m]; their growth is limited.
 
     Returns
     -------
-    (n,) array
-        Increasing positions from 0 to `length`.
+    (m,) array
+        Increasing positions from the first to the last one.
     """
-    fine = np.linspace(0.0, length, 2000)
-    density = 1.0 / np.minimum(bulk_size, start_size + GROWTH * fine)
-    count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(fine))])
+    density = 1.0 / _graded_along(np.diff(positions), sizes)
+    count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(positions))])
     parts = max(2, 2 * round(count[-1] / 2))
-    return np.interp(np.linspace(0.0, count[-1], parts + 1), count, fine)
+    return np.interp(np.linspace(0.0, count[-1], parts + 1), count, positions)
 
 
 def size_at(points: Floats, sources: Floats, source_sizes: Floats, bulk_size: float) -> Floats:

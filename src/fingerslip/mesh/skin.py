@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from fingerslip.anatomy import Curve, Fingertip, at_depth, interface_depth, outline_curve, surface_depth
 from fingerslip.anatomy.outline import arc_length_at_cut
@@ -18,6 +20,7 @@ Floats = NDArray[np.float64]
 
 # Rows go all round the finger, so columns may only widen as far as the cells keep a good shape.
 _LARGEST_ASPECT = {"Q4": 6.0, "T3": 2.5, "T6": 2.5}
+_TISSUE_SHARE = 0.7
 _BLEND = 3.0
 
 
@@ -46,8 +49,17 @@ class SkinGrid:
     contact: tuple[float, float]
 
 
-def sweep_skin(fingertip: Fingertip, sizes: MeshSizes) -> SkinGrid:
+def sweep_skin(fingertip: Fingertip, sizes: MeshSizes, contour: Floats) -> SkinGrid:
     """Divide the skin into rows and columns.
+
+    Parameters
+    ----------
+    fingertip : Fingertip
+        Gives outline and layers.
+    sizes : MeshSizes
+        Element sizes and type.
+    contour : (n, 2) array
+        Contour of the phalanx [m]; outside the contact no column is much wider than the tissue is thick.
 
     Raises
     ------
@@ -60,12 +72,22 @@ def sweep_skin(fingertip: Fingertip, sizes: MeshSizes) -> SkinGrid:
     limits = arc_length_at_cut(fingertip, curve, 0.0)
     _check_zone(fingertip, limits)
     contact = _contact_range(curve, sizes.contact_reach, limits)
-    thinnest = min(fingertip.layers.epidermis_thickness / rows[0], fingertip.layers.dermis_thickness / rows[1])
-    bulk = max(spacing, min(sizes.bulk_size, _LARGEST_ASPECT[sizes.element] * thinnest))
-    columns = _columns(limits, contact, spacing, bulk)
+
+    def wanted(arc_length: Floats) -> Floats:
+        beneath = at_depth(curve, arc_length, fingertip.layers.skin_thickness)
+        tissue, _ = cKDTree(contour).query(beneath)
+        return np.minimum(_largest_width(fingertip, sizes, rows), _TISSUE_SHARE * tissue)
+
+    columns = _columns(limits, contact, spacing, wanted)
     points = np.stack([_row(fingertip, curve, columns, share) for share in _shares(rows)])
     closed = curve.closed
     return SkinGrid(points[:, :-1] if closed else points, columns[:-1] if closed else columns, rows[0], closed, contact)
+
+
+def _largest_width(fingertip: Fingertip, sizes: MeshSizes, rows: tuple[int, int]) -> float:
+    """Return the largest width of a column [m] that keeps the cells in good shape."""
+    thinnest = min(fingertip.layers.epidermis_thickness / rows[0], fingertip.layers.dermis_thickness / rows[1])
+    return min(sizes.bulk_size, _LARGEST_ASPECT[sizes.element] * thinnest)
 
 
 def _contact_spacing(fingertip: Fingertip, sizes: MeshSizes) -> float:
@@ -110,15 +132,19 @@ def _contact_range(curve: Curve, reach: float, limits: tuple[float, float]) -> t
     return float(arc_length[0]), float(arc_length[-1])
 
 
-def _columns(limits: tuple[float, float], contact: tuple[float, float], spacing: float, bulk: float) -> Floats:
+def _columns(
+    limits: tuple[float, float], contact: tuple[float, float], spacing: float, wanted: Callable[[Floats], Floats]
+) -> Floats:
+    """Return the arc lengths of the columns: evenly spaced in the contact, growing on either side of it."""
     pair = 2 * spacing
     # At least one pair of columns is left on either side, so that a side never ends in a sliver.
     first = max(int(np.floor(contact[0] / pair)), int(np.ceil(limits[0] / pair)) + 1)
     last = min(int(np.ceil(contact[1] / pair)), int(np.floor(limits[1] / pair)) - 1)
     middle = np.arange(2 * first, 2 * last + 1) * spacing
-    before = middle[0] - graded(middle[0] - limits[0], spacing, bulk)[::-1]
-    after = middle[-1] + graded(limits[1] - middle[-1], spacing, bulk)
-    return np.concatenate([before[:-1], middle, after[1:]])
+    before, after = np.linspace(limits[0], middle[0], 2000), np.linspace(middle[-1], limits[1], 2000)
+    sizes_before, sizes_after = (wanted(side) for side in (before, after))
+    sizes_before[-1] = sizes_after[0] = spacing
+    return np.concatenate([graded(before, sizes_before)[:-1], middle, graded(after, sizes_after)[1:]])
 
 
 def _shares(rows: tuple[int, int]) -> list[tuple[float, float]]:

@@ -7,8 +7,9 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any
+from typing import Any, Literal
 
+import rich.box
 import rich.table
 from rich.markup import escape
 
@@ -40,6 +41,7 @@ Cell = str | float | int | bool | None
 WAYS: Mapping[str, str] = MappingProxyType(
     {"slip": "accumulated slip", "displacement": "displacement", "acceleration": "acceleration peaks"}
 )
+_WIDEST_WORD = 24
 _TIMES = ("incipient", "three_quarter", "overall", "latency")
 
 
@@ -215,18 +217,25 @@ def compare_table(runs: Sequence[RunEvents], reference: PublishedSet) -> Table:
         Times in seconds, differences (ours less published) in milliseconds; without rows where nothing fits.
     """
     columns = (
-        Column("run"),
+        *_swept_columns(runs),
         Column("event"),
         Column("published", "s"),
         *(
             Column(heading, unit, digits)
-            for way in WAYS.values()
-            for heading, unit, digits in ((way, "s", 3), ("difference", "ms", 0))
+            for heading_of_way in ("slip", "displ.", "peaks")
+            for heading, unit, digits in ((heading_of_way, "s", 3), ("diff.", "ms", 0))
         ),
     )
-    pairs = [(run, value) for value in reference.values for run in runs if value.holds_for(run.all_values)]
-    rows = tuple(_comparison(run, value) for run, value in pairs if value.value is not None and _is_event(value))
-    note = f"Published: {reference.citation} Difference: ours less published. A dash: the event did not happen."
+    pairs = [(run, value) for run in runs for value in reference.values if value.holds_for(run.all_values)]
+    rows = tuple(
+        (*_swept_cells(run, runs), *_comparison(run, value))
+        for run, value in pairs
+        if value.value is not None and _is_event(value)
+    )
+    note = (
+        "Ours, read from accumulated slip, displacement and acceleration peaks, and how much later than published. "
+        f"A dash: the event did not happen. Published: {reference.citation}"
+    )
     return Table(reference.title, columns, rows, note)
 
 
@@ -243,10 +252,16 @@ def statements_table(reference: PublishedSet) -> Table:
 
 def to_rich(table: Table) -> rich.table.Table:
     """Turn a table into one for the terminal."""
-    shown = rich.table.Table(title=escape(table.title), title_justify="left")
+    shown = rich.table.Table(
+        title=escape(table.title), title_justify="left", box=rich.box.SIMPLE_HEAD, padding=0, pad_edge=False
+    )
     shown.caption, shown.caption_justify = escape(table.note) or None, "left"
     for place, column in enumerate(table.columns):
-        shown.add_column(escape(column.heading), justify="right" if is_numeric(table, place) else "left")
+        words = [word for text in (column.heading, *(row[place] for row in texts(table))) for word in text.split()]
+        longest_word = max(map(len, words))
+        justify: Literal["left", "right"] = "right" if is_numeric(table, place) else "left"
+        heading = escape(column.heading.replace(" [", "\n["))
+        shown.add_column(heading, justify=justify, min_width=min(longest_word, _WIDEST_WORD))
     for cells in texts(table):
         shown.add_row(*(escape(cell) for cell in cells))
     return shown
@@ -342,4 +357,4 @@ def _comparison(run: RunEvents, value: PublishedValue) -> tuple[Cell, ...]:
         nearest = None if time is None else min(max(time, low), high)
         ours += [time, None if time is None or nearest is None else 1e3 * (time - nearest)]
     text = f"{low:.2f}" if low == high else f"{low:.2f} to {high:.2f}"
-    return (run.label, value.quantity.replace("_", "-"), text, *ours)
+    return (value.quantity.replace("_", "-"), text, *ours)

@@ -57,7 +57,7 @@ def test_offset_curve_keeps_its_distance(section, depth):
     curve = outline_curve(change(section=section))
     inner = at_depth(curve, np.linspace(-15e-3, 20e-3, 100), depth)
     distance, _ = cKDTree(curve.points).query(inner)
-    assert distance == pytest.approx(depth, rel=2e-3)
+    assert distance == pytest.approx(depth, rel=1e-3, abs=2e-6)
 
 
 def test_ridges_leave_the_mean_thickness_of_the_epidermis():

@@ -7,6 +7,7 @@ import io
 
 import pytest
 from rich.console import Console
+from rich.console import Console
 
 from fingerslip.report.published import published
 from fingerslip.report.tables import (
@@ -103,13 +104,13 @@ def test_peaks_are_ranked() -> None:
 
 def test_comparison_takes_runs_that_meet_the_conditions() -> None:
     table = compare_table(RUNS, published("wang2014-table2"))
-    assert [row[:3] for row in table.rows] == [
-        ("friction_coefficient-0.6", "incipient", "1.53"),
-        ("friction_coefficient-0.6", "overall", "1.71"),
-        ("friction_coefficient-0.6", "latency", "0.18"),
+    assert [row[:4] for row in table.rows] == [
+        (0.6, "original", "incipient", "1.53"),
+        (0.6, "original", "overall", "1.71"),
+        (0.6, "original", "latency", "0.18"),
     ]
-    assert [column.unit for column in table.columns] == ["", "", "s", "s", "ms", "s", "ms", "s", "ms"]
-    slip, displacement, acceleration = (table.rows[1][3:5], table.rows[1][5:7], table.rows[1][7:9])
+    assert [column.unit for column in table.columns] == ["", "", "", "s", "s", "ms", "s", "ms", "s", "ms"]
+    slip, displacement, acceleration = (table.rows[1][4:6], table.rows[1][6:8], table.rows[1][8:10])
     assert slip == (1.75, pytest.approx(40.0))
     assert displacement == (None, None)
     assert acceleration == (1.71, pytest.approx(0.0))
@@ -117,8 +118,16 @@ def test_comparison_takes_runs_that_meet_the_conditions() -> None:
 
 def test_difference_to_a_range_is_to_its_nearer_end() -> None:
     row = compare_table(RUNS, published("wang2014-peaks")).rows[1]
-    assert row[:3] == ("friction_coefficient-0.6", "three-quarter", "1.63 to 1.65")
-    assert row[3:5] == (1.65, pytest.approx(0.0, abs=1e-9))
+    assert row[2:4] == ("three-quarter", "1.63 to 1.65")
+    assert row[4:6] == (1.65, pytest.approx(0.0, abs=1e-9))
+
+
+def test_terminal_table_fits_eighty_columns() -> None:
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(to_rich(compare_table(RUNS, published("wang2014-table2"))))
+    text = console.export_text()
+    assert "…" not in text
+    assert "original" in text
 
 
 def test_run_whose_values_are_not_known_is_not_compared() -> None:
