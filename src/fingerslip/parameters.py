@@ -112,7 +112,7 @@ def from_mapping(cls: type[T], values: Mapping[str, Any], where: str) -> T:
     values : mapping
         Nested plain data, as YAML gives it.
     where : str
-        The file's name, or with `: ` and a path in it, which errors put first.
+        What errors put first: the file's name, with a colon and a path in it where `values` is a part of the file.
 
     Raises
     ------

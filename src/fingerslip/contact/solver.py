@@ -1,21 +1,21 @@
 """The frictional contact problem of one step, on the contact nodes alone.
 
 Unknown are the nodal contact forces r, for each node a normal one r_n (pressing is positive) and the
-tangential ones r_t. The condensed body gives the local displacement-like quantity
+tangential ones r_t. The condensed body gives the local displacement-like quantity ::
 
     y = W r + q
 
 where W, symmetric positive definite, holds the body's compliance with the penalty compliances 1/k_n and
 1/k_t on its diagonal, y_n is the gap and y_t the slip of the step. Unilateral contact with Coulomb friction
-of coefficient mu is
+of coefficient mu is ::
 
     0 <= r_n,   y_n >= 0,   r_n y_n = 0
     |r_t| <= mu r_n,   y_t = -s r_t with s >= 0,   s (mu r_n - |r_t|) = 0
 
 which is the penalty law with return mapping exactly (Alart & Curnier 1991). Both lines are one projection:
-with z = r - rho y, r_n = max(0, z_n) and r_t = z_t projected on the disc of radius mu max(0, z_n). The
-residual is how far r is from that projection. A semismooth Newton iteration with line search drives it to
-zero; where the search stalls, projected Gauss-Seidel sweeps bring it on.
+with z = r - rho y, the normal force is max(0, z_n) and the tangential one is z_t projected on the disc of
+radius mu max(0, z_n). The residual is how far r is from that projection. A semismooth Newton iteration with
+line search drives it to zero; where the search stalls, projected Gauss-Seidel sweeps bring it on.
 """
 
 from __future__ import annotations
@@ -244,7 +244,10 @@ def _newton(compliance, free, friction, scale, forces, goal):  # type: ignore[no
     for iteration in range(_NEWTON_LIMIT):
         if np.max(np.abs(residual)) <= goal:
             return forces, iteration
-        step = _newton_step(compliance, friction, scale, forces, trial, residual)
+        try:
+            step = _newton_step(compliance, friction, scale, forces, trial, residual)
+        except Exception:  # noqa: BLE001  numba knows no narrower one: the matrix is singular, sweeps must go on
+            return forces, iteration + 1
         length = 1.0
         for _ in range(_SEARCH_LIMIT):
             candidate = forces + length * step

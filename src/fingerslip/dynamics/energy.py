@@ -1,6 +1,6 @@
 """The energy balance of the discrete motion, term by term in closed form.
 
-Over a step, with d the change and bar the mean of start and end values, the scheme's equations give exactly
+Over a step, with d the change and bar the mean of start and end values, the scheme's equations give exactly ::
 
     external work = d(kinetic) + d(strain) + d(contact penalties)
                     + friction + damping + numerical dissipation
@@ -89,8 +89,10 @@ def integration_dissipation(
 
     Notes
     -----
-    From the mean of the equations of motion at both ends and the two Newmark relations:
-    h (beta - gamma/2) da.M dv - (gamma - 1/2) da.M du + alpha/2 du.(F1 - F_-1).
+    From the mean of the equations of motion at both ends and the two Newmark relations, with F0 the unbalance
+    at the start of the step before and F2 that at the end of this one::
+
+        h (beta - gamma/2) da.M dv - (gamma - 1/2) da.M du + alpha/2 du.(F2 - F0)
     """
     newmark = scheme.step * (scheme.beta - 0.5 * scheme.gamma) * (inertia_change @ velocity_change)
     newmark -= (scheme.gamma - 0.5) * (inertia_change @ displacement_change)

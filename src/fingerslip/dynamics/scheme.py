@@ -1,7 +1,7 @@
 """The HHT-alpha time integration: its coefficients and its closed-form properties.
 
 With u, v, a displacement, velocity and acceleration, step h, and F = C v + K u - f the unbalanced force, a
-step from 0 to 1 solves
+step from 0 to 1 solves ::
 
     M a1 + (1 + alpha) F1 - alpha F0 = 0
     u1 = u0 + h v0 + h^2 [(1/2 - beta) a0 + beta a1]
@@ -51,7 +51,7 @@ class HHT:
 
     @property
     def spectral_radius_at_infinity(self) -> float:
-        """Spectral radius for an infinite step: (1 + alpha) / (1 - alpha), and below alpha = -1/3 -alpha / (1 + alpha)."""
+        """Spectral radius for an infinite step: (1 + alpha)/(1 - alpha), below alpha = -1/3 -alpha/(1 + alpha)."""
         return max((1.0 + self.alpha) / (1.0 - self.alpha), -self.alpha / (1.0 + self.alpha))
 
 

@@ -73,10 +73,12 @@ def sweep_skin(fingertip: Fingertip, sizes: MeshSizes, contour: Floats) -> SkinG
     _check_zone(fingertip, limits)
     contact = _contact_range(curve, sizes.contact_reach, limits)
 
+    narrowest, widest = _column_limits(fingertip, sizes, rows)
+
     def wanted(arc_length: Floats) -> Floats:
         beneath = at_depth(curve, arc_length, fingertip.layers.skin_thickness)
         tissue, _ = cKDTree(contour).query(beneath)
-        return np.minimum(_largest_width(fingertip, sizes, rows), _TISSUE_SHARE * tissue)
+        return np.clip(_TISSUE_SHARE * tissue, min(narrowest, widest), widest)
 
     columns = _columns(limits, contact, spacing, wanted)
     points = np.stack([_row(fingertip, curve, columns, share) for share in _shares(rows)])
@@ -84,10 +86,11 @@ def sweep_skin(fingertip: Fingertip, sizes: MeshSizes, contour: Floats) -> SkinG
     return SkinGrid(points[:, :-1] if closed else points, columns[:-1] if closed else columns, rows[0], closed, contact)
 
 
-def _largest_width(fingertip: Fingertip, sizes: MeshSizes, rows: tuple[int, int]) -> float:
-    """Return the largest width of a column [m] that keeps the cells in good shape."""
-    thinnest = min(fingertip.layers.epidermis_thickness / rows[0], fingertip.layers.dermis_thickness / rows[1])
-    return min(sizes.bulk_size, _LARGEST_ASPECT[sizes.element] * thinnest)
+def _column_limits(fingertip: Fingertip, sizes: MeshSizes, rows: tuple[int, int]) -> tuple[float, float]:
+    """Return the least and the largest width of a column [m] that keep the skin's cells in good shape."""
+    heights = fingertip.layers.epidermis_thickness / rows[0], fingertip.layers.dermis_thickness / rows[1]
+    aspect = _LARGEST_ASPECT[sizes.element]
+    return max(heights) / aspect, min(sizes.bulk_size, aspect * min(heights))
 
 
 def _contact_spacing(fingertip: Fingertip, sizes: MeshSizes) -> float:

@@ -19,7 +19,10 @@ def change(**groups):
             {"layers": {"epidermis_thickness": "0.2 mm"}, "ridges": {"intermediate_height": "0.9 mm"}},
             "ridges: mean height 0.25 mm, needs ridges whose mean height is < 0.2 mm",
         ),
-        ({"fingerprint": {"enabled": True, "height": "1 mm"}}, "fingerprint.height: got 1 mm.*grooves reach the dermis"),
+        (
+            {"fingerprint": {"enabled": True, "height": "1 mm"}},
+            "fingerprint.height: got 1 mm.*grooves reach the dermis",
+        ),
         ({"receptors": {"sa_ii_height": "1 mm"}}, "receptors.sa_ii_height: got 1 mm, needs a value < 1 mm"),
         ({"receptors": {"fa_ii_depth": "1.5 mm"}}, "receptors.fa_ii_depth: got 1.5 mm, needs a value > 1.5 mm"),
         ({"sagittal": {"pad_rise": "13 mm"}}, "pad_rise: got 13 mm, needs a value < 13 mm"),
@@ -53,9 +56,15 @@ def test_ridges_that_are_off_are_not_checked():
         ({"layers": {"skin_thickness": "2.9 mm"}, "receptors": {"fa_ii_depth": "4 mm"}}, "phalanx: .* of tissue at"),
         ({"phalanx": {"sagittal": {"distal_end": "9 mm"}}}, "phalanx: -3.07 mm of tissue at x = 8.97 mm"),
         ({"phalanx": {"sagittal": {"distal_end": "-15.9 mm"}}}, "distal_end: got -15.9 mm, needs a value > -15.7 mm"),
-        ({"phalanx": {"sagittal": {"dorsal_level": "-0.6 mm", "concavity_depth": "0.85 mm"}}}, "dorsal_level: got -0.6 mm"),
+        (
+            {"phalanx": {"sagittal": {"dorsal_level": "-0.6 mm", "concavity_depth": "0.85 mm"}}},
+            "dorsal_level: got -0.6 mm",
+        ),
         ({"phalanx": {"variant": "scaled", "tissue_thickness": "6 mm"}}, "tissue_thickness: got 6 mm.*nothing is left"),
-        ({"section": "transverse", "phalanx": {"transverse": {"half_width": "7 mm"}}}, "phalanx: .* of tissue at x = 7"),
+        (
+            {"section": "transverse", "phalanx": {"transverse": {"half_width": "7 mm"}}},
+            "phalanx: .* of tissue at x = 7",
+        ),
     ],
 )
 def test_phalanx_that_does_not_fit_is_one_clear_error(groups, message):

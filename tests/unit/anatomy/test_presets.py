@@ -52,7 +52,9 @@ def test_header_says_what_the_set_does_not_claim():
 
 
 def test_study_overrides_merge_deeply():
-    fingertip = fingertip_from({"preset": NAME, "phalanx": {"variant": "flattened", "sagittal": {"distal_end": "3 mm"}}}, "x")
+    fingertip = fingertip_from(
+        {"preset": NAME, "phalanx": {"variant": "flattened", "sagittal": {"distal_end": "3 mm"}}}, "x"
+    )
     assert fingertip.phalanx.variant == "flattened"
     assert fingertip.phalanx.sagittal.distal_end == 3e-3
     assert fingertip.phalanx.sagittal.palmar_level == preset(NAME).phalanx.sagittal.palmar_level
@@ -71,7 +73,10 @@ def test_preset_without_overrides_is_the_preset():
     [
         ({"preset": "wang2014-2"}, "study.fingertip.preset: 'wang2014-2' is not known.*did you mean 'wang2014-2d'?"),
         ({}, "study.fingertip.preset: is missing, needs one of wang2014-2d"),
-        ({"preset": NAME, "phalanx": {"variety": "flattened"}}, "phalanx.variety: is not known.*did you mean 'variant'"),
+        (
+            {"preset": NAME, "phalanx": {"variety": "flattened"}},
+            "phalanx.variety: is not known.*did you mean 'variant'",
+        ),
         ({"preset": NAME, "phalanx": {"variant": "flat"}}, "phalanx.variant: got 'flat'"),
         ({"preset": NAME, "layers": {"skin_thickness": 1.5}}, "skin_thickness: '1.5' has no unit.*write '1.5 mm'"),
         ({"preset": NAME, "ridges": True}, "ridges"),

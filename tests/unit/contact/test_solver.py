@@ -158,6 +158,14 @@ def test_one_node_in_closed_form_in_3d():
     np.testing.assert_allclose(slipped, [4.0, -1.2, 1.6], rtol=1e-12)
 
 
+def test_a_singular_newton_matrix_is_left_to_the_sweeps():
+    """Sliding to one side with mu W_nt / W_nn = -1 has no Newton direction; the node sticks, with r = -W^-1 q."""
+    compliance, free = np.array([[1.0, 0.5], [0.5, 1.0]]), np.array([[-1.0, 10.0]])
+    solution = solve_friction(compliance, free, np.array([2.0]), np.zeros((1, 2)), TOLERANCE)
+    assert solution.residual <= TOLERANCE
+    np.testing.assert_allclose(solution.forces, [[8.0, -14.0]], rtol=1e-9)
+
+
 def test_frictionless_normal_problem_is_the_quadratic_programme():
     """Without friction the forces minimise r W r / 2 + q r over r_n >= 0: no other feasible point is lower."""
     compliance, free, friction = random_problem(11, 2, 12, 1.0, 0.0)

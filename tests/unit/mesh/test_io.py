@@ -26,7 +26,9 @@ def cell_sets(mesh, names):
 
 def facet_sets(mesh, names):
     return {
-        name: {tuple(sorted(map(tuple, mesh.p[:, mesh.facets[:, f]].T.round(9).tolist()))) for f in mesh.boundaries[name]}
+        name: {
+            tuple(sorted(map(tuple, mesh.p[:, mesh.facets[:, f]].T.round(9).tolist()))) for f in mesh.boundaries[name]
+        }
         for name in names
     }
 
@@ -88,7 +90,12 @@ def draw_block(path, version, kind, order):
         lower = geo.addPlaneSurface([geo.addCurveLoop(lines[:4])])
         upper = geo.addPlaneSurface([geo.addCurveLoop([lines[2], -lines[6], -lines[5], -lines[4]])])
         geo.synchronize()
-        for dimension, tag, name in ((2, lower, "lower"), (2, upper, "upper"), (1, lines[0], "contact"), (1, lines[2], "between")):
+        for dimension, tag, name in (
+            (2, lower, "lower"),
+            (2, upper, "upper"),
+            (1, lines[0], "contact"),
+            (1, lines[2], "between"),
+        ):
             gmsh.model.addPhysicalGroup(dimension, [tag], name=name)
         if kind == "quad":
             for line in lines:
@@ -161,7 +168,10 @@ def test_region_drawn_clockwise_is_turned_round(tmp_path):
         ({"cells": np.array([[0, 1, 2, 1], [1, 2, 5, 4]])}, "cell 0 at x = 1000 mm, y = 0 mm is inverted or flat"),
         ({"points": np.column_stack([SQUARES, np.arange(6.0)])}, "node 5 has z = 5 m, needs z = 0"),
         ({"lines": ((0, 5),)}, "boundary 'contact' has lines that are no edge of a cell"),
-        ({"cells": np.arange(6)[None], "kind": "wedge"}, "has cells of type wedge, needs cells of one of the types quad"),
+        (
+            {"cells": np.arange(6)[None], "kind": "wedge"},
+            "has cells of type wedge, needs cells of one of the types quad",
+        ),
     ],
 )
 def test_faulty_meshes_are_one_clear_error(change, message, tmp_path):
@@ -171,7 +181,9 @@ def test_faulty_meshes_are_one_clear_error(change, message, tmp_path):
 
 
 def test_inverted_cell_in_a_file_of_our_own(tmp_path):
-    mesh = skfem.MeshQuad1(SQUARES.T, np.array([[0, 1, 4, 3], [1, 5, 2, 4]]).T).with_subdomains({"all": np.array([0, 1])})
+    mesh = skfem.MeshQuad1(SQUARES.T, np.array([[0, 1, 4, 3], [1, 5, 2, 4]]).T).with_subdomains(
+        {"all": np.array([0, 1])}
+    )
     write_mesh(mesh, tmp_path / "a.vtu")
     with pytest.raises(MeshError, match="cell 1 at x = 1500 mm"):
         read_mesh(tmp_path / "a.vtu")
@@ -220,13 +232,17 @@ def test_regions_that_overlap_do_not_fit_a_msh_file(tmp_path):
 def test_names_are_required_with_the_nearest_one(finger):
     assert np.array_equal(require_boundary(finger, "skin", "study"), finger.boundaries["skin"])
     assert len(require_region(finger, "dermis", "study")) > 100
-    with pytest.raises(MeshError, match=r"study: boundary 'skim' is not in the mesh, it has: .*; did you mean 'skin'\?"):
+    with pytest.raises(
+        MeshError, match=r"study: boundary 'skim' is not in the mesh, it has: .*; did you mean 'skin'\?"
+    ):
         require_boundary(finger, "skim", "study")
     with pytest.raises(MeshError, match="region 'nail' is not in the mesh, it has: none"):
         require_region(skfem.MeshQuad1(), "nail", "study")
 
 
-@pytest.mark.parametrize("path", sorted((Path(__file__).parents[3] / "meshes").glob("*.msh")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", sorted((Path(__file__).parents[3] / "meshes").glob("*.msh")), ids=lambda path: path.stem
+)
 def test_shipped_meshes_are_read(path):
     mesh = read_mesh(path)
     assert mesh.subdomains

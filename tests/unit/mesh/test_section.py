@@ -154,7 +154,10 @@ def test_same_input_gives_the_same_mesh_bit_by_bit(element):
 
 @pytest.mark.parametrize(("section", "variant"), list(itertools.product(SECTIONS, VARIANTS)))
 def test_all_variants_mesh_with_good_cells(section, variant):
-    cases = [(c, e, True) for c in (0.08e-3, 0.15e-3) for e in ("Q4", "T3")] + [(0.6e-3, "Q4", False), (0.3e-3, "T6", False)]
+    cases = [(c, e, True) for c in (0.08e-3, 0.15e-3) for e in ("Q4", "T3")] + [
+        (0.6e-3, "Q4", False),
+        (0.3e-3, "T6", False),
+    ]
     for contact_size, element, detail in cases:
         fingertip = change(
             section=section, phalanx={"variant": variant}, ridges={"enabled": detail}, fingerprint={"enabled": detail}
@@ -177,7 +180,11 @@ def test_sizes_as_a_parameter_set_give_the_same_mesh(finger):
 @pytest.mark.parametrize(
     ("groups", "sizes", "message"),
     [
-        ({}, {"contact_size": 0.3e-3, "bulk_size": 1e-3}, "contact_size: got 0.3 mm.*third of ridges.pitch.*'0.1175 mm'"),
+        (
+            {},
+            {"contact_size": 0.3e-3, "bulk_size": 1e-3},
+            "contact_size: got 0.3 mm.*third of ridges.pitch.*'0.1175 mm'",
+        ),
         (
             {"ridges": {"enabled": False}, "fingerprint": {"enabled": True}},
             {"contact_size": 0.3e-3, "bulk_size": 1e-3},
@@ -202,7 +209,9 @@ def test_poor_cells_are_refused_with_their_place(monkeypatch):
         return core
 
     monkeypatch.setattr("fingerslip.mesh.section.mesh_core", spoilt)
-    with pytest.raises(MeshError, match=r"phalanx cell \d+ at x = .* mm, y = .* mm: .*, needs > .*; write a smaller bulk"):
+    with pytest.raises(
+        MeshError, match=r"phalanx cell \d+ at x = .* mm, y = .* mm: .*, needs > .*; write a smaller bulk"
+    ):
         build_section(preset("wang2014-2d"))
 
 

@@ -83,7 +83,10 @@ def test_site_by_coordinates_from_a_file():
 @pytest.mark.parametrize(
     ("site", "message"),
     [
-        (Site("far", "probe", (0.0, -8e-3)), "site far: x = 0 mm, y = -8 mm is 1.5 mm from the nearest node of the mesh"),
+        (
+            Site("far", "probe", (0.0, -8e-3)),
+            "site far: x = 0 mm, y = -8 mm is 1.5 mm from the nearest node of the mesh",
+        ),
         (Site("deep", "probe", (0.0, -2e-3), "epidermis"), "from the nearest node of 'epidermis', needs <="),
         (Site("nail", "probe", (0.0, 0.0), "nail"), "region 'nail' is not in the mesh, it has: epidermis, dermis"),
     ],
