@@ -197,8 +197,8 @@ class Model:
     damping : RayleighDamping
         Material damping.
     integration : {'selective', 'full'}
-        How quadrilaterals in plane strain are integrated: 'selective' takes the volumetric part at the
-        centre and does not lock, 'full' locks near incompressibility.
+        How quadrilaterals are integrated: 'selective' takes the dilatational part at the centre and does not
+        lock, 'full' locks near incompressibility in plane strain. Triangles are always integrated fully.
     record : Recording
         What the history holds.
     """

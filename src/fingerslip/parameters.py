@@ -185,9 +185,7 @@ def _units_in(hint: object) -> Iterator[Unit]:
         yield from _units_in(argument)
 
 
-def _input_error(
-    error: pydantic.ValidationError, cls: type, where: str, separator: str = "."
-) -> InputError:
+def _input_error(error: pydantic.ValidationError, cls: type, where: str, separator: str = ".") -> InputError:
     """Say the first mistake of `error` in four parts."""
     mistakes = error.errors()
     first = next((mistake for mistake in mistakes if mistake["type"] in _UNKNOWN), mistakes[0])

@@ -29,7 +29,7 @@ class InterfaceState:
     slip_distance : (n_c,) array
         Slip accumulated while in contact [m].
     state : (n_c,) array of int
-        0 open, 1 stick, 2 slip.
+        0 open, 1 stick, 2 slip; without friction every closed node slips.
     """
 
     forces: Array

@@ -9,6 +9,7 @@ SciPy, everywhere else.
 from __future__ import annotations
 
 import ctypes
+import functools
 import weakref
 from typing import Any, Protocol
 
@@ -44,9 +45,9 @@ class Factor(Protocol):
 
 
 def pardiso_available() -> bool:
-    """Tell whether MKL PARDISO can be used on this machine."""
+    """Tell whether MKL PARDISO can be used on this machine, and load it if so."""
     try:
-        import pypardiso  # noqa: F401
+        _mkl_pardiso()
     except (ImportError, OSError):
         return False
     return True
@@ -93,13 +94,11 @@ class _PardisoCall:
     """
 
     def __init__(self, matrix: sparse.csr_matrix) -> None:
-        import pypardiso
-
         upper = sparse.triu(matrix, format="csr")
         upper.sort_indices()
-        solver = pypardiso.PyPardisoSolver(mtype=_SPD)
-        self._function = solver._mkl_pardiso  # noqa: SLF001  the library offers no public way to one phase
-        self._handle, self._settings, self._order = solver.pt, solver.iparm, solver.perm
+        self._function = _mkl_pardiso()
+        self._handle, self._settings = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
+        self._order = np.zeros(0, dtype=np.int32)
         self._settings[0] = 1  # the settings that follow count
         self._settings[1] = 2  # nested dissection
         self._size = upper.shape[0]
@@ -136,6 +135,15 @@ class _PardisoCall:
         return found
 
 
+@functools.cache
+def _mkl_pardiso() -> Any:
+    """Return MKL's function, which pypardiso finds by searching the whole environment once."""
+    import pypardiso
+
+    # The library offers no public way to a single phase.
+    return pypardiso.PyPardisoSolver(mtype=_SPD)._mkl_pardiso  # noqa: SLF001
+
+
 def _integer(value: int) -> Any:
     return ctypes.byref(ctypes.c_int32(value))
 
@@ -146,12 +154,15 @@ class SuperLUFactor:
     name = "SuperLU"
 
     def __init__(self, matrix: sparse.csr_matrix) -> None:
-        self._factors = linalg.splu(
-            sparse.csc_matrix(matrix),
-            permc_spec="MMD_AT_PLUS_A",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
+        try:
+            self._factors = linalg.splu(
+                sparse.csc_matrix(matrix),
+                permc_spec="MMD_AT_PLUS_A",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
+            )
+        except RuntimeError as error:
+            raise FingerslipError(f"SuperLU: {error}; the matrix is not positive definite") from error
 
     def forward(self, right_hand_side: Array) -> Array:
         """Return b as it is (L is the identity here)."""

@@ -38,8 +38,12 @@ class Motion:
 
     def velocity(self, times: Array) -> Array:
         """Return the velocity [m/s] at `times` (n,) [s], shape (n, dim); at a knot that of the phase before."""
-        slopes = np.diff(self.positions, axis=0) / np.diff(self.knots)[:, None]
-        phase = np.searchsorted(self.knots, times, side="left") - 1
+        if self.knots.size < 2:
+            return np.zeros((len(times), self.positions.shape[1]))
+        durations = np.diff(self.knots)
+        slopes = np.diff(self.positions, axis=0) / durations[:, None]
+        # Multiples of the step meet the knots up to rounding only.
+        phase = np.searchsorted(self.knots + 1e-9 * durations.min(), times, side="left") - 1
         rates = np.vstack([slopes, np.zeros(self.positions.shape[1])])
         return rates[np.clip(phase, 0, len(slopes))]
 

@@ -80,7 +80,7 @@ class Recorder:
     def record(self, state: State) -> None:
         """Take in the next state."""
         step, self._next = self._next, self._next + 1
-        self._record_sites(step, state)
+        self._record_motion(step, state)
         self._record_contact(step, state)
         for name, attribute in _ENERGIES.items():
             self.values[name][step] = getattr(state.energies, attribute)
@@ -89,27 +89,28 @@ class Recorder:
         if step in self._snapshots:
             self._record_snapshot(self._snapshots.index(step), state)
 
-    def _nodal(self, field: Array, nodes: NDArray[np.int64]) -> Array:
+    def _nodal(self, field: Array) -> Array:
+        """Scatter a field on the free degrees of freedom to all nodes, shape (n_nodes, dim); a view that is reused."""
         self._full[self._system.free] = field
-        chosen: Array = self._full.reshape(-1, self._system.space.dim)[nodes]
-        return chosen
+        return self._full.reshape(-1, self._system.space.dim)
 
-    def _record_sites(self, step: int, state: State) -> None:
-        values, nodes = self.values, self._system.site_nodes
-        values["velocity"][step] = self._nodal(state.velocity, nodes)
-        values["acceleration"][step] = self._nodal(state.acceleration, nodes)
-        values["displacement"][step] = self._nodal(state.displacement, nodes)
-        values["stress"][step] = stress(self._sites, self._full)
-        values["strain_energy_density"][step] = strain_energy_density(self._sites, self._full)
+    def _record_motion(self, step: int, state: State) -> None:
+        values, system = self.values, self._system
+        fields = {"velocity": state.velocity, "acceleration": state.acceleration, "displacement": state.displacement}
+        for name, field in fields.items():
+            nodal = self._nodal(field)
+            values[name][step] = nodal[system.site_nodes]
+            values[f"contact_{name}"][step] = nodal[system.candidates.nodes]
+        # The displacement came last, so the scattered field holds it.
+        self._record_strain(step)
+
+    def _record_strain(self, step: int) -> None:
+        strains = self._sites.strains(self._full)
+        self.values["stress"][step] = stress(strains, self._sites.constants)
+        self.values["strain_energy_density"][step] = strain_energy_density(strains, self._sites.constants)
 
     def _record_contact(self, step: int, state: State) -> None:
         values, candidates, interface = self.values, self._system.candidates, state.interface
-        for name, field in (
-            ("contact_displacement", state.displacement),
-            ("contact_velocity", state.velocity),
-            ("contact_acceleration", state.acceleration),
-        ):
-            values[name][step] = self._nodal(field, candidates.nodes)
         values["gap"][step] = interface.relative[:, 0]
         values["normal_traction"][step] = interface.forces[:, 0] / candidates.area
         values["tangential_traction"][step] = interface.forces[:, 1] / candidates.area
@@ -120,13 +121,14 @@ class Recorder:
         np.add.at(values["body_force"][step], candidates.body, forces)
 
     def _record_snapshot(self, number: int, state: State) -> None:
-        values, nodes = self.values, np.arange(len(self._system.space.positions))
+        values = self.values
         if self._cells is None:
             self._cells = cell_recovery(self._system.space, self._system.constants)
-        values["snapshot_velocity"][number] = self._nodal(state.velocity, nodes)
-        values["snapshot_displacement"][number] = self._nodal(state.displacement, nodes)
-        values["snapshot_strain_energy_density"][number] = strain_energy_density(self._cells, self._full)
-        values["snapshot_von_mises"][number] = von_mises(stress(self._cells, self._full))
+        values["snapshot_velocity"][number] = self._nodal(state.velocity)
+        values["snapshot_displacement"][number] = self._nodal(state.displacement)
+        strains = self._cells.strains(self._full)
+        values["snapshot_strain_energy_density"][number] = strain_energy_density(strains, self._cells.constants)
+        values["snapshot_von_mises"][number] = von_mises(stress(strains, self._cells.constants))
 
 
 def _dtype(name: str) -> type:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 from collections.abc import Callable
 from importlib.metadata import version
@@ -12,8 +13,9 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.candidates import check_outsiders
 from fingerslip.dynamics.recorder import Recorder
-from fingerslip.dynamics.step import State, Stopwatch, advance, build_stepper, first_state
+from fingerslip.dynamics.step import State, Stepper, Stopwatch, advance, build_stepper, first_state
 from fingerslip.dynamics.system import System, build_system
+from fingerslip.dynamics.threads import suitable_threads
 from fingerslip.errors import InputError
 from fingerslip.history import make_history
 from fingerslip.model import Model
@@ -24,18 +26,18 @@ Array = NDArray[np.float64]
 
 
 def step_times(model: Model) -> Array:
-    """Return the times of the steps [s], the start included: whole steps up to the end.
+    """Return the times of the steps [s], the start included: whole steps until the end is reached.
 
     Raises
     ------
     InputError
         Where the end is not even one step away.
     """
-    count = round(model.end / model.time.step)
-    if count < 1:
+    steps = model.end / model.time.step
+    if steps < 1.0 - 1e-9:
         found = f"got {model.time.step:g} s for a run of {model.end:g} s"
         raise InputError("time.step", found, "needs at least one step", "write a smaller step")
-    times: Array = model.time.step * np.arange(count + 1, dtype=np.float64)
+    times: Array = model.time.step * np.arange(math.ceil(steps - 1e-9) + 1, dtype=np.float64)
     return times
 
 
@@ -63,27 +65,40 @@ def simulate(model: Model, *, progress: Callable[[float], None] | None = None) -
     SlipOutsideContactError
         Where the boundary reaches a rigid body at a node that is no candidate.
     """
-    watch = Stopwatch()
     times = step_times(model)
+    with suitable_threads(model.mesh.dim() * model.mesh.nvertices):
+        return _simulate(model, times, progress)
+
+
+def _simulate(model: Model, times: Array, progress: Callable[[float], None] | None) -> xr.Dataset:
+    watch = Stopwatch()
     with watch.part("assembly"):
         system = build_system(model)
         recorder = Recorder(model, system, times)
     with watch.part("factorisation"):
         stepper = build_stepper(system, model.time, model.damping)
-    bodies = _body_displacements(system, times)
-    state = first_state(stepper)
     with watch.part("stepping"):
-        recorder.record(state)
-        for step in range(1, times.size):
-            state = advance(stepper, state, float(times[step]), bodies[step], watch)
-            with watch.part("recording"):
-                _check_outside(system, state)
-                recorder.record(state)
-            if progress is not None:
-                progress(step / (times.size - 1))
+        _march(stepper, recorder, times, watch, progress)
     velocities = [motion.velocity(times) for motion in system.motions]
     recorder.values["body_velocity"][:] = np.stack(velocities, axis=1) if velocities else 0.0
     return make_history(recorder.values, _provenance(system, stepper.condensed.factor.name, watch))
+
+
+def _march(
+    stepper: Stepper, recorder: Recorder, times: Array, watch: Stopwatch, progress: Callable[[float], None] | None
+) -> None:
+    """Step through `times` and record every state."""
+    system = stepper.system
+    bodies = _body_displacements(system, times)
+    state = first_state(stepper)
+    recorder.record(state)
+    for step in range(1, times.size):
+        state = advance(stepper, state, float(times[step]), bodies[step], watch)
+        with watch.part("recording"):
+            _check_outside(system, state)
+            recorder.record(state)
+        if progress is not None:
+            progress(step / (times.size - 1))
 
 
 def _body_displacements(system: System, times: Array) -> Array:
@@ -95,13 +110,10 @@ def _body_displacements(system: System, times: Array) -> Array:
 
 def _check_outside(system: System, state: State) -> None:
     """Refuse penetration by boundary nodes that are no contact candidates."""
-    full = np.zeros(system.space.n_dofs)
-    full[system.free] = state.displacement
-    moved = system.space.positions + full.reshape(-1, system.space.dim)
-    for number, nodes in enumerate(system.outsiders):
-        plane, shift = system.planes[number], state.bodies[number]
-        gaps = plane.gap(moved[nodes] - shift, system.offsets[number])
-        check_outsiders(gaps, nodes, system.space.positions, state.time)
+    for number, (nodes, operator) in enumerate(zip(system.outsiders, system.outsider_normals, strict=True)):
+        plane = system.planes[number]
+        start = plane.gap(system.space.positions[nodes] - state.bodies[number], system.offsets[number])
+        check_outsiders(start + operator @ state.displacement, nodes, system.space.positions, state.time)
 
 
 def _provenance(system: System, solver: str, watch: Stopwatch) -> dict[str, object]:

@@ -92,6 +92,8 @@ class State:
         [s].
     displacement, velocity, acceleration : (n,) array
         [m], [m/s], [m/s^2].
+    inertia : (n,) array
+        Mass times acceleration [N].
     unbalance, unbalance_before : (n,) array
         Unbalanced force C v + K u - f now and one step earlier [N].
     bodies : (n_bodies, dim) array
@@ -110,6 +112,7 @@ class State:
     displacement: Array
     velocity: Array
     acceleration: Array
+    inertia: Array
     unbalance: Array
     unbalance_before: Array
     bodies: Array
@@ -146,6 +149,7 @@ def first_state(stepper: Stepper) -> State:
         displacement=rest,
         velocity=rest,
         acceleration=acceleration,
+        inertia=load,
         unbalance=-load,
         unbalance_before=-load,
         bodies=np.zeros((len(system.motions), system.space.dim)),
@@ -196,6 +200,7 @@ def advance(stepper: Stepper, state: State, time: float, bodies: Array, watch: S
         displacement=predicted.displacement + scheme.displacement_factor * acceleration,
         velocity=predicted.velocity + scheme.velocity_factor * acceleration,
         acceleration=acceleration,
+        inertia=inertia,
         unbalance=(scheme.alpha * state.unbalance - inertia) / stepper.force_weight,
         unbalance_before=state.unbalance,
         bodies=bodies,
@@ -205,7 +210,7 @@ def advance(stepper: Stepper, state: State, time: float, bodies: Array, watch: S
         residual=solution.residual,
     )
     with watch.part("recording"):
-        return _with_energies(stepper, state, after, settled, inertia)
+        return _with_energies(stepper, state, after, settled)
 
 
 def _relative(system: System, displacement: Array, bodies: Array) -> Array:
@@ -246,7 +251,7 @@ def _solve_contact(
     return settle(candidates, before, solution.forces, relative), solution
 
 
-def _with_energies(stepper: Stepper, before: State, after: State, settled: StepOutcome, inertia: Array) -> State:
+def _with_energies(stepper: Stepper, before: State, after: State, settled: StepOutcome) -> State:
     """Complete the energy balance of a step."""
     system, damping = stepper.system, stepper.damping
     change = after.displacement - before.displacement
@@ -260,7 +265,7 @@ def _with_energies(stepper: Stepper, before: State, after: State, settled: StepO
         stepper.scheme,
         displacement_change=change,
         velocity_change=after.velocity - before.velocity,
-        inertia_change=inertia - system.mass @ before.acceleration,
+        inertia_change=after.inertia - before.inertia,
         unbalance_change=after.unbalance - before.unbalance_before,
     )
     energies = before.energies.after(

@@ -48,6 +48,8 @@ class System:
         Displacement of the candidates in their bodies' frames.
     outsiders : tuple of arrays
         For each body, nodes of its boundary that are no candidates.
+    outsider_normals : tuple of sparse matrices, shape (n_outsiders, n)
+        Their displacement along the body's normal.
     planes : tuple of Plane
         The rigid bodies.
     offsets : tuple of float
@@ -67,6 +69,7 @@ class System:
     candidates: Candidates
     local: sparse.csr_matrix
     outsiders: tuple[NDArray[np.int64], ...]
+    outsider_normals: tuple[sparse.csr_matrix, ...]
     planes: tuple[Plane, ...]
     offsets: tuple[float, ...]
     motions: tuple[Motion, ...]
@@ -79,7 +82,8 @@ class _Checked:
 
     space: Space
     constants: CellConstants
-    fixed: NDArray[np.int64]
+    free: NDArray[np.int64]
+    load: Array
     motions: tuple[Motion, ...]
     offsets: tuple[float, ...]
     candidates: tuple[Candidates, ...]
@@ -102,7 +106,7 @@ def build_system(model: Model) -> System:
     """Check and assemble a model."""
     known = _check(model)
     space = known.space
-    free = np.setdiff1d(np.arange(space.n_dofs), known.fixed)
+    free = known.free
     stiffness = stiffness_matrix(space, known.constants, model.depth, model.integration)
     mass = mass_matrix(space, known.constants, model.depth)
     candidates = join_candidates(list(known.candidates), space.dim)
@@ -116,10 +120,14 @@ def build_system(model: Model) -> System:
         free=free,
         stiffness=stiffness[free][:, free].tocsr(),
         mass=mass[free][:, free].tocsr(),
-        load=traction_load(space, model.tractions, model.depth)[free],
+        load=known.load[free],
         candidates=candidates,
         local=candidates.local_operator(space.n_dofs)[:, free].tocsr(),
         outsiders=tuple(outsiders),
+        outsider_normals=tuple(
+            _normal_operator(nodes, contact.body, space.n_dofs)[:, free].tocsr()
+            for nodes, contact in zip(outsiders, model.contacts, strict=True)
+        ),
         planes=tuple(contact.body for contact in model.contacts),
         offsets=known.offsets,
         motions=known.motions,
@@ -141,7 +149,8 @@ def _check(model: Model) -> _Checked:
     return _Checked(
         space=space,
         constants=constants,
-        fixed=_fixed_dofs(model, space),
+        free=_free_dofs(model, space),
+        load=traction_load(space, model.tractions, model.depth),
         motions=motions,
         offsets=offsets,
         candidates=candidates,
@@ -155,7 +164,7 @@ def _check_normals(model: Model, space: Space) -> None:
             raise InputError(f"contacts.{number}.body.normal", f"got {len(normal)} components", f"needs {space.dim}")
 
 
-def _fixed_dofs(model: Model, space: Space) -> NDArray[np.int64]:
+def _free_dofs(model: Model, space: Space) -> NDArray[np.int64]:
     fixed = [np.zeros(0, dtype=np.int64)]
     for name, components in model.supports.items():
         if "z" in components and space.dim == 2:
@@ -164,7 +173,10 @@ def _fixed_dofs(model: Model, space: Space) -> NDArray[np.int64]:
         nodes = region_nodes(space, name) if is_region else boundary_nodes(space, name)
         axes = ["xyz".index(component) for component in components]
         fixed.append(vector_dofs(nodes, space.dim)[:, axes].ravel())
-    return np.unique(np.concatenate(fixed))
+    free = np.setdiff1d(np.arange(space.n_dofs), np.concatenate(fixed))
+    if not free.size:
+        raise InputError("supports", "fix every degree of freedom", "something has to be free to move")
+    return free
 
 
 def _offset(space: Space, contact: Contact) -> float:
@@ -184,11 +196,16 @@ def _candidates(model: Model, space: Space, number: int, contact: Contact, motio
         nodes,
         areas,
         body=number,
-        reach=contact.reach if contact.reach is not None else _REACH * approach + 1e-6 * size,
+        reach=contact.reach if contact.reach is not None else _automatic_reach(model, approach, size),
         friction_coefficient=contact.friction.coefficient,
         penalties=_penalties(model, space, contact),
         where=where,
     )
+
+
+def _automatic_reach(model: Model, approach: float, size: float) -> float:
+    """Return the largest initial gap of a candidate [m]; tractions may press any part onto the plate."""
+    return np.inf if model.tractions else _REACH * approach + 1e-6 * size
 
 
 def _penalties(model: Model, space: Space, contact: Contact) -> tuple[float, float]:
@@ -203,10 +220,18 @@ def _penalties(model: Model, space: Space, contact: Contact) -> tuple[float, flo
     return contact.normal_penalty or automatic, contact.tangential_penalty or automatic
 
 
+def _normal_operator(nodes: NDArray[np.int64], plane: Plane, n_dofs: int) -> sparse.csr_matrix:
+    """Return the map from displacements (n_dofs,) to those of `nodes` along a plane's normal."""
+    normal = plane.unit_normal
+    rows = np.repeat(np.arange(nodes.size), normal.size)
+    columns = vector_dofs(nodes, normal.size).ravel()
+    return sparse.csr_matrix((np.tile(normal, nodes.size), (rows, columns)), shape=(nodes.size, n_dofs))
+
+
 def _check_order(model: Model, motions: tuple[Motion, ...], candidates: tuple[Candidates, ...]) -> None:
     """Refuse a programme that slides before any body can touch."""
     first_slide = next((i for i, phase in enumerate(model.programme) if isinstance(phase, Slide)), None)
-    if first_slide is None or not model.contacts:
+    if first_slide is None or not model.contacts or model.tractions:
         return
     for contact, motion, own in zip(model.contacts, motions, candidates, strict=True):
         approach = float(np.max(motion.positions[: first_slide + 1] @ contact.body.unit_normal))

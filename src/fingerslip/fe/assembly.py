@@ -58,7 +58,10 @@ def cell_constants(space: Space, materials: Mapping[str, Elastic], formulation: 
         if name not in regions:
             raise InputError(f"materials.{name}", "no such region in the mesh", f"it has: {', '.join(sorted(regions))}")
         first_lame, ratio = _plane_constants(name, material, formulation, space.element)
-        values[:, regions[name]] = np.array([first_lame, material.shear_modulus, material.density, ratio])[:, None]
+        cells = regions[name]
+        if not np.isnan(values[0, cells]).all():
+            raise InputError("mesh", f"region '{name}' shares cells with another", "a cell has one material")
+        values[:, cells] = np.array([first_lame, material.shear_modulus, material.density, ratio])[:, None]
     bare = sorted(name for name, cells in regions.items() if np.isnan(values[0, cells]).any())
     if bare:
         raise InputError("materials", f"region '{bare[0]}' has no material", "every region needs one")

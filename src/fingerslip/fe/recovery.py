@@ -112,18 +112,16 @@ def _cells_around(space: Space, nodes: NDArray[np.int64], regions: Sequence[str 
     return sparse.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape)
 
 
-def stress(recovery: Recovery, displacement: Array) -> Array:
-    """Return the stress [Pa], shape (n_places, 4): xx, yy, zz, xy."""
-    strains, known = recovery.strains(displacement), recovery.constants
+def stress(strains: Array, known: CellConstants) -> Array:
+    """Return the stress [Pa], shape (n_places, 4) as xx, yy, zz, xy, of strains (n_places, 3) in their material."""
     dilatation = known.first_lame * (strains[:, 0] + strains[:, 1])
     xx = dilatation + 2.0 * known.shear_modulus * strains[:, 0]
     yy = dilatation + 2.0 * known.shear_modulus * strains[:, 1]
     return np.column_stack([xx, yy, known.out_of_plane_ratio * (xx + yy), known.shear_modulus * strains[:, 2]])
 
 
-def strain_energy_density(recovery: Recovery, displacement: Array) -> Array:
-    """Return the strain energy density [J/m^3], shape (n_places,)."""
-    strains, known = recovery.strains(displacement), recovery.constants
+def strain_energy_density(strains: Array, known: CellConstants) -> Array:
+    """Return the strain energy density [J/m^3], shape (n_places,), of strains (n_places, 3) in their material."""
     dilatation = strains[:, 0] + strains[:, 1]
     distortion = strains[:, 0] ** 2 + strains[:, 1] ** 2 + 0.5 * strains[:, 2] ** 2
     return 0.5 * known.first_lame * dilatation**2 + known.shear_modulus * distortion

@@ -179,8 +179,12 @@ def _check_orientation(mesh: Any, order: int) -> None:
 
 
 def _jacobian(mesh: Any, order: int) -> NDArray[np.float64]:
-    """Return the determinant of the cells' mapping, shape (n_cells, n_points); scikit-fem's own raises at zero."""
-    points, _ = get_quadrature(mesh.elem.refdom, order)
+    """Return the determinant of the cells' mapping at quadrature points and corners, shape (n_cells, n_points).
+
+    scikit-fem's own raises at zero.
+    """
+    inside, _ = get_quadrature(mesh.elem.refdom, order)
+    points = np.hstack([inside, mesh.elem.refdom.p])
     nodes = mesh.dofs.element_dofs
     slopes = np.stack([np.broadcast_to(mesh.elem().lbasis(points, i)[1], points.shape) for i in range(len(nodes))])
     (dx_dr, dx_ds), (dy_dr, dy_ds) = np.einsum("inc,njq->ijcq", mesh.doflocs[:, nodes], slopes)

@@ -78,7 +78,8 @@ def sweep_skin(fingertip: Fingertip, sizes: MeshSizes, contour: Floats) -> SkinG
     def wanted(arc_length: Floats) -> Floats:
         beneath = at_depth(curve, arc_length, fingertip.layers.skin_thickness)
         tissue, _ = cKDTree(contour).query(beneath)
-        return np.clip(_TISSUE_SHARE * tissue, min(narrowest, widest), widest)
+        width: Floats = np.clip(_TISSUE_SHARE * tissue, min(narrowest, widest), widest)
+        return width
 
     columns = _columns(limits, contact, spacing, wanted)
     points = np.stack([_row(fingertip, curve, columns, share) for share in _shares(rows)])

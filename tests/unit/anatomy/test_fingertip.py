@@ -42,7 +42,7 @@ def test_wrong_combinations_are_one_clear_error(groups, message):
 
 def test_materials_are_those_of_the_four_regions():
     nail = {"youngs_modulus": "1 GPa", "poisson_ratio": 0.3, "density": "1000 kg/m^3"}
-    with pytest.raises(InputError, match="materials: has .*nail, needs epidermis, dermis, tissue, phalanx"):
+    with pytest.raises(InputError, match=r"materials: has .*nail, needs epidermis, dermis, tissue, phalanx"):
         change(materials={"nail": nail})
 
 

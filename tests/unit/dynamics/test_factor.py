@@ -76,6 +76,11 @@ def test_an_indefinite_matrix_is_refused_by_cholesky():
         PardisoFactor(sparse.csr_matrix(np.diag([1.0, -1.0, 2.0])))
 
 
+def test_a_singular_matrix_is_refused_by_the_fallback():
+    with pytest.raises(FingerslipError, match=r"SuperLU: .*singular; the matrix is not positive definite"):
+        SuperLUFactor(sparse.csr_matrix(np.zeros((3, 3))))
+
+
 def test_the_fallback_is_taken_where_pardiso_is_missing(monkeypatch):
     monkeypatch.setattr(factor_module, "pardiso_available", lambda: False)
     assert factorise(positive_definite(5)).name == "SuperLU"

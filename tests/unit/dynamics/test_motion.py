@@ -64,6 +64,14 @@ def test_largest_approach_is_the_deepest_press():
     assert largest_approach(lifted, fs.Plane()) == 0.0
 
 
+def test_rounding_of_the_steps_does_not_move_a_knot():
+    for speed in np.linspace(1e-3, 9e-3, 200):
+        motion = body_motion((fs.Press(1.5e-3, speed), fs.Slide(6e-3, 3e-3)), fs.Plane())
+        step = motion.knots[1] / 30.0
+        times = step * np.arange(31)
+        np.testing.assert_allclose(motion.velocity(times)[1:], [[0.0, speed]] * 30, atol=1e-12)
+
+
 def test_an_empty_programme_stands_still():
     motion = body_motion((), fs.Plane())
     assert not motion.displacement(np.array([0.0, 1.0])).any()

@@ -122,6 +122,10 @@ def test_steps_are_whole_and_end_where_the_programme_ends():
     assert step_times(push_and_slide(time=fs.TimeStepping(5e-3, end=0.05)))[-1] == pytest.approx(0.05)
 
 
+def test_a_programme_that_ends_between_two_steps_is_run_to_its_end():
+    assert step_times(push_and_slide(step=0.03))[-1] == pytest.approx(0.24)
+
+
 def test_a_step_longer_than_the_run_is_refused():
     with pytest.raises(fs.InputError, match=r"time.step: got 1 s for a run of 0.22 s, needs at least one step"):
         fs.simulate(push_and_slide(step=1.0))

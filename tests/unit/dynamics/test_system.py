@@ -20,6 +20,7 @@ def contact(**changes):
         ({"contacts": contact(boundary="pulp")}, "boundary 'pulp' not in mesh, it has: bottom, left, right, top"),
         ({"supports": {"nail": ("x",)}}, "boundary 'nail' not in mesh"),
         ({"supports": {"top": ("z",)}}, "supports.top: got component 'z', needs x or y"),
+        ({"supports": {"bulk": ("x", "y")}}, "supports: fix every degree of freedom"),
         ({"tractions": {"left": (1.0,)}}, "tractions.left: got 1 components, needs 2"),
         ({"materials": {}}, "region 'bulk' has no material"),
         ({"contacts": contact(body=fs.Plane(offset=1e-3))}, "contacts.0.offset: the plate starts 1 mm inside the body"),
@@ -33,10 +34,24 @@ def contact(**changes):
 )
 def test_models_that_cannot_be_computed_are_refused_by_the_check_and_by_the_build(changes, message):
     model = push_and_slide(**changes)
-    for refuse in (check_model, build_system) if "tractions" not in changes else (build_system,):
+    for refuse in (check_model, build_system):
         with pytest.raises(InputError) as caught:
             refuse(model)
         assert message in str(caught.value)
+
+
+def test_a_body_pressed_by_tractions_may_slide_at_once():
+    pressed = push_and_slide(programme=(fs.Slide(1e-3, 1e-3),), tractions={"left": (10.0, 0.0)})
+    system = build_system(pressed)
+    assert len(system.candidates.nodes) == 9, "tractions may bring every node of the boundary down"
+
+
+def test_regions_that_share_cells_are_refused():
+    mesh = pad("Q4")
+    mesh = mesh.with_subdomains({"twin": np.array([0])})
+    material = fs.Elastic(34e3, 0.4, 1000.0)
+    with pytest.raises(InputError, match=r"region '.*' shares cells with another, a cell has one material"):
+        check_model(push_and_slide(mesh=mesh, materials={"bulk": material, "twin": material}))
 
 
 def test_missing_names_are_mesh_errors():

@@ -138,3 +138,10 @@ def test_a_quadratic_triangle_folded_by_its_mid_side_node_is_refused():
     points[:, middle] = (0.5, 0.9)
     with pytest.raises(MeshError, match="inverted or flat"):
         build_space(skfem.MeshTri2(points, mesh.t))
+
+
+def test_a_quadrilateral_with_a_corner_pushed_in_is_refused():
+    """Its Jacobian is negative at that corner alone, between the quadrature points."""
+    points = np.array([[0.0, 1.0, 0.45, 0.0], [0.0, 0.0, 0.45, 1.0]])
+    with pytest.raises(MeshError, match=r"cell 0 at .* is inverted or flat"):
+        build_space(skfem.MeshQuad1(points, np.array([[0], [1], [2], [3]])))

@@ -115,7 +115,7 @@ SQUARES = np.array([[0, 0], [1, 0], [2, 0], [0, 1], [1, 1], [2, 1]], dtype=float
 CELLS = np.array([[0, 1, 4, 3], [1, 2, 5, 4]])
 
 
-def save(path, points=SQUARES, cells=CELLS, kind="quad", tags=None, lines=((0, 1),)):
+def save(path, *, points=SQUARES, cells=CELLS, kind="quad", tags=None, lines=((0, 1),)):
     """Write a small file with one region and one boundary, faults included."""
     points = np.column_stack([points, np.zeros(len(points))]) if points.shape[1] == 2 else points
     blocks = [(kind, np.asarray(cells)), ("line", np.asarray(lines))]
@@ -129,7 +129,7 @@ def save(path, points=SQUARES, cells=CELLS, kind="quad", tags=None, lines=((0, 1
 
 def test_small_file_is_read(tmp_path):
     mesh = read_mesh(save(tmp_path / "a.msh"))
-    assert mesh.p.T == pytest.approx(SQUARES)
+    assert pytest.approx(SQUARES) == mesh.p.T
     assert mesh.subdomains["block"].tolist() == [0, 1]
     assert mesh.facets[:, mesh.boundaries["contact"]].T.tolist() == [[0, 1]]
 
@@ -137,7 +137,7 @@ def test_small_file_is_read(tmp_path):
 def test_nodes_without_cells_are_dropped(tmp_path):
     points = np.vstack([[[9.0, 9.0]], SQUARES])
     mesh = read_mesh(save(tmp_path / "a.msh", points=points, cells=CELLS + 1, lines=((1, 2),)))
-    assert mesh.p.T == pytest.approx(SQUARES)
+    assert pytest.approx(SQUARES) == mesh.p.T
     assert mesh.facets[:, mesh.boundaries["contact"]].T.tolist() == [[0, 1]]
 
 
@@ -199,7 +199,7 @@ def test_mixed_cells_are_refused(tmp_path):
 
 def test_file_without_groups_is_refused(tmp_path):
     path = save(tmp_path / "a.vtk", tags=())
-    with pytest.raises(MeshError, match="a.vtk: has no named groups.*in Gmsh as physical groups"):
+    with pytest.raises(MeshError, match=r"a\.vtk: has no named groups.*in Gmsh as physical groups"):
         read_mesh(path)
 
 
