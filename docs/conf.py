@@ -4,7 +4,7 @@ from importlib.metadata import version as installed_version
 
 project = "fingerslip"
 author = "The fingerslip developers"
-copyright = "2026, The fingerslip developers"
+copyright = "2026, The fingerslip developers"  # noqa: A001  Sphinx wants this name
 version = release = installed_version("fingerslip")
 
 extensions = [

@@ -29,6 +29,9 @@ _EPILOG = (
 )
 
 
+_FILE_WIDTH = 160
+
+
 class _Verbs(TyperGroup):
     """The verbs, with errors as one line and an exit code."""
 
@@ -172,6 +175,9 @@ def _print_tables(tables: Iterable[Table]) -> None:
     from fingerslip.report.tables import to_rich
 
     screen = Console()
+    if not screen.is_terminal:
+        # A pipe or file has no width: nothing may be cut there.
+        screen.width = max(screen.width, _FILE_WIDTH)
     for table in tables:
         screen.print(to_rich(table))
 

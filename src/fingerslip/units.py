@@ -30,11 +30,15 @@ def _registry() -> pint.UnitRegistry[Any]:
 @functools.cache
 def _factor(unit: str, si: str) -> float | None:
     """Return the factor from `unit` to `si`; None where `unit` is unknown or of another dimension."""
+    import tokenize
+
     import pint
 
+    # What pint raises at text that is no unit depends on where its parser, Python's tokenizer, gives up.
+    wrong = (pint.errors.PintError, tokenize.TokenError, AttributeError, AssertionError, ValueError, TypeError)
     try:
         return float(_registry().Quantity(1.0, unit).to(si).magnitude)
-    except (pint.errors.PintError, AttributeError, AssertionError, ValueError, TypeError):
+    except wrong:
         return None
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -107,8 +108,8 @@ def test_wrong_use_is_exit_code_2(invoke: Callable[..., Any], arguments: list[st
 
 def test_show_puts_assumed_values_first(invoke: Callable[..., Any]) -> None:
     lines = invoke("show", "wang2014-2d").output.splitlines()
-    sources = [line.split("│")[3].strip() for line in lines if line.count("│") == 5]
-    named = [source for source in sources if source]
+    named = re.findall(r"^ *[a-z_.]+ +\S.*? +(assumed|wang2014|corniani2024) ", "\n".join(lines), re.MULTILINE)
+    assert len(named) > 40
     assert named[0] == "assumed"
     assert "assumed" not in named[named.index("wang2014") :]
 
@@ -127,11 +128,13 @@ def test_show_study_says_what_is_swept_and_what_is_default(
     invoke: Callable[..., Any], block: Callable[..., Path]
 ) -> None:
     path = block(sweep={"contact.friction_coefficient": [0.2, 0.4]})
-    lines = [line.split("│") for line in invoke("show", path).output.splitlines() if line.count("│") == 5]
-    rows = {cells[1].strip(): (cells[2].strip(), cells[3].strip()) for cells in lines}
-    assert rows["contact.friction_coefficient"] == ("0.2, 0.4", "study file, swept")
-    assert rows["time.step"] == ("2 ms", "study file")
-    assert rows["integration"] == ("selective", "default")
+    output = invoke("show", path).output
+    for name, value, source in (
+        ("contact.friction_coefficient", "0.2, 0.4", "study file, swept"),
+        ("time.step", "2 ms", "study file"),
+        ("integration", "selective", "default"),
+    ):
+        assert re.search(rf"^ *{re.escape(name)} +{value} +{source} *$", output, re.MULTILINE), name
 
 
 def test_check_counts_runs_steps_and_unknowns(
@@ -142,9 +145,8 @@ def test_check_counts_runs_steps_and_unknowns(
     result = invoke("check", path)
     assert result.exit_code == 0
     assert "2 runs" in result.output
-    row = next(line for line in result.output.splitlines() if "friction_coefficient-0.2" in line)
     # 9 x 5 nodes with two unknowns; 60 ms in steps of 2 ms.
-    assert [cell.strip() for cell in row.split("│")][3:6] == ["to do", "90", "30"]
+    assert re.search(r"friction_coefficient-0.2 +to do +90 +30 ", result.output)
     assert contents(tmp_path) == before
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
@@ -79,6 +79,7 @@ def test_si_unit_is_not_offered_twice() -> None:
 
 
 @given(text=st.text(max_size=20))
+@example(text="0)")
 def test_any_text_gives_a_number_or_one_clear_error(text: str) -> None:
     places = []
     try:

@@ -41,7 +41,7 @@ Cell = str | float | int | bool | None
 WAYS: Mapping[str, str] = MappingProxyType(
     {"slip": "accumulated slip", "displacement": "displacement", "acceleration": "acceleration peaks"}
 )
-_WIDEST_WORD = 24
+_WIDEST_WORD = 16
 _TIMES = ("incipient", "three_quarter", "overall", "latency")
 
 

@@ -79,6 +79,8 @@ def compute(job: Job, progress: Callable[[float], None]) -> None:
         history = _simulate(job, progress)
         seconds = time.perf_counter() - started
         _logger.info("simulated %d records in %.1f s", history.sizes["time"], seconds)
+        for name, value in (history.attrs | key_numbers(history)).items():
+            _logger.info("%s: %s", name, value)
         write_history(history, folder / "history.nc")
         with writing(folder):
             write_mapping(job.run.resolved(), folder / "run.yaml", comment="fingerslip run run.yaml repeats this run")

@@ -9,6 +9,8 @@ from fingerslip.history import phase_times
 
 __all__ = ["key_numbers"]
 
+_CONTACT = ("penetration_max_m", "elastic_slip_max_m", "normal_traction_max_Pa", "slip_distance_max_m")
+
 
 def key_numbers(history: xr.Dataset) -> dict[str, float | int | None]:
     """Return the key numbers of a history; None for one that does not apply.
@@ -46,11 +48,13 @@ def _forces(history: xr.Dataset) -> dict[str, float | int | None]:
 
 
 def _contact(history: xr.Dataset) -> dict[str, float | int | None]:
-    """Deepest penetration, largest traction and most slip of a contact node."""
+    """Deepest penetration, largest elastic slip and traction, and most slip of a contact node."""
     if history.sizes.get("contact_node", 0) == 0:
-        return {"penetration_max_m": None, "normal_traction_max_Pa": None, "slip_distance_max_m": None}
+        return dict.fromkeys(_CONTACT)
+    penalty = history.attrs.get("tangential_penalty", np.inf)
     return {
         "penetration_max_m": float(max(-history["gap"].values.min(), 0.0)),
+        "elastic_slip_max_m": float(np.abs(history["tangential_traction"].values).max() / penalty),
         "normal_traction_max_Pa": float(history["normal_traction"].values.max()),
         "slip_distance_max_m": float(history["slip_distance"].values.max()),
     }
