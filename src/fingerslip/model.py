@@ -24,7 +24,7 @@ from fingerslip.parameters import (
 __all__ = ["Contact", "Hold", "Lift", "Model", "Phase", "Press", "Recording", "Slide", "TimeStepping", "phase_duration"]
 
 Component = Literal["x", "y", "z"]
-Formulation = Literal["plane_strain", "plane_stress"]
+Formulation = Literal["plane_strain", "plane_stress", "solid"]
 
 
 @parameters
@@ -196,9 +196,10 @@ class Model:
         Step and numerical damping.
     damping : RayleighDamping
         Material damping.
-    integration : {'selective', 'full'}
-        How quadrilaterals are integrated: 'selective' takes the dilatational part at the centre and does not
-        lock, 'full' locks near incompressibility in plane strain. Triangles are always integrated fully.
+    integration : {'selective', 'full', 'nodal'}
+        How the dilatational part is integrated: 'selective' at the centre of quadrilaterals and hexahedra,
+        which then do not lock near incompressibility; 'full' everywhere; 'nodal' from the mean around each
+        node, for linear triangles and tetrahedra that do not lock.
     record : Recording
         What the history holds.
     """
@@ -213,7 +214,7 @@ class Model:
     contacts: tuple[Contact, ...] = ()
     programme: tuple[Phase, ...] = ()
     damping: RayleighDamping = RayleighDamping()
-    integration: Literal["selective", "full"] = "selective"
+    integration: Literal["selective", "full", "nodal"] = "selective"
     record: Recording = Recording()
 
     def __post_init__(self) -> None:

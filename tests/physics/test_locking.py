@@ -45,7 +45,7 @@ def radial_displacement(element, integration, poisson_ratio):
 
 
 @pytest.mark.parametrize("poisson_ratio", [0.3, 0.48, 0.4999])
-@pytest.mark.parametrize(("element", "integration"), [("Q4", "selective"), ("T6", "full")])
+@pytest.mark.parametrize(("element", "integration"), [("Q4", "selective"), ("T6", "full"), ("T3", "nodal")])
 def test_these_elements_do_not_lock(element, integration, poisson_ratio):
     ratio = radial_displacement(element, integration, poisson_ratio)
     assert ratio == pytest.approx(1.0, abs=0.02), f"{element} {integration}: {ratio:.4f} of the closed form"

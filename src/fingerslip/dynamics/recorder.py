@@ -11,12 +11,12 @@ from fingerslip.dynamics.motion import phase_table
 from fingerslip.dynamics.step import State
 from fingerslip.dynamics.system import System
 from fingerslip.fe.recovery import (
-    STRESS_COMPONENTS,
     Recovery,
     cell_recovery,
     site_recovery,
     strain_energy_density,
     stress,
+    stress_components,
     von_mises,
 )
 from fingerslip.history import COORDINATES, VARIABLES
@@ -64,7 +64,7 @@ class Recorder:
             "site": len(model.record.sites),
             "contact_node": len(system.candidates.nodes),
             "component": system.space.dim,
-            "stress_component": len(STRESS_COMPONENTS),
+            "stress_component": len(stress_components(system.space.dim)),
             "body": len(model.contacts),
             "snapshot_time": len(self._snapshots),
             "node": len(system.space.positions),
@@ -151,7 +151,7 @@ def _coordinates(model: Model, system: System, times: Array, snapshot_times: Arr
     values = {
         "time": times,
         "component": ["x", "y", "z"][:dim],
-        "stress_component": list(STRESS_COMPONENTS),
+        "stress_component": list(stress_components(dim)),
         "phase_kind": np.array(kinds, dtype=str),
         "phase_start": knots[:-1],
         "phase_end": knots[1:],

@@ -14,18 +14,23 @@ from fingerslip.fe.assembly import CellConstants
 from fingerslip.fe.space import Space
 
 __all__ = [
-    "STRESS_COMPONENTS",
     "Recovery",
     "cell_recovery",
     "site_recovery",
     "strain_energy_density",
     "stress",
+    "stress_components",
     "von_mises",
 ]
 
 Array = NDArray[np.float64]
 
-STRESS_COMPONENTS = ("xx", "yy", "zz", "xy")
+_SHEARS = {2: ((0, 1),), 3: ((0, 1), (1, 2), (0, 2))}
+
+
+def stress_components(dim: int) -> tuple[str, ...]:
+    """Return the names of the stress components in two or three dimensions; zz is there in both."""
+    return ("xx", "yy", "zz", *("xyz"[i] + "xyz"[j] for i, j in _SHEARS[dim]))
 
 
 @dataclass(frozen=True)
@@ -34,8 +39,9 @@ class Recovery:
 
     Parameters
     ----------
-    strain : sparse matrix, shape (3 n_places, n_dofs)
-        Rows xx, yy and engineering xy of the first place, then of the second, and so on [1/m].
+    strain : sparse matrix, shape (n_components * n_places, n_dofs)
+        Rows of the first place, then of the second, and so on [1/m]: the normal strains, then the engineering
+        shears xy (and yz, xz in space).
     constants : CellConstants
         Material constants of the places.
     """
@@ -44,24 +50,27 @@ class Recovery:
     constants: CellConstants
 
     def strains(self, displacement: Array) -> Array:
-        """Return the strains [-], shape (n_places, 3): xx, yy and engineering xy."""
-        values: Array = (self.strain @ displacement).reshape(-1, 3)
+        """Return the strains [-], shape (n_places, n_components): xx, yy, xy, or xx, yy, zz, xy, yz, xz."""
+        places = self.constants.first_lame.size
+        values: Array = (self.strain @ displacement).reshape(places, -1 if places else 3)
         return values
 
 
 def cell_recovery(space: Space, constants: CellConstants) -> Recovery:
     """Recover at the cells' centres, where low-order elements are most accurate."""
     basis, cells = space.centre, np.arange(space.mesh.nelements)
+    count = space.dim + len(_SHEARS[space.dim])
     rows, columns, values = [], [], []
     for local in range(basis.Nbfun):
         gradient = np.asarray(basis.basis[local][0].grad)[..., 0]
-        strains = (gradient[0, 0], gradient[1, 1], gradient[0, 1] + gradient[1, 0])
-        for component, strain in enumerate(strains):
-            rows.append(3 * cells + component)
+        normals = [gradient[i, i] for i in range(space.dim)]
+        shears = [gradient[i, j] + gradient[j, i] for i, j in _SHEARS[space.dim]]
+        for component, strain in enumerate([*normals, *shears]):
+            rows.append(count * cells + component)
             columns.append(basis.element_dofs[local])
             values.append(strain)
     triplets = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return Recovery(sparse.csr_matrix(triplets, shape=(3 * len(cells), space.n_dofs)), constants)
+    return Recovery(sparse.csr_matrix(triplets, shape=(count * len(cells), space.n_dofs)), constants)
 
 
 def site_recovery(
@@ -86,7 +95,9 @@ def site_recovery(
         Where no cell of the region touches the node.
     """
     around = _cells_around(space, nodes, regions)
-    per_site = sparse.kron(around, sparse.identity(3), format="csr") @ cell_recovery(space, constants).strain
+    cells = cell_recovery(space, constants).strain
+    components = sparse.identity(cells.shape[0] // space.mesh.nelements)
+    per_site = sparse.kron(around, components, format="csr") @ cells
     means = [around @ values for values in vars(constants).values()]
     return Recovery(sparse.csr_matrix(per_site), CellConstants(*means))
 
@@ -113,22 +124,33 @@ def _cells_around(space: Space, nodes: NDArray[np.int64], regions: Sequence[str 
 
 
 def stress(strains: Array, known: CellConstants) -> Array:
-    """Return the stress [Pa], shape (n_places, 4) as xx, yy, zz, xy, of strains (n_places, 3) in their material."""
-    dilatation = known.first_lame * (strains[:, 0] + strains[:, 1])
-    xx = dilatation + 2.0 * known.shear_modulus * strains[:, 0]
-    yy = dilatation + 2.0 * known.shear_modulus * strains[:, 1]
-    return np.column_stack([xx, yy, known.out_of_plane_ratio * (xx + yy), known.shear_modulus * strains[:, 2]])
+    """Return the stress [Pa] of strains (n_places, 3 or 6) in their material.
+
+    Returns
+    -------
+    (n_places, 4 or 6) array
+        Components as named by :func:`stress_components`.
+    """
+    dim = 2 if strains.shape[1] == 3 else 3
+    normal, shear = strains[:, :dim], strains[:, dim:]
+    dilatation = known.first_lame * normal.sum(axis=1)
+    direct = dilatation[:, None] + 2.0 * known.shear_modulus[:, None] * normal
+    across = known.out_of_plane_ratio[:, None] * direct.sum(axis=1, keepdims=True)
+    return np.hstack([direct, *([across] if dim == 2 else []), known.shear_modulus[:, None] * shear])
 
 
 def strain_energy_density(strains: Array, known: CellConstants) -> Array:
-    """Return the strain energy density [J/m^3], shape (n_places,), of strains (n_places, 3) in their material."""
-    dilatation = strains[:, 0] + strains[:, 1]
-    distortion = strains[:, 0] ** 2 + strains[:, 1] ** 2 + 0.5 * strains[:, 2] ** 2
-    return 0.5 * known.first_lame * dilatation**2 + known.shear_modulus * distortion
+    """Return the strain energy density [J/m^3], shape (n_places,), of strains (n_places, 3 or 6) in their material."""
+    dim = 2 if strains.shape[1] == 3 else 3
+    normal, shear = strains[:, :dim], strains[:, dim:]
+    distortion = np.sum(normal**2, axis=1) + 0.5 * np.sum(shear**2, axis=1)
+    density: Array = 0.5 * known.first_lame * normal.sum(axis=1) ** 2 + known.shear_modulus * distortion
+    return density
 
 
 def von_mises(stresses: Array) -> Array:
-    """Return the von Mises stress [Pa], shape (n,), of stresses (n, 4) as xx, yy, zz, xy."""
-    xx, yy, zz, xy = stresses.T
-    deviation: Array = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * xy**2)
+    """Return the von Mises stress [Pa], shape (n,), of stresses (n, 4 or 6) as :func:`stress` gives them."""
+    xx, yy, zz = stresses[:, :3].T
+    shear = np.sum(stresses[:, 3:] ** 2, axis=1)
+    deviation: Array = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * shear)
     return deviation

@@ -7,6 +7,7 @@ mid-side nodes.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +35,9 @@ _TECHNOLOGIES: dict[type, _Technology] = {
     skfem.MeshQuad1: _Technology("Q4", skfem.ElementQuad1(), 2, 2),
     skfem.MeshTri1: _Technology("T3", skfem.ElementTriP1(), 2, 2),
     skfem.MeshTri2: _Technology("T6", skfem.ElementTriP2(), 2, 4),
+    skfem.MeshHex1: _Technology("H8", skfem.ElementHex1(), 2, 2),
+    skfem.MeshTet1: _Technology("T4", skfem.ElementTetP1(), 0, 2),
+    skfem.MeshTet2: _Technology("T10", skfem.ElementTetP2(), 2, 4),
 }
 
 
@@ -46,7 +50,7 @@ class Space:
     mesh : skfem.Mesh
         The mesh.
     element : str
-        Q4, T3 or T6.
+        Q4, T3 or T6 in the plane, H8, T4 or T10 in space.
     full, centre, mass : skfem.CellBasis
         Vector bases with full quadrature, with the cell centre alone, and with that of the mass.
     positions : (n_nodes, dim) array
@@ -81,8 +85,9 @@ def build_space(mesh: Any) -> Space:
 
     Parameters
     ----------
-    mesh : skfem.MeshQuad1, MeshTri1 or MeshTri2
-        Quadrilaterals (Q4), linear (T3) or quadratic triangles (T6).
+    mesh : skfem.MeshQuad1, MeshTri1, MeshTri2, MeshHex1, MeshTet1 or MeshTet2
+        Quadrilaterals (Q4), linear (T3) or quadratic triangles (T6), hexahedra (H8), linear (T4) or quadratic
+        tetrahedra (T10).
 
     Raises
     ------
@@ -90,7 +95,8 @@ def build_space(mesh: Any) -> Space:
         For any other mesh, and for inverted or flat cells.
     """
     if type(mesh) not in _TECHNOLOGIES:
-        raise MeshError("mesh", f"got a {type(mesh).__name__}", "needs MeshQuad1, MeshTri1 or MeshTri2")
+        known = ", ".join(kind.__name__ for kind in _TECHNOLOGIES)
+        raise MeshError("mesh", f"got a {type(mesh).__name__}", f"needs one of {known}")
     technology = _TECHNOLOGIES[type(mesh)]
     element = skfem.ElementVector(technology.element)
     _check_orientation(mesh, technology.stiffness_order)
@@ -158,23 +164,27 @@ def _named(table: dict[str, Any] | None, name: str, kind: str) -> NDArray[np.int
 
 def _centre_rule(mesh: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the one-point quadrature at the centre: scikit-fem's own rules have no fewer points than order two."""
-    centre, area = (1.0 / 3.0, 0.5) if isinstance(mesh, skfem.MeshTri1) else (0.5, 1.0)
-    return np.full((2, 1), centre), np.array([area])
+    corners = mesh.elem.refdom.p
+    volume = 1.0 / math.factorial(mesh.dim()) if _is_simplicial(mesh) else 1.0
+    return corners.mean(axis=1, keepdims=True), np.array([volume])
+
+
+def _is_simplicial(mesh: Any) -> bool:
+    return isinstance(mesh, skfem.MeshTri1 | skfem.MeshTet1)
 
 
 def _check_orientation(mesh: Any, order: int) -> None:
     """Refuse cells that are turned inside out or flat.
 
-    scikit-fem sorts the vertices of triangles, so their sign says nothing; it must only not change within
-    a cell. Quadrilaterals keep their order, so all of them must turn the same way.
+    scikit-fem sorts the vertices of triangles and tetrahedra, so their sign says nothing; it must only not
+    change within a cell. Other cells keep their order, so all of them must turn the same way.
     """
     jacobian = _jacobian(mesh, order)
-    triangles = isinstance(mesh, skfem.MeshTri1)
-    turn = np.sign(jacobian[:, :1]) if triangles else np.sign(np.median(jacobian))
+    turn = np.sign(jacobian[:, :1]) if _is_simplicial(mesh) else np.sign(np.median(jacobian))
     bad = np.flatnonzero((jacobian * turn <= 0.0).any(axis=1))
     if bad.size:
-        x, y = mesh.p[:2, mesh.t[:, bad[0]]].mean(axis=1)
-        found = f"cell {bad[0]} at ({x:.6g}, {y:.6g}) m is inverted or flat"
+        place = ", ".join(f"{value:.6g}" for value in mesh.p[:, mesh.t[:, bad[0]]].mean(axis=1))
+        found = f"cell {bad[0]} at ({place}) m is inverted or flat"
         raise MeshError("mesh", found, "needs cells that all turn the same way", "repair or rebuild the mesh")
 
 
@@ -187,5 +197,4 @@ def _jacobian(mesh: Any, order: int) -> NDArray[np.float64]:
     points = np.hstack([inside, mesh.elem.refdom.p])
     nodes = mesh.dofs.element_dofs
     slopes = np.stack([np.broadcast_to(mesh.elem().lbasis(points, i)[1], points.shape) for i in range(len(nodes))])
-    (dx_dr, dx_ds), (dy_dr, dy_ds) = np.einsum("inc,njq->ijcq", mesh.doflocs[:, nodes], slopes)
-    return np.asarray(dx_dr * dy_ds - dx_ds * dy_dr)
+    return np.asarray(np.linalg.det(np.einsum("inc,njq->cqij", mesh.doflocs[:, nodes], slopes)))

@@ -9,7 +9,7 @@ from fingerslip.fe.recovery import cell_recovery, stress
 from fingerslip.fe.space import boundary_nodes, build_space, vector_dofs
 from problems.blocks import ELEMENTS, distorted, elastic, rectangle, solve_static, stiffness_of
 
-VARIANTS = [("Q4", "selective"), ("Q4", "full"), ("T3", "full"), ("T6", "full")]
+VARIANTS = [("Q4", "selective"), ("Q4", "full"), ("T3", "full"), ("T3", "nodal"), ("T6", "full")]
 FORMULATIONS = ["plane_strain", "plane_stress"]
 
 GRADIENT = np.array([[1.0e-2, 2.0e-3], [-3.0e-3, -4.0e-3]])
@@ -177,7 +177,9 @@ def test_cells_in_no_region_are_refused():
         cell_constants(space, {"a": elastic(), "b": elastic()}, "plane_strain")
 
 
-@pytest.mark.parametrize(("element", "mend"), [("Q4", "write 0.4999"), ("T3", "take Q4 or T6 because T3 locks")])
+@pytest.mark.parametrize(
+    ("element", "mend"), [("Q4", "write 0.4999"), ("T3", "take Q4, T6 or integration 'nodal' because T3 locks")]
+)
 def test_incompressible_plane_strain_is_refused_with_a_way_out(element, mend):
     space = build_space(distorted(element))
     with pytest.raises(InputError, match=f"poisson_ratio: got 0.5, .*{mend}"):
