@@ -162,6 +162,38 @@ def report(
     _print_tables(event_tables(stored.runs, stored.compare))
 
 
+@app.command()
+def verify(
+    only: Annotated[
+        list[str] | None, typer.Option("--only", metavar="NAME", help="Only this problem; may be given again.")
+    ] = None,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print the table in Markdown.")] = False,
+) -> None:
+    """Compute problems with known answers, and show what came of them beside the closed forms.
+
+    The exit code is 1 where anything is further off than allowed.
+    """
+    from fingerslip.report.tables import to_markdown
+    from fingerslip.study.threads import prefer_single_thread
+
+    prefer_single_thread()
+    from fingerslip.verification.catalogue import choose
+    from fingerslip.verification.problem import run as run_problem
+    from fingerslip.verification.problem import table
+
+    chosen, outcomes = choose(only or ()), []
+    for number, problem in enumerate(chosen, start=1):
+        typer.echo(f"{number} of {len(chosen)}: {problem.name}, {problem.title}", err=True)
+        outcomes.append(run_problem(problem))
+    shown = table(tuple(outcomes))
+    if markdown:
+        typer.echo(f"{to_markdown(shown)}\n{shown.note}")
+    else:
+        _print_tables([shown])
+    if not all(outcome.passed for outcome in outcomes):
+        raise typer.Exit(1)
+
+
 def _print_results(results: Iterable[StudyResult]) -> None:
     from fingerslip.study.reporting import event_tables
 

@@ -77,7 +77,7 @@ VARIABLES: Mapping[str, Variable] = {
     "contact_acceleration": Variable((*_CONTACT, "component"), "m/s^2", "acceleration of the contact nodes"),
     "gap": Variable(_CONTACT, "m", "distance from the rigid body, negative is penetration"),
     "normal_traction": Variable(_CONTACT, "Pa", "contact pressure"),
-    "tangential_traction": Variable(_CONTACT, "Pa", "friction traction on the skin along the body's tangent"),
+    "tangential_traction": Variable((*_CONTACT, "component"), "Pa", "friction traction on the skin"),
     "slip_distance": Variable(_CONTACT, "m", "slip accumulated while in contact"),
     "contact_state": Variable(_CONTACT, "", "0 open, 1 stick, 2 slip"),
     "body_displacement": Variable(("time", "body", "component"), "m", "displacement of the rigid body"),

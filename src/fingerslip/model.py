@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
+import numpy as np
 import pydantic
 
-from fingerslip.contact.bodies import Plane
-from fingerslip.contact.friction import Coulomb
+from fingerslip.contact.bodies import Plane, RigidBody
+from fingerslip.contact.friction import Coulomb, FrictionLaw
 from fingerslip.errors import InputError
 from fingerslip.materials import Elastic, RayleighDamping
 from fingerslip.mesh.sites import Site
 from fingerslip.parameters import (
     Duration,
+    Force,
+    Mass,
     PositiveDuration,
     PositiveLength,
     Speed,
@@ -21,38 +25,25 @@ from fingerslip.parameters import (
     parameters,
 )
 
-__all__ = ["Contact", "Hold", "Lift", "Model", "Phase", "Press", "Recording", "Slide", "TimeStepping", "phase_duration"]
+__all__ = [
+    "Contact",
+    "Drive",
+    "Hold",
+    "Lift",
+    "Model",
+    "Phase",
+    "Press",
+    "QuasiStatic",
+    "Ramp",
+    "Recording",
+    "Slide",
+    "TimeStepping",
+    "Traction",
+    "phase_duration",
+]
 
 Component = Literal["x", "y", "z"]
 Formulation = Literal["plane_strain", "plane_stress", "solid"]
-
-
-@parameters
-class Contact:
-    """Unilateral frictional contact of a boundary with a rigid body.
-
-    Parameters
-    ----------
-    boundary : str
-        Named boundary of the mesh that may touch the body.
-    body : Plane
-        The rigid counter-surface.
-    friction : Coulomb
-        The friction law.
-    normal_penalty, tangential_penalty : float, optional
-        Contact stiffness per area [Pa/m]; without them they follow from the layer under the boundary
-        and the size of its facets.
-    reach : float, optional
-        Nodes with an initial gap beyond this are no contact candidates [m]; without it one and a half times
-        the way that the body comes forward.
-    """
-
-    boundary: str
-    body: Plane = Plane()
-    friction: Coulomb = Coulomb(0.0)
-    normal_penalty: Stiffness | None = None
-    tangential_penalty: Stiffness | None = None
-    reach: PositiveLength | None = None
 
 
 @parameters
@@ -123,6 +114,100 @@ class Slide:
 Phase = Press | Hold | Slide | Lift
 
 
+@parameters
+class Ramp:
+    """A factor over time: straight lines between points, constant before the first and after the last.
+
+    Parameters
+    ----------
+    times : tuple of float
+        Ascending times [s].
+    factors : tuple of float
+        The factor at each [-].
+    """
+
+    times: tuple[Duration, ...]
+    factors: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        ascending = all(early < late for early, late in pairwise(self.times))
+        if not self.times or len(self.times) != len(self.factors) or not ascending:
+            raise InputError("ramp", f"got {self.times} and {self.factors}", "needs ascending times, a factor for each")
+
+    def at(self, time: float) -> float:
+        """Return the factor at a time [s]."""
+        return float(np.interp(time, self.times, self.factors))
+
+
+@parameters
+class Traction:
+    """A dead load per area that changes over time.
+
+    Parameters
+    ----------
+    value : tuple of float
+        Traction [Pa], one value per component.
+    ramp : Ramp
+        Its factor over time.
+    """
+
+    value: tuple[float, ...]
+    ramp: Ramp
+
+
+@parameters
+class Drive:
+    """A force on a rigid body of its own mass, along the body's normal.
+
+    Parameters
+    ----------
+    mass : float
+        Mass of the body [kg].
+    force : float
+        Force along its normal, towards the deformable body [N].
+    ramp : Ramp, optional
+        Factor of the force over time; 1 without it.
+    """
+
+    mass: Mass
+    force: Force
+    ramp: Ramp = Ramp((0.0,), (1.0,))
+
+
+@parameters
+class Contact:
+    """Unilateral frictional contact of a boundary with a rigid body.
+
+    Parameters
+    ----------
+    boundary : str
+        Named boundary of the mesh that may touch the body.
+    body : Plane, Cylinder or Sphere
+        The rigid counter-surface.
+    friction : Coulomb, StaticKinetic, PressureDependent or Anisotropic
+        The friction law.
+    normal_penalty, tangential_penalty : float, optional
+        Contact stiffness per area [Pa/m]; without them they follow from the layer under the boundary
+        and the size of its facets.
+    reach : float, optional
+        Nodes with an initial gap beyond this are no contact candidates [m]; without it one and a half times
+        the way that the body comes forward, and all nodes where loads may bring them to it.
+    programme : tuple of Press, Hold, Slide or Lift, optional
+        The body's own motion; without it the model's programme.
+    drive : Drive, optional
+        A force that moves the body along its normal, on top of the prescribed motion.
+    """
+
+    boundary: str
+    body: RigidBody = Plane()
+    friction: FrictionLaw = Coulomb(0.0)
+    normal_penalty: Stiffness | None = None
+    tangential_penalty: Stiffness | None = None
+    reach: PositiveLength | None = None
+    programme: tuple[Phase, ...] | None = None
+    drive: Drive | None = None
+
+
 def phase_duration(phase: Phase) -> float:
     """Return how long a phase lasts [s]."""
     match phase:
@@ -154,6 +239,24 @@ class TimeStepping:
 
 
 @parameters
+class QuasiStatic:
+    """Steps without inertia: every step is in equilibrium.
+
+    The supports have to hold the body, and no rigid body may be driven by force.
+
+    Parameters
+    ----------
+    step : float
+        Time step [s].
+    end : float, optional
+        End of the simulation [s]; without it the end of the programme.
+    """
+
+    step: PositiveDuration
+    end: PositiveDuration | None = None
+
+
+@parameters
 class Recording:
     """What is recorded beside the contact nodes, forces and energies.
 
@@ -176,24 +279,24 @@ class Model:
     Parameters
     ----------
     mesh : skfem.Mesh
-        Mesh with named subdomains (regions) and boundaries: quadrilaterals (Q4), linear (T3) or quadratic
-        triangles (T6) [m].
+        Mesh with named subdomains (regions) and boundaries [m]: quadrilaterals (Q4), linear (T3) or quadratic
+        triangles (T6), hexahedra (H8), linear (T4) or quadratic tetrahedra (T10).
     materials : mapping of str to Elastic
         The material of every region.
-    formulation : {'plane_strain', 'plane_stress'}
-        The two-dimensional assumption.
+    formulation : {'plane_strain', 'plane_stress', 'solid'}
+        The two-dimensional assumption, or 'solid' in space.
     depth : float
-        Out-of-plane depth [m], so that forces are newtons.
-    supports : mapping of str to tuple of {'x', 'y'}
+        Out-of-plane depth [m], so that forces are newtons; not in space.
+    supports : mapping of str to tuple of {'x', 'y', 'z'}
         Boundaries, or whole regions, that are fixed, and in which components.
-    tractions : mapping of str to tuple of float
-        Dead loads on boundaries [Pa], from the start on.
+    tractions : mapping of str to tuple of float or Traction
+        Dead loads on boundaries [Pa], constant from the start on or changing over time.
     contacts : tuple of Contact
         What may touch.
     programme : tuple of Press, Hold, Slide or Lift
-        The motion of the rigid bodies, phase after phase.
-    time : TimeStepping
-        Step and numerical damping.
+        The motion of the rigid bodies that have none of their own, phase after phase.
+    time : TimeStepping or QuasiStatic
+        How time passes.
     damping : RayleighDamping
         Material damping.
     integration : {'selective', 'full', 'nodal'}
@@ -202,26 +305,46 @@ class Model:
         node, for linear triangles and tetrahedra that do not lock.
     record : Recording
         What the history holds.
+    gravity : tuple of float, optional
+        Acceleration of gravity on the deformable body [m/s^2], one value per component.
+    initial_velocity : tuple of float, optional
+        Velocity of the whole body at the start [m/s], but where it is supported.
     """
 
     mesh: Any
     materials: Mapping[str, Elastic]
     formulation: Formulation
-    time: TimeStepping
+    time: TimeStepping | QuasiStatic
     depth: PositiveLength = 1.0
     supports: Mapping[str, tuple[Component, ...]] = pydantic.Field(default_factory=dict)
-    tractions: Mapping[str, tuple[float, ...]] = pydantic.Field(default_factory=dict)
+    tractions: Mapping[str, tuple[float, ...] | Traction] = pydantic.Field(default_factory=dict)
     contacts: tuple[Contact, ...] = ()
     programme: tuple[Phase, ...] = ()
     damping: RayleighDamping = RayleighDamping()
     integration: Literal["selective", "full", "nodal"] = "selective"
     record: Recording = Recording()
+    gravity: tuple[float, ...] | None = None
+    initial_velocity: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        if not self.programme and self.time.end is None:
+        if self.formulation == "solid" and self.depth != 1.0:
+            raise InputError("depth", f"got {self.depth:g} m for a solid", "may be given in two dimensions only")
+        if not any(self.programmes) and self.time.end is None:
             raise InputError("time.end", "is missing, and there is no programme", "needs one of the two")
 
     @property
     def end(self) -> float:
         """End of the simulation [s]."""
-        return self.time.end or sum(phase_duration(phase) for phase in self.programme)
+        return self.time.end or max(sum(map(phase_duration, programme)) for programme in self.programmes)
+
+    @property
+    def programmes(self) -> tuple[tuple[Phase, ...], ...]:
+        """The programme of every contact, its own or the model's; the model's where there is no contact."""
+        own = (contact.programme for contact in self.contacts)
+        return tuple(self.programme if one is None else one for one in own) or (self.programme,)
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether anything but prescribed motion may bring the body to the rigid ones."""
+        driven = any(contact.drive for contact in self.contacts)
+        return bool(self.tractions or driven or self.gravity or self.initial_velocity)

@@ -23,8 +23,10 @@ __all__ = [
     "Angle",
     "Density",
     "Duration",
+    "Force",
     "Fraction",
     "Length",
+    "Mass",
     "NonNegativeLength",
     "NonNegativeNumber",
     "PositiveDuration",
@@ -52,6 +54,8 @@ Speed = Annotated[float, Unit("m/s", "mm/s"), pydantic.Field(gt=0)]
 Pressure = Annotated[float, Unit("Pa", "kPa"), pydantic.Field(gt=0)]
 Density = Annotated[float, Unit("kg/m^3"), pydantic.Field(gt=0)]
 Stiffness = Annotated[float, Unit("Pa/m"), pydantic.Field(gt=0)]
+Force = Annotated[float, Unit("N")]
+Mass = Annotated[float, Unit("kg", "g"), pydantic.Field(gt=0)]
 Rate = Annotated[float, Unit("1/s"), pydantic.Field(ge=0)]
 Angle = Annotated[float, Unit("rad", "deg")]
 Fraction = Annotated[float, pydantic.Field(ge=0, le=1)]

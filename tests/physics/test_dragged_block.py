@@ -51,7 +51,7 @@ def test_uniform_shear_in_closed_form(element):
     started = slide > 0.0
     normal = np.tile(pressure, history.normal_traction[started].shape)
     np.testing.assert_allclose(history.normal_traction.values[started], normal, rtol=1e-9)
-    traction = history.tangential_traction.values
+    traction = history.tangential_traction.values[..., 0]
     np.testing.assert_allclose(traction, np.tile(expected[:, None], traction.shape[1]), atol=1e-6 * MU * pressure)
     stick = stiffness * slide < MU * pressure
     assert (history.contact_state.values[started & stick] == 1).all()
@@ -70,7 +70,7 @@ def test_a_soft_block_drags_at_exactly_mu(element):
     ratio, touching = force[:, 0] / force[:, 1], state > 0
     assert (np.abs(ratio) <= MU * (1 + 1e-12)).all()
     assert ratio[-1] == pytest.approx(MU, rel=1e-12)
-    same_way = (history.tangential_traction.values[1:] >= 0).all(axis=1)
+    same_way = (history.tangential_traction.values[1:, :, 0] >= 0).all(axis=1)
     overall = ((state != 1) & touching.any(axis=1, keepdims=True)).all(axis=1) & same_way
     sliding = history.time.values[1:] > 0.1 + 1e-9
     assert np.abs(ratio[overall & sliding] - MU).max() <= 1e-12

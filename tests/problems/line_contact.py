@@ -55,7 +55,8 @@ def model(profile, programme, *, friction=0.5, steps=(20, 0), size=HALF_WIDTH / 
 
 
 def ordered(history, *names):
-    """Return the contact nodes' x, and variables sorted along it, (n_times, n_c)."""
+    """Return the contact nodes' x, and variables sorted along it, (n_times, n_c); of vectors the x component."""
     order = np.argsort(history.contact_position.values[:, 0])
     x = history.contact_position.values[order, 0]
-    return x, *(history[name].values[:, order] for name in names)
+    values = (history[name].values[:, order] for name in names)
+    return x, *(value[..., 0] if value.ndim == 3 else value for value in values)

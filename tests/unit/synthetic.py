@@ -103,7 +103,7 @@ def _contact(times: NDArray[np.float64], plate: NDArray[np.float64], process: Pr
         "slip_distance": slip,
         "gap": np.where(touching, -1e-6, 1e-4),
         "normal_traction": pressure,
-        "tangential_traction": process.friction * pressure * (state == SLIP),
+        "tangential_traction": (process.friction * pressure * (state == SLIP))[..., None] * [1.0, 0.0],
     }
 
 

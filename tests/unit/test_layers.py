@@ -13,7 +13,7 @@ import fingerslip
 SOURCE = Path(fingerslip.__file__).parent
 LAYERS = (
     *("errors", "units", "parameters", "materials", "anatomy", "mesh", "fe", "contact", "model", "history"),
-    *("dynamics", "slip", "report", "study", "cli"),
+    *("dynamics", "slip", "report", "verification", "study", "cli"),
 )
 # The package's face names everything lazily, and the entry point calls the command line.
 FACES = {"__init__", "__main__"}

@@ -1,14 +1,18 @@
-"""Rigid counter-surfaces: where they are, and how far a point is from them."""
+"""Rigid counter-surfaces: where they are, how far points are from them, and which way they face."""
 
 from __future__ import annotations
+
+import dataclasses
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import SignedLength, parameters
+from fingerslip.parameters import PositiveLength, SignedLength, parameters
 
-__all__ = ["Plane"]
+__all__ = ["Cylinder", "Plane", "RigidBody", "Sphere"]
+
+Array = NDArray[np.float64]
 
 
 @parameters
@@ -28,26 +32,183 @@ class Plane:
     offset: SignedLength | None = None
 
     def __post_init__(self) -> None:
-        if len(self.normal) not in (2, 3) or not np.linalg.norm(self.normal) > 0:
-            raise InputError("normal", f"got {self.normal}", "needs two or three components, not all zero")
+        _unit(self.normal, "normal")
 
     @property
-    def unit_normal(self) -> NDArray[np.float64]:
-        """Outward unit normal, shape (dim,)."""
-        normal = np.asarray(self.normal, dtype=float)
-        unit: NDArray[np.float64] = normal / np.linalg.norm(normal)
-        return unit
+    def dim(self) -> int:
+        """Number of space dimensions."""
+        return len(self.normal)
 
     @property
-    def tangent(self) -> NDArray[np.float64]:
-        """Unit tangent of a plane in 2D: the normal turned clockwise, so (1, 0) for the normal (0, 1)."""
-        normal = self.unit_normal
-        return np.array([normal[1], -normal[0]])
+    def unit_normal(self) -> Array:
+        """Direction in which the body presses: the outward unit normal, shape (dim,)."""
+        return _unit(self.normal, "normal")
 
-    def touching_offset(self, points: NDArray[np.float64]) -> float:
-        """Return the offset [m] at which the plane just touches `points`, shape (n_points, dim) [m]."""
-        return float(np.min(points @ self.unit_normal))
+    def placed(self, points: Array) -> Plane:
+        """Return the plane with its offset, the touching one of `points` (n_points, dim) [m] where none was given."""
+        if self.offset is not None:
+            return self
+        return dataclasses.replace(self, offset=float(np.min(points @ self.unit_normal)))
 
-    def gap(self, points: NDArray[np.float64], offset: float) -> NDArray[np.float64]:
-        """Return the signed distance [m] of `points` (n_points, dim) [m] from the plane, negative inside it."""
-        return points @ self.unit_normal - offset
+    def gap(self, points: Array) -> Array:
+        """Return the signed distance [m] of `points` (n_points, dim) [m] from a placed plane, negative inside it."""
+        height: Array = points @ self.unit_normal - (self.offset or 0.0)
+        return height
+
+    def normals(self, points: Array) -> Array:
+        """Return the outward unit normal nearest to each of `points` (n_points, dim), same shape."""
+        return np.broadcast_to(self.unit_normal, points.shape).copy()
+
+
+@parameters
+class Sphere:
+    """A rigid ball.
+
+    Parameters
+    ----------
+    radius : float
+        [m].
+    normal : tuple of float
+        Direction in which it presses, towards the deformable body; any length but zero [-].
+    centre : tuple of float, optional
+        Where its centre starts [m]. Without it the ball is below the middle of the boundary and just touches it.
+    """
+
+    radius: PositiveLength
+    normal: tuple[float, ...] = (0.0, 0.0, 1.0)
+    centre: tuple[SignedLength, ...] | None = None
+
+    def __post_init__(self) -> None:
+        _unit(self.normal, "normal")
+        _check_centre(self.centre, self.normal)
+
+    @property
+    def dim(self) -> int:
+        """Number of space dimensions."""
+        return len(self.normal)
+
+    @property
+    def unit_normal(self) -> Array:
+        """Direction in which the body presses, shape (dim,)."""
+        return _unit(self.normal, "normal")
+
+    def placed(self, points: Array) -> Sphere:
+        """Return the ball with its centre, touching `points` (n_points, dim) [m] where none was given."""
+        if self.centre is not None:
+            return self
+        middle = _middle(points)
+        return dataclasses.replace(
+            self, centre=_touching_centre(points - middle, middle, self.unit_normal, self.radius)
+        )
+
+    def gap(self, points: Array) -> Array:
+        """Return the signed distance [m] of `points` (n_points, dim) [m] from a placed ball, negative inside it."""
+        distance: Array = np.linalg.norm(points - np.asarray(self.centre), axis=1) - self.radius
+        return distance
+
+    def normals(self, points: Array) -> Array:
+        """Return the outward unit normal nearest to each of `points` (n_points, dim), same shape."""
+        return _directions(points - np.asarray(self.centre))
+
+
+@parameters
+class Cylinder:
+    """A rigid cylinder: a disc in the plane, infinitely long in space.
+
+    Parameters
+    ----------
+    radius : float
+        [m].
+    normal : tuple of float
+        Direction in which it presses, towards the deformable body; any length but zero [-].
+    centre : tuple of float, optional
+        Where a point of its axis starts [m]. Without it the cylinder is below the middle of the boundary and just
+        touches it.
+    axis : tuple of float, optional
+        Direction of its axis in space, square to `normal` [-]; not in the plane.
+    """
+
+    radius: PositiveLength
+    normal: tuple[float, ...] = (0.0, 1.0)
+    centre: tuple[SignedLength, ...] | None = None
+    axis: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        normal = _unit(self.normal, "normal")
+        _check_centre(self.centre, self.normal)
+        if (self.axis is None) != (len(self.normal) == 2):
+            raise InputError("axis", f"got {self.axis}", "needs a direction in space and none in the plane")
+        if self.axis is not None and (len(self.axis) != 3 or abs(_unit(self.axis, "axis") @ normal) > 1e-9):
+            raise InputError("axis", f"got {self.axis}", "needs three components, square to the normal")
+
+    @property
+    def dim(self) -> int:
+        """Number of space dimensions."""
+        return len(self.normal)
+
+    @property
+    def unit_normal(self) -> Array:
+        """Direction in which the body presses, shape (dim,)."""
+        return _unit(self.normal, "normal")
+
+    def placed(self, points: Array) -> Cylinder:
+        """Return the cylinder with its centre, touching `points` (n_points, dim) [m] where none was given."""
+        if self.centre is not None:
+            return self
+        middle = _middle(points)
+        beside = self._across(points - middle)
+        return dataclasses.replace(self, centre=_touching_centre(beside, middle, self.unit_normal, self.radius))
+
+    def gap(self, points: Array) -> Array:
+        """Return the signed distance [m] of `points` (n_points, dim) [m] from a placed cylinder, negative inside it."""
+        distance: Array = np.linalg.norm(self._across(points - np.asarray(self.centre)), axis=1) - self.radius
+        return distance
+
+    def normals(self, points: Array) -> Array:
+        """Return the outward unit normal nearest to each of `points` (n_points, dim), same shape."""
+        return _directions(self._across(points - np.asarray(self.centre)))
+
+    def _across(self, vectors: Array) -> Array:
+        """Take the part along the axis out of vectors (n, dim)."""
+        if self.axis is None:
+            return vectors
+        axis = _unit(self.axis, "axis")
+        return vectors - np.outer(vectors @ axis, axis)
+
+
+RigidBody = Plane | Cylinder | Sphere
+
+
+def _unit(vector: tuple[float, ...], where: str) -> Array:
+    length = float(np.linalg.norm(vector))
+    if len(vector) not in (2, 3) or not length > 0.0:
+        raise InputError(where, f"got {vector}", "needs two or three components, not all zero")
+    return np.asarray(vector, dtype=np.float64) / length
+
+
+def _check_centre(centre: tuple[float, ...] | None, normal: tuple[float, ...]) -> None:
+    if centre is not None and len(centre) != len(normal):
+        raise InputError("centre", f"got {len(centre)} components", f"needs {len(normal)}")
+
+
+def _directions(vectors: Array) -> Array:
+    unit: Array = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+    return unit
+
+
+def _middle(points: Array) -> Array:
+    middle: Array = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    return middle
+
+
+def _touching_centre(relative: Array, middle: Array, normal: Array, radius: float) -> tuple[float, ...]:
+    """Return the centre below `middle` at which a ball just touches points at `relative` (n, dim) to it.
+
+    A point at height h along the normal and distance d beside the line of centres is touched by a centre at
+    h - sqrt(radius^2 - d^2); the lowest of these counts.
+    """
+    height = relative @ normal
+    beside = np.linalg.norm(relative - np.outer(height, normal), axis=1)
+    near = beside < radius
+    lowest = float(np.min(height[near] - np.sqrt(radius**2 - beside[near] ** 2)))
+    return tuple(float(value) for value in middle + lowest * normal)

@@ -8,10 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.contact.bodies import Plane
+from fingerslip.contact.bodies import Plane, RigidBody
+from fingerslip.contact.frames import contact_frames, sliding_direction
+from fingerslip.contact.friction import Anisotropic, FrictionLaw
 from fingerslip.errors import InputError, SlipOutsideContactError
+from fingerslip.fe.space import vector_dofs
 
-__all__ = ["Candidates", "automatic_penalty", "check_outsiders", "find_candidates", "join_candidates"]
+__all__ = [
+    "Candidates",
+    "Surfaces",
+    "automatic_penalty",
+    "check_outsiders",
+    "find_candidates",
+    "join_candidates",
+    "node_operator",
+]
 
 Array = NDArray[np.float64]
 
@@ -30,38 +41,94 @@ class Candidates:
         Mesh nodes.
     body : (n_c,) array
         Index of the body that each may touch.
-    frames : (n_c, dim, dim) array
-        Rows are the body's unit normal and tangents.
-    gap : (n_c,) array
-        Gap in the reference configuration [m].
+    positions : (n_c, dim) array
+        Reference positions [m].
     area : (n_c,) array
         Tributary area [m^2].
     normal_stiffness, tangential_stiffness : (n_c,) array
         Penalties times areas [N/m].
-    friction_coefficient : (n_c,) array
-        [-].
     """
 
     nodes: NDArray[np.int64]
     body: NDArray[np.int64]
-    frames: Array
-    gap: Array
+    positions: Array
     area: Array
     normal_stiffness: Array
     tangential_stiffness: Array
-    friction_coefficient: Array
 
     @property
     def dim(self) -> int:
         """Number of space dimensions."""
-        return int(self.frames.shape[-1])
+        return int(self.positions.shape[1])
 
-    def local_operator(self, n_dofs: int) -> sparse.csr_matrix:
-        """Return the map from displacements (n_dofs,) to local ones (n_c * dim,): normal first, node by node."""
-        count, dim = len(self.nodes), self.dim
-        rows = np.repeat(np.arange(count * dim), dim)
-        columns = np.repeat(self.nodes * dim, dim * dim) + np.tile(np.arange(dim), count * dim)
-        return sparse.csr_matrix((self.frames.ravel(), (rows, columns)), shape=(count * dim, n_dofs))
+
+@dataclass(frozen=True)
+class Surfaces:
+    """The rigid bodies that candidates may touch, and the friction there.
+
+    Parameters
+    ----------
+    bodies : tuple of RigidBody
+        The bodies, placed.
+    friction : tuple of FrictionLaw
+        The friction law on each.
+    """
+
+    bodies: tuple[RigidBody, ...]
+    friction: tuple[FrictionLaw, ...]
+
+    @property
+    def flat(self) -> bool:
+        """Whether all bodies are planes, so that frames never turn."""
+        return all(isinstance(body, Plane) for body in self.bodies)
+
+    def gaps(self, points: Array, body: NDArray[np.int64]) -> Array:
+        """Return the gap [m] of `points` (n, dim) [m], given relative to where their bodies started."""
+        gaps = np.zeros(len(points))
+        for number, surface in enumerate(self.bodies):
+            own = body == number
+            gaps[own] = surface.gap(points[own])
+        return gaps
+
+    def normals(self, points: Array, body: NDArray[np.int64]) -> Array:
+        """Return the outward unit normals (n, dim) at `points`."""
+        normals = np.zeros_like(points)
+        for number, surface in enumerate(self.bodies):
+            own = body == number
+            normals[own] = surface.normals(points[own])
+        return normals
+
+    def frames(self, points: Array, body: NDArray[np.int64]) -> Array:
+        """Return the frames (n, dim, dim) at `points`, normal first.
+
+        With anisotropic friction the second tangent is stretched by the ratio of the coefficients, which turns
+        the ellipse of the friction cone into a circle while force times displacement stays what it is.
+        """
+        frames = np.zeros((len(points), points.shape[1], points.shape[1]))
+        for number, (surface, law) in enumerate(zip(self.bodies, self.friction, strict=True)):
+            own = body == number
+            direction = sliding_direction(surface.unit_normal)
+            if isinstance(law, Anisotropic):
+                direction = np.asarray(law.direction)
+            frames[own] = contact_frames(surface.normals(points[own]), direction)
+            if isinstance(law, Anisotropic):
+                frames[own, 2] *= law.across / law.along
+        return frames
+
+    def coefficients(self, pressure: Array, slip_rate: Array, body: NDArray[np.int64]) -> Array:
+        """Return the friction coefficient of each node, shape (n,)."""
+        values = np.zeros(len(body))
+        for number, law in enumerate(self.friction):
+            own = body == number
+            values[own] = law.coefficients(pressure[own], slip_rate[own])
+        return values
+
+
+def node_operator(nodes: NDArray[np.int64], dim: int, n_dofs: int) -> sparse.csr_matrix:
+    """Return the map from displacements (n_dofs,) to those of `nodes`, shape (n * dim, n_dofs)."""
+    columns = vector_dofs(nodes, dim).ravel()
+    ones = np.ones(columns.size)
+    return sparse.csr_matrix((ones, (np.arange(columns.size), columns)), shape=(columns.size, n_dofs))
 
 
 def automatic_penalty(youngs_modulus: float, facet_size: float) -> float:
@@ -70,23 +137,22 @@ def automatic_penalty(youngs_modulus: float, facet_size: float) -> float:
 
 
 def find_candidates(
-    plane: Plane,
+    surface: RigidBody,
     positions: Array,
     nodes: NDArray[np.int64],
     areas: Array,
     *,
     body: int,
     reach: float,
-    friction_coefficient: float,
     penalties: tuple[float, float],
     where: str,
 ) -> Candidates:
-    """Choose the nodes of a boundary that a plane may touch.
+    """Choose the nodes of a boundary that a rigid body may touch.
 
     Parameters
     ----------
-    plane : Plane
-        The body at the start.
+    surface : RigidBody
+        The body, placed at its start.
     positions : (n_nodes, dim) array
         Positions of all nodes [m].
     nodes : (n,) array
@@ -97,8 +163,6 @@ def find_candidates(
         Index of the body.
     reach : float
         Nodes with an initial gap beyond this are left out [m].
-    friction_coefficient : float
-        [-].
     penalties : tuple of float
         Normal and tangential penalty [Pa/m].
     where : str
@@ -107,44 +171,41 @@ def find_candidates(
     Raises
     ------
     InputError
-        Where the plane starts inside the deformable body, or too far away to touch it.
+        Where the body starts inside the deformable one, or too far away to touch it.
     """
-    touching = plane.touching_offset(positions[nodes])
-    gap = plane.gap(positions[nodes], touching if plane.offset is None else plane.offset)
-    scale = float(np.ptp(positions, axis=0).max())
-    if gap.min() < -1e-9 * scale:
-        found = f"the plate starts {-gap.min() * 1e3:.4g} mm inside the body"
-        allowed = f"needs an offset <= {touching * 1e3:.6g} mm"
-        raise InputError(f"{where}.offset", found, allowed, "leave it out and the plate starts where it touches")
-    chosen = (gap <= reach) & (areas[nodes] > 0.0)
+    gap = surface.gap(positions[nodes])
+    if gap.min() < -1e-9 * float(np.ptp(positions, axis=0).max()):
+        _refuse_start_inside(surface, float(gap.min()), where)
+    # Corner nodes of quadratic tetrahedra have no area of their own: the mid-side nodes carry all of it.
+    chosen = (gap <= reach) & (areas[nodes] > 1e-9 * areas[nodes].max())
     if not chosen.any():
         found = f"no node of the boundary is within {reach * 1e3:.4g} mm of the plate"
         raise InputError(where, found, "needs a programme or offset that brings the plate to it")
-    nodes, gap = nodes[chosen], np.maximum(gap[chosen], 0.0)
+    nodes = nodes[chosen]
     area = areas[nodes]
     return Candidates(
         nodes=nodes,
         body=np.full(nodes.size, body),
-        frames=np.broadcast_to(_frame(plane), (nodes.size, positions.shape[1], positions.shape[1])).copy(),
-        gap=gap,
+        positions=positions[nodes],
         area=area,
         normal_stiffness=penalties[0] * area,
         tangential_stiffness=penalties[1] * area,
-        friction_coefficient=np.full(nodes.size, friction_coefficient),
     )
 
 
-def _frame(plane: Plane) -> Array:
-    if len(plane.normal) == 2:
-        return np.array([plane.unit_normal, plane.tangent])
-    raise InputError("body.normal", "got three components", "needs two: contact is two-dimensional so far")
+def _refuse_start_inside(surface: RigidBody, gap: float, where: str) -> None:
+    found = f"the plate starts {-gap * 1e3:.4g} mm inside the body"
+    if isinstance(surface, Plane):
+        allowed = f"needs an offset <= {((surface.offset or 0.0) + gap) * 1e3:.6g} mm"
+        raise InputError(f"{where}.offset", found, allowed, "leave it out and the plate starts where it touches")
+    raise InputError(f"{where}.centre", found, "needs to start outside", "leave it out and it starts where it touches")
 
 
 def join_candidates(parts: list[Candidates], dim: int) -> Candidates:
     """Put the candidates of several bodies into one set; an empty list gives an empty set."""
     if not parts:
         none, ints = np.zeros(0), np.zeros(0, dtype=np.int64)
-        return Candidates(ints, ints, np.zeros((0, dim, dim)), none, none, none, none, none)
+        return Candidates(ints, ints, np.zeros((0, dim)), none, none, none)
     fields = vars(parts[0])
     return Candidates(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in fields})
 
@@ -158,17 +219,17 @@ def check_outsiders(gaps: Array, nodes: NDArray[np.int64], positions: Array, tim
         Present gaps of the boundary's other nodes [m].
     nodes : (n,) array
         Their mesh nodes.
-    positions : (n_nodes, dim) array
-        Reference positions [m].
+    positions : (n, dim) array
+        Their reference positions [m].
     time : float
         Present time [s].
     """
     if gaps.size and gaps.min() < 0.0:
         worst = int(np.argmin(gaps))
-        x, y = positions[nodes[worst]][:2] * 1e3
+        place = ", ".join(f"{value * 1e3:.4g}" for value in positions[worst])
         raise SlipOutsideContactError(
             f"contact at t = {time:.6g} s",
-            f"node {nodes[worst]} at ({x:.4g}, {y:.4g}) mm reached the plate but is no contact candidate",
+            f"node {nodes[worst]} at ({place}) mm reached the plate but is no contact candidate",
             "the plate may touch candidates only",
             "write a larger contact reach, or name a boundary that holds the whole contact",
         )

@@ -28,6 +28,8 @@ class InterfaceState:
         Gap, and tangential displacement relative to the body [m].
     slip_distance : (n_c,) array
         Slip accumulated while in contact [m].
+    slip : (n_c,) array
+        Slip of the last step [m].
     state : (n_c,) array of int
         0 open, 1 stick, 2 slip; without friction every closed node slips.
     """
@@ -35,6 +37,7 @@ class InterfaceState:
     forces: Array
     relative: Array
     slip_distance: Array
+    slip: Array
     state: NDArray[np.int8]
 
 
@@ -60,12 +63,13 @@ class StepOutcome:
     numerical: float
 
 
-def rest_state(candidates: Candidates) -> InterfaceState:
-    """Return the interface at the start, without forces."""
+def rest_state(candidates: Candidates, gaps: Array) -> InterfaceState:
+    """Return the interface at the start, without forces; `gaps` (n_c,) are those of the reference state [m]."""
     count, dim = len(candidates.nodes), candidates.dim
     relative = np.zeros((count, dim))
-    relative[:, 0] = candidates.gap
-    return InterfaceState(np.zeros((count, dim)), relative, np.zeros(count), np.zeros(count, dtype=np.int8))
+    relative[:, 0] = gaps
+    none = np.zeros(count)
+    return InterfaceState(np.zeros((count, dim)), relative, none, none, np.zeros(count, dtype=np.int8))
 
 
 def contact_problem(candidates: Candidates, before: InterfaceState, free_relative: Array) -> Array:
@@ -80,7 +84,16 @@ def contact_problem(candidates: Candidates, before: InterfaceState, free_relativ
     return free
 
 
-def settle(candidates: Candidates, before: InterfaceState, forces: Array, relative: Array) -> StepOutcome:
+def settle(
+    candidates: Candidates,
+    before: InterfaceState,
+    forces: Array,
+    relative: Array,
+    *,
+    friction_coefficient: Array,
+    stretch: Array,
+    work: float,
+) -> StepOutcome:
     """Update states, slip and energies with the forces that were found.
 
     Parameters
@@ -93,23 +106,29 @@ def settle(candidates: Candidates, before: InterfaceState, forces: Array, relati
         Forces at the end of the step [N].
     relative : (n_c, dim) array
         Gap and relative tangential displacement at the end of the step [m].
+    friction_coefficient : (n_c,) array
+        Friction coefficient of the step [-].
+    stretch : (n_c, dim - 1) array
+        Length of the frames' tangents [-]: 1 but for anisotropic friction.
+    work : float
+        Work that went into the interface in the step, by the mean of the forces at both ends [J].
     """
     stiffness = candidates.tangential_stiffness[:, None]
     closed, was_closed = forces[:, 0] > 0.0, before.forces[:, 0] > 0.0
     slip = relative[:, 1:] - before.relative[:, 1:] + (forces[:, 1:] - before.forces[:, 1:]) / stiffness
-    length = np.linalg.norm(slip, axis=1) * closed
-    limit = candidates.friction_coefficient * forces[:, 0]
+    limit = friction_coefficient * forces[:, 0]
     slides = closed & (np.linalg.norm(forces[:, 1:], axis=1) >= limit * (1.0 - 1e-9))
     # A node that lands during the step has moved freely for part of it: that is no slip.
+    length = np.linalg.norm(slip / stretch, axis=1) * (slides & was_closed)
     state = InterfaceState(
         forces=forces,
         relative=relative,
-        slip_distance=before.slip_distance + length * (slides & was_closed),
+        slip_distance=before.slip_distance + length,
+        slip=length,
         state=np.where(closed, np.where(slides, SLIP, STICK), OPEN).astype(np.int8),
     )
     stored = _stored(candidates, forces)
     friction = -float(np.sum(forces[:, 1:] * slip))
-    work = -0.5 * float(np.sum((forces + before.forces) * (relative - before.relative)))
     return StepOutcome(state, stored, friction, work - (stored - _stored(candidates, before.forces)) - friction)
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.scheme import HHT
+from fingerslip.dynamics.scheme import Scheme, Static
 
 __all__ = ["Energies", "integration_dissipation"]
 
@@ -34,12 +34,15 @@ class Energies:
     damping: float = 0.0
     numerical: float = 0.0
     external_work: float = 0.0
+    initial: float = 0.0
 
     @property
     def imbalance(self) -> float:
-        """External work less all that it went into."""
-        return self.external_work - (
-            self.kinetic + self.strain + self.contact + self.friction + self.damping + self.numerical
+        """External work and initial energy less all that they went into."""
+        return (
+            self.external_work
+            + self.initial
+            - (self.kinetic + self.strain + self.contact + self.friction + self.damping + self.numerical)
         )
 
     def after(
@@ -67,33 +70,37 @@ class Energies:
 
 
 def integration_dissipation(
-    scheme: HHT,
+    scheme: Scheme,
     *,
     displacement_change: Array,
     velocity_change: Array,
     inertia_change: Array,
-    unbalance_change: Array,
+    unbalance: tuple[Array, Array, Array],
 ) -> float:
     """Return the energy that the time integration itself takes out in one step [J].
 
     Parameters
     ----------
-    scheme : HHT
+    scheme : HHT or Static
         The coefficients.
     displacement_change, velocity_change : (n,) array
         du [m] and dv [m/s] over the step.
     inertia_change : (n,) array
         Mass times the change of acceleration, M da [N].
-    unbalance_change : (n,) array
-        Unbalanced force at the end of this step less that at the start of the step before [N].
+    unbalance : tuple of three (n,) arrays
+        Unbalanced force at the start of the step before, at the start and at the end of this one, F0, F1, F2 [N].
 
     Notes
     -----
-    From the mean of the equations of motion at both ends and the two Newmark relations, with F0 the unbalance
-    at the start of the step before and F2 that at the end of this one::
+    From the mean of the equations of motion at both ends and the two Newmark relations::
 
         h (beta - gamma/2) da.M dv - (gamma - 1/2) da.M du + alpha/2 du.(F2 - F0)
+
+    Without inertia only the jump from an unbalanced start remains: -du.(F1 + F2)/2.
     """
+    earliest, start, end = unbalance
+    if isinstance(scheme, Static):
+        return -0.5 * float(displacement_change @ (start + end))
     newmark = scheme.step * (scheme.beta - 0.5 * scheme.gamma) * (inertia_change @ velocity_change)
     newmark -= (scheme.gamma - 0.5) * (inertia_change @ displacement_change)
-    return float(newmark + 0.5 * scheme.alpha * (displacement_change @ unbalance_change))
+    return float(newmark + 0.5 * scheme.alpha * (displacement_change @ (end - earliest)))

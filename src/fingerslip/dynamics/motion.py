@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.bodies import Plane
+from fingerslip.contact.bodies import RigidBody
+from fingerslip.contact.frames import sliding_direction
 from fingerslip.errors import InputError
 from fingerslip.model import Hold, Lift, Phase, Press, Slide, phase_duration
 
@@ -54,22 +55,22 @@ def phase_table(programme: Sequence[Phase]) -> tuple[list[str], Array]:
     return kinds, np.concatenate([[0.0], np.cumsum([phase_duration(phase) for phase in programme])])
 
 
-def body_motion(programme: Sequence[Phase], plane: Plane) -> Motion:
-    """Turn a programme into the motion of one plane.
+def body_motion(programme: Sequence[Phase], body: RigidBody) -> Motion:
+    """Turn a programme into the motion of one rigid body.
 
     Raises
     ------
     InputError
-        For a sliding direction that has no part along the plane.
+        For a sliding direction that has no part along the surface.
     """
-    travels = [_travel(phase, plane, number) for number, phase in enumerate(programme)]
-    dim = len(plane.normal)
+    travels = [_travel(phase, body, number) for number, phase in enumerate(programme)]
+    dim = body.dim
     positions = np.concatenate([np.zeros((1, dim)), np.cumsum(np.reshape(travels, (-1, dim)), axis=0)])
     return Motion(phase_table(programme)[1], positions)
 
 
-def _travel(phase: Phase, plane: Plane, number: int) -> Array:
-    normal = plane.unit_normal
+def _travel(phase: Phase, body: RigidBody, number: int) -> Array:
+    normal = body.unit_normal
     match phase:
         case Press():
             return phase.depth * normal
@@ -78,22 +79,22 @@ def _travel(phase: Phase, plane: Plane, number: int) -> Array:
         case Hold():
             return np.zeros_like(normal)
         case Slide():
-            return phase.distance * _direction(phase, plane, number)
+            return phase.distance * _direction(phase, body.unit_normal, number)
 
 
-def _direction(phase: Slide, plane: Plane, number: int) -> Array:
+def _direction(phase: Slide, normal: Array, number: int) -> Array:
     if phase.direction is None:
-        return plane.tangent
+        return sliding_direction(normal)
     where = f"programme.{number}.slide.direction"
-    if len(phase.direction) != len(plane.normal):
-        raise InputError(where, f"got {len(phase.direction)} components", f"needs {len(plane.normal)}")
+    if len(phase.direction) != normal.size:
+        raise InputError(where, f"got {len(phase.direction)} components", f"needs {normal.size}")
     direction = np.asarray(phase.direction, dtype=float)
-    along = direction - (direction @ plane.unit_normal) * plane.unit_normal
+    along: Array = direction - (direction @ normal) * normal
     if np.linalg.norm(along) <= 1e-6 * np.linalg.norm(direction) or not direction.any():
         raise InputError(where, f"got {list(phase.direction)}", "needs a direction along the plate")
     return along / np.linalg.norm(along)
 
 
-def largest_approach(motion: Motion, plane: Plane) -> float:
-    """Return how far the plane comes forward at most [m]."""
-    return float(np.max(motion.positions @ plane.unit_normal, initial=0.0))
+def largest_approach(motion: Motion, body: RigidBody) -> float:
+    """Return how far a body comes forward at most [m]."""
+    return float(np.max(motion.positions @ body.unit_normal, initial=0.0))

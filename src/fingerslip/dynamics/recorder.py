@@ -91,7 +91,7 @@ class Recorder:
 
     def _nodal(self, field: Array) -> Array:
         """Scatter a field on the free degrees of freedom to all nodes, shape (n_nodes, dim); a view that is reused."""
-        self._full[self._system.free] = field
+        self._full[self._system.free] = field[: self._system.free.size]
         return self._full.reshape(-1, self._system.space.dim)
 
     def _record_motion(self, step: int, state: State) -> None:
@@ -113,12 +113,22 @@ class Recorder:
         values, candidates, interface = self.values, self._system.candidates, state.interface
         values["gap"][step] = interface.relative[:, 0]
         values["normal_traction"][step] = interface.forces[:, 0] / candidates.area
-        values["tangential_traction"][step] = interface.forces[:, 1] / candidates.area
+        normal = interface.forces[:, :1] * self._system.surfaces.normals(
+            candidates.positions + state.moved, candidates.body
+        )
+        values["tangential_traction"][step] = (state.contact_forces - normal) / candidates.area[:, None]
         values["slip_distance"][step] = interface.slip_distance
         values["contact_state"][step] = interface.state
         values["body_displacement"][step] = state.bodies
-        forces = np.einsum("cij,ci->cj", candidates.frames, interface.forces)
-        np.add.at(values["body_force"][step], candidates.body, forces)
+        self._add_drives(values["body_displacement"][step], state.displacement)
+        self._add_drives(values["body_velocity"][step], state.velocity)
+        np.add.at(values["body_force"][step], candidates.body, state.contact_forces)
+
+    def _add_drives(self, bodies: Array, field: Array) -> None:
+        """Add what the drives do along the normals to the motion of the bodies (n_bodies, dim)."""
+        system = self._system
+        for number, value in zip(system.driven, field[system.free.size :], strict=True):
+            bodies[number] += value * system.surfaces.bodies[number].unit_normal
 
     def _record_snapshot(self, number: int, state: State) -> None:
         values = self.values
@@ -144,7 +154,7 @@ def _snapshot_steps(times: Array, interval: float) -> list[int]:
 
 
 def _coordinates(model: Model, system: System, times: Array, snapshot_times: Array) -> dict[str, Any]:
-    kinds, knots = phase_table(model.programme)
+    kinds, knots = phase_table(model.programmes[0])
     sites, bodies = model.record.sites, [contact.body for contact in model.contacts]
     positions, candidates = system.space.positions, system.candidates
     dim = system.space.dim

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["HHT", "Predictor", "hht", "predict"]
+__all__ = ["HHT", "Predictor", "Scheme", "Static", "hht", "predict"]
 
 Array = NDArray[np.float64]
 
@@ -40,6 +40,11 @@ class HHT:
     gamma: float
 
     @property
+    def inertia_factor(self) -> float:
+        """Acceleration per unknown, 1: the unknown is the acceleration."""
+        return 1.0
+
+    @property
     def displacement_factor(self) -> float:
         """Change of the displacement per acceleration, beta h^2 [s^2]."""
         return self.beta * self.step**2
@@ -53,6 +58,40 @@ class HHT:
     def spectral_radius_at_infinity(self) -> float:
         """Spectral radius for an infinite step: (1 + alpha)/(1 - alpha), below alpha = -1/3 -alpha/(1 + alpha)."""
         return max((1.0 + self.alpha) / (1.0 - self.alpha), -self.alpha / (1.0 + self.alpha))
+
+
+@dataclass(frozen=True)
+class Static:
+    """Quasi-static steps: the unknown is the change of displacement, and nothing has inertia.
+
+    A step from 0 to 1 solves C v1 + K u1 - f1 = 0 with v1 = (u1 - u0) / h.
+
+    Parameters
+    ----------
+    step : float
+        Time step h [s].
+    """
+
+    step: float
+    alpha: float = 0.0
+
+    @property
+    def inertia_factor(self) -> float:
+        """Acceleration per unknown, 0: nothing has inertia."""
+        return 0.0
+
+    @property
+    def displacement_factor(self) -> float:
+        """Change of the displacement per unknown, 1."""
+        return 1.0
+
+    @property
+    def velocity_factor(self) -> float:
+        """Change of the velocity per unknown, 1/h [1/s]."""
+        return 1.0 / self.step
+
+
+Scheme = HHT | Static
 
 
 @dataclass(frozen=True)
@@ -74,8 +113,10 @@ def hht(step: float, alpha: float) -> HHT:
     return HHT(step=step, alpha=alpha, beta=(1.0 - alpha) ** 2 / 4.0, gamma=0.5 - alpha)
 
 
-def predict(scheme: HHT, displacement: Array, velocity: Array, acceleration: Array) -> Predictor:
-    """Carry a state (three arrays of shape (n,)) over one step as if the acceleration then vanished."""
+def predict(scheme: Scheme, displacement: Array, velocity: Array, acceleration: Array) -> Predictor:
+    """Carry a state (three arrays of shape (n,)) over one step as if the unknown then vanished."""
+    if isinstance(scheme, Static):
+        return Predictor(displacement, np.zeros_like(velocity))
     step = scheme.step
     return Predictor(
         displacement + step * velocity + step**2 * (0.5 - scheme.beta) * acceleration,

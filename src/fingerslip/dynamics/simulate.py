@@ -79,8 +79,8 @@ def _simulate(model: Model, times: Array, progress: Callable[[float], None] | No
         stepper = build_stepper(system, model.time, model.damping)
     with watch.part("stepping"):
         _march(stepper, recorder, times, watch, progress)
-    velocities = [motion.velocity(times) for motion in system.motions]
-    recorder.values["body_velocity"][:] = np.stack(velocities, axis=1) if velocities else 0.0
+    if system.motions:
+        recorder.values["body_velocity"] += np.stack([motion.velocity(times) for motion in system.motions], axis=1)
     return make_history(recorder.values, _provenance(system, stepper.condensed.factor.name, watch))
 
 
@@ -110,10 +110,10 @@ def _body_displacements(system: System, times: Array) -> Array:
 
 def _check_outside(system: System, state: State) -> None:
     """Refuse penetration by boundary nodes that are no contact candidates."""
-    for number, (nodes, operator) in enumerate(zip(system.outsiders, system.outsider_normals, strict=True)):
-        plane = system.planes[number]
-        start = plane.gap(system.space.positions[nodes] - state.bodies[number], system.offsets[number])
-        check_outsiders(start + operator @ state.displacement, nodes, system.space.positions, state.time)
+    for outsiders, body, shift in zip(system.outsiders, system.surfaces.bodies, state.bodies, strict=True):
+        moved = (outsiders.relative @ state.displacement).reshape(outsiders.positions.shape) - shift
+        gaps = body.gap(outsiders.positions + moved)
+        check_outsiders(gaps, outsiders.nodes, outsiders.positions, state.time)
 
 
 def _provenance(system: System, solver: str, watch: Stopwatch) -> dict[str, object]:

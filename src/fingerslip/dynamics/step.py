@@ -5,22 +5,23 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.contact.frames import rotate_compliance
 from fingerslip.contact.interface import InterfaceState, StepOutcome, contact_problem, rest_state, settle
 from fingerslip.contact.solver import ContactSolution, solve_friction
 from fingerslip.dynamics.condensation import Condensed, condense, condensed_solve
 from fingerslip.dynamics.energy import Energies, integration_dissipation
 from fingerslip.dynamics.factor import factorise
-from fingerslip.dynamics.scheme import HHT, Predictor, hht, predict
+from fingerslip.dynamics.scheme import Predictor, Scheme, Static, hht, predict
 from fingerslip.dynamics.system import System
 from fingerslip.errors import ConvergenceError
 from fingerslip.materials import RayleighDamping
-from fingerslip.model import TimeStepping
+from fingerslip.model import QuasiStatic, TimeStepping
 
 __all__ = ["State", "Stepper", "Stopwatch", "advance", "build_stepper", "first_state"]
 
@@ -55,21 +56,27 @@ class Stepper:
     ----------
     system : System
         Matrices and candidates.
-    scheme : HHT
+    scheme : HHT or Static
         Time integration.
     damping : RayleighDamping
         Material damping.
     condensed : Condensed
         The effective matrix, factorised and condensed.
-    compliance : (m, m) array
-        Compliance of a step on the candidates with that of the penalties on its diagonal [m/N].
+    penalty_compliance : (m,) array
+        Compliance of the contact penalties, normal and tangential, node by node [m/N].
+    flat_frames : (n_c, dim, dim) array or None
+        Frames of the candidates where all bodies are planes, so that they never turn.
+    flat_compliance : (m, m) array or None
+        Compliance of a step in these frames, with that of the penalties on its diagonal [m/N].
     """
 
     system: System
-    scheme: HHT
+    scheme: Scheme
     damping: RayleighDamping
     condensed: Condensed
-    compliance: Array
+    penalty_compliance: Array
+    flat_frames: Array | None
+    flat_compliance: Array | None
 
     @property
     def force_weight(self) -> float:
@@ -77,14 +84,22 @@ class Stepper:
         return 1.0 + self.scheme.alpha
 
     @property
-    def bare_compliance_factor(self) -> float:
-        """Local displacement at the end of a step per local acceleration and force weight [s^2]."""
+    def compliance_factor(self) -> float:
+        """Displacement at the end of a step per unknown and force weight."""
         return self.force_weight * self.scheme.displacement_factor
+
+    def compliance(self, frames: Array) -> Array:
+        """Return the compliance of a step in the nodes' frames with that of the penalties on its diagonal [m/N]."""
+        if self.flat_compliance is not None:
+            return self.flat_compliance
+        return self.compliance_factor * rotate_compliance(self.condensed.compliance, frames) + np.diag(
+            self.penalty_compliance
+        )
 
 
 @dataclass(frozen=True)
 class State:
-    """The motion at one time, on the free degrees of freedom.
+    """The motion at one time, on the system's unknowns.
 
     Parameters
     ----------
@@ -94,12 +109,18 @@ class State:
         [m], [m/s], [m/s^2].
     inertia : (n,) array
         Mass times acceleration [N].
+    load : (n,) array
+        Forces of loads and drives [N].
     unbalance, unbalance_before : (n,) array
         Unbalanced force C v + K u - f now and one step earlier [N].
     bodies : (n_bodies, dim) array
-        Displacement of the rigid bodies [m].
+        Prescribed displacement of the rigid bodies [m].
+    moved : (n_c, dim) array
+        Displacement of the candidates relative to their bodies [m].
+    contact_forces : (n_c, dim) array
+        Forces of the rigid bodies on the candidates in global components [N].
     interface : InterfaceState
-        The contact candidates.
+        The contact candidates in their frames.
     energies : Energies
         The balance so far.
     iterations : int
@@ -113,53 +134,73 @@ class State:
     velocity: Array
     acceleration: Array
     inertia: Array
+    load: Array
     unbalance: Array
     unbalance_before: Array
     bodies: Array
+    moved: Array
+    contact_forces: Array
     interface: InterfaceState
     energies: Energies
     iterations: int = 0
     residual: float = 0.0
 
 
-def build_stepper(system: System, time: TimeStepping, damping: RayleighDamping) -> Stepper:
+@dataclass(frozen=True)
+class _ContactStep:
+    """What the contact problem of a step is, and what came of it."""
+
+    frames: Array
+    coefficients: Array
+    relative: Array
+    solution: ContactSolution
+
+
+def build_stepper(system: System, time: TimeStepping | QuasiStatic, damping: RayleighDamping) -> Stepper:
     """Factorise and condense for a fixed step."""
-    scheme = hht(time.step, time.alpha)
+    scheme = Static(time.step) if isinstance(time, QuasiStatic) else hht(time.step, time.alpha)
     weight = 1.0 + scheme.alpha
     stiffness_part = scheme.displacement_factor + scheme.velocity_factor * damping.stiffness
-    mass_part = 1.0 + weight * scheme.velocity_factor * damping.mass
+    mass_part = scheme.inertia_factor + weight * scheme.velocity_factor * damping.mass
     effective = mass_part * system.mass + weight * stiffness_part * system.stiffness
-    condensed = condense(sparse.csr_matrix(effective), system.local)
-    penalties = np.column_stack(
-        [system.candidates.normal_stiffness] + [system.candidates.tangential_stiffness] * (system.space.dim - 1)
-    )
-    compliance = weight * scheme.displacement_factor * condensed.compliance + np.diag(1.0 / penalties.ravel())
-    return Stepper(system, scheme, damping, condensed, np.ascontiguousarray(compliance))
+    condensed = condense(sparse.csr_matrix(effective), system.relative)
+    candidates = system.candidates
+    stiffness = [candidates.normal_stiffness] + [candidates.tangential_stiffness] * (system.space.dim - 1)
+    penalties = 1.0 / np.column_stack(stiffness).ravel()
+    stepper = Stepper(system, scheme, damping, condensed, penalties, None, None)
+    if not system.surfaces.flat:
+        return stepper
+    frames = system.surfaces.frames(candidates.positions, candidates.body)
+    return replace(stepper, flat_frames=frames, flat_compliance=stepper.compliance(frames))
 
 
 def first_state(stepper: Stepper) -> State:
-    """Return the state at rest at time zero, with the acceleration that the loads give it."""
-    system = stepper.system
-    rest = np.zeros(len(system.free))
-    load = system.load
-    factor = factorise(system.mass) if load.any() else None
-    acceleration = factor.backward(factor.forward(load)) if factor else rest
+    """Return the state at time zero, with the acceleration that loads and damping give it."""
+    system, damping, candidates = stepper.system, stepper.damping, stepper.system.candidates
+    velocity, load = system.initial_velocity, system.load(0.0)
+    damped = damping.mass * (system.mass @ velocity) + damping.stiffness * (system.stiffness @ velocity)
+    inertia = (load - damped) * stepper.scheme.inertia_factor
+    factor = factorise(system.mass) if inertia.any() else None
+    none = np.zeros((len(candidates.nodes), system.space.dim))
     return State(
         time=0.0,
-        displacement=rest,
-        velocity=rest,
-        acceleration=acceleration,
-        inertia=load,
-        unbalance=-load,
-        unbalance_before=-load,
+        displacement=np.zeros_like(velocity),
+        velocity=velocity,
+        acceleration=factor.backward(factor.forward(inertia)) if factor else np.zeros_like(velocity),
+        inertia=inertia,
+        load=load,
+        unbalance=damped - load,
+        unbalance_before=damped - load,
         bodies=np.zeros((len(system.motions), system.space.dim)),
-        interface=rest_state(system.candidates),
-        energies=Energies(),
+        moved=none,
+        contact_forces=none,
+        interface=rest_state(candidates, system.surfaces.gaps(candidates.positions, candidates.body)),
+        energies=Energies(kinetic=_kinetic(stepper, velocity), initial=_kinetic(stepper, velocity)),
     )
 
 
 def advance(stepper: Stepper, state: State, time: float, bodies: Array, watch: Stopwatch) -> State:
-    """Take one step of the HHT-alpha scheme with frictional contact.
+    """Take one step with frictional contact.
 
     Parameters
     ----------
@@ -170,7 +211,7 @@ def advance(stepper: Stepper, state: State, time: float, bodies: Array, watch: S
     time : float
         Time at its end [s].
     bodies : (n_bodies, dim) array
-        Displacement of the rigid bodies at its end [m].
+        Prescribed displacement of the rigid bodies at its end [m].
     watch : Stopwatch
         Takes the times of substitution, contact and energies.
 
@@ -181,63 +222,78 @@ def advance(stepper: Stepper, state: State, time: float, bodies: Array, watch: S
     """
     system, scheme = stepper.system, stepper.scheme
     predicted = predict(scheme, state.displacement, state.velocity, state.acceleration)
-    predicted_relative = _relative(system, predicted.displacement, bodies)
-    right_hand_side = _right_hand_side(stepper, state, predicted)
-    outcome: list[tuple[StepOutcome, ContactSolution]] = []
+    load = system.load(time)
+    right_hand_side = _right_hand_side(stepper, state, predicted, load)
+    moved = _moved(system, predicted.displacement, bodies)
+    steps: list[_ContactStep] = []
 
-    def contact(local_acceleration: Array) -> Array:
+    def contact(unknown: Array) -> Array:
         with watch.part("contact"):
-            free = predicted_relative + scheme.displacement_factor * local_acceleration.reshape(-1, system.space.dim)
-            outcome.append(_solve_contact(stepper, state.interface, free, time))
-        return outcome[-1][1].forces.ravel()
+            free = moved + scheme.displacement_factor * unknown.reshape(moved.shape)
+            steps.append(_solve_contact(stepper, state, moved, free, time))
+            forces: Array = np.einsum("cij,ci->cj", steps[-1].frames, steps[-1].solution.forces)
+            return forces.ravel()
 
     with watch.part("solve"):
-        acceleration, _ = condensed_solve(stepper.condensed, right_hand_side, stepper.force_weight, contact)
-    settled, solution = outcome[0]
+        unknown, forces = condensed_solve(stepper.condensed, right_hand_side, stepper.force_weight, contact)
+    displacement = predicted.displacement + scheme.displacement_factor * unknown
+    acceleration = scheme.inertia_factor * unknown
     inertia = system.mass @ acceleration
-    after = State(
+    after = replace(
+        state,
         time=time,
-        displacement=predicted.displacement + scheme.displacement_factor * acceleration,
-        velocity=predicted.velocity + scheme.velocity_factor * acceleration,
+        displacement=displacement,
+        velocity=predicted.velocity + scheme.velocity_factor * unknown,
         acceleration=acceleration,
         inertia=inertia,
+        load=load,
         unbalance=(scheme.alpha * state.unbalance - inertia) / stepper.force_weight,
         unbalance_before=state.unbalance,
         bodies=bodies,
-        interface=settled.state,
-        energies=state.energies,
-        iterations=solution.iterations,
-        residual=solution.residual,
+        moved=_moved(system, displacement, bodies),
+        contact_forces=forces.reshape(moved.shape),
+        iterations=steps[0].solution.iterations,
+        residual=steps[0].solution.residual,
     )
     with watch.part("recording"):
-        return _with_energies(stepper, state, after, settled)
+        return _settled(stepper, state, after, steps[0])
 
 
-def _relative(system: System, displacement: Array, bodies: Array) -> Array:
-    """Return gap and relative tangential displacement of the candidates, shape (n_c, dim) [m]."""
-    candidates = system.candidates
-    relative: Array = (system.local @ displacement).reshape(-1, system.space.dim)
-    if bodies.size:
-        relative = relative - np.einsum("cij,cj->ci", candidates.frames, bodies[candidates.body])
-        relative[:, 0] += candidates.gap
-    return relative
+def _moved(system: System, displacement: Array, bodies: Array) -> Array:
+    """Return the displacement of the candidates relative to their bodies, shape (n_c, dim) [m]."""
+    moved: Array = (system.relative @ displacement).reshape(-1, system.space.dim)
+    return moved - bodies[system.candidates.body] if bodies.size else moved
 
 
-def _right_hand_side(stepper: Stepper, state: State, predicted: Predictor) -> Array:
+def _right_hand_side(stepper: Stepper, state: State, predicted: Predictor, load: Array) -> Array:
     system, damping = stepper.system, stepper.damping
     force = system.stiffness @ (predicted.displacement + damping.stiffness * predicted.velocity)
     if damping.mass:
         force = force + damping.mass * (system.mass @ predicted.velocity)
-    total: Array = stepper.force_weight * (system.load - force) + stepper.scheme.alpha * state.unbalance
+    total: Array = stepper.force_weight * (load - force) + stepper.scheme.alpha * state.unbalance
     return total
 
 
-def _solve_contact(
-    stepper: Stepper, before: InterfaceState, free_relative: Array, time: float
-) -> tuple[StepOutcome, ContactSolution]:
-    candidates = stepper.system.candidates
-    free = contact_problem(candidates, before, free_relative)
-    solution = solve_friction(stepper.compliance, free, candidates.friction_coefficient, before.forces, _TOLERANCE)
+def _solve_contact(stepper: Stepper, state: State, moved: Array, free: Array, time: float) -> _ContactStep:
+    """Find the contact forces of a step.
+
+    The frames of curved bodies are those at the predicted motion `moved`, about which the gap is linear; `free`
+    is the motion without contact forces. Both are relative to the bodies, shape (n_c, dim) [m].
+    """
+    system, candidates, before = stepper.system, stepper.system.candidates, state.interface
+    points = candidates.positions + moved
+    frames = stepper.flat_frames
+    if frames is None:
+        frames = system.surfaces.frames(points, candidates.body)
+    beyond = np.einsum("cij,cj->ci", frames, free - moved)
+    relative = before.relative + np.einsum("cij,cj->ci", frames, free - state.moved)
+    relative[:, 0] = system.surfaces.gaps(points, candidates.body) + beyond[:, 0]
+    compliance = stepper.compliance(frames)
+    coefficients = system.surfaces.coefficients(
+        before.forces[:, 0] / candidates.area, before.slip / stepper.scheme.step, candidates.body
+    )
+    problem = contact_problem(candidates, before, relative)
+    solution = solve_friction(compliance, problem, coefficients, before.forces, _TOLERANCE)
     if not solution.residual <= _TOLERANCE:
         raise ConvergenceError(
             time,
@@ -246,17 +302,31 @@ def _solve_contact(
             _TOLERANCE,
             "try a smaller time step, softer contact penalties or less friction",
         )
-    bare = stepper.bare_compliance_factor * (stepper.condensed.compliance @ solution.forces.ravel())
-    relative = free_relative + bare.reshape(free_relative.shape)
-    return settle(candidates, before, solution.forces, relative), solution
+    response = (compliance @ solution.forces.ravel() - stepper.penalty_compliance * solution.forces.ravel()).reshape(
+        relative.shape
+    )
+    return _ContactStep(frames, coefficients, relative + response, solution)
 
 
-def _with_energies(stepper: Stepper, before: State, after: State, settled: StepOutcome) -> State:
+def _settled(stepper: Stepper, before: State, after: State, step: _ContactStep) -> State:
+    """Complete a step with what it did to the interface and to the energies."""
+    mean_forces = 0.5 * (before.contact_forces + after.contact_forces)
+    settled = settle(
+        stepper.system.candidates,
+        before.interface,
+        step.solution.forces,
+        step.relative,
+        friction_coefficient=step.coefficients,
+        stretch=np.linalg.norm(step.frames[:, 1:], axis=2),
+        work=-float(np.sum(mean_forces * (after.moved - before.moved))),
+    )
+    return replace(after, interface=settled.state, energies=_energies(stepper, before, after, settled, mean_forces))
+
+
+def _energies(stepper: Stepper, before: State, after: State, settled: StepOutcome, mean_forces: Array) -> Energies:
     """Complete the energy balance of a step."""
     system, damping = stepper.system, stepper.damping
     change = after.displacement - before.displacement
-    momentum = system.mass @ after.velocity
-    elastic = system.stiffness @ after.displacement
     damped = 0.0
     if damping.mass or damping.stiffness:
         mean = 0.5 * (before.velocity + after.velocity)
@@ -266,29 +336,22 @@ def _with_energies(stepper: Stepper, before: State, after: State, settled: StepO
         displacement_change=change,
         velocity_change=after.velocity - before.velocity,
         inertia_change=after.inertia - before.inertia,
-        unbalance_change=after.unbalance - before.unbalance_before,
+        unbalance=(before.unbalance_before, before.unbalance, after.unbalance),
     )
-    energies = before.energies.after(
-        kinetic=0.5 * float(after.velocity @ momentum),
-        strain=0.5 * float(after.displacement @ elastic),
+    work = 0.5 * float((before.load + after.load) @ change)
+    if after.bodies.size:
+        work += float(np.sum(mean_forces * (after.bodies - before.bodies)[system.candidates.body]))
+    return before.energies.after(
+        kinetic=_kinetic(stepper, after.velocity),
+        strain=0.5 * float(after.displacement @ (system.stiffness @ after.displacement)),
         contact=settled.stored,
         friction=settled.friction,
         damping=damped,
         numerical=numerical + settled.numerical,
-        work=_external_work(system, before, after, change),
+        work=work,
     )
-    return _replace_energies(after, energies)
 
 
-def _external_work(system: System, before: State, after: State, change: Array) -> float:
-    """Return the work of the tractions and of whoever moves the rigid bodies [J]."""
-    work = float(system.load @ change)
-    if after.bodies.size:
-        moved = (after.bodies - before.bodies)[system.candidates.body]
-        local = np.einsum("cij,cj->ci", system.candidates.frames, moved)
-        work += 0.5 * float(np.sum((before.interface.forces + after.interface.forces) * local))
-    return work
-
-
-def _replace_energies(state: State, energies: Energies) -> State:
-    return State(**{**vars(state), "energies": energies})
+def _kinetic(stepper: Stepper, velocity: Array) -> float:
+    """Return the kinetic energy [J]; none where nothing has inertia."""
+    return 0.5 * stepper.scheme.inertia_factor * float(velocity @ (stepper.system.mass @ velocity))

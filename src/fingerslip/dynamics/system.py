@@ -8,16 +8,25 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.contact.bodies import Plane
-from fingerslip.contact.candidates import Candidates, automatic_penalty, find_candidates, join_candidates
+from fingerslip.contact.bodies import RigidBody
+from fingerslip.contact.candidates import (
+    Candidates,
+    Surfaces,
+    automatic_penalty,
+    find_candidates,
+    join_candidates,
+    node_operator,
+)
+from fingerslip.contact.friction import Anisotropic
+from fingerslip.dynamics.loads import Load, model_loads
 from fingerslip.dynamics.motion import Motion, body_motion, largest_approach, phase_table
 from fingerslip.errors import InputError
-from fingerslip.fe.assembly import CellConstants, cell_constants, mass_matrix, stiffness_matrix, traction_load
+from fingerslip.fe.assembly import CellConstants, cell_constants, mass_matrix, stiffness_matrix
 from fingerslip.fe.space import Space, boundary_nodes, build_space, nodal_areas, region_nodes, vector_dofs
 from fingerslip.mesh.sites import site_nodes
-from fingerslip.model import Contact, Model, Slide
+from fingerslip.model import Contact, Model, QuasiStatic, Slide
 
-__all__ = ["System", "build_system", "check_model"]
+__all__ = ["Outsiders", "System", "build_system", "check_model"]
 
 Array = NDArray[np.float64]
 
@@ -27,8 +36,30 @@ _REACH = 1.5
 
 
 @dataclass(frozen=True)
+class Outsiders:
+    """Nodes of a body's boundary that are no candidates and must not reach it.
+
+    Parameters
+    ----------
+    nodes : (k,) array
+        Mesh nodes.
+    positions : (k, dim) array
+        Reference positions [m].
+    relative : sparse matrix, shape (k * dim, n)
+        Their displacement relative to what the body's drive adds to its prescribed motion.
+    """
+
+    nodes: NDArray[np.int64]
+    positions: Array
+    relative: sparse.csr_matrix
+
+
+@dataclass(frozen=True)
 class System:
-    """A model's discrete system; matrices and vectors are on the free degrees of freedom.
+    """A model's discrete system.
+
+    Its unknowns are the free degrees of freedom of the mesh, then one for every rigid body that a force drives:
+    n altogether.
 
     Parameters
     ----------
@@ -36,26 +67,26 @@ class System:
         Displacement space.
     constants : CellConstants
         Material of every cell.
-    free : (n,) array
-        Free degrees of freedom among all.
+    free : (n_free,) array
+        Free degrees of freedom of the mesh among all of it.
+    driven : (n_driven,) array
+        Indices of the bodies that a force drives.
     stiffness, mass : sparse matrix, shape (n, n)
         [N/m], [kg].
-    load : (n,) array
-        Nodal forces of the tractions [N].
+    loads : tuple of Load
+        Forces with their factors over time.
+    initial_velocity : (n,) array
+        [m/s].
     candidates : Candidates
         Contact candidates of all bodies.
-    local : sparse matrix, shape (n_c * dim, n)
-        Displacement of the candidates in their bodies' frames.
-    outsiders : tuple of arrays
-        For each body, nodes of its boundary that are no candidates.
-    outsider_normals : tuple of sparse matrices, shape (n_outsiders, n)
-        Their displacement along the body's normal.
-    planes : tuple of Plane
-        The rigid bodies.
-    offsets : tuple of float
-        Offset of each plane at the start [m].
+    surfaces : Surfaces
+        The rigid bodies and the friction on them.
+    relative : sparse matrix, shape (n_c * dim, n)
+        Displacement of the candidates relative to what the drives add to the bodies' prescribed motion.
+    outsiders : tuple of Outsiders
+        For each body, the nodes of its boundary that are no candidates.
     motions : tuple of Motion
-        Motion of each body.
+        Prescribed motion of each body.
     site_nodes : (n_sites,) array
         Mesh nodes of the recorded sites.
     """
@@ -63,17 +94,24 @@ class System:
     space: Space
     constants: CellConstants
     free: NDArray[np.int64]
+    driven: NDArray[np.int64]
     stiffness: sparse.csr_matrix
     mass: sparse.csr_matrix
-    load: Array
+    loads: tuple[Load, ...]
+    initial_velocity: Array
     candidates: Candidates
-    local: sparse.csr_matrix
-    outsiders: tuple[NDArray[np.int64], ...]
-    outsider_normals: tuple[sparse.csr_matrix, ...]
-    planes: tuple[Plane, ...]
-    offsets: tuple[float, ...]
+    surfaces: Surfaces
+    relative: sparse.csr_matrix
+    outsiders: tuple[Outsiders, ...]
     motions: tuple[Motion, ...]
     site_nodes: NDArray[np.int64]
+
+    def load(self, time: float) -> Array:
+        """Return the forces at a time [s], shape (n,) [N]."""
+        total = np.zeros(self.mass.shape[0])
+        for load in self.loads:
+            total += load.ramp.at(time) * load.forces
+        return total
 
 
 @dataclass(frozen=True)
@@ -83,9 +121,9 @@ class _Checked:
     space: Space
     constants: CellConstants
     free: NDArray[np.int64]
-    load: Array
+    loads: tuple[Load, ...]
+    bodies: tuple[RigidBody, ...]
     motions: tuple[Motion, ...]
-    offsets: tuple[float, ...]
     candidates: tuple[Candidates, ...]
     site_nodes: NDArray[np.int64]
 
@@ -105,11 +143,16 @@ def check_model(model: Model) -> None:
 def build_system(model: Model) -> System:
     """Check and assemble a model."""
     known = _check(model)
-    space = known.space
-    free = known.free
-    stiffness = stiffness_matrix(space, known.constants, model.depth, model.integration)
-    mass = mass_matrix(space, known.constants, model.depth)
+    space, free = known.space, known.free
+    driven = np.array([i for i, contact in enumerate(model.contacts) if contact.drive], dtype=np.int64)
+    drives = [contact.drive for contact in model.contacts if contact.drive]
+    mass = mass_matrix(space, known.constants, model.depth)[free][:, free]
+    stiffness = stiffness_matrix(space, known.constants, model.depth, model.integration)[free][:, free]
     candidates = join_candidates(list(known.candidates), space.dim)
+
+    def picked(nodes: NDArray[np.int64]) -> sparse.csr_matrix:
+        return node_operator(nodes, space.dim, space.n_dofs)[:, free]
+
     outsiders = [
         np.setdiff1d(boundary_nodes(space, contact.boundary), own.nodes)
         for contact, own in zip(model.contacts, known.candidates, strict=True)
@@ -118,18 +161,22 @@ def build_system(model: Model) -> System:
         space=space,
         constants=known.constants,
         free=free,
-        stiffness=stiffness[free][:, free].tocsr(),
-        mass=mass[free][:, free].tocsr(),
-        load=known.load[free],
+        driven=driven,
+        stiffness=sparse.block_diag([stiffness, *(sparse.csr_matrix((1, 1)) for _ in drives)], format="csr"),
+        mass=sparse.block_diag([mass, *([[drive.mass]] for drive in drives)], format="csr"),
+        loads=tuple(_on_unknowns(load, free, driven.size) for load in known.loads) + _drive_loads(model, free.size),
+        initial_velocity=_initial_velocity(model, space, free, driven.size),
         candidates=candidates,
-        local=candidates.local_operator(space.n_dofs)[:, free].tocsr(),
-        outsiders=tuple(outsiders),
-        outsider_normals=tuple(
-            _normal_operator(nodes, contact.body, space.n_dofs)[:, free].tocsr()
-            for nodes, contact in zip(outsiders, model.contacts, strict=True)
+        surfaces=Surfaces(known.bodies, tuple(contact.friction for contact in model.contacts)),
+        relative=_relative_operator(picked(candidates.nodes), candidates.body, driven, known.bodies),
+        outsiders=tuple(
+            Outsiders(
+                nodes,
+                space.positions[nodes],
+                _relative_operator(picked(nodes), np.full(nodes.size, number), driven, known.bodies),
+            )
+            for number, nodes in enumerate(outsiders)
         ),
-        planes=tuple(contact.body for contact in model.contacts),
-        offsets=known.offsets,
         motions=known.motions,
         site_nodes=known.site_nodes,
     )
@@ -138,37 +185,50 @@ def build_system(model: Model) -> System:
 def _check(model: Model) -> _Checked:
     space = build_space(model.mesh)
     constants = cell_constants(space, model.materials, model.formulation)
-    _check_normals(model, space)
-    motions = tuple(body_motion(model.programme, contact.body) for contact in model.contacts)
-    candidates = tuple(
-        _candidates(model, space, number, contact, motion)
-        for number, (contact, motion) in enumerate(zip(model.contacts, motions, strict=True))
+    _check_contacts(model, space)
+    bodies = tuple(
+        contact.body.placed(space.positions[boundary_nodes(space, contact.boundary)]) for contact in model.contacts
     )
-    offsets = tuple(_offset(space, contact) for contact in model.contacts)
-    _check_order(model, motions, candidates)
+    motions = tuple(
+        body_motion(programme, contact.body)
+        for contact, programme in zip(model.contacts, model.programmes, strict=False)
+    )
+    candidates = tuple(
+        _candidates(model, space, number, body, motion)
+        for number, (body, motion) in enumerate(zip(bodies, motions, strict=True))
+    )
+    _check_order(model, bodies, motions, candidates)
     return _Checked(
         space=space,
         constants=constants,
         free=_free_dofs(model, space),
-        load=traction_load(space, model.tractions, model.depth),
+        loads=model_loads(model, space, constants),
+        bodies=bodies,
         motions=motions,
-        offsets=offsets,
         candidates=candidates,
         site_nodes=site_nodes(model.mesh, model.record.sites),
     )
 
 
-def _check_normals(model: Model, space: Space) -> None:
-    for number, normal in enumerate(contact.body.normal for contact in model.contacts):
-        if len(normal) != space.dim:
-            raise InputError(f"contacts.{number}.body.normal", f"got {len(normal)} components", f"needs {space.dim}")
+def _check_contacts(model: Model, space: Space) -> None:
+    """Refuse bodies and friction laws of another dimension than the mesh, and drives without inertia."""
+    for number, contact in enumerate(model.contacts):
+        where = f"contacts.{number}"
+        if contact.body.dim != space.dim:
+            raise InputError(f"{where}.body.normal", f"got {contact.body.dim} components", f"needs {space.dim}")
+        if isinstance(contact.friction, Anisotropic) and space.dim == 2:
+            raise InputError(f"{where}.friction", "got Anisotropic in the plane", "needs a model in space")
+        if contact.drive and isinstance(model.time, QuasiStatic):
+            found = "got a body that a force drives in a quasi-static model"
+            raise InputError(f"{where}.drive", found, "needs prescribed motion", "take TimeStepping")
 
 
 def _free_dofs(model: Model, space: Space) -> NDArray[np.int64]:
     fixed = [np.zeros(0, dtype=np.int64)]
     for name, components in model.supports.items():
-        if "z" in components and space.dim == 2:
-            raise InputError(f"supports.{name}", "got component 'z'", "needs x or y: the mesh is two-dimensional")
+        beyond = [component for component in components if component not in "xyz"[: space.dim]]
+        if beyond:
+            raise InputError(f"supports.{name}", f"got component '{beyond[0]}'", f"needs {_axes(space.dim)}")
         is_region = name not in (space.mesh.boundaries or {}) and name in (space.mesh.subdomains or {})
         nodes = region_nodes(space, name) if is_region else boundary_nodes(space, name)
         axes = ["xyz".index(component) for component in components]
@@ -179,33 +239,57 @@ def _free_dofs(model: Model, space: Space) -> NDArray[np.int64]:
     return free
 
 
-def _offset(space: Space, contact: Contact) -> float:
-    if contact.body.offset is not None:
-        return contact.body.offset
-    return contact.body.touching_offset(space.positions[boundary_nodes(space, contact.boundary)])
+def _axes(dim: int) -> str:
+    return " or ".join("xyz"[:dim]) if dim == 2 else "x, y or z"
 
 
-def _candidates(model: Model, space: Space, number: int, contact: Contact, motion: Motion) -> Candidates:
-    where = f"contacts.{number}"
+def _on_unknowns(load: Load, free: NDArray[np.int64], n_driven: int) -> Load:
+    """Restrict a load on the mesh to the unknowns."""
+    return Load(np.concatenate([load.forces[free], np.zeros(n_driven)]), load.ramp)
+
+
+def _drive_loads(model: Model, n_free: int) -> tuple[Load, ...]:
+    drives = [contact.drive for contact in model.contacts if contact.drive]
+    units = np.eye(len(drives))
+    return tuple(
+        Load(np.concatenate([np.zeros(n_free), drive.force * unit]), drive.ramp)
+        for drive, unit in zip(drives, units, strict=True)
+    )
+
+
+def _initial_velocity(model: Model, space: Space, free: NDArray[np.int64], n_driven: int) -> Array:
+    velocity = model.initial_velocity or (0.0,) * space.dim
+    if len(velocity) != space.dim:
+        raise InputError("initial_velocity", f"got {len(velocity)} components", f"needs {space.dim}")
+    return np.concatenate([np.tile(velocity, len(space.positions))[free], np.zeros(n_driven)])
+
+
+def _relative_operator(
+    of_mesh: sparse.csr_matrix, body: NDArray[np.int64], driven: NDArray[np.int64], bodies: tuple[RigidBody, ...]
+) -> sparse.csr_matrix:
+    """Return the map from the unknowns to displacements of nodes relative to their driven bodies.
+
+    `of_mesh` is the map to their displacements, `body` says which body each node may touch.
+    """
+    columns = [-((body == number)[:, None] * bodies[number].unit_normal[None, :]).reshape(-1, 1) for number in driven]
+    return sparse.csr_matrix(sparse.hstack([of_mesh, *(sparse.csr_matrix(column) for column in columns)]))
+
+
+def _candidates(model: Model, space: Space, number: int, body: RigidBody, motion: Motion) -> Candidates:
+    contact = model.contacts[number]
     nodes, areas = boundary_nodes(space, contact.boundary), nodal_areas(space, contact.boundary, model.depth)
-    approach = largest_approach(motion, contact.body)
     size = float(np.ptp(space.positions, axis=0).max())
+    automatic = np.inf if model.is_loaded else _REACH * largest_approach(motion, body) + 1e-6 * size
     return find_candidates(
-        contact.body,
+        body,
         space.positions,
         nodes,
         areas,
         body=number,
-        reach=contact.reach if contact.reach is not None else _automatic_reach(model, approach, size),
-        friction_coefficient=contact.friction.coefficient,
+        reach=automatic if contact.reach is None else contact.reach,
         penalties=_penalties(model, space, contact),
-        where=where,
+        where=f"contacts.{number}",
     )
-
-
-def _automatic_reach(model: Model, approach: float, size: float) -> float:
-    """Return the largest initial gap of a candidate [m]; tractions may press any part onto the plate."""
-    return np.inf if model.tractions else _REACH * approach + 1e-6 * size
 
 
 def _penalties(model: Model, space: Space, contact: Contact) -> tuple[float, float]:
@@ -214,28 +298,23 @@ def _penalties(model: Model, space: Space, contact: Contact) -> tuple[float, flo
     cells = space.mesh.f2t[0, facets]
     names = [name for name, own in space.mesh.subdomains.items() if np.isin(cells, own).any()]
     modulus = max(model.materials[name].youngs_modulus for name in names)
-    ends = space.mesh.p[:, space.mesh.facets[:, facets]]
+    ends = space.mesh.p[:, space.mesh.facets[:2, facets]]
     size = float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)))
     automatic = automatic_penalty(modulus, size)
     return contact.normal_penalty or automatic, contact.tangential_penalty or automatic
 
 
-def _normal_operator(nodes: NDArray[np.int64], plane: Plane, n_dofs: int) -> sparse.csr_matrix:
-    """Return the map from displacements (n_dofs,) to those of `nodes` along a plane's normal."""
-    normal = plane.unit_normal
-    rows = np.repeat(np.arange(nodes.size), normal.size)
-    columns = vector_dofs(nodes, normal.size).ravel()
-    return sparse.csr_matrix((np.tile(normal, nodes.size), (rows, columns)), shape=(nodes.size, n_dofs))
-
-
-def _check_order(model: Model, motions: tuple[Motion, ...], candidates: tuple[Candidates, ...]) -> None:
-    """Refuse a programme that slides before any body can touch."""
-    first_slide = next((i for i, phase in enumerate(model.programme) if isinstance(phase, Slide)), None)
-    if first_slide is None or not model.contacts or model.tractions:
+def _check_order(
+    model: Model, bodies: tuple[RigidBody, ...], motions: tuple[Motion, ...], candidates: tuple[Candidates, ...]
+) -> None:
+    """Refuse programmes that slide before any body can touch."""
+    sliding = [any(isinstance(phase, Slide) for phase in programme) for programme in model.programmes]
+    if not model.contacts or model.is_loaded or not any(sliding):
         return
-    for contact, motion, own in zip(model.contacts, motions, candidates, strict=True):
-        approach = float(np.max(motion.positions[: first_slide + 1] @ contact.body.unit_normal))
-        if approach > own.gap.min():
+    for programme, body, motion, own in zip(model.programmes, bodies, motions, candidates, strict=True):
+        first = next((i for i, phase in enumerate(programme) if isinstance(phase, Slide)), len(programme))
+        approach = float(np.max(motion.positions[: first + 1] @ body.unit_normal))
+        if approach > body.gap(own.positions).min():
             return
     kinds = ", ".join(phase_table(model.programme)[0])
     raise InputError(

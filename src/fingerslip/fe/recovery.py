@@ -44,15 +44,17 @@ class Recovery:
         shears xy (and yz, xz in space).
     constants : CellConstants
         Material constants of the places.
+    components : int
+        Number of strain components: 3 in the plane, 6 in space.
     """
 
     strain: sparse.csr_matrix
     constants: CellConstants
+    components: int
 
     def strains(self, displacement: Array) -> Array:
         """Return the strains [-], shape (n_places, n_components): xx, yy, xy, or xx, yy, zz, xy, yz, xz."""
-        places = self.constants.first_lame.size
-        values: Array = (self.strain @ displacement).reshape(places, -1 if places else 3)
+        values: Array = (self.strain @ displacement).reshape(-1, self.components)
         return values
 
 
@@ -70,7 +72,7 @@ def cell_recovery(space: Space, constants: CellConstants) -> Recovery:
             columns.append(basis.element_dofs[local])
             values.append(strain)
     triplets = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return Recovery(sparse.csr_matrix(triplets, shape=(count * len(cells), space.n_dofs)), constants)
+    return Recovery(sparse.csr_matrix(triplets, shape=(count * len(cells), space.n_dofs)), constants, count)
 
 
 def site_recovery(
@@ -95,11 +97,10 @@ def site_recovery(
         Where no cell of the region touches the node.
     """
     around = _cells_around(space, nodes, regions)
-    cells = cell_recovery(space, constants).strain
-    components = sparse.identity(cells.shape[0] // space.mesh.nelements)
-    per_site = sparse.kron(around, components, format="csr") @ cells
+    cells = cell_recovery(space, constants)
+    per_site = sparse.kron(around, sparse.identity(cells.components), format="csr") @ cells.strain
     means = [around @ values for values in vars(constants).values()]
-    return Recovery(sparse.csr_matrix(per_site), CellConstants(*means))
+    return Recovery(sparse.csr_matrix(per_site), CellConstants(*means), cells.components)
 
 
 def _cells_around(space: Space, nodes: NDArray[np.int64], regions: Sequence[str | None]) -> sparse.csr_matrix:

@@ -31,14 +31,14 @@ class Site:
     kind : str
         Receptor type, or any word for a site of one's own.
     position : tuple of float
-        Coordinates x, y [m].
+        Coordinates x, y and in space z [m].
     region : str, optional
         Region on whose side of an interface stresses are taken; any where not given.
     """
 
     name: str
     kind: str
-    position: tuple[Length, Length]
+    position: tuple[Length, ...]
     region: str | None = None
 
 
@@ -121,6 +121,9 @@ def _region_cells(mesh: skfem.Mesh2D, site: Site) -> NDArray[np.int64]:
 def _nearest(mesh: skfem.Mesh2D, sites: Sequence[Site], cells: NDArray[np.int64]) -> NDArray[np.int64]:
     corners = mesh.t[:, cells]
     candidates = np.unique(corners)
+    for site in sites:
+        if len(site.position) != mesh.dim():
+            raise InputError(f"site {site.name}", f"got {len(site.position)} coordinates", f"needs {mesh.dim()}")
     distance, match = cKDTree(mesh.p[:, candidates].T).query([site.position for site in sites])
     reach = np.zeros(mesh.p.shape[1])
     edge = np.linalg.norm(mesh.p[:, corners] - mesh.p[:, np.roll(corners, 1, axis=0)], axis=0)
@@ -133,7 +136,7 @@ def _nearest(mesh: skfem.Mesh2D, sites: Sequence[Site], cells: NDArray[np.int64]
 
 
 def _outside(site: Site, distance: float, reach: float) -> InputError:
-    x, y = (component * 1e3 for component in site.position)
-    found = f"x = {x:.4g} mm, y = {y:.4g} mm is {distance * 1e3:.3g} mm from the nearest node of "
+    place = ", ".join(f"{axis} = {1e3 * value:.4g} mm" for axis, value in zip("xyz", site.position, strict=False))
+    found = f"{place} is {distance * 1e3:.3g} mm from the nearest node of "
     found += f"'{site.region}'" if site.region else "the mesh"
     return InputError(f"site {site.name}", found, f"needs <= {reach * 1e3:.3g} mm, the element size there")

@@ -54,7 +54,7 @@ def _contact(history: xr.Dataset) -> dict[str, float | int | None]:
     penalty = history.attrs.get("tangential_penalty", np.inf)
     return {
         "penetration_max_m": float(max(-history["gap"].values.min(), 0.0)),
-        "elastic_slip_max_m": float(np.abs(history["tangential_traction"].values).max() / penalty),
+        "elastic_slip_max_m": float(np.linalg.norm(history["tangential_traction"].values, axis=-1).max() / penalty),
         "normal_traction_max_Pa": float(history["normal_traction"].values.max()),
         "slip_distance_max_m": float(history["slip_distance"].values.max()),
     }

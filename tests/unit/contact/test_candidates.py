@@ -1,11 +1,20 @@
+"""Contact candidates: who may touch, their frames, areas and penalties."""
+
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
 from fingerslip.contact.bodies import Plane
-from fingerslip.contact.candidates import automatic_penalty, check_outsiders, find_candidates, join_candidates
-from fingerslip.contact.friction import Coulomb
+from fingerslip.contact.candidates import (
+    Surfaces,
+    automatic_penalty,
+    check_outsiders,
+    find_candidates,
+    join_candidates,
+    node_operator,
+)
+from fingerslip.contact.friction import Anisotropic, Coulomb
 from fingerslip.errors import InputError, SlipOutsideContactError
 
 POSITIONS = np.array([[-2.0, 0.4], [-1.0, 0.1], [0.0, 0.0], [1.0, 0.1], [2.0, 0.4], [0.0, 3.0]])
@@ -14,13 +23,12 @@ AREAS = np.array([0.5, 1.0, 1.0, 1.0, 0.5, 0.0])
 
 def find(plane=None, *, reach=0.2, nodes=range(5), areas=AREAS, body=0):
     return find_candidates(
-        plane or Plane(),
+        (plane or Plane()).placed(POSITIONS[np.array(nodes)]),
         POSITIONS,
         np.array(nodes),
         areas,
         body=body,
         reach=reach,
-        friction_coefficient=0.6,
         penalties=(100.0, 40.0),
         where="contacts.0",
     )
@@ -29,15 +37,15 @@ def find(plane=None, *, reach=0.2, nodes=range(5), areas=AREAS, body=0):
 def test_a_plane_without_offset_touches_and_reaches_the_near_nodes():
     found = find()
     np.testing.assert_array_equal(found.nodes, [1, 2, 3])
-    np.testing.assert_allclose(found.gap, [0.1, 0.0, 0.1])
+    np.testing.assert_array_equal(found.positions, POSITIONS[1:4])
     np.testing.assert_allclose(found.normal_stiffness, [100.0] * 3)
     np.testing.assert_allclose(found.tangential_stiffness, [40.0] * 3)
-    np.testing.assert_allclose(found.friction_coefficient, 0.6)
     assert len(find(reach=1.0).nodes) == 5
 
 
 def test_a_given_offset_is_a_gap_from_the_start():
-    np.testing.assert_allclose(find(Plane(offset=-0.1)).gap, [0.2, 0.1, 0.2])
+    np.testing.assert_array_equal(find(Plane(offset=-0.1)).nodes, [1, 2, 3])
+    np.testing.assert_array_equal(find(Plane(offset=-0.15)).nodes, [2])
 
 
 def test_nodes_without_area_are_no_candidates():
@@ -56,24 +64,27 @@ def test_a_plate_out_of_reach_is_refused():
         find(Plane(offset=-1.0))
 
 
-def test_frames_are_normal_and_tangent_and_right_for_an_inclined_plane():
-    found = find(Plane(normal=(-3.0, 4.0)), reach=10.0)
-    np.testing.assert_allclose(found.frames[0], [[-0.6, 0.8], [0.8, 0.6]])
-    for frame in found.frames:
-        np.testing.assert_allclose(frame @ frame.T, np.eye(2), atol=1e-15)
+def test_surfaces_give_gaps_frames_and_coefficients_body_by_body():
+    bodies = (Plane(normal=(-3.0, 4.0), offset=0.1), Plane(offset=-0.5))
+    surfaces = Surfaces(bodies, (Coulomb(0.3), Coulomb(0.7)))
+    points, body = np.array([[0.0, 1.0], [2.0, 1.0]]), np.array([0, 1])
+    assert surfaces.flat
+    np.testing.assert_allclose(surfaces.gaps(points, body), [0.7, 1.5])
+    np.testing.assert_allclose(surfaces.frames(points, body)[0], [[-0.6, 0.8], [0.8, 0.6]])
+    np.testing.assert_allclose(surfaces.normals(points, body), [[-0.6, 0.8], [0.0, 1.0]])
+    np.testing.assert_allclose(surfaces.coefficients(np.ones(2), np.zeros(2), body), [0.3, 0.7])
 
 
-def test_the_tangent_of_a_plate_below_points_along_x():
-    np.testing.assert_array_equal(Plane().tangent, [1.0, 0.0])
-    np.testing.assert_array_equal(Plane(normal=(0.0, -2.0)).tangent, [-1.0, 0.0])
+def test_anisotropic_friction_stretches_the_second_tangent():
+    surfaces = Surfaces((Plane(normal=(0.0, 0.0, 1.0), offset=0.0),), (Anisotropic(0.4, 0.8, (0.0, 1.0, 0.0)),))
+    frame = surfaces.frames(np.zeros((1, 3)), np.zeros(1, dtype=int))[0]
+    np.testing.assert_allclose(frame, [[0, 0, 1], [0, 1, 0], [-2, 0, 0]], atol=1e-15)
 
 
-def test_the_local_operator_turns_displacements_into_the_frame():
-    found = find(Plane(normal=(-3.0, 4.0)), reach=10.0)
+def test_the_node_operator_picks_displacements():
     displacement = np.random.default_rng(1).normal(size=POSITIONS.shape)
-    local = (found.local_operator(POSITIONS.size) @ displacement.ravel()).reshape(-1, 2)
-    np.testing.assert_allclose(local[:, 0], displacement[found.nodes] @ [-0.6, 0.8])
-    np.testing.assert_allclose(local[:, 1], displacement[found.nodes] @ [0.8, 0.6])
+    picked = node_operator(np.array([4, 1]), 2, POSITIONS.size) @ displacement.ravel()
+    np.testing.assert_array_equal(picked.reshape(-1, 2), displacement[[4, 1]])
 
 
 def test_joining_keeps_order_and_bodies():
@@ -81,47 +92,15 @@ def test_joining_keeps_order_and_bodies():
     np.testing.assert_array_equal(joined.nodes, [1, 2, 3, 5])
     np.testing.assert_array_equal(joined.body, [0, 0, 0, 1])
     none = join_candidates([], 2)
-    assert none.local_operator(12).shape == (0, 12)
-
-
-def test_three_components_are_refused_in_2d():
-    with pytest.raises(InputError, match=r"contact is two-dimensional so far"):
-        find_candidates(
-            Plane(normal=(0.0, 0.0, 1.0)),
-            np.zeros((1, 3)),
-            np.array([0]),
-            np.ones(1),
-            body=0,
-            reach=1.0,
-            friction_coefficient=0.0,
-            penalties=(1.0, 1.0),
-            where="contacts.0",
-        )
+    assert node_operator(none.nodes, 2, 12).shape == (0, 12)
 
 
 def test_outsiders_that_touch_are_refused_with_place_and_way_out():
     with pytest.raises(SlipOutsideContactError, match=r"0.25 s: node 4 at \(2000, 400\) mm .* larger contact reach"):
-        check_outsiders(np.array([0.1, -1e-6]), np.array([0, 4]), POSITIONS, 0.25)
-    check_outsiders(np.array([0.1, 0.0]), np.array([0, 4]), POSITIONS, 0.25)
-    check_outsiders(np.zeros(0), np.zeros(0, dtype=int), POSITIONS, 0.25)
+        check_outsiders(np.array([0.1, -1e-6]), np.array([0, 4]), POSITIONS[[0, 4]], 0.25)
+    check_outsiders(np.array([0.1, 0.0]), np.array([0, 4]), POSITIONS[[0, 4]], 0.25)
+    check_outsiders(np.zeros(0), np.zeros(0, dtype=int), np.zeros((0, 2)), 0.25)
 
 
 def test_the_automatic_penalty_is_ten_times_the_stiffness_of_a_row_of_cells():
     assert automatic_penalty(136e3, 0.15e-3) == pytest.approx(10 * 136e3 / 0.15e-3)
-
-
-@pytest.mark.parametrize("normal", [(0.0, 0.0), (1.0,), (0.0, 0.0, 0.0, 1.0)])
-def test_a_plane_needs_a_direction(normal):
-    with pytest.raises(InputError, match=r"normal: got .*, needs two or three components, not all zero"):
-        Plane(normal=normal)
-
-
-def test_gap_is_the_signed_distance_along_the_normal():
-    plane = Plane(normal=(3.0, 4.0))
-    assert plane.gap(np.array([[3.0, 4.0]]), 2.0)[0] == pytest.approx(3.0)
-    assert plane.touching_offset(np.array([[3.0, 4.0], [0.0, 0.0]])) == 0.0
-
-
-def test_negative_friction_is_refused():
-    with pytest.raises(InputError, match=r"Coulomb.coefficient: got -0.2, needs a number >= 0"):
-        Coulomb(-0.2)

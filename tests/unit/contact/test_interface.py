@@ -1,3 +1,5 @@
+"""The contact law over steps: stick, slip, reversal, landing, and its energies."""
+
 from __future__ import annotations
 
 import numpy as np
@@ -12,42 +14,45 @@ from fingerslip.contact.solver import solve_friction
 NORMAL, TANGENTIAL, MU = 400.0, 100.0, 0.5
 
 
-def candidates(count=1, gap=0.0, mu=MU):
+def candidates(count=1):
     full = np.full(count, 1.0)
     return Candidates(
         nodes=np.arange(count),
         body=np.zeros(count, dtype=np.int64),
-        frames=np.tile(np.array([[0.0, 1.0], [1.0, 0.0]]), (count, 1, 1)),
-        gap=gap * full,
+        positions=np.zeros((count, 2)),
         area=full,
         normal_stiffness=NORMAL * full,
         tangential_stiffness=TANGENTIAL * full,
-        friction_coefficient=mu * full,
     )
 
 
-def move(known, before, relative):
+def move(known, before, relative, mu=MU):
     """Take a rigid skin to given gaps and tangential positions: only the penalties give way."""
     relative = np.atleast_2d(np.asarray(relative, dtype=float))
     free = contact_problem(known, before, relative)
     penalties = np.column_stack([known.normal_stiffness, known.tangential_stiffness]).ravel()
-    solution = solve_friction(np.diag(1.0 / penalties), free, known.friction_coefficient, before.forces, 1e-13)
+    coefficients = np.full(len(known.nodes), mu)
+    solution = solve_friction(np.diag(1.0 / penalties), free, coefficients, before.forces, 1e-13)
     assert solution.residual <= 1e-13
-    return settle(known, before, solution.forces, relative)
+    work = -0.5 * float(np.sum((before.forces + solution.forces) * (relative - before.relative)))
+    stretch = np.ones((len(known.nodes), 1))
+    return settle(
+        known, before, solution.forces, relative, friction_coefficient=coefficients, stretch=stretch, work=work
+    )
 
 
 def follow(path, mu=MU, gap=0.0):
     """Return the outcomes of a path of (gap, tangential position)."""
-    known = candidates(gap=gap, mu=mu)
-    state, outcomes = rest_state(known), []
+    known = candidates()
+    state, outcomes = rest_state(known, np.array([gap])), []
     for relative in path:
-        outcomes.append(move(known, state, relative))
+        outcomes.append(move(known, state, relative, mu))
         state = outcomes[-1].state
     return outcomes
 
 
 def test_rest_is_open_at_the_initial_gap():
-    state = rest_state(candidates(3, gap=0.2))
+    state = rest_state(candidates(3), np.full(3, 0.2))
     np.testing.assert_array_equal(state.relative, [[0.2, 0.0]] * 3)
     assert not state.forces.any()
     assert (state.state == OPEN).all()
@@ -128,11 +133,11 @@ def test_without_friction_there_is_no_traction_and_no_loss():
     st.floats(0.0, 2.0),
 )
 def test_friction_only_dissipates_and_the_work_adds_up(path, mu):
-    known = candidates(mu=mu)
-    before = rest_state(known)
+    known = candidates()
+    before = rest_state(known, np.zeros(1))
     stored = 0.0
     for relative in path:
-        outcome = move(known, before, relative)
+        outcome = move(known, before, relative, mu)
         after = outcome.state
         assert outcome.friction >= -1e-14
         mean = 0.5 * (before.forces + after.forces)
@@ -146,7 +151,7 @@ def test_friction_only_dissipates_and_the_work_adds_up(path, mu):
 
 
 def test_the_state_before_is_left_as_it_was():
-    known, before = candidates(), rest_state(candidates())
+    known, before = candidates(), rest_state(candidates(), np.zeros(1))
     copies = {name: value.copy() for name, value in vars(before).items()}
     move(known, before, (-0.01, 0.05))
     for name, value in copies.items():

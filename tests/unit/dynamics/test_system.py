@@ -1,3 +1,5 @@
+"""From a model to its discrete system; models that cannot be computed are refused."""
+
 from __future__ import annotations
 
 import numpy as np
@@ -80,13 +82,14 @@ def test_matrices_are_those_of_the_free_degrees_of_freedom():
     count = len(system.free)
     assert system.stiffness.shape == system.mass.shape == (count, count)
     assert np.linalg.eigvalsh(system.stiffness.toarray()).min() > 0.0
-    assert system.local.shape == (2 * len(system.candidates.nodes), count)
+    assert system.relative.shape == (2 * len(system.candidates.nodes), count)
 
 
 def test_candidates_are_within_one_and_a_half_times_the_way_of_the_plate():
     system = build_system(push_and_slide())
-    assert system.candidates.gap.max() <= 1.5 * 0.4e-3
-    positions, outside = system.space.positions, system.outsiders[0]
+    gaps = system.surfaces.gaps(system.candidates.positions, system.candidates.body)
+    assert gaps.max() <= 1.5 * 0.4e-3
+    positions, outside = system.space.positions, system.outsiders[0].nodes
     assert len(outside) + len(system.candidates.nodes) == 9
     assert (positions[outside, 1] - positions[:, 1].min() > 1.5 * 0.4e-3).all()
 

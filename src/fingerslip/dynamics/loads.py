@@ -1,0 +1,55 @@
+"""Loads on the deformable body: tractions and gravity, with their factors over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError
+from fingerslip.fe.assembly import CellConstants, mass_matrix, traction_load
+from fingerslip.fe.space import Space
+from fingerslip.model import Model, Ramp, Traction
+
+__all__ = ["Load", "model_loads"]
+
+Array = NDArray[np.float64]
+
+_CONSTANT = Ramp((0.0,), (1.0,))
+
+
+@dataclass(frozen=True)
+class Load:
+    """Forces that keep their pattern and change in size.
+
+    Parameters
+    ----------
+    forces : (n,) array
+        Nodal forces at factor one [N].
+    ramp : Ramp
+        Factor over time.
+    """
+
+    forces: Array
+    ramp: Ramp
+
+
+def model_loads(model: Model, space: Space, constants: CellConstants) -> tuple[Load, ...]:
+    """Return the loads of a model on all degrees of freedom of its mesh.
+
+    Raises
+    ------
+    InputError
+        For tractions or gravity with the wrong number of components, and tractions on unknown boundaries.
+    """
+    loads = []
+    for name, traction in model.tractions.items():
+        value, ramp = (traction.value, traction.ramp) if isinstance(traction, Traction) else (traction, _CONSTANT)
+        loads.append(Load(traction_load(space, {name: value}, model.depth), ramp))
+    if model.gravity is not None:
+        if len(model.gravity) != space.dim:
+            raise InputError("gravity", f"got {len(model.gravity)} components", f"needs {space.dim}")
+        acceleration = np.tile(model.gravity, len(space.positions))
+        loads.append(Load(mass_matrix(space, constants, model.depth) @ acceleration, _CONSTANT))
+    return tuple(loads)

@@ -1,0 +1,345 @@
+"""Blocks on a frictional plate: dragged, on a spring, set sliding, and in stick-slip; in the plane and in space.
+
+Where all nodes are held along the plate's normal, a plate that comes forward by d gives the uniform pressure k_n d:
+the normal load is known in closed form and constant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.contact.bodies import Plane
+from fingerslip.contact.friction import Coulomb, FrictionLaw, StaticKinetic
+from fingerslip.materials import Elastic, RayleighDamping
+from fingerslip.mesh.sites import Site
+from fingerslip.model import Component, Contact, Hold, Model, Press, QuasiStatic, Recording, Slide, TimeStepping
+from fingerslip.verification.meshes import box
+from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
+
+__all__ = ["PROBLEMS", "STICK_SLIP", "Spring", "coulomb_oscillator", "dragged", "stick_slip"]
+
+Array = NDArray[np.float64]
+
+_ELEMENTS = ("Q4", "H8")
+_HEIGHT, _MODULUS, _PENALTY, _DEPTH, _MU = 4e-3, 34e3, 1e8, 20e-6, 0.5
+PRESSURE = _PENALTY * _DEPTH
+# Of the block's shear H / G and of the penalty 1 / k_t; nu = 0, so G = E / 2.
+SHEAR_STIFFNESS = 1.0 / (_HEIGHT / (_MODULUS / 2) + 1.0 / _PENALTY)
+
+
+def _held(element: str) -> tuple[Component, ...]:
+    return ("y",) if element == "Q4" else ("z",)
+
+
+def _formulation(element: str) -> Any:
+    return "plane_strain" if element == "Q4" else "solid"
+
+
+def dragged(
+    element: str,
+    friction: FrictionLaw,
+    *,
+    depth: float = _DEPTH,
+    speed: float = 1e-3,
+    travel: float = 1e-3,
+    direction: tuple[float, ...] = (),
+) -> xr.Dataset:
+    """Return the history of a block pressed in one step and dragged in 50, with uniform pressure and shear.
+
+    Parameters
+    ----------
+    element : {'Q4', 'H8'}
+        In the plane or in space.
+    friction : FrictionLaw
+        Friction on the plate.
+    depth : float
+        Way of the press [m].
+    speed : float
+        Speed of the slide [m/s].
+    travel : float
+        Way of the slide [m].
+    direction : tuple of float
+        Direction of the slide; empty for +x.
+    """
+    grid = np.linspace(0.0, 10e-3, 6)
+    height = np.linspace(0.0, _HEIGHT, 4)
+    plane = element == "Q4"
+    contact = Contact(
+        boundary="bottom",
+        body=Plane((0.0, 1.0) if plane else (0.0, 0.0, 1.0)),
+        friction=friction,
+        normal_penalty=_PENALTY,
+        tangential_penalty=_PENALTY,
+    )
+    step = travel / speed / 50
+    model = Model(
+        mesh=box(element, grid, height) if plane else box(element, grid, grid, height),
+        materials={"bulk": Elastic(_MODULUS, 0.0, 1.0)},
+        formulation=_formulation(element),
+        supports={"bulk": _held(element), "top": ("x",) if plane else ("x", "y")},
+        contacts=(contact,),
+        programme=(Press(depth, depth / step), Slide(travel, speed, direction or None)),
+        time=QuasiStatic(step),
+    )
+    return solved(model, penetration=depth * (1 + 1e-9))
+
+
+def _drag() -> tuple[Check, ...]:
+    """Everything is linear or Coulomb's law: rounding."""
+    checks: list[Check] = []
+    for element in _ELEMENTS:
+        history = dragged(element, Coulomb(_MU))
+        moved = history["body_displacement"].values[1:, 0, 0]
+        traction = history["tangential_traction"].values[1:, :, 0]
+        expected = np.minimum(SHEAR_STIFFNESS * moved, _MU * PRESSURE)[:, None]
+        error = np.abs(traction - expected).max() / (_MU * PRESSURE)
+        stick = (SHEAR_STIFFNESS * moved < _MU * PRESSURE)[:, None]
+        wrong = (history["contact_state"].values[1:] != np.where(stick, 1, 2)).sum()
+        force = history["body_force"].values[-1, 0]
+        checks += [
+            absolute(f"{element}: traction, largest error / (mu p)", 0.0, float(error), 1e-9),
+            absolute(f"{element}: nodes in the wrong state", 0.0, float(wrong), 0.0),
+            relative(f"{element}: F / N at the end", _MU, float(force[0] / force[-1]), 1e-12),
+        ]
+    return tuple(checks)
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A stiff block on a soft bar that pulls it back, pressed on a plate.
+
+    Parameters
+    ----------
+    stiffness : float
+        Of the bar [N/m].
+    mass : float
+        Of the block and a third of the bar [kg].
+    load : float
+        Normal force [N].
+    """
+
+    stiffness: float = 100.0
+    mass: float = 1.0
+    load: float = 1.0
+
+    @property
+    def rotation(self) -> float:
+        """Angular frequency [rad/s]."""
+        return float(np.sqrt(self.stiffness / self.mass))
+
+
+_BAR, _BLOCK, _THICK = 1.0, 0.2, 0.1
+# The bar weighs a thousandth of the block; a third of it moves along.
+_BAR_SHARE = 1e-3
+
+
+def _on_spring(
+    element: str, friction: FrictionLaw, moves: tuple[Slide | Hold, ...], step: float, velocity: float
+) -> xr.Dataset:
+    """Return the history of the block; the plate reaches its load in the first step.
+
+    The bar has k = E A / L = 100 N/m; all nodes are held across x. The plate's penalty is 2e6 times the bar's
+    stiffness: its elastic slip is next to none, and the step is so long for the block's ringing on it that numerical
+    damping ends that within a few steps.
+    """
+    plane, spring = element == "Q4", Spring()
+    area = _THICK if plane else _THICK**2
+    block_mass = spring.mass / (1 + _BAR_SHARE / 3)
+    base = _BLOCK * (1.0 if plane else _THICK)
+    normal_penalty = spring.load / base * 1e3
+    along = np.array([0.0, _BLOCK / 2, _BLOCK, _BLOCK + _BAR])
+    thin = np.array([0.0, _THICK])
+    mesh = box(
+        element,
+        *((along, thin) if plane else (along, thin, thin)),
+        regions={"block": lambda x: x[0] < _BLOCK, "bar": lambda x: x[0] > _BLOCK},
+    )
+    under = [facet for facet in mesh.boundaries["bottom"] if mesh.p[0, mesh.facets[:, facet]].mean() < _BLOCK]
+    mesh = mesh.with_boundaries({"sole": np.array(under)})
+    modulus = spring.stiffness * _BAR / area
+    contact = Contact(
+        boundary="sole",
+        body=Plane((0.0, 1.0) if plane else (0.0, 0.0, 1.0)),
+        friction=friction,
+        normal_penalty=normal_penalty,
+        tangential_penalty=2e6 * spring.stiffness / base,
+    )
+    across: tuple[Component, ...] = ("y",) if plane else ("y", "z")
+    model = Model(
+        mesh=mesh,
+        materials={
+            "block": Elastic(1e6 * modulus, 0.0, block_mass / (_BLOCK * area)),
+            "bar": Elastic(modulus, 0.0, _BAR_SHARE * block_mass / (_BAR * area)),
+        },
+        formulation="plane_stress" if plane else "solid",
+        supports={"right": ("x",), "block": across, "bar": across},
+        contacts=(contact,),
+        programme=(Press(1e-3, 1e-3 / step), *moves),
+        time=TimeStepping(step, -0.05),
+        initial_velocity=(velocity, 0.0, 0.0)[: 2 if plane else 3],
+        record=Recording(sites=(Site("block", "", (0.0,) * (2 if plane else 3)),)),
+    )
+    return solved(model, penetration=1e-3 * (1 + 1e-9))
+
+
+# Comes to rest near the middle of the dead zone, where a little error does not add a half cycle.
+START_SPEED = 0.975
+
+
+def coulomb_oscillator(element: str) -> xr.Dataset:
+    """Return the history of the block that starts at 0.975 m/s from the relaxed spring, for five periods."""
+    period = 2 * np.pi / Spring().rotation
+    return _on_spring(element, Coulomb(_MU), (Hold(5 * period),), period / 500, START_SPEED)
+
+
+def _extremes(times: Array, values: Array) -> tuple[Array, Array]:
+    """Return times and values of the extremes of a curve, from a parabola through three points each."""
+    inner = np.flatnonzero((values[1:-1] - values[:-2]) * (values[2:] - values[1:-1]) < 0) + 1
+    before, at, after = values[inner - 1], values[inner], values[inner + 1]
+    place = 0.5 * (before - after) / (before - 2 * at + after)
+    return times[inner] + place * (times[1] - times[0]), at - 0.25 * (before - after) * place
+
+
+def _oscillator() -> tuple[Check, ...]:
+    """Friction turns round within a step: 1/500 of a period, so 0.5 % for times and amplitudes.
+
+    The place of rest has the drops of all half cycles in it: 2 % of mu N / k.
+    """
+    checks: list[Check] = []
+    spring = Spring()
+    dead = _MU * spring.load / spring.stiffness
+    for element in _ELEMENTS:
+        history = coulomb_oscillator(element)
+        position = history["displacement"].values[:, 0, 0]
+        first = -dead + float(np.sqrt(dead**2 + START_SPEED**2 / spring.rotation**2))
+        halves = int(np.ceil((first / dead - 1) / 2))
+        times, peaks = _extremes(history["time"].values, position)
+        large = np.abs(peaks) > 1.5 * dead
+        times, peaks = times[large], peaks[large]
+        rest = (first - 2 * dead * halves) * (-1) ** halves
+        period = 2 * float(np.mean(np.diff(times)))
+        drop = 2 * float(np.mean(-np.diff(np.abs(peaks))))
+        checks += [
+            relative(f"{element}: first amplitude [mm]", 1e3 * first, 1e3 * float(peaks[0]), 0.005),
+            relative(f"{element}: drop per cycle 4 mu N / k [mm]", 4e3 * dead, 1e3 * drop, 0.005),
+            relative(f"{element}: period [s]", 2 * np.pi / spring.rotation, period, 0.005),
+            absolute(f"{element}: place of rest / (mu N / k)", rest / dead, float(position[-1]) / dead, 0.02),
+        ]
+    return tuple(checks)
+
+
+_GRAVITY = 9.81
+
+
+def _stopping_time(times: Array, velocity: Array) -> float:
+    """Return when the straight line through a falling velocity over its start, from 0.9 to 0.1, comes to zero [s]."""
+    falling = (velocity < 0.9) & (velocity > 0.1) & (times < times[np.argmax(velocity < 0.1)])
+    slope, start = np.polyfit(times[falling], velocity[falling], 1)
+    return float(-start / slope)
+
+
+def _sliding() -> tuple[Check, ...]:
+    """Let a heavy elastic block slide at 1 m/s on a plate at rest.
+
+    It bounces on its own stiffness at about 1000 rad/s until material damping has ended that, which shifts the
+    time of stopping by about 1 / 1000 s, 0.5 % of it: 1 %, and for the way, which has it twice, 2 %.
+    """
+    speed = 1.0
+    checks: list[Check] = []
+    for element in _ELEMENTS:
+        plane = element == "Q4"
+        length, width, height = np.linspace(0, 0.2, 9), np.linspace(0, 0.1, 3), np.linspace(0, 0.05, 3)
+        contact = Contact(
+            boundary="bottom", body=Plane((0.0, 1.0) if plane else (0.0, 0.0, 1.0), offset=0.0), friction=Coulomb(_MU)
+        )
+        model = Model(
+            mesh=box(element, length, height) if plane else box(element, length, width, height),
+            materials={"bulk": Elastic(1e6, 0.3, 1000.0)},
+            formulation=_formulation(element),
+            contacts=(contact,),
+            time=TimeStepping(2.5e-4, end=0.3),
+            damping=RayleighDamping(stiffness=2e-4),
+            gravity=(0.0, -_GRAVITY) if plane else (0.0, 0.0, -_GRAVITY),
+            initial_velocity=(speed, 0.0, 0.0)[: 2 if plane else 3],
+        )
+        # A thousandth of the height: the leading edge bears several times the mean pressure rho g h = 490 Pa.
+        history = solved(model, penetration=50e-6)
+        place = history["contact_displacement"].values[:, :, 0].mean(axis=1)
+        velocity = history["contact_velocity"].values[:, :, 0].mean(axis=1)
+        stop = _stopping_time(history["time"].values, velocity / speed)
+        checks += [
+            relative(f"{element}: time v0 / (mu g) [s]", speed / (_MU * _GRAVITY), stop, 0.01),
+            relative(f"{element}: way v0^2 / (2 mu g) [m]", speed**2 / (2 * _MU * _GRAVITY), float(place[-1]), 0.02),
+        ]
+    return tuple(checks)
+
+
+@dataclass(frozen=True)
+class _StickSlip:
+    """Closed form of a block on a spring, dragged by a plate whose friction drops at once where it slips."""
+
+    static: float = 0.5
+    kinetic: float = 0.3
+    speed: float = 0.02
+
+    @property
+    def overshoot(self) -> float:
+        """Stretch of the spring at the end of sticking beyond that which kinetic friction holds [m]."""
+        return (self.static - self.kinetic) * Spring().load / Spring().stiffness
+
+    @property
+    def swing(self) -> float:
+        """Peak-to-peak way of the block [m]."""
+        return 2 * float(np.hypot(self.overshoot, self.speed / Spring().rotation))
+
+    @property
+    def period(self) -> float:
+        """Time to stick, 2 D / V, and to slip, (pi + 2 atan(V / (omega D))) / omega, together [s]."""
+        rotation = Spring().rotation
+        angle = float(np.arctan2(self.speed, rotation * self.overshoot))
+        return 2 * self.overshoot / self.speed + (np.pi + 2 * angle) / rotation
+
+
+STICK_SLIP = _StickSlip()
+
+
+def stick_slip(element: str) -> xr.Dataset:
+    """Return the history of the block on a plate that moves at 20 mm/s, for six periods."""
+    law = StaticKinetic(STICK_SLIP.static, STICK_SLIP.kinetic, 1e-4 * STICK_SLIP.speed)
+    duration = 6 * STICK_SLIP.period
+    drive = Slide(duration * STICK_SLIP.speed, STICK_SLIP.speed)
+    return _on_spring(element, law, (drive,), 2 * np.pi / Spring().rotation / 1000, 0.0)
+
+
+def _stick_slip() -> tuple[Check, ...]:
+    """The law takes the slip rate of the step before, so friction is a step late at both ends of slip.
+
+    A step is 1/1000 of the oscillator's period and the state changes there at the plate's speed; 1 %.
+    """
+    checks: list[Check] = []
+    for element in _ELEMENTS:
+        history = stick_slip(element)
+        times, peaks = _extremes(history["time"].values, history["displacement"].values[:, 0, 0])
+        middle = 0.5 * (peaks.max() + peaks.min())
+        far = np.abs(peaks - middle) > 0.4 * STICK_SLIP.swing
+        tops, lows = peaks[far & (peaks > middle)], peaks[far & (peaks < middle)]
+        period = float(np.mean(np.diff(times[far & (peaks > middle)])[1:]))
+        swing = float(tops[1:].mean() - lows[1:].mean())
+        checks += [
+            relative(f"{element}: swing [mm]", 1e3 * STICK_SLIP.swing, 1e3 * swing, 0.01),
+            relative(f"{element}: period [s]", STICK_SLIP.period, period, 0.01),
+        ]
+    return tuple(checks)
+
+
+PROBLEMS = (
+    Problem("dragged-block", "Block pressed and dragged", "Coulomb's law; simple shear", slow=False, compute=_drag),
+    Problem("coulomb-oscillator", "Block on a spring and a plate", "Den Hartog 1931", slow=False, compute=_oscillator),
+    Problem("sliding-block", "Block set sliding under gravity", "Coulomb's law; Newton", slow=False, compute=_sliding),
+    Problem("stick-slip", "Block on a spring, dragged", "Popov 2010; Den Hartog 1931", slow=False, compute=_stick_slip),
+)

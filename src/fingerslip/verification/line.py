@@ -1,0 +1,244 @@
+"""Line contact of a body much larger than the contact: Hertz, Cattaneo, Ciavarella and Jaeger.
+
+The closed forms hold for a half-plane whose normal and tangential motions are uncoupled, so nu = 0.4999, the body
+is 30 half widths deep and 60 wide, and R is 400 half widths.
+
+Tolerances, with cells of 1/20 of the half width: half width and peak pressure 1 %, a few times the square of that;
+pressure profile 2 % of the peak but next to the edge. Shear traction 5 % of mu p0 beyond two and a half cells from
+the edges of contact and stick zone: an edge lies between nodes, half a cell off at most, and near it the closed form
+goes with the root of the distance, h / (2 a) / sqrt(5 h / a) = 5 %; root mean square 3 %. The flattened profile, whose
+pressure is steeper at the edges, 8 % and 4 %. The half width of the stick zone: a cell. In space the cells are 1/12
+of the half width, and half width, peak and profile may be twice as far off, (20/12)^2 = 2.8 rounded down.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.contact.bodies import Cylinder, Plane, RigidBody
+from fingerslip.contact.friction import Coulomb
+from fingerslip.materials import Elastic
+from fingerslip.model import Component, Contact, Model, Phase, Press, QuasiStatic, Slide
+from fingerslip.verification.meshes import box, graded, mirrored
+from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
+
+__all__ = ["PROBLEMS", "closed_form", "ordered", "pressed_and_slid", "semicircle"]
+
+Array = NDArray[np.float64]
+
+MODULUS, RATIO, RADIUS, MU = 1e5, 0.4999, 200e-3, 0.5
+PLANE_MODULUS = MODULUS / (1 - RATIO**2)
+HALF_WIDTH = 0.5e-3
+OUTER = 30 * HALF_WIDTH
+_STEPS = 20
+
+
+def _flat(x: Array) -> Array:
+    return 0.0 * x
+
+
+def _flattened(x: Array) -> Array:
+    """Return the lower side of a body that is flat in its middle: a quartic, and straight from 2 half widths on."""
+    edge = 2 * HALF_WIDTH
+    near = np.minimum(np.abs(x), edge)
+    scale = 8 * RADIUS * HALF_WIDTH**2
+    height: Array = near**4 / scale + 4 * edge**3 / scale * (np.abs(x) - near)
+    return height
+
+
+def _model(
+    element: str,
+    profile: Callable[[Array], Array],
+    body: RigidBody,
+    programme: tuple[Phase, ...],
+    *,
+    cells: int = 20,
+    mu: float = MU,
+) -> Model:
+    """Return a body with its lower side along `profile`, held at its top, with `cells` in the half width."""
+    size = HALF_WIDTH / cells
+    xs = mirrored(graded(1.6 * HALF_WIDTH, size, OUTER, 1.15))
+    heights = graded(2 * HALF_WIDTH, size, OUTER, 1.15)
+
+    def shift(points: Array) -> Array:
+        moved = points.copy()
+        moved[-1] += profile(points[0]) * np.exp(-points[-1] / (4 * HALF_WIDTH))
+        return moved
+
+    plane = element == "Q4"
+    axes = (xs, heights) if plane else (xs, np.array([0.0, size]), heights)
+    held: dict[str, tuple[Component, ...]] = {"top": ("x", "y"), "left": ("x",), "right": ("x",)}
+    contact = Contact(
+        boundary="bottom",
+        body=body,
+        friction=Coulomb(mu),
+        normal_penalty=1e3 * MODULUS / size,
+        tangential_penalty=1e3 * MODULUS / size,
+        reach=(1.5 * HALF_WIDTH) ** 2 / (2 * RADIUS),
+    )
+    return Model(
+        mesh=box(element, *axes, shift=shift),
+        materials={"bulk": Elastic(MODULUS, RATIO, 1000.0)},
+        formulation="plane_strain" if plane else "solid",
+        supports=held if plane else {"top": ("x", "z"), "left": ("x",), "right": ("x",), "bulk": ("y",)},
+        contacts=(contact,),
+        programme=programme,
+        time=QuasiStatic(1.0 / _STEPS),
+    )
+
+
+@cache
+def pressed_and_slid(case: str) -> xr.Dataset:
+    """Return the history of the round or of the flattened case: 20 steps of pressing, 20 of sliding."""
+    depth = {"round": 2.5e-6, "flattened": 1.5e-6}[case]
+    slide = 0.64 * depth
+    # Both phases take one second, so that both have 20 steps.
+    programme = (Press(depth, depth), Slide(slide, slide))
+    profile, body = (_flat, Cylinder(RADIUS)) if case == "round" else (_flattened, Plane())
+    return _solved(_model("Q4", profile, body, programme), depth)
+
+
+def _solved(model: Model, depth: float) -> xr.Dataset:
+    """Compute a model; a penetration above 2 % of the approach would be seen in the closed forms."""
+    return solved(model, penetration=0.02 * depth)
+
+
+def closed_form(force: float) -> tuple[float, float]:
+    """Return Hertz's half width [m] and peak pressure [Pa] for a force per depth [N/m]."""
+    half_width = float(np.sqrt(4 * force * RADIUS / (np.pi * PLANE_MODULUS)))
+    return half_width, 2 * force / (np.pi * half_width)
+
+
+def semicircle(x: Array, half_width: float) -> Array:
+    """Return sqrt(1 - x^2 / a^2), zero outside."""
+    root: Array = np.sqrt(np.maximum(1 - (x / half_width) ** 2, 0.0))
+    return root
+
+
+def ordered(history: xr.Dataset) -> tuple[Array, Array, Array, Array]:
+    """Return x of the contact nodes (n,), and along it pressure, friction traction and state (n_times, n)."""
+    order = np.argsort(history["contact_position"].values[:, 0], kind="stable")
+    pressure, state = history["normal_traction"].values[:, order], history["contact_state"].values[:, order]
+    return (
+        history["contact_position"].values[order, 0],
+        pressure,
+        history["tangential_traction"].values[:, order, 0],
+        state,
+    )
+
+
+def _away_from(x: Array, *edges: float) -> Array:
+    apart: Array = np.all([np.abs(np.abs(x) - edge) > HALF_WIDTH / 8 for edge in edges], axis=0)
+    return apart
+
+
+def _hertz(element: str, cells: int, factor: float) -> tuple[Check, ...]:
+    """Press without friction; `factor` widens the tolerances of the module's head for larger cells."""
+    depth = 2.5e-6
+    body = Cylinder(RADIUS) if element == "Q4" else Cylinder(RADIUS, (0.0, 0.0, 1.0), axis=(0.0, 1.0, 0.0))
+    history = _solved(_model(element, _flat, body, (Press(depth, depth),), cells=cells, mu=0.0), depth)
+    x, pressures, _, _ = ordered(history)
+    width = 1.0 if element == "Q4" else HALF_WIDTH / cells
+    force = float(history["body_force"].values[-1, 0, -1]) / width
+    half_width, peak = closed_form(force)
+    pressure = pressures[-1]
+    inside = np.abs(x) < 0.9 * half_width
+    slope, square = np.polyfit(x[inside] ** 2, pressure[inside] ** 2, 1)
+    error = np.abs(pressure - peak * semicircle(x, half_width))[_away_from(x, half_width)].max() / peak
+    return (
+        relative("half width [mm]", 1e3 * half_width, 1e3 * float(np.sqrt(-square / slope)), 0.01 * factor),
+        relative("peak pressure [Pa]", peak, float(np.sqrt(square)), 0.01 * factor),
+        absolute("profile: largest error / peak", 0.0, float(error), 0.02 * factor),
+    )
+
+
+def _hertz_in_the_plane() -> tuple[Check, ...]:
+    return _hertz("Q4", 20, 1.0)
+
+
+def _hertz_in_space() -> tuple[Check, ...]:
+    return _hertz("H8", 12, 2.0)
+
+
+def _nearest_step(history: xr.Dataset, ratio: float) -> int:
+    """Return the step of the slide at which Q / (mu P) is nearest to a value."""
+    force = np.abs(history["body_force"].values[_STEPS:, 0])
+    return _STEPS + int(np.argmin(np.abs(force[:, 0] / (MU * force[:, 1]) - ratio)))
+
+
+def _forces(history: xr.Dataset, step: int) -> tuple[float, float]:
+    """Return normal and tangential force per depth [N/m]."""
+    tangential, normal = history["body_force"].values[step, 0]
+    return float(normal), float(tangential)
+
+
+def _cattaneo() -> tuple[Check, ...]:
+    history = pressed_and_slid("round")
+    x, _, tractions, states = ordered(history)
+    checks: list[Check] = []
+    for wanted in (0.3, 0.6, 0.9):
+        step = _nearest_step(history, wanted)
+        normal, tangential = _forces(history, step)
+        ratio = tangential / (MU * normal)
+        half_width, peak = closed_form(normal)
+        stick = half_width * float(np.sqrt(1 - ratio))
+        found = float(np.ptp(x[states[step] == 1])) / 2
+        expected = semicircle(x, half_width) - stick / half_width * semicircle(x, stick)
+        error = tractions[step] / (MU * peak) - expected
+        largest = np.abs(error[_away_from(x, half_width, stick)]).max()
+        at = f"Q/(mu P) = {ratio:.3f}"
+        checks += [
+            absolute(f"{at}: stick half width / a", stick / half_width, found / half_width, 0.05),
+            absolute(f"{at}: traction, largest error / (mu p0)", 0.0, float(largest), 0.05),
+            absolute(f"{at}: traction, rms error / (mu p0)", 0.0, _rms(error[np.abs(x) < half_width]), 0.03),
+        ]
+    normal_force = history["body_force"].values[_STEPS:, 0, 1]
+    drift = float(np.abs(normal_force / normal_force[0] - 1).max())
+    # Sliding a half-plane with nu -> 0.5 leaves its normal load; a part in a thousand is the body's finite size.
+    return (*checks, absolute("change of P while sliding / P", 0.0, drift, 1e-3))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _ciavarella_jaeger() -> tuple[Check, ...]:
+    """Hold the shear traction against two pressures of the same run's press, interpolated between its steps."""
+    checks: list[Check] = []
+    for case, largest, rms in (("round", 0.05, 0.03), ("flattened", 0.08, 0.04)):
+        history = pressed_and_slid(case)
+        x, pressures, tractions, _ = ordered(history)
+        step = _nearest_step(history, 0.5)
+        normal, tangential = _forces(history, step)
+        loads = history["body_force"].values[: _STEPS + 1, 0, 1]
+        lower = np.array([np.interp(normal - tangential / MU, loads, node) for node in pressures[: _STEPS + 1].T])
+        pressure = pressures[step]
+        error = (tractions[step] - MU * (pressure - lower)) / (MU * pressure.max())
+        edges = [float(np.abs(x[values > 0]).max()) for values in (pressure, lower)]
+        worst = float(np.abs(error[_away_from(x, *edges)]).max())
+        checks += [
+            absolute(f"{case}: largest error / (mu max p)", 0.0, worst, largest),
+            absolute(f"{case}: rms error / (mu max p)", 0.0, _rms(error[pressure > 0]), rms),
+        ]
+    return tuple(checks)
+
+
+PROBLEMS = (
+    Problem("hertz-line", "Rigid cylinder on a half-plane", "Hertz 1882", slow=False, compute=_hertz_in_the_plane),
+    Problem(
+        "hertz-line-3d", "Rigid cylinder on a slice of a half-space", "Hertz 1882", slow=False, compute=_hertz_in_space
+    ),
+    Problem("cattaneo", "Cylinder pressed, then pushed sideways", "Cattaneo 1938", slow=False, compute=_cattaneo),
+    Problem(
+        "ciavarella-jaeger",
+        "Shear traction from two normal loads, two profiles",
+        "Ciavarella 1998; Jaeger 1998",
+        slow=False,
+        compute=_ciavarella_jaeger,
+    ),
+)

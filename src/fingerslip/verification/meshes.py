@@ -1,0 +1,127 @@
+"""Structured meshes of rectangles and boxes for problems with closed forms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+
+__all__ = ["box", "graded", "jiggled", "mirrored", "split_boundary"]
+
+Array = NDArray[np.float64]
+Shift = Callable[[Array], Array]
+
+_KINDS: Mapping[str, tuple[Any, Any]] = {
+    "Q4": (skfem.MeshQuad1, None),
+    "T3": (skfem.MeshTri1, None),
+    "T6": (skfem.MeshTri1, skfem.MeshTri2),
+    "H8": (skfem.MeshHex1, None),
+    "T4": (skfem.MeshTet1, None),
+    "T10": (skfem.MeshTet1, skfem.MeshTet2),
+}
+_SIDES = {2: (("left", "right"), ("bottom", "top")), 3: (("left", "right"), ("front", "back"), ("bottom", "top"))}
+
+
+def box(
+    element: str, *axes: Array, shift: Shift | None = None, regions: Mapping[str, Callable[[Array], Any]] | None = None
+) -> Any:
+    """Return a meshed rectangle or box.
+
+    Parameters
+    ----------
+    element : {'Q4', 'T3', 'T6', 'H8', 'T4', 'T10'}
+        Kind of cell.
+    *axes : (n,) array
+        Ascending coordinates along each axis [m].
+    shift : callable, optional
+        Maps the vertices (dim, n) to moved ones, after the sides have been named.
+    regions : mapping of str to callable, optional
+        Conditions on the cells' centres (dim, n); without it all cells are ``bulk``.
+
+    Returns
+    -------
+    skfem.Mesh
+        With the boundaries left and right across x, bottom and top across the last axis, and in space front and
+        back across y.
+    """
+    kind, quadratic = _KINDS[element]
+    mesh = kind.init_tensor(*axes)
+    middles = mesh.p[:, mesh.facets].mean(axis=1)
+    boundaries = {}
+    for axis, (coordinates, names) in enumerate(zip(axes, _SIDES[len(axes)], strict=True)):
+        for name, end in zip(names, (coordinates[0], coordinates[-1]), strict=True):
+            boundaries[name] = np.flatnonzero(np.abs(middles[axis] - end) < 1e-9 * np.ptp(coordinates))
+    centres = mesh.p[:, mesh.t].mean(axis=1)
+    conditions = regions or {"bulk": lambda centre: np.full(centre.shape[1], True)}
+    subdomains = {name: np.flatnonzero(inside(centres)) for name, inside in conditions.items()}
+    moved = mesh if shift is None else kind(np.ascontiguousarray(shift(mesh.p)), mesh.t)
+    moved = moved if quadratic is None else quadratic.from_mesh(moved)
+    return moved.with_subdomains(subdomains).with_boundaries(boundaries)
+
+
+def split_boundary(mesh: Any, name: str) -> tuple[Any, tuple[str, ...], Array]:
+    """Name every facet of a boundary by itself, so that each can carry its own traction.
+
+    Returns
+    -------
+    skfem.Mesh
+        The mesh with the new boundaries.
+    tuple of str
+        Their names.
+    (n, dim) array
+        Outward unit normals, flat facets taken.
+    """
+    facets = np.asarray(mesh.boundaries[name])
+    names = tuple(f"{name}-{number}" for number in range(facets.size))
+    corners = mesh.p[:, mesh.facets[:, facets]]
+    first = corners[:, 1] - corners[:, 0]
+    if mesh.dim() == 2:
+        normals = np.stack([first[1], -first[0]])
+    else:
+        normals = np.cross(first, corners[:, 2] - corners[:, 0], axis=0)
+    outward = corners.mean(axis=1) - mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1)
+    normals = normals * np.sign(np.sum(normals * outward, axis=0)) / np.linalg.norm(normals, axis=0)
+    parts = {part: facets[[number]] for number, part in enumerate(names)}
+    return mesh.with_boundaries(parts), names, np.ascontiguousarray(normals.T)
+
+
+def jiggled(amount: float) -> Shift:
+    """Return a shift of the inner vertices, at random by up to `amount` times the mean cell size."""
+
+    def shift(points: Array) -> Array:
+        low, high = points.min(axis=1, keepdims=True), points.max(axis=1, keepdims=True)
+        inner = ((points > low + 1e-9) & (points < high - 1e-9)).all(axis=0)
+        size = float(np.prod(high - low) / points.shape[1]) ** (1.0 / len(points))
+        noise = np.random.default_rng(1).uniform(-amount * size, amount * size, points.shape)
+        moved: Array = points + noise * inner
+        return moved
+
+    return shift
+
+
+def graded(fine: float, size: float, outer: float, ratio: float) -> Array:
+    """Return coordinates from 0, uniform within the fine zone and growing geometrically from there to `outer`.
+
+    Parameters
+    ----------
+    fine : float
+        Width of the fine zone [m].
+    size : float
+        Cell size in it [m].
+    outer : float
+        Last coordinate [m].
+    ratio : float
+        Growth from cell to cell [-].
+    """
+    inner = np.linspace(0.0, fine, round(fine / size) + 1)
+    reach = np.cumsum(size * ratio ** np.arange(1, 200))
+    count = int(np.searchsorted(reach, outer - fine)) + 1
+    return np.concatenate([inner, fine + reach[:count] * (outer - fine) / reach[count - 1]])
+
+
+def mirrored(coordinates: Array) -> Array:
+    """Return coordinates from 0 on, mirrored to both sides."""
+    return np.concatenate([-coordinates[:0:-1], coordinates])

@@ -1,0 +1,182 @@
+"""What a verification problem is, and how its outcome becomes a table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+
+from fingerslip.dynamics.simulate import simulate
+from fingerslip.errors import FingerslipError
+from fingerslip.model import Model
+from fingerslip.report.tables import Column, Table
+
+__all__ = ["Check", "Outcome", "Problem", "VerificationError", "absolute", "relative", "run", "solved", "table"]
+
+
+class VerificationError(FingerslipError):
+    """A computed history breaks a law that every history has to keep."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """One number held against its closed form.
+
+    Parameters
+    ----------
+    quantity : str
+        What it is, with its unit.
+    expected, got : float
+        The closed form's value and the computed one.
+    allowed : float
+        Largest error.
+    kind : {'relative', 'absolute'}
+        Whether the error is the difference over the expected value, or the difference itself.
+    """
+
+    quantity: str
+    expected: float
+    got: float
+    allowed: float
+    kind: Literal["relative", "absolute"]
+
+    @property
+    def error(self) -> float:
+        """Size of the error [-], or in the quantity's unit where it is absolute."""
+        difference = abs(self.got - self.expected)
+        return difference / abs(self.expected) if self.kind == "relative" else difference
+
+    @property
+    def passed(self) -> bool:
+        """Whether the error is allowed; nothing that is no number passes."""
+        return bool(self.error <= self.allowed)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A problem with a known answer.
+
+    Parameters
+    ----------
+    name : str
+        Short name, as ``--only`` takes it.
+    title : str
+        What it is about.
+    source : str
+        Where the known answer is from.
+    slow : bool
+        Whether it takes more than about ten seconds.
+    compute : callable
+        Computes it and returns its checks.
+    """
+
+    name: str
+    title: str
+    source: str
+    slow: bool
+    compute: Callable[[], tuple[Check, ...]]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """A problem and what came of it.
+
+    Parameters
+    ----------
+    problem : Problem
+        The problem.
+    checks : tuple of Check
+        Its checks; one that fails where it could not be computed.
+    trouble : str
+        Why it could not be computed; empty where it could.
+    """
+
+    problem: Problem
+    checks: tuple[Check, ...]
+    trouble: str = ""
+
+    @property
+    def passed(self) -> bool:
+        """Whether all checks passed."""
+        return bool(self.checks) and all(check.passed for check in self.checks)
+
+
+def relative(quantity: str, expected: float, got: float, allowed: float) -> Check:
+    """Return a check of the relative error."""
+    return Check(quantity, float(expected), float(got), allowed, "relative")
+
+
+def absolute(quantity: str, expected: float, got: float, allowed: float) -> Check:
+    """Return a check of the absolute error."""
+    return Check(quantity, float(expected), float(got), allowed, "absolute")
+
+
+def run(problem: Problem) -> Outcome:
+    """Compute a problem; what stops it makes it fail, and does not stop the others."""
+    try:
+        return Outcome(problem, problem.compute())
+    except FingerslipError as error:
+        return Outcome(problem, (absolute("could not be computed", 0.0, np.nan, 0.0),), str(error))
+
+
+def solved(model: Model, penetration: float | None = None) -> xr.Dataset:
+    """Simulate a model and hold its history against what every history has to keep.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    penetration : float, optional
+        Largest penetration that the problem can bear [m].
+
+    Raises
+    ------
+    VerificationError
+        Where a node goes in deeper, where friction is asked for and never acts, and where energy is lost or made.
+    ConvergenceError
+        Where a step was not solved.
+    """
+    history = simulate(model)
+    scale = max(np.abs(history[name].values).max() for name in ("external_work", "kinetic_energy", "strain_energy"))
+    imbalance = float(np.abs(history["energy_imbalance"].values).max())
+    # Rounding of thousands of steps; a wrong sign or force anywhere gives per cents.
+    if imbalance > 1e-7 * scale:
+        raise VerificationError(f"energy is out of balance by {imbalance / scale:.1e} of the largest energy")
+    if not model.contacts:
+        return history
+    deepest = -float(history["gap"].values.min())
+    if penetration is not None and deepest > penetration:
+        raise VerificationError(f"a node is {deepest:.3g} m inside the rigid body, {penetration:.3g} m are allowed")
+    frictional = any(contact.friction.coefficient > 0.0 for contact in model.contacts)
+    if frictional and not history["tangential_traction"].values.any():
+        raise VerificationError("the friction coefficient is above zero, but friction never acts")
+    return history
+
+
+def table(outcomes: tuple[Outcome, ...]) -> Table:
+    """Show outcomes, a row for each check."""
+    columns = tuple(map(Column, ("problem", "quantity", "expected", "got", "error", "allowed", "pass")))
+    rows = tuple(
+        (
+            outcome.problem.name,
+            check.quantity,
+            f"{check.expected:.6g}",
+            f"{check.got:.6g}",
+            f"{check.error:.1e}" + _mark(check),
+            f"{check.allowed:.1e}" + _mark(check),
+            check.passed,
+        )
+        for outcome in outcomes
+        for check in outcome.checks
+    )
+    passed = [check.passed for outcome in outcomes for check in outcome.checks]
+    troubles = [f" {outcome.problem.name}: {outcome.trouble}." for outcome in outcomes if outcome.trouble]
+    note = f"{sum(passed)} of {len(passed)} checks passed. abs: absolute error, else relative.{''.join(troubles)}"
+    return Table("Verification", columns, rows, note)
+
+
+def _mark(check: Check) -> str:
+    return " abs" if check.kind == "absolute" else ""

@@ -1,0 +1,77 @@
+"""Every verification problem must pass all its checks; sources and tolerances stand with the problems."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.report.tables import to_markdown
+from fingerslip.verification.catalogue import PROBLEMS, choose
+from fingerslip.verification.meshes import box
+from fingerslip.verification.problem import Outcome, Problem, VerificationError, absolute, relative, run, solved, table
+
+MARKED = [
+    pytest.param(problem, id=problem.name, marks=[pytest.mark.slow] if problem.slow else []) for problem in PROBLEMS
+]
+
+
+@pytest.mark.parametrize("problem", MARKED)
+def test_problem_agrees_with_its_closed_form(problem):
+    outcome = run(problem)
+    assert outcome.passed, f"{outcome.trouble}\n{to_markdown(table((outcome,)))}"
+
+
+def test_names_are_unique_and_every_problem_says_its_source():
+    names = [problem.name for problem in PROBLEMS]
+    assert len(set(names)) == len(names)
+    assert all(problem.title and problem.source for problem in PROBLEMS)
+    assert choose(()) == PROBLEMS
+    assert [problem.name for problem in choose(("rod", "patch"))] == ["rod", "patch"]
+
+
+def test_errors_are_held_against_what_is_allowed():
+    assert relative("", 2.0, 2.02, 0.011).passed
+    assert not relative("", -2.0, -2.03, 0.011).passed
+    assert absolute("", 0.0, 1e-3, 1e-3).passed
+    assert not absolute("", 0.0, float("nan"), 1e9).passed
+
+
+def test_a_problem_without_checks_does_not_pass():
+    assert not Outcome(Problem("empty", "", "", slow=False, compute=lambda: ()), ()).passed
+
+
+def pushed(friction, programme, **changes):
+    mesh = box("Q4", np.linspace(0.0, 1.0, 4), np.linspace(0.0, 1.0, 4))
+    contact = fs.Contact(boundary="bottom", friction=fs.Coulomb(friction), **changes)
+    return fs.Model(
+        mesh=mesh,
+        materials={"bulk": fs.Elastic(1e5, 0.0, 1.0)},
+        formulation="plane_strain",
+        supports={"top": ("x", "y"), "bulk": ("x",)},
+        contacts=(contact,),
+        programme=programme,
+        time=fs.TimeStepping(0.1),
+    )
+
+
+def test_friction_that_never_acts_is_refused():
+    """At nu = 0, with all nodes held along the plate, pressing alone brings no friction whatever mu is."""
+    solved(pushed(0.0, (fs.Press(0.01, 0.01),)))
+    with pytest.raises(VerificationError, match="friction never acts"):
+        solved(pushed(0.5, (fs.Press(0.01, 0.01),)))
+
+
+def test_deep_penetration_is_refused():
+    model = pushed(0.0, (fs.Press(0.01, 0.01),), normal_penalty=1e4)
+    with pytest.raises(VerificationError, match="inside the rigid body"):
+        solved(model, penetration=1e-4)
+
+
+def test_lost_convergence_fails_the_problem():
+    def fail():
+        raise fs.ConvergenceError(0.5, 7, 1e-3, 1e-10, "try a smaller time step")
+
+    outcome = run(Problem("lost", "Lost", "None", slow=False, compute=fail))
+    assert not outcome.passed
+    assert "0.5" in outcome.trouble
