@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from typer.core import TyperGroup
 
-from fingerslip.errors import ConvergenceError, FingerslipError
+from fingerslip.errors import FingerslipError, InputError, ResultError
 
 if TYPE_CHECKING:
     from fingerslip.report.tables import Table
@@ -222,4 +222,4 @@ def _say_error(message: str) -> None:
 def _exit_code(error: FingerslipError) -> int:
     """Return 1 where computing failed, 2 where the user can mend the input or the place of the results."""
     errors = getattr(error, "errors", None) or {"": error}
-    return 2 if any(not isinstance(one, ConvergenceError) for one in errors.values()) else 1
+    return 2 if any(isinstance(one, InputError | ResultError) for one in errors.values()) else 1

@@ -1,3 +1,5 @@
+"""Contact candidates: who may touch, their frames, areas and penalties."""
+
 from __future__ import annotations
 
 import numpy as np
@@ -5,7 +7,6 @@ import pytest
 
 from fingerslip.contact.bodies import Plane
 from fingerslip.contact.candidates import automatic_penalty, check_outsiders, find_candidates, join_candidates
-from fingerslip.contact.friction import Coulomb
 from fingerslip.errors import InputError, SlipOutsideContactError
 
 POSITIONS = np.array([[-2.0, 0.4], [-1.0, 0.1], [0.0, 0.0], [1.0, 0.1], [2.0, 0.4], [0.0, 3.0]])
@@ -63,11 +64,6 @@ def test_frames_are_normal_and_tangent_and_right_for_an_inclined_plane():
         np.testing.assert_allclose(frame @ frame.T, np.eye(2), atol=1e-15)
 
 
-def test_the_tangent_of_a_plate_below_points_along_x():
-    np.testing.assert_array_equal(Plane().tangent, [1.0, 0.0])
-    np.testing.assert_array_equal(Plane(normal=(0.0, -2.0)).tangent, [-1.0, 0.0])
-
-
 def test_the_local_operator_turns_displacements_into_the_frame():
     found = find(Plane(normal=(-3.0, 4.0)), reach=10.0)
     displacement = np.random.default_rng(1).normal(size=POSITIONS.shape)
@@ -108,20 +104,3 @@ def test_outsiders_that_touch_are_refused_with_place_and_way_out():
 
 def test_the_automatic_penalty_is_ten_times_the_stiffness_of_a_row_of_cells():
     assert automatic_penalty(136e3, 0.15e-3) == pytest.approx(10 * 136e3 / 0.15e-3)
-
-
-@pytest.mark.parametrize("normal", [(0.0, 0.0), (1.0,), (0.0, 0.0, 0.0, 1.0)])
-def test_a_plane_needs_a_direction(normal):
-    with pytest.raises(InputError, match=r"normal: got .*, needs two or three components, not all zero"):
-        Plane(normal=normal)
-
-
-def test_gap_is_the_signed_distance_along_the_normal():
-    plane = Plane(normal=(3.0, 4.0))
-    assert plane.gap(np.array([[3.0, 4.0]]), 2.0)[0] == pytest.approx(3.0)
-    assert plane.touching_offset(np.array([[3.0, 4.0], [0.0, 0.0]])) == 0.0
-
-
-def test_negative_friction_is_refused():
-    with pytest.raises(InputError, match=r"Coulomb.coefficient: got -0.2, needs a number >= 0"):
-        Coulomb(-0.2)

@@ -1,3 +1,5 @@
+"""The frictional contact problem: every condition is checked, and a wrong solution is never passed off."""
+
 from __future__ import annotations
 
 import doctest

@@ -1,3 +1,5 @@
+"""Factors: two half substitutions are a solution, with either library."""
+
 from __future__ import annotations
 
 import gc
@@ -7,26 +9,9 @@ import pytest
 from scipy import sparse
 
 from fingerslip.dynamics import factor as factor_module
-from fingerslip.dynamics.condensation import condense, condensed_solve
-from fingerslip.dynamics.factor import PardisoFactor, SuperLUFactor, factorise, pardiso_available
+from fingerslip.dynamics.factor import PardisoFactor, SuperLUFactor, factorise
 from fingerslip.errors import FingerslipError
-
-needs_mkl = pytest.mark.skipif(not pardiso_available(), reason="MKL is not installed")
-FACTORS = [pytest.param(PardisoFactor, marks=needs_mkl), SuperLUFactor]
-
-
-def positive_definite(size, seed=0):
-    rng = np.random.default_rng(seed)
-    root = sparse.random(size, size, density=0.05, rng=rng, format="csr") + sparse.diags(rng.uniform(1, 2, size))
-    return sparse.csr_matrix(root @ root.T)
-
-
-def operator(count, size, seed=1):
-    """Return rows with two entries each, as contact frames have."""
-    rng = np.random.default_rng(seed)
-    columns = rng.permutation(size)[: 2 * count].reshape(count, 2).ravel()
-    rows = np.repeat(np.arange(count), 2)
-    return sparse.csr_matrix((rng.normal(size=2 * count), (rows, columns)), shape=(count, size))
+from unit.dynamics.matrices import FACTORS, needs_mkl, positive_definite
 
 
 @pytest.mark.parametrize("factor", FACTORS)
@@ -89,49 +74,3 @@ def test_the_fallback_is_taken_where_pardiso_is_missing(monkeypatch):
 @needs_mkl
 def test_pardiso_is_taken_where_it_is_installed():
     assert factorise(positive_definite(5)).name == "MKL PARDISO"
-
-
-@pytest.mark.parametrize("factor", FACTORS)
-@pytest.mark.parametrize("count", [1, 7, 25])
-def test_condensed_compliance_is_that_of_the_inverse(factor, count, monkeypatch):
-    monkeypatch.setattr("fingerslip.dynamics.condensation.factorise", factor)
-    matrix, local = positive_definite(60), operator(count, 60)
-    exact = local @ np.linalg.solve(matrix.toarray(), local.toarray().T)
-    condensed = condense(matrix, local)
-    np.testing.assert_allclose(condensed.compliance, exact, atol=1e-12 * np.abs(exact).max())
-    np.testing.assert_array_equal(condensed.compliance, condensed.compliance.T)
-
-
-def test_columns_beyond_one_block_are_condensed_alike():
-    """More contact columns than are substituted at once, so that the blocks must be put together in order."""
-    matrix, local = positive_definite(700), operator(300, 700)
-    exact = local @ np.linalg.solve(matrix.toarray(), local.toarray().T)
-    np.testing.assert_allclose(condense(matrix, local).compliance, exact, atol=1e-11 * np.abs(exact).max())
-
-
-@pytest.mark.parametrize("factor", FACTORS)
-def test_one_substitution_with_contact_forces_in_its_middle(factor, monkeypatch):
-    monkeypatch.setattr("fingerslip.dynamics.condensation.factorise", factor)
-    matrix, local = positive_definite(60), operator(8, 60)
-    right = np.random.default_rng(4).normal(size=60)
-    seen = []
-
-    def contact(free):
-        seen.append(free)
-        return 3.0 * np.arange(8) - 5.0 * free
-
-    solution, forces = condensed_solve(condense(matrix, local), right, 0.7, contact)
-    free = local @ np.linalg.solve(matrix.toarray(), right)
-    np.testing.assert_allclose(seen[0], free, atol=1e-12)
-    np.testing.assert_allclose(matrix @ solution, right + 0.7 * (local.T @ forces), atol=1e-11)
-
-
-@pytest.mark.parametrize("factor", FACTORS)
-def test_without_contact_it_is_a_plain_solution(factor, monkeypatch):
-    monkeypatch.setattr("fingerslip.dynamics.condensation.factorise", factor)
-    matrix = positive_definite(40)
-    right = np.arange(40.0)
-    condensed = condense(matrix, sparse.csr_matrix((0, 40)))
-    solution, forces = condensed_solve(condensed, right, 1.0, lambda free: free)
-    np.testing.assert_allclose(matrix @ solution, right, atol=1e-10)
-    assert forces.shape == (0,)

@@ -1,3 +1,5 @@
+"""The programme as motion of the plate."""
+
 from __future__ import annotations
 
 import numpy as np

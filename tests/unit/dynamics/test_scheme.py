@@ -1,3 +1,5 @@
+"""HHT-alpha: published spectral radii, stability, second order."""
+
 from __future__ import annotations
 
 import doctest
@@ -10,7 +12,8 @@ from hypothesis import strategies as st
 import fingerslip as fs
 from fingerslip.dynamics import scheme as scheme_module
 from fingerslip.dynamics.scheme import hht, predict
-from problems.blocks import fitted_slope, rectangle
+from problems.blocks import fitted_slope
+from unit.dynamics.oscillator import FREQUENCY, STATIC, oscillator
 
 ALPHAS = [0.0, -0.05, -0.2, -1 / 3, -0.41421, -0.5]
 
@@ -50,23 +53,6 @@ def test_unconditionally_stable(alpha, decade):
     assert spectral_radius(alpha, 10.0**decade) <= 1.0 + 1e-6
 
 
-def oscillator(step, alpha, end):
-    """One shear cell under a sudden traction: its two upper nodes move along x as one degree of freedom."""
-    return fs.Model(
-        mesh=rectangle("Q4", [0.0, 1.0], [0.0, 1.0]),
-        materials={"bulk": fs.Elastic(2.0, 0.0, 3.0)},
-        formulation="plane_stress",
-        supports={"bulk": ("y",), "bottom": ("x",)},
-        tractions={"top": (0.1, 0.0)},
-        time=fs.TimeStepping(step, alpha, end),
-        record=fs.Recording(sites=(fs.Site("top", "", (0.0, 1.0)),)),
-    )
-
-
-# Shear modulus 1, so k = G A / H = 1; the consistent mass of a linear shear profile is rho V / 3 = 1.
-FREQUENCY, STATIC = 1.0, 0.1
-
-
 @pytest.mark.parametrize("alpha", [0.0, -0.05, -1 / 3])
 def test_second_order_on_one_oscillator(alpha):
     end, steps = 6.0, [0.2, 0.1, 0.05, 0.025]
@@ -77,28 +63,6 @@ def test_second_order_on_one_oscillator(alpha):
         errors.append(np.abs(history.displacement.values[:, 0, 0] - exact).max())
     slope = fitted_slope(steps, errors)
     assert slope == pytest.approx(2.0, abs=0.1), f"alpha {alpha}: fitted order {slope:.3f}, errors {errors}"
-
-
-def mechanical_energy(history):
-    return (history.kinetic_energy + history.strain_energy - history.external_work).values
-
-
-@pytest.mark.parametrize("step", [0.1, 10.0])
-def test_energy_is_kept_at_alpha_zero(step):
-    history = fs.simulate(oscillator(step, 0.0, 100 * step))
-    scale = history.strain_energy.values.max()
-    assert np.abs(mechanical_energy(history)).max() <= 1e-11 * scale
-    assert np.abs(history.numerical_dissipation.values).max() <= 1e-11 * scale
-
-
-@pytest.mark.parametrize("alpha", [-0.05, -1 / 3])
-def test_energy_is_lost_below_alpha_zero_and_the_balance_knows_how_much(alpha):
-    history = fs.simulate(oscillator(0.5, alpha, 100.0))
-    scale = history.strain_energy.values.max()
-    assert mechanical_energy(history)[-1] < -0.02 * scale
-    assert np.abs(history.energy_imbalance.values).max() <= 1e-12 * scale
-    swing = np.abs(history.displacement.values[:, 0, 0] - STATIC)
-    assert swing[-40:].max() < 0.98 * swing[:40].max()
 
 
 def test_the_examples_in_the_docstrings():

@@ -1,3 +1,5 @@
+"""From a model to its discrete system; models that cannot be computed are refused."""
+
 from __future__ import annotations
 
 import numpy as np

@@ -1,3 +1,5 @@
+"""Strain, stress and energy density recovered from displacements."""
+
 from __future__ import annotations
 
 import numpy as np

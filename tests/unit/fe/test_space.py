@@ -1,3 +1,5 @@
+"""Nodes, degrees of freedom, areas, and meshes that are refused."""
+
 from __future__ import annotations
 
 import numpy as np

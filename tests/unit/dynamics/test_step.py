@@ -1,0 +1,157 @@
+"""One step of the scheme with contact: the full solution, checked errors, and the state before left alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.contact.solver import ContactSolution
+from fingerslip.dynamics import condensation
+from fingerslip.dynamics import step as step_module
+from fingerslip.dynamics.motion import body_motion
+from fingerslip.dynamics.simulate import step_times
+from fingerslip.dynamics.step import Stopwatch, advance, build_stepper, first_state
+from fingerslip.dynamics.system import build_system
+from problems.blocks import ELEMENTS
+from problems.pushed import push_and_slide, reference
+from unit.dynamics.matrices import FACTORS
+
+
+def test_a_step_leaves_the_state_before_as_it_was():
+    model = push_and_slide(damping=fs.RayleighDamping(1.0, 1e-4))
+    system = build_system(model)
+    stepper = build_stepper(system, model.time, model.damping)
+    state = first_state(stepper)
+    for number in range(1, 4):
+        arrays = {name: value.copy() for name, value in vars(state).items() if isinstance(value, np.ndarray)}
+        forces = state.interface.forces.copy()
+        bodies = system.motions[0].displacement(np.array([number * 5e-3]))
+        after = advance(stepper, state, number * 5e-3, bodies, Stopwatch())
+        for name, value in arrays.items():
+            np.testing.assert_array_equal(getattr(state, name), value, err_msg=name)
+        np.testing.assert_array_equal(state.interface.forces, forces)
+        state = after
+
+
+def test_the_first_acceleration_is_that_of_the_loads():
+    """A free block under traction falls as a rigid body: a = t A / m everywhere at the start."""
+    model = push_and_slide(
+        supports={}, contacts=(), programme=(), tractions={"left": (7.0, 0.0), "right": (7.0, 0.0)},
+        time=fs.TimeStepping(1e-4, end=1e-3),
+    )  # fmt: skip
+    system = build_system(model)
+    state = first_state(build_stepper(system, model.time, model.damping))
+    total = system.mass @ state.acceleration
+    np.testing.assert_allclose(total.reshape(-1, 2).sum(axis=0), system.load.reshape(-1, 2).sum(axis=0), atol=1e-15)
+    assert state.acceleration.any()
+
+
+def test_unsolved_contact_is_an_error_that_says_when_where_and_how_badly(monkeypatch):
+    calls = []
+
+    def broken(compliance, free, friction, start, tolerance):
+        calls.append(None)
+        bad = 0.25 if len(calls) == 3 else 0.0
+        return ContactSolution(np.zeros_like(free), bad, 7, 2)
+
+    monkeypatch.setattr(step_module, "solve_friction", broken)
+    model = push_and_slide()
+    with pytest.raises(fs.ConvergenceError) as caught:
+        fs.simulate(model)
+    error = caught.value
+    assert error.time == pytest.approx(3 * 5e-3)
+    assert error.node == build_system(model).candidates.nodes[2]
+    assert error.residual == 0.25
+    assert f"t = 0.015 s, node {error.node}: residual 2.50e-01, needs <= 1e-10; try a smaller time step" in str(error)
+
+
+def test_a_residual_that_is_no_number_is_an_error_too(monkeypatch):
+    def broken(compliance, free, friction, start, tolerance):
+        return ContactSolution(np.full_like(free, np.nan), np.nan, 7, 0)
+
+    monkeypatch.setattr(step_module, "solve_friction", broken)
+    with pytest.raises(fs.ConvergenceError):
+        fs.simulate(push_and_slide())
+
+
+def march(model):
+    """Yield (all displacements, velocities, accelerations, interface) at every time."""
+    system = build_system(model)
+    stepper = build_stepper(system, model.time, model.damping)
+    times = step_times(model)
+    bodies = system.motions[0].displacement(times)
+    state, watch = first_state(stepper), Stopwatch()
+    for number, time in enumerate(times):
+        state = advance(stepper, state, time, bodies[number : number + 1], watch) if number else state
+        fields = np.zeros((3, system.space.n_dofs))
+        fields[:, system.free] = state.displacement, state.velocity, state.acceleration
+        yield fields, system.candidates.nodes, state.interface
+
+
+@pytest.mark.parametrize("factor", FACTORS)
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_condensed_solution_is_the_full_solution(element, factor, monkeypatch):
+    """Tolerance 1e-9 of the largest value of each field: rounding alone, amplified by 1/(beta h^2) in accelerations."""
+    monkeypatch.setattr(condensation, "factorise", factor)
+    penalty = 1e8
+    contact = fs.Contact(
+        boundary="bottom", friction=fs.Coulomb(0.4), normal_penalty=penalty, tangential_penalty=penalty, reach=1.0
+    )
+    model = push_and_slide(element, damping=fs.RayleighDamping(2.0, 1e-4), contacts=(contact,))
+    bodies = body_motion(model.programme, contact.body).displacement(step_times(model))
+    expected = list(reference(model, bodies, penalty))
+    found = list(march(model))
+    for number, name in enumerate(("displacement", "velocity", "acceleration")):
+        full = np.array([getattr(state, name) for state in expected])
+        condensed = np.array([fields[number] for fields, _, _ in found])
+        error = np.abs(condensed - full).max() / np.abs(full).max()
+        assert error <= 1e-9, f"{name}: {error:.1e}"
+    forces = np.array([state.forces for state in expected])
+    own = np.array([interface.forces for _, _, interface in found])
+    assert np.abs(own - forces).max() <= 1e-9 * np.abs(forces).max()
+    states = np.array([interface.state for _, _, interface in found])
+    assert {0, 1, 2} <= set(states.ravel().tolist()), "the run must see open, sticking and slipping nodes"
+    assert (states[-1] != 1).all(), "and end with overall slip"
+
+
+def test_the_stopwatch_adds_up_also_when_the_work_fails(monkeypatch):
+    moments = iter([1.0, 3.0, 10.0, 10.5])
+    monkeypatch.setattr(step_module.clock, "perf_counter", lambda: next(moments))
+    watch = Stopwatch()
+    with watch.part("work"):
+        pass
+    with pytest.raises(ZeroDivisionError), watch.part("work"):
+        raise ZeroDivisionError
+    assert watch.seconds == {"work": 2.5}
+
+
+def test_compliance_of_a_step_is_that_of_the_scheme_and_the_penalties():
+    """W = (1 + a) beta h^2 B A^-1 B' + 1/k with A = M + (1 + a) beta h^2 K, written with dense matrices."""
+    contact = fs.Contact("bottom", friction=fs.Coulomb(0.4), normal_penalty=1e8, tangential_penalty=2e7)
+    model = push_and_slide(contacts=(contact,), alpha=-0.1)
+    system = build_system(model)
+    stepper = build_stepper(system, model.time, model.damping)
+    factor = 0.9 * (1.1**2 / 4) * 5e-3**2
+    local = system.local.toarray()
+    body = factor * local @ np.linalg.solve((system.mass + factor * system.stiffness).toarray(), local.T)
+    penalties = np.column_stack([1e8 * system.candidates.area, 2e7 * system.candidates.area]).ravel()
+    np.testing.assert_allclose(stepper.compliance, body + np.diag(1 / penalties), rtol=1e-9, atol=1e-12 * body.max())
+
+
+def test_a_free_block_follows_newton():
+    """Without contact and support the centre of mass moves as s = a t^2 / 2, which the scheme integrates exactly."""
+    model = push_and_slide(
+        supports={}, contacts=(), programme=(), tractions={"left": (7.0, 0.0)}, time=fs.TimeStepping(1e-3, end=0.02)
+    )
+    system = build_system(model)
+    stepper = build_stepper(system, model.time, model.damping)
+    state, watch = first_state(stepper), Stopwatch()
+    total = system.mass.sum() / 2
+    acceleration = system.load.sum() / total
+    for number in range(1, 21):
+        state = advance(stepper, state, number * 1e-3, np.zeros((0, 2)), watch)
+        momentum = (system.mass @ state.velocity)[::2].sum()
+        place = (system.mass @ state.displacement)[::2].sum()
+        assert momentum == pytest.approx(total * acceleration * state.time, rel=1e-9)
+        assert place == pytest.approx(total * acceleration * state.time**2 / 2, rel=1e-9)

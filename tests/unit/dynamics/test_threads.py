@@ -1,0 +1,40 @@
+"""Small systems are computed with one thread, large ones with all that are allowed."""
+
+from __future__ import annotations
+
+import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
+
+from fingerslip.dynamics.threads import suitable_threads
+
+
+def counts() -> set[int]:
+    """Return the numbers of threads of the BLAS libraries that are loaded."""
+    found = {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+    assert found, "without a BLAS these tests show nothing"
+    return found
+
+
+@pytest.fixture(autouse=True)
+def two_threads():
+    with threadpool_limits(limits=2, user_api="blas"):
+        if counts() != {2}:
+            pytest.skip("the libraries here cannot be given two threads")
+        yield
+
+
+def test_a_small_system_takes_one_thread_and_gives_the_others_back() -> None:
+    with suitable_threads(14_000):
+        assert counts() == {1}
+    assert counts() == {2}
+
+
+def test_the_threads_come_back_after_a_failure() -> None:
+    with pytest.raises(ZeroDivisionError), suitable_threads(10):
+        raise ZeroDivisionError
+    assert counts() == {2}
+
+
+def test_a_large_system_keeps_its_threads() -> None:
+    with suitable_threads(1_000_000):
+        assert counts() == {2}

@@ -1,0 +1,1 @@
+"""Tests of fingerslip.fe, module by module."""
