@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from fingerslip.anatomy import Fingertip, fingertip_from, preset, preset_names, preset_table
-    from fingerslip.contact.bodies import Plane
-    from fingerslip.contact.friction import Coulomb
+    from fingerslip.contact.bodies import Cylinder, Plane, Sphere
+    from fingerslip.contact.friction import Anisotropic, Coulomb, PressureDependent, StaticKinetic
     from fingerslip.dynamics.simulate import simulate
     from fingerslip.errors import (
         ConvergenceError,
@@ -28,7 +28,20 @@ if TYPE_CHECKING:
     from fingerslip.mesh.section import build_section
     from fingerslip.mesh.sites import Site, receptor_sites
     from fingerslip.mesh.sizes import MeshSizes
-    from fingerslip.model import Contact, Hold, Lift, Model, Press, Recording, Slide, TimeStepping
+    from fingerslip.model import (
+        Contact,
+        Drive,
+        Hold,
+        Lift,
+        Model,
+        Press,
+        QuasiStatic,
+        Ramp,
+        Recording,
+        Slide,
+        TimeStepping,
+        Traction,
+    )
     from fingerslip.slip import Events, SlipEvents, acceleration_peaks, find_events
     from fingerslip.study.runner import StudyFailedError, StudyResult, run_study
     from fingerslip.study.spec import Study, read_study, study_schema
@@ -37,8 +50,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "anatomy": ("Fingertip", "fingertip_from", "preset", "preset_names", "preset_table"),
-    "contact.bodies": ("Plane",),
-    "contact.friction": ("Coulomb",),
+    "contact.bodies": ("Cylinder", "Plane", "Sphere"),
+    "contact.friction": ("Anisotropic", "Coulomb", "PressureDependent", "StaticKinetic"),
     "dynamics.simulate": ("simulate",),
     "errors": (
         "ConvergenceError",
@@ -55,7 +68,20 @@ _HOMES = {
     "mesh.section": ("build_section",),
     "mesh.sites": ("Site", "receptor_sites"),
     "mesh.sizes": ("MeshSizes",),
-    "model": ("Contact", "Hold", "Lift", "Model", "Press", "Recording", "Slide", "TimeStepping"),
+    "model": (
+        "Contact",
+        "Drive",
+        "Hold",
+        "Lift",
+        "Model",
+        "Press",
+        "QuasiStatic",
+        "Ramp",
+        "Recording",
+        "Slide",
+        "TimeStepping",
+        "Traction",
+    ),
     "slip": ("Events", "SlipEvents", "acceleration_peaks", "find_events"),
     "study.runner": ("StudyFailedError", "StudyResult", "run_study"),
     "study.spec": ("Study", "read_study", "study_schema"),
@@ -63,9 +89,12 @@ _HOMES = {
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 __all__ = [
+    "Anisotropic",
     "Contact",
     "ConvergenceError",
     "Coulomb",
+    "Cylinder",
+    "Drive",
     "Elastic",
     "Events",
     "FingerslipError",
@@ -78,6 +107,9 @@ __all__ = [
     "Model",
     "Plane",
     "Press",
+    "PressureDependent",
+    "QuasiStatic",
+    "Ramp",
     "RayleighDamping",
     "Recording",
     "ResultError",
@@ -85,10 +117,13 @@ __all__ = [
     "Slide",
     "SlipEvents",
     "SlipOutsideContactError",
+    "Sphere",
+    "StaticKinetic",
     "Study",
     "StudyFailedError",
     "StudyResult",
     "TimeStepping",
+    "Traction",
     "__version__",
     "acceleration_peaks",
     "build_section",

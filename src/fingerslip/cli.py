@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from typer.core import TyperGroup
 
-from fingerslip.errors import ConvergenceError, FingerslipError
+from fingerslip.errors import FingerslipError, InputError, ResultError
 
 if TYPE_CHECKING:
     from fingerslip.report.tables import Table
@@ -194,13 +194,46 @@ def verify(
         raise typer.Exit(1)
 
 
+@app.command()
+def validate(
+    studies: Annotated[Path, typer.Option("--studies", metavar="DIR", help="Folder of the shipped studies.")] = Path(
+        "studies"
+    ),
+    results: Results = Path("results"),
+    workers: Annotated[
+        int, typer.Option("--workers", metavar="N", min=1, help="Runs computed side by side, each on one core.")
+    ] = 2,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print the table as a page in Markdown.")] = False,
+) -> None:
+    """Compare with every published number: runs the shipped studies where needed and prints one table.
+
+    Misses stay in the table and are no error. The first time takes some minutes.
+    """
+    from fingerslip.study.threads import prefer_single_thread
+
+    prefer_single_thread()
+    import json
+
+    from fingerslip.study import validation
+    from fingerslip.study.progress import progress_for
+
+    rows = validation.validate(studies, results, workers, progress_for(Console(stderr=True)))
+    if as_json:
+        typer.echo(json.dumps(validation.rows_mapping(rows), indent=2))
+    elif markdown:
+        typer.echo(validation.rows_markdown(rows), nl=False)
+    else:
+        _print_tables([validation.rows_table(rows)])
+
+
 def _print_results(results: Iterable[StudyResult]) -> None:
     from fingerslip.study.reporting import event_tables
 
     for result in results:
         if result.runs:
             _print_tables(event_tables(result.runs, result.compare))
-            typer.echo(f"results in {result.folder}")
+            typer.echo(f"report: {result.folder / 'report.html'}")
 
 
 def _print_tables(tables: Iterable[Table]) -> None:
@@ -221,4 +254,4 @@ def _say_error(message: str) -> None:
 def _exit_code(error: FingerslipError) -> int:
     """Return 1 where computing failed, 2 where the user can mend the input or the place of the results."""
     errors = getattr(error, "errors", None) or {"": error}
-    return 2 if any(not isinstance(one, ConvergenceError) for one in errors.values()) else 1
+    return 2 if any(isinstance(one, InputError | ResultError) for one in errors.values()) else 1

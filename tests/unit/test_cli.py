@@ -13,15 +13,13 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-import skfem
 import yaml
 from typer.testing import CliRunner
 
 from fingerslip.cli import app
-
-HEAVY = ("numpy", "pydantic", "pint", "xarray", "skfem", "gmsh", "meshio", "numba", "matplotlib", "pyvista", "scipy")
+from fingerslip.mesh.io import write_mesh
+from unit.study.block import block_mesh, block_values
 
 
 @pytest.fixture
@@ -35,36 +33,14 @@ def invoke(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any
 @pytest.fixture
 def block(tmp_path: Path) -> Callable[..., Path]:
     """Return a function that writes the study of a block, with some values changed, and its mesh."""
-    from fingerslip.mesh.io import write_mesh
 
     def write(curvature: float = 0.0, **changes: Any) -> Path:
-        write_mesh(_block(curvature), tmp_path / "block.msh")
-        values: dict[str, Any] = {
-            "mesh": {"file": "block.msh"},
-            "formulation": "plane_strain",
-            "depth": "1 mm",
-            "materials": {"block": {"youngs_modulus": "100 kPa", "poisson_ratio": 0.3, "density": "1000 kg/m^3"}},
-            "supports": {"top": ["x", "y"]},
-            "contact": {"friction_coefficient": 0.6, "boundary": "bottom"},
-            "programme": [
-                {"press": {"depth": "0.1 mm", "speed": "5 mm/s"}},
-                {"slide": {"distance": "0.2 mm", "speed": "5 mm/s"}},
-            ],
-            "time": {"step": "2 ms"},
-        }
-        (tmp_path / "block.yaml").write_text(yaml.safe_dump(values | changes, sort_keys=False))
+        write_mesh(block_mesh(curvature), tmp_path / "block.msh")
+        values = block_values() | {"sweep": {}} | changes
+        (tmp_path / "block.yaml").write_text(yaml.safe_dump(values, sort_keys=False))
         return tmp_path / "block.yaml"
 
     return write
-
-
-def _block(curvature: float) -> skfem.MeshQuad:
-    mesh = skfem.MeshQuad.init_tensor(np.linspace(-5e-3, 5e-3, 9), np.linspace(0.0, 5e-3, 5))
-    bottom, top = (mesh.facets_satisfying(lambda x, y=y: np.isclose(x[1], y), True) for y in (0.0, 5e-3))
-    points = mesh.p.copy()
-    points[1] += curvature * points[0] ** 2 * (1.0 - points[1] / 5e-3)
-    mesh = skfem.MeshQuad(points, mesh.t)
-    return mesh.with_boundaries({"bottom": bottom, "top": top}).with_subdomains({"block": np.arange(mesh.t.shape[1])})
 
 
 @pytest.fixture
@@ -183,7 +159,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     "zero step": ({"time": {"step": "0 ms"}}, "time.step: got '0 ms', needs a value > 0"),
     "incompressible": (
         {"materials": {"block": {"youngs_modulus": "1 kPa", "poisson_ratio": 0.5, "density": "1000 kg/m^3"}}},
-        "0.5",
+        "materials.block.poisson_ratio: got 0.5, plane strain with displacement elements needs < 0.5; write 0.4999",
     ),
     "no such boundary": (
         {"contact": {"friction_coefficient": 0.6, "boundary": "pulp"}},
@@ -195,7 +171,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "plate inside the body": (
         {"contact": {"friction_coefficient": 0.6, "boundary": "bottom", "offset": "1 mm"}},
-        "contact",
+        "contact.offset: the plate starts 1 mm inside the body, needs an offset <= 0 mm",
     ),
 }
 
@@ -225,7 +201,8 @@ def test_contact_outside_the_candidates(invoke: Callable[..., Any], block: Calla
     before = contents(tmp_path)
     result = invoke("run", path)
     assert result.exit_code == 2
-    assert "reach" in result.stderr
+    assert "reached the plate but is no contact candidate" in result.stderr
+    assert "write a larger contact reach" in result.stderr
     assert contents(tmp_path) == before
 
 
@@ -275,6 +252,82 @@ def test_report_of_a_folder_without_results(invoke: Callable[..., Any], tmp_path
     assert "holds no results of a study" in result.stderr
 
 
+@pytest.mark.usefixtures("no_report")
+def test_report_is_made_again_without_computing(
+    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from fingerslip.study import compute, reporting
+
+    invoke("run", block())
+    made: list[Path] = []
+    monkeypatch.setattr(reporting, "write_report", lambda stored: made.append(stored.folder))
+    monkeypatch.delattr(compute, "simulate")
+    result = invoke("report", "results/block")
+    assert result.exit_code == 0
+    assert "Slip events from accumulated slip" in result.output
+    assert made == [Path("results/block")]
+
+
+@pytest.mark.usefixtures("no_report")
+def test_finished_runs_are_shown_also_where_others_failed(
+    invoke: Callable[..., Any], block: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from fingerslip.errors import ConvergenceError
+    from fingerslip.study import compute
+
+    whole = compute.simulate
+
+    def sometimes(model: Any, *, progress: Callable[[float], None]) -> Any:
+        if model.contacts[0].friction.coefficient > 0.3:
+            raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
+        return whole(model, progress=progress)
+
+    monkeypatch.setattr(compute, "simulate", sometimes)
+    path = block(sweep={"contact.friction_coefficient": [0.2, 0.4]})
+    result = invoke("run", path, "--workers", "1")
+    assert result.exit_code == 1
+    assert re.search(r"^ *0\.2 ", result.output, re.MULTILINE)
+    assert not re.search(r"^ *0\.4 ", result.output, re.MULTILINE)
+    assert "error: block/friction_coefficient-0.4: contact at t = 0.5 s" in result.stderr
+    assert "1 of 2 runs failed, the others are finished" in result.stderr
+
+
+def test_ctrl_c_is_exit_code_130(
+    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from fingerslip.study import compute
+
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(compute, "simulate", interrupted)
+    result = invoke("run", block())
+    assert result.exit_code == 130
+    assert "stopped: finished runs are kept, the same command goes on with the others" in result.stderr
+    assert not (tmp_path / "results").exists()
+
+
+def test_exit_code_is_that_of_what_the_user_can_mend() -> None:
+    from fingerslip.cli import _exit_code
+    from fingerslip.errors import ConvergenceError, InputError, ResultError
+    from fingerslip.study.pool import WorkerLostError
+    from fingerslip.study.runner import StudyFailedError
+
+    solved = ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
+    full = ResultError("no space")
+    assert [_exit_code(error) for error in (solved, full, InputError("a", "b", "c"))] == [1, 2, 2]
+    assert _exit_code(StudyFailedError({"a": solved, "b": solved}, ())) == 1
+    assert _exit_code(StudyFailedError({"a": solved, "b": full}, ())) == 2
+    assert _exit_code(StudyFailedError({"a": solved, "b": WorkerLostError()}, ())) == 1
+
+
+def test_tables_in_a_pipe_are_not_cut(invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "40")
+    lines = invoke("show", "wang2014-2d").output.splitlines()
+    assert max(len(line) for line in lines) > 100
+    assert any("phalanx.sagittal.concavity_position" in line for line in lines)
+
+
 @pytest.fixture
 def long_study(block: Callable[..., Path]) -> Path:
     """Return a study of several runs that take some seconds each."""
@@ -305,44 +358,6 @@ def test_stopped_study_leaves_finished_runs_alone(long_study: Path, tmp_path: Pa
         assert "the same command goes on with the others" in said
         assert "Traceback" not in said
     assert list((tmp_path / "results").rglob(".*")) == []
-
-
-@pytest.mark.parametrize(
-    "code", ["import fingerslip", "import fingerslip.cli", "from fingerslip.cli import app; _help(app)"]
-)
-def test_heavy_modules_are_not_loaded_until_needed(code: str) -> None:
-    script = f"""
-import sys
-def _help(app):
-    try:
-        app(["--help"])
-    except SystemExit as end:
-        assert end.code == 0
-{code}
-print("LOADED", *sorted(set({HEAVY!r}) & set(sys.modules)))
-"""
-    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "LOADED"
-
-
-def test_every_public_name_can_be_loaded() -> None:
-    import fingerslip as fs
-
-    for name in fs.__all__:
-        assert getattr(fs, name) is not None
-    assert set(dir(fs)) == set(fs.__all__)
-
-
-def test_unknown_public_name() -> None:
-    import fingerslip as fs
-
-    with pytest.raises(AttributeError, match="has no attribute 'Modle'"):
-        fs.Modle  # noqa: B018
-
-
-def test_module_runs_as_the_command() -> None:
-    done = subprocess.run([sys.executable, "-m", "fingerslip", "--version"], capture_output=True, text=True, check=True)
-    assert done.stdout.startswith("fingerslip ")
 
 
 def test_verify_prints_one_table_and_fails_where_a_check_does(

@@ -1,3 +1,5 @@
+"""Histories come back from files bit by bit, or the failure is one clear error."""
+
 from __future__ import annotations
 
 from pathlib import Path

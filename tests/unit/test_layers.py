@@ -72,9 +72,3 @@ def test_walk_sees_imports_inside_functions_and_relative_ones() -> None:
     code = f"{inside}    from fingerslip import report\n"
     found = set(imported(ast.parse(code), "fingerslip.mesh.io"))
     assert {"fingerslip.cli", "fingerslip.study", "fingerslip.report"} <= found
-
-
-def test_public_face_names_each_thing_where_it_is() -> None:
-    for home, names in fingerslip._HOMES.items():
-        for name in names:
-            assert getattr(fingerslip, name).__module__.startswith(f"fingerslip.{home.split('.')[0]}")

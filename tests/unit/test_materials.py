@@ -1,3 +1,5 @@
+"""Materials: derived constants, units, and values that cannot be."""
+
 from __future__ import annotations
 
 import pytest

@@ -1,3 +1,5 @@
+"""The model as data: defaults, units, and mistakes."""
+
 from __future__ import annotations
 
 import pytest

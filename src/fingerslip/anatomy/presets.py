@@ -50,6 +50,11 @@ def preset_names() -> tuple[str, ...]:
 def preset(name: str) -> Fingertip:
     """Return the fingertip of a preset.
 
+    Parameters
+    ----------
+    name : str
+        One of :func:`preset_names`.
+
     Raises
     ------
     InputError
@@ -60,6 +65,11 @@ def preset(name: str) -> Fingertip:
 
 def preset_table(name: str) -> tuple[PresetValue, ...]:
     """Return every value of a preset with its source, the assumed ones first.
+
+    Parameters
+    ----------
+    name : str
+        One of :func:`preset_names`.
 
     Raises
     ------

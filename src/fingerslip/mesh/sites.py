@@ -49,6 +49,11 @@ def receptor_sites(fingertip: Fingertip) -> tuple[Site, ...]:
     ridges, on the side of the epidermis; SA-II just above the dermis-tissue border; FA-II at their depth below the
     skin surface. Where ridges are off, the first two are at the same arc lengths on the plain interface. SA-II and
     FA-II are below every intermediate ridge. Sites fill the zone in which ridges have their full height.
+
+    Parameters
+    ----------
+    fingertip : Fingertip
+        Gives ridges, layers and depths.
     """
     intermediate = _ridges_in_zone(fingertip, shift=0.0)
     limiting = _ridges_in_zone(fingertip, shift=0.5)

@@ -1,11 +1,11 @@
+"""Fingertips whose numbers do not fit together are refused."""
+
+from __future__ import annotations
+
 import pytest
 
-from fingerslip.anatomy import fingertip_from, phalanx_contour
 from fingerslip.errors import InputError
-
-
-def change(**groups):
-    return fingertip_from({"preset": "wang2014-2d", **groups}, "finger")
+from unit.fingers import change
 
 
 @pytest.mark.parametrize(
@@ -48,25 +48,3 @@ def test_materials_are_those_of_the_four_regions():
 
 def test_ridges_that_are_off_are_not_checked():
     assert not change(ridges={"enabled": False, "intermediate_height": "5 mm"}).ridges.enabled
-
-
-@pytest.mark.parametrize(
-    ("groups", "message"),
-    [
-        ({"layers": {"skin_thickness": "2.9 mm"}, "receptors": {"fa_ii_depth": "4 mm"}}, "phalanx: .* of tissue at"),
-        ({"phalanx": {"sagittal": {"distal_end": "9 mm"}}}, "phalanx: -3.07 mm of tissue at x = 8.97 mm"),
-        ({"phalanx": {"sagittal": {"distal_end": "-15.9 mm"}}}, "distal_end: got -15.9 mm, needs a value > -15.7 mm"),
-        (
-            {"phalanx": {"sagittal": {"dorsal_level": "-0.6 mm", "concavity_depth": "0.85 mm"}}},
-            "dorsal_level: got -0.6 mm",
-        ),
-        ({"phalanx": {"variant": "scaled", "tissue_thickness": "6 mm"}}, "tissue_thickness: got 6 mm.*nothing is left"),
-        (
-            {"section": "transverse", "phalanx": {"transverse": {"half_width": "7 mm"}}},
-            "phalanx: .* of tissue at x = 7",
-        ),
-    ],
-)
-def test_phalanx_that_does_not_fit_is_one_clear_error(groups, message):
-    with pytest.raises(InputError, match=message):
-        phalanx_contour(change(**groups))

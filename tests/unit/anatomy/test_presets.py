@@ -1,3 +1,7 @@
+"""Presets: published values, a source for each, and changes to them."""
+
+from __future__ import annotations
+
 import pytest
 
 from fingerslip.anatomy import fingertip_from, preset, preset_header, preset_names, preset_table

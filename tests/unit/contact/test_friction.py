@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 
-from fingerslip.contact.friction import Coulomb
+from fingerslip.contact.friction import Anisotropic, Coulomb, PressureDependent, StaticKinetic
 from fingerslip.errors import InputError
 from fingerslip.parameters import from_mapping
 
@@ -31,3 +32,22 @@ def test_frictionless_contact_is_allowed_and_the_law_is_frozen():
     assert law.coefficient == 0.0
     with pytest.raises(dataclasses.FrozenInstanceError):
         law.coefficient = 1.0
+
+
+def test_friction_drops_from_static_to_kinetic_with_the_slip_rate():
+    law = StaticKinetic(0.8, 0.3, 2e-3)
+    found = law.coefficients(np.ones(3), np.array([0.0, 2e-3, 1.0]))
+    np.testing.assert_allclose(found, [0.8, 0.3 + 0.5 / np.e, 0.3])
+    assert law.coefficient == 0.8
+
+
+def test_friction_is_a_power_of_the_pressure_and_stays_finite_at_none():
+    law = PressureDependent(0.5, 1e4, -1 / 3)
+    found = law.coefficients(np.array([8e4, 1e4, 0.0]), np.zeros(3))
+    np.testing.assert_allclose(found, [0.25, 0.5, 0.5 * 100 ** (1 / 3)])
+
+
+def test_anisotropic_friction_counts_along_its_direction():
+    np.testing.assert_array_equal(Anisotropic(0.4, 0.8).coefficients(np.ones(2), np.ones(2)), [0.4, 0.4])
+    with pytest.raises(InputError, match="direction"):
+        Anisotropic(0.4, 0.8, (0.0, 0.0, 0.0))

@@ -1,10 +1,13 @@
+"""The shape of cells in numbers."""
+
+from __future__ import annotations
+
 import numpy as np
 import pytest
 import skfem
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh import check_quality, quality_table
-from fingerslip.mesh.smoothing import scaled_jacobians, smoothed
 
 
 def quadrilateral(*corners):
@@ -47,19 +50,45 @@ def test_poor_cells_are_refused_with_their_place(corners, message):
         check_quality(quadrilateral(*corners))
 
 
-def test_smoothing_mends_a_bad_patch_and_leaves_the_border():
-    x, y = np.meshgrid(np.arange(4.0), np.arange(4.0))
-    points = np.column_stack([x.ravel(), y.ravel()])
-    cells = np.array([[r * 4 + c, r * 4 + c + 1, r * 4 + c + 5, r * 4 + c + 4] for r in range(3) for c in range(3)])
-    fixed = (points == 0).any(axis=1) | (points == 3).any(axis=1)
-    points[5] = [1.7, 1.6]
-    result = smoothed(points, cells, fixed)
-    assert scaled_jacobians(points, cells).min() < 0.4
-    assert scaled_jacobians(result, cells).min() > 0.7
-    assert np.array_equal(result[fixed], points[fixed])
+def triangle(apex):
+    """Return an isosceles triangle with an angle [deg] at its apex."""
+    half = np.radians(apex) / 2
+    corners = np.array([[0.0, -np.sin(half), np.sin(half)], [0.0, np.cos(half), np.cos(half)]])
+    return skfem.MeshTri1(corners, np.array([[0], [1], [2]]))
 
 
-def test_smoothing_leaves_good_cells_alone():
-    mesh = skfem.MeshQuad1().refined(2)
-    fixed = np.zeros(mesh.p.shape[1], dtype=bool)
-    assert np.array_equal(smoothed(mesh.p.T, mesh.t.T, fixed), mesh.p.T)
+def kite(apex):
+    """Return a quadrilateral with a blunt angle [deg] at one corner and no other beyond 75."""
+    half = np.radians(apex) / 2
+    return quadrilateral((0, 0), (np.sin(half), np.cos(half)), (0, 1.5), (-np.sin(half), np.cos(half)))
+
+
+@pytest.mark.parametrize(
+    ("mesh", "message"),
+    [
+        (triangle(14.0), "smallest angle in degrees 14, needs > 15"),
+        (triangle(145.0), "largest angle in degrees 145, needs < 140"),
+        (triangle(12.0), r"scaled Jacobian 0.24, needs > 0.25"),
+        (kite(165.2), "largest angle in degrees 165, needs < 165"),
+    ],
+)
+def test_every_limit_is_held(mesh, message):
+    with pytest.raises(MeshError, match=message):
+        check_quality(mesh)
+
+
+def test_good_cells_of_either_kind_pass():
+    check_quality(triangle(60.0))
+    check_quality(triangle(16.0))
+    check_quality(kite(164.0))
+    check_quality(quadrilateral((0, 0), (9, 0), (9, 1), (0, 1)))
+
+
+def test_the_region_of_the_worst_cell_is_named():
+    points = np.array([[0, 0], [1, 0], [13, 0], [0, 1], [1, 1], [13, 1]], dtype=float)
+    mesh = skfem.MeshQuad1(points.T, np.array([[0, 1, 4, 3], [1, 2, 5, 4]]).T)
+    mesh = mesh.with_subdomains({"low": np.array([0]), "long": np.array([1])})
+    with pytest.raises(MeshError, match=r"^long cell 1 at x = 7000 mm, y = 500 mm: aspect ratio 12, needs < 10"):
+        check_quality(mesh)
+    low, long = quality_table(mesh)
+    assert (low.region, low.aspect_ratio, long.aspect_ratio) == ("low", 1.0, 12.0)

@@ -1,34 +1,27 @@
+"""The mesh of a section: names, areas, sizes, quality, and the same mesh every time."""
+
+from __future__ import annotations
+
 import itertools
 
-import gmsh
 import numpy as np
 import pytest
 import skfem
 
-from fingerslip.anatomy import at_depth, fingertip_from, interface_depth, outline_curve, phalanx_contour, preset
+from fingerslip.anatomy import at_depth, interface_depth, outline_curve, phalanx_contour, preset
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh import MeshSizes, build_section, mesh_section, quality_table
 from fingerslip.mesh import core as core_module
+from unit.fingers import SECTIONS, VARIANTS, change, shoelace
 
-SECTIONS = ("sagittal", "transverse")
-VARIANTS = ("original", "flattened", "scaled")
 ELEMENTS = ("Q4", "T3", "T6")
 CORNERS = {"Q4": skfem.MeshQuad1, "T3": skfem.MeshTri1, "T6": skfem.MeshTri2}
-
-
-def change(**groups):
-    return fingertip_from({"preset": "wang2014-2d", **groups}, "finger")
 
 
 def areas(mesh):
     """Area of every cell by the shoelace formula on its corners."""
     x, y = mesh.p[:, mesh.t]
     return np.abs(0.5 * np.sum(x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0), axis=0))
-
-
-def ring_area(points):
-    x, y = points.T
-    return 0.5 * abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
 
 
 @pytest.fixture(scope="module")
@@ -85,11 +78,11 @@ def test_areas_of_the_regions_are_those_of_the_curves(section, variant):
     def inside(depth):
         points = at_depth(curve, curve.arc_length, depth)
         if section == "transverse":
-            return ring_area(points[:-1])
+            return shoelace(points[:-1])
         kept = points[points[:, 0] >= -16e-3]
-        return ring_area(kept)
+        return shoelace(kept)
 
-    bone = ring_area(phalanx_contour(fingertip))
+    bone = shoelace(phalanx_contour(fingertip))
     levels = [inside(0.0), inside(interface_depth(fingertip, curve.arc_length)), inside(1.5e-3), bone, 0.0]
     expected = [-np.diff(levels)[k] for k in range(4)]
     measured = [areas(mesh)[cells].sum() for cells in mesh.subdomains.values()]
@@ -213,33 +206,3 @@ def test_poor_cells_are_refused_with_their_place(monkeypatch):
         MeshError, match=r"phalanx cell \d+ at x = .* mm, y = .* mm: .*, needs > .*; write a smaller bulk"
     ):
         build_section(preset("wang2014-2d"))
-
-
-def test_gmsh_is_closed_after_success_failure_and_interruption(monkeypatch):
-    build_section(preset("wang2014-2d"), bulk_size=1e-3)
-    assert not gmsh.isInitialized()
-    for error, seen in ((RuntimeError("no"), MeshError), (KeyboardInterrupt(), KeyboardInterrupt)):
-
-        def fail(*_, error=error):
-            raise error
-
-        monkeypatch.setattr(core_module.pygmsh.geo.Geometry, "generate_mesh", lambda *_, fail=fail, **__: fail())
-        with pytest.raises(seen):
-            build_section(preset("wang2014-2d"))
-        assert not gmsh.isInitialized()
-
-
-def test_gmsh_that_someone_else_uses_is_left_alone():
-    gmsh.initialize(readConfigFiles=False)
-    gmsh.option.setNumber("General.Terminal", 0)
-    try:
-        with pytest.raises(MeshError, match="already initialised"):
-            build_section(preset("wang2014-2d"))
-        assert gmsh.isInitialized()
-    finally:
-        gmsh.finalize()
-
-
-def test_building_prints_nothing(capfd):
-    build_section(preset("wang2014-2d"), bulk_size=1e-3)
-    assert capfd.readouterr() == ("", "")

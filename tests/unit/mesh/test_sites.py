@@ -1,17 +1,18 @@
+"""Receptors at their places in the skin, and the nodes that stand for them."""
+
+from __future__ import annotations
+
 import itertools
 
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from fingerslip.anatomy import fingertip_from, outline_curve, preset
+from fingerslip.anatomy import outline_curve, preset
 from fingerslip.errors import InputError
 from fingerslip.mesh import RECEPTOR_KINDS, Site, build_section, receptor_sites, site_nodes
 from fingerslip.parameters import from_mapping
-
-
-def change(**groups):
-    return fingertip_from({"preset": "wang2014-2d", **groups}, "finger")
+from unit.fingers import SECTIONS, change
 
 
 def of_kind(sites, kind):
@@ -39,7 +40,7 @@ def test_receptors_are_on_the_interface_where_ridges_are_off():
     assert [s.name for s in sites] == [s.name for s in receptor_sites(preset("wang2014-2d"))]
 
 
-@pytest.mark.parametrize("section", ["sagittal", "transverse"])
+@pytest.mark.parametrize("section", SECTIONS)
 def test_receptors_are_numbered_along_the_finger(section):
     sites = receptor_sites(change(section=section))
     for kind in RECEPTOR_KINDS:
@@ -56,7 +57,7 @@ def test_intermediate_and_limiting_receptors_alternate():
 
 
 @pytest.mark.parametrize("element", ["Q4", "T3", "T6"])
-@pytest.mark.parametrize("section", ["sagittal", "transverse"])
+@pytest.mark.parametrize("section", SECTIONS)
 def test_nodes_are_near_their_sites_and_in_their_region(element, section):
     fingertip = change(section=section)
     mesh, sites = build_section(fingertip, element=element), receptor_sites(fingertip)

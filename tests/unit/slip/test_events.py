@@ -10,7 +10,6 @@ import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_times
 
 from fingerslip.errors import InputError
 from fingerslip.history import OPEN
@@ -24,6 +23,7 @@ from fingerslip.slip import (
     find_events,
     slip_events,
 )
+from unit.synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_times
 
 QUIET = Process(jump=False, nodes=401)
 HISTORY = make(Process(nodes=41, noise=1.0))

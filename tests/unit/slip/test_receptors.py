@@ -1,22 +1,13 @@
-"""Receptors around the edges of the contact and area fractions."""
+"""Receptors around the edges of the contact, and what they feel."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from synthetic import DEPTHS, HALF_WIDTH, PRESS_END, Process, make
 
-from fingerslip.history import OPEN
-from fingerslip.slip import (
-    contact_area,
-    contact_edges,
-    receptor_signals,
-    receptors_in_areas,
-    slide_window,
-    slipped_fraction,
-    slipping_fraction,
-    stick_ratio,
-)
+from fingerslip.slip import contact_edges, receptor_signals, receptors_in_areas
+from fingerslip.slip.receptors import receptor_rows, tangential_acceleration
+from unit.synthetic import DEPTHS, HALF_WIDTH, Process, make
 
 HISTORY = make(Process())
 
@@ -73,32 +64,6 @@ def test_missing_types_have_count_zero() -> None:
     assert signals["acceleration"].sel(kind="SA-I").isnull().all()
 
 
-def test_fractions_follow_the_annular_slip() -> None:
-    fine = make(Process(nodes=401, jump=False, open_nodes=3))
-    slipping = slipping_fraction(fine).sel(time=[1.2, 1.505, 1.9], method="nearest").values
-    assert slipping == pytest.approx([0.0, 0.5, 1.0], abs=0.01)
-    window = slide_window(fine)
-    assert window is not None
-    late = slipped_fraction(fine, window, 30e-6).sel(time=1.505 + 0.01, method="nearest")
-    assert float(late) == pytest.approx(0.5, abs=0.01)
-
-
-def test_slipping_fraction_sees_the_jump_that_slipped_fraction_ignores() -> None:
-    window = slide_window(HISTORY)
-    assert window is not None
-    assert float(slipping_fraction(HISTORY).sel(time=PRESS_END + 5e-3, method="nearest")) == 1.0
-    assert float(slipped_fraction(HISTORY, window, 50e-6).sel(time=PRESS_END + 5e-3, method="nearest")) == 0.0
-
-
-def test_stick_ratio_and_area() -> None:
-    both = stick_ratio(HISTORY) + slipping_fraction(HISTORY)
-    assert np.allclose(both.dropna("time"), 1.0)
-    assert float(contact_area(HISTORY)[-1]) == pytest.approx(41 * 2e-4 * 1e-3)
-    apart = HISTORY.assign(contact_state=HISTORY["contact_state"] * 0 + OPEN)
-    assert slipping_fraction(apart).isnull().all()
-    assert float(contact_area(apart).max()) == 0.0
-
-
 @pytest.mark.parametrize("normal", [(0.0, 1.0), (0.6, 0.8)])
 def test_tilted_plate_has_tangential_coordinates(normal: tuple[float, float]) -> None:
     turn = np.array([[normal[1], normal[0]], [-normal[0], normal[1]]])
@@ -107,3 +72,40 @@ def test_tilted_plate_has_tangential_coordinates(normal: tuple[float, float]) ->
         contact_position=(("contact_node", "component"), HISTORY["contact_position"].values @ turn.T),
     )
     assert contact_edges(tilted) == pytest.approx((-HALF_WIDTH, HALF_WIDTH))
+
+
+def test_area_a_is_the_edge_at_the_smaller_position_along_the_plate() -> None:
+    chosen = receptors_in_areas(HISTORY)
+    places = {area: HISTORY["site_position"].sel(site=list(chosen["FA-I", area]), component="x") for area in "AB"}
+    assert float(places["A"].max()) < 0.0 < float(places["B"].min())
+    upside_down = HISTORY.assign_coords(body_normal=(("body", "component"), [[0.0, -1.0]]))
+    swapped = receptors_in_areas(upside_down)
+    for one, other in (("A", "B"), ("B", "A")):
+        assert set(swapped["FA-I", one]) == set(chosen["FA-I", other])
+
+
+def test_edges_are_those_of_one_body() -> None:
+    bodies = np.where(HISTORY["contact_position"][:, 0] > 1e-3, 1, 0)
+    two = HISTORY.assign_coords(contact_body=("contact_node", bodies))
+    assert contact_edges(two, body=0) == pytest.approx((-HALF_WIDTH, 1e-3), abs=2.1e-4)
+
+
+def test_receptors_move_with_the_contact_over_time() -> None:
+    """At a quarter of the press the contact is half as wide, and so are the places of its receptors."""
+    chosen = receptors_in_areas(HISTORY, per_area=1, kinds=("SA-I",), time=0.25)
+    places = [float(HISTORY["site_position"].sel(site=chosen["SA-I", area][0], component="x").values) for area in "AB"]
+    assert places == pytest.approx([-2e-3, 2e-3])
+
+
+def test_rows_of_receptors_are_those_of_their_names() -> None:
+    rows = receptor_rows(HISTORY, ("FA-I", "SA-II"), 2)
+    chosen = receptors_in_areas(HISTORY, 2, ("FA-I", "SA-II"))
+    assert HISTORY["site"].values[rows].tolist() == [name for names in chosen.values() for name in names]
+    assert len(rows) == 8
+
+
+def test_acceleration_is_along_the_plate_and_the_mean_over_each_step() -> None:
+    values = np.zeros((4, 1, 2))
+    values[:, 0] = [[1.0, 9.0], [3.0, 9.0], [-5.0, 9.0], [0.0, 9.0]]
+    history = HISTORY.isel(time=slice(4), site=slice(1)).assign(acceleration=(("time", "site", "component"), values))
+    assert tangential_acceleration(history, np.array([0]))[:, 0].tolist() == [1.0, 2.0, -1.0, -2.5]

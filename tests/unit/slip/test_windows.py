@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from synthetic import Process, make
 
 from fingerslip.errors import InputError
 from fingerslip.slip import slide_window, sustained_crossing
+from unit.synthetic import Process, make
 
 SIGNALS = st.lists(st.floats(0.0, 1.0), min_size=2, max_size=40)
 

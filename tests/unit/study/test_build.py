@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import block_mesh, block_values
 
 from fingerslip.dynamics.system import check_model
 from fingerslip.errors import InputError, MeshError, SlipOutsideContactError
@@ -16,6 +15,7 @@ from fingerslip.materials import Elastic
 from fingerslip.study.build import build_mesh, build_model, located, mesh_key
 from fingerslip.study.spec import parse_study
 from fingerslip.study.sweep import Run, expand
+from unit.study.block import block_mesh, block_values
 
 SOURCE = Path("studies/x.yaml")
 

@@ -9,14 +9,11 @@ from typing import Any
 
 import pytest
 import yaml
-from conftest import block_values
-from hypothesis import given
-from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
 from fingerslip.model import Press, Slide
 from fingerslip.study.spec import MeshFile, Study, parse_study, read_study, study_mapping, study_schema
-from fingerslip.study.yaml import read_mapping, write_mapping
+from unit.study.block import block_values
 
 FINGER = """
 title: Slip onset against friction
@@ -181,76 +178,6 @@ def test_schema_knows_the_keys_of_a_study() -> None:
     assert set(schema["properties"]) == set(Study.__dataclass_fields__)
     assert "required" not in schema["$defs"]["Phalanx"]
     assert schema["$defs"]["Press"]["properties"]["depth"]["examples"] == ["1.5 mm"]
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("a: 1\nb: [1\n", r"line \d, column \d: found expected .*, needs 'key: value' lines"),
-        ("a: 1\na: 2\n", "line 2, column 1: found key 'a' twice, needs 'key: value' lines, each key once"),
-        ("t: {a: 1, a: 2}\n", "line 1, column 11: found key 'a' twice"),
-        ("? [a]\n: 1\n", "found a key that is not plain text"),
-        ("- 1\n- 2\n", "holds a list, needs 'key: value' lines"),
-        ("", "is empty, needs 'key: value' lines"),
-        ("a: !!python/object/apply:os.getcwd []\n", "line 1, column 4: found could not determine a constructor"),
-    ],
-)
-def test_text_that_is_no_study(tmp_path: Path, text: str, message: str) -> None:
-    path = tmp_path / "x.yaml"
-    path.write_text(text)
-    with pytest.raises(InputError, match=message):
-        read_study(path)
-
-
-def test_missing_file_names_the_others(tmp_path: Path) -> None:
-    (tmp_path / "there.yaml").write_text("")
-    with pytest.raises(
-        InputError, match=r"gone\.yaml: is not there, needs a study file; in that folder: .*there\.yaml"
-    ):
-        read_study(tmp_path / "gone.yaml")
-
-
-def test_folder_and_binary_file_are_no_studies(tmp_path: Path) -> None:
-    (tmp_path / "x.yaml").write_bytes(b"\xff\xfe\x00")
-    for path, message in ((tmp_path, "is a folder"), (tmp_path / "x.yaml", "is no text in UTF-8")):
-        with pytest.raises(InputError, match=message):
-            read_study(path)
-
-
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("no", "no"),
-        ("on", "on"),
-        ("true", True),
-        ("1e-3", 1e-3),
-        ("010", 10),
-        ("1:30", "1:30"),
-        ("~", None),
-        ("-.5", -0.5),
-    ],
-)
-def test_scalars_are_those_of_yaml_1_2(tmp_path: Path, text: str, value: object) -> None:
-    (tmp_path / "x.yaml").write_text(f"a: {text}\n")
-    assert read_mapping(tmp_path / "x.yaml") == {"a": value}
-
-
-plain = st.recursive(
-    st.none()
-    | st.booleans()
-    | st.integers(-1000, 1000)
-    | st.floats(allow_nan=False)
-    | st.sampled_from(["no", "1.5 mm", "a b"]),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from("abc"), inner, max_size=3),
-    max_leaves=8,
-)
-
-
-@given(values=st.dictionaries(st.sampled_from(["x", "y", "on"]), plain, min_size=1))
-def test_what_is_written_reads_back(tmp_path_factory: pytest.TempPathFactory, values: dict[str, Any]) -> None:
-    path = tmp_path_factory.mktemp("yaml") / "x.yaml"
-    write_mapping(values, path, comment="a comment")
-    assert read_mapping(path) == values
 
 
 def test_reading_changes_nothing_in_its_argument() -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import block_values
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -16,6 +15,7 @@ from fingerslip.errors import InputError
 from fingerslip.study import sweep
 from fingerslip.study.spec import MeshFile, parse_study
 from fingerslip.study.sweep import expand, known_paths
+from unit.study.block import block_values
 
 SOURCE = Path("studies/x.yaml")
 

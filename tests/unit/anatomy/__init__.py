@@ -1,0 +1,1 @@
+"""Tests of fingerslip.anatomy, module by module."""

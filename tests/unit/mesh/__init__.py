@@ -1,0 +1,1 @@
+"""Tests of fingerslip.mesh, module by module."""

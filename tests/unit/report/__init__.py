@@ -1,0 +1,1 @@
+"""Tests of fingerslip.report, module by module."""

@@ -1,0 +1,35 @@
+"""Histories and what is read off their figures, for tests of the figures."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fingerslip.slip import find_events
+from unit.synthetic import Process, make
+
+HISTORY = make(Process())
+EVENTS = find_events(HISTORY)
+HISTORIES = {f"run {number}": HISTORY for number in range(5)}
+ALL = dict.fromkeys(HISTORIES, EVENTS)
+NO_SLIDE = make(Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0))))
+APART = HISTORY.assign(contact_state=HISTORY["contact_state"] * 0)
+BARE = HISTORY.drop_dims("site")
+
+
+def panels(figure: Figure) -> list[Axes]:
+    return [axes for axes in figure.axes if axes.get_visible()]
+
+
+def marked(axes: Axes) -> list[float]:
+    """Return the times of the vertical lines of a panel [s]."""
+    lines = [np.asarray(line.get_xdata(), dtype=float) for line in axes.lines]
+    return sorted(float(x[0]) for x in lines if x.size == 2 and x[0] == x[1])
+
+
+def words(figure: Figure) -> set[str]:
+    supers = {figure.get_suptitle(), figure.get_supylabel()}
+    labels = {text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel())}
+    keys = {text.get_text() for legend in figure.legends for text in legend.get_texts()}
+    return supers | labels | keys

@@ -1,0 +1,1 @@
+"""Tests of fingerslip.study, module by module."""

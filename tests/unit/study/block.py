@@ -1,0 +1,50 @@
+"""The study of a block under a plate, and its mesh."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import skfem
+
+FRICTIONS = [0.2, 0.4, 0.6]
+
+
+def block_values() -> dict[str, Any]:
+    """Return a study of a block under a plate, as a YAML file holds it."""
+    return {
+        "title": "Block on a plate",
+        "mesh": {"file": "block.msh"},
+        "formulation": "plane_strain",
+        "depth": "1 mm",
+        "materials": {"block": {"youngs_modulus": "100 kPa", "poisson_ratio": 0.3, "density": "1000 kg/m^3"}},
+        "supports": {"top": ["x", "y"]},
+        "contact": {"friction_coefficient": 0.6, "boundary": "bottom"},
+        "programme": [
+            {"press": {"depth": "0.1 mm", "speed": "5 mm/s"}},
+            {"slide": {"distance": "0.2 mm", "speed": "5 mm/s"}},
+        ],
+        "time": {"step": "2 ms"},
+        "sweep": {"contact.friction_coefficient": list(FRICTIONS)},
+    }
+
+
+def changed(path: str, value: object) -> dict[str, Any]:
+    """Return the study with the value at a dotted path changed."""
+    values = block_values()
+    *groups, leaf = path.split(".")
+    inner = values
+    for group in groups:
+        inner = inner[group]
+    inner[leaf] = value
+    return values
+
+
+def block_mesh(curvature: float = 0.0) -> skfem.MeshQuad:
+    """Return a block of 10 mm by 5 mm whose bottom rises by `curvature` x^2 to both sides."""
+    mesh = skfem.MeshQuad.init_tensor(np.linspace(-5e-3, 5e-3, 9), np.linspace(0.0, 5e-3, 5))
+    points = mesh.p.copy()
+    points[1] += curvature * points[0] ** 2 * (1.0 - points[1] / 5e-3)
+    bottom, top = (mesh.facets_satisfying(lambda x, y=y: np.isclose(x[1], y), True) for y in (0.0, 5e-3))
+    mesh = skfem.MeshQuad(points, mesh.t)
+    return mesh.with_boundaries({"bottom": bottom, "top": top}).with_subdomains({"block": np.arange(mesh.t.shape[1])})

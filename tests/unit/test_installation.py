@@ -1,0 +1,78 @@
+"""System libraries that Gmsh and VTK load: what is missing, and what to install."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from fingerslip import installation
+from fingerslip.installation import Library, install_line, main, missing_libraries
+
+LIBRARIES = (Library("liba.so.1", "liba1", "a-libs"), Library("libb.so.2", "libb2", "b-libs"))
+
+
+@pytest.fixture
+def lacking(monkeypatch: pytest.MonkeyPatch) -> set[str]:
+    """Return the set of files that cannot be loaded, empty at first; all others can."""
+    gone: set[str] = set()
+    monkeypatch.setattr(installation, "_loads", lambda file: file not in gone)
+    monkeypatch.setattr(installation.sys, "platform", "linux")
+    return gone
+
+
+def test_nothing_is_missing_where_everything_loads(lacking: set[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert missing_libraries() == ()
+    assert main() == 0
+    assert capsys.readouterr() == ("", "")
+
+
+def test_what_is_missing_is_named_with_its_packages(lacking: set[str], capsys: pytest.CaptureFixture[str]) -> None:
+    lacking |= {"libGLU.so.1", "libXft.so.2"}
+    assert [library.file for library in missing_libraries()] == ["libGLU.so.1", "libXft.so.2"]
+    assert main() == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "not here: libGLU.so.1, libXft.so.2\n" in err
+    assert "sudo apt-get install libglu1-mesa libxft2\n" in err
+    assert "sudo dnf install mesa-libGLU libXft\n" in err
+
+
+def test_other_systems_bring_their_own_libraries(lacking: set[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    lacking |= {"libGLU.so.1"}
+    monkeypatch.setattr(installation.sys, "platform", "darwin")
+    assert missing_libraries() == ()
+
+
+def test_commands_are_one_for_each_family_of_linux() -> None:
+    assert install_line(LIBRARIES).splitlines() == [
+        "  Debian, Ubuntu:  sudo apt-get install liba1 libb2",
+        "  Fedora, RHEL:    sudo dnf install a-libs b-libs",
+    ]
+
+
+def test_every_library_is_named_once_with_both_packages() -> None:
+    needed = installation._NEEDED
+    assert len({library.file for library in needed}) == len(needed)
+    for library in needed:
+        assert ".so." in library.file
+        assert library.debian == library.debian.lower()
+        assert library.fedora
+
+
+def test_loading_is_really_tried() -> None:
+    assert not installation._loads("libfingerslip-does-not-exist.so.9")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for a library of Linux")
+def test_a_library_that_is_there_loads() -> None:
+    assert installation._loads("libc.so.6")
+
+
+def test_check_runs_before_anything_is_installed() -> None:
+    """The Makefile calls it with a bare Python, so it must not need the site's packages."""
+    command = [sys.executable, "-I", "-S", str(installation.__file__)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode in {0, 2}, done.stderr
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,117 @@
+"""The package's face: every public name loads where it is first used, and says what it is."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+
+import pytest
+
+import fingerslip as fs
+
+HEAVY = ("numpy", "pydantic", "pint", "xarray", "skfem", "gmsh", "meshio", "numba", "matplotlib", "pyvista", "scipy")
+
+
+@pytest.mark.parametrize(
+    "code", ["import fingerslip", "import fingerslip.cli", "from fingerslip.cli import app; _help(app)"]
+)
+def test_heavy_modules_are_not_loaded_until_needed(code: str) -> None:
+    script = f"""
+import sys
+def _help(app):
+    try:
+        app(["--help"])
+    except SystemExit as end:
+        assert end.code == 0
+{code}
+print("LOADED", *sorted(set({HEAVY!r}) & set(sys.modules)))
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "LOADED"
+
+
+def test_every_public_name_can_be_loaded() -> None:
+    assert len(set(fs.__all__)) == len(fs.__all__)
+    for name in fs.__all__:
+        assert getattr(fs, name) is not None
+    assert set(dir(fs)) == set(fs.__all__)
+
+
+def test_unknown_public_name() -> None:
+    with pytest.raises(AttributeError, match="has no attribute 'Modle'"):
+        fs.Modle  # noqa: B018
+
+
+def test_public_face_names_each_thing_where_it_is() -> None:
+    for home, names in fs._HOMES.items():
+        for name in names:
+            assert getattr(fs, name).__module__.startswith(f"fingerslip.{home.split('.')[0]}")
+
+
+def test_names_for_the_type_checker_are_those_that_load() -> None:
+    """What stands under TYPE_CHECKING, in the table of homes and in __all__ is one list."""
+    source = inspect.getsource(fs)
+    checked = source[source.index("if TYPE_CHECKING:") : source.index("_HOMES = {")]
+    imports = re.findall(r"from fingerslip\.([\w.]+) import (?:\(([^)]*)\)|([^\n]*))", checked)
+    named = {home: set(re.findall(r"\w+", several or one)) for home, several, one in imports}
+    assert named == {home: set(names) for home, names in fs._HOMES.items()}
+    assert {name for names in named.values() for name in names} | {"__version__"} == set(fs.__all__)
+
+
+PUBLIC = [name for name in fs.__all__ if not name.startswith("__")]
+
+
+def sections(text: str) -> dict[str, str]:
+    """Return the sections of a docstring by heading, each underlined as numpydoc wants it."""
+    parts = re.split(r"^([A-Z][a-z]+(?: [A-Z][a-z]+)?)\n-+\n", text, flags=re.MULTILINE)
+    for heading, rule in re.findall(r"^([A-Z][a-z]+(?: [A-Z][a-z]+)?)\n(-+)\n", text, flags=re.MULTILINE):
+        assert len(heading) == len(rule), f"{heading} is underlined by {len(rule)} dashes"
+    return {"": parts[0]} | dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+def entries(section: str) -> Iterator[tuple[str, str]]:
+    """Yield name and explanation of every parameter of a section."""
+    for names, text in re.findall(r"^(\w[\w, ]*) : [^\n]+\n((?:    [^\n]*\n?|\n)*)", section, flags=re.MULTILINE):
+        for name in names.split(","):
+            yield name.strip(), text.strip()
+
+
+def parameters_of(thing: object) -> list[str]:
+    """Return what a caller may pass."""
+    if dataclasses.is_dataclass(thing):
+        return [field.name for field in dataclasses.fields(thing)]
+    if inspect.isclass(thing):
+        own = vars(thing).get("__init__")
+        return [name for name in inspect.signature(own).parameters if name != "self"] if own else []
+    return list(inspect.signature(thing).parameters)
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_public_name_has_a_docstring_with_a_summary_and_all_parameters(name: str) -> None:
+    thing = getattr(fs, name)
+    text = inspect.getdoc(thing)
+    assert text
+    assert thing.__doc__, "a docstring of its own, not that of a base"
+    found = sections(text)
+    summary = found[""].split("\n\n")[0]
+    assert summary[0].isupper()
+    assert summary.endswith(".")
+    assert "\n" not in summary, "one line says what it is"
+    described = dict(entries(found.get("Parameters", "")))
+    assert set(described) == set(parameters_of(thing))
+    for parameter, explanation in described.items():
+        assert explanation.endswith((".", "`.")), f"{parameter} is not explained in a sentence"
+
+
+@pytest.mark.parametrize("name", [name for name in PUBLIC if inspect.isfunction(getattr(fs, name))])
+def test_public_function_says_what_it_returns(name: str) -> None:
+    function = getattr(fs, name)
+    text = inspect.getdoc(function) or ""
+    if inspect.signature(function).return_annotation == "None":
+        assert "Returns" not in sections(text)
+    else:
+        assert text.startswith("Return ") or sections(text).get("Returns", "").strip()
