@@ -42,7 +42,8 @@ class Coulomb:
 class StaticKinetic:
     """Friction that drops from a static to a kinetic coefficient with the slip rate.
 
-    The coefficient is kinetic + (static - kinetic) exp(-|slip rate| / decay_speed).
+    The coefficient is ``kinetic + (static - kinetic) exp(-slip_rate / decay_speed)``. The slip rate is that of the
+    step before, so in quasi-static sliding the law needs steps in which the drop stays below the penalty's own force.
 
     Parameters
     ----------

@@ -93,9 +93,14 @@ def solve_friction(
     """
     if not free.size:
         return ContactSolution(np.zeros_like(free), 0.0, 0, 0)
-    forces, residual, iterations, worst = _solve(
-        np.ascontiguousarray(compliance), np.ascontiguousarray(free), friction_coefficient, start, tolerance
-    )
+    arrays = np.ascontiguousarray(compliance), np.ascontiguousarray(free)
+    try:
+        forces, residual, iterations, worst = _solve(*arrays, friction_coefficient, start, tolerance)
+    except SystemError as error:
+        # A Ctrl-C that arrives inside compiled code comes out wrapped.
+        if isinstance(error.__cause__, KeyboardInterrupt):
+            raise KeyboardInterrupt from error
+        raise
     return ContactSolution(forces, residual, iterations, worst)
 
 

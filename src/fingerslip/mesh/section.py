@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import skfem
@@ -12,10 +12,12 @@ from scipy.spatial import cKDTree
 
 from fingerslip.anatomy import REGIONS, Fingertip, phalanx_contour
 from fingerslip.errors import MeshError
-from fingerslip.mesh.core import CoreMesh, mesh_core
 from fingerslip.mesh.quality import check_quality
 from fingerslip.mesh.sizes import MeshSizes
 from fingerslip.mesh.skin import SkinGrid, sweep_skin
+
+if TYPE_CHECKING:
+    from fingerslip.mesh.core import CoreMesh
 
 __all__ = ["build_section", "mesh_section"]
 
@@ -71,6 +73,9 @@ def mesh_section(fingertip: Fingertip, sizes: MeshSizes) -> skfem.Mesh2D:
     """Build the mesh of a section from a set of sizes; see :func:`build_section`."""
     contour = phalanx_contour(fingertip)
     grid = sweep_skin(fingertip, sizes, contour)
+    # Gmsh is loaded here and nowhere else: a mesh file of one's own does without it.
+    from fingerslip.mesh.core import mesh_core
+
     core = mesh_core(contour, grid.points[-1], grid.closed, sizes)
     points, cells = _joined(grid, core, triangles=sizes.element != "Q4")
     mesh = _with_names(_container(points, cells, sizes.element), cells, grid)

@@ -88,7 +88,7 @@ def parameters_table(values: Sequence[PresetValue], title: str = "Parameters") -
     ordered = sorted(values, key=lambda value: value.source != "assumed")
     columns = (Column("parameter"), Column("value"), Column("source"), Column("note"))
     assumed = sum(value.source == "assumed" for value in values)
-    note = f"{assumed} of {len(values)} values are assumed: nobody published them."
+    note = f"{assumed} of {len(values)} values are assumed: the sources do not give them."
     return Table(title, columns, tuple((v.path, v.value, v.source, v.note) for v in ordered), note)
 
 

@@ -50,7 +50,9 @@ def check_studies(paths: Sequence[str | Path], results_dir: str | Path = "result
     """
     rows = [row for path in paths for row in _rows(plan_study(path, results_dir))]
     seconds = sum(float(row[-1]) for row in rows if row[2] == "to do")
-    note = f"{len(rows)} runs, about {max(seconds / 60, 0.1):.1f} min of computing in one process."
+    note = (
+        f"{len(rows)} run{'s' * (len(rows) != 1)}, about {max(seconds / 60, 0.1):.1f} min of computing in one process."
+    )
     return Table("Checked, nothing wrong", _COLUMNS, tuple(rows), note)
 
 

@@ -8,7 +8,7 @@ import os
 import queue
 import signal
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
@@ -87,7 +87,9 @@ def _compute_apart(jobs: Sequence[Job], workers: int, progress: StudyProgress) -
     news, stop = context.Queue(), context.Event()
     pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(news, stop))
     try:
-        futures = {pool.submit(_compute_in_worker, job): job for job in jobs}
+        with _interrupts_ignored():
+            # The workers start here and inherit this: a Ctrl-C while they import is the parent's alone to answer.
+            futures = {pool.submit(_compute_in_worker, job): job for job in jobs}
         return _follow(futures, news, progress)
     finally:
         stop.set()
@@ -133,6 +135,19 @@ def _failure(future: Future[None], job: Job) -> FingerslipError | None:
 
 def _out_of_memory(job: Job) -> ResultError:
     return ResultError(f"{job.run.where}: out of memory; use larger elements or --workers 1")
+
+
+@contextlib.contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """Ignore Ctrl-C in the block, where signals can be handled at all."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 _news: Any = None

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fingerslip.contact import solver
+from fingerslip.contact import solver as solver_module
 from fingerslip.contact.solver import friction_residual, solve_friction
 
 TOLERANCE = 1e-10
@@ -235,3 +236,12 @@ def test_the_examples_in_the_docstrings():
     failures, tested = doctest.testmod(solver)
     assert tested >= 3
     assert failures == 0
+
+
+def test_an_interrupt_inside_compiled_code_stays_an_interrupt(monkeypatch):
+    def interrupted(*_):
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    monkeypatch.setattr(solver_module, "_solve", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        solve_friction(np.eye(2), np.array([[-1.0, 0.1]]), np.array([0.5]), np.zeros((1, 2)), 1e-12)

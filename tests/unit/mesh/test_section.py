@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -201,8 +203,18 @@ def test_poor_cells_are_refused_with_their_place(monkeypatch):
         core.points[core.cells["phalanx"][100][0]] = corners[2]
         return core
 
-    monkeypatch.setattr("fingerslip.mesh.section.mesh_core", spoilt)
+    monkeypatch.setattr(core_module, "mesh_core", spoilt)
     with pytest.raises(
         MeshError, match=r"phalanx cell \d+ at x = .* mm, y = .* mm: .*, needs > .*; write a smaller bulk"
     ):
         build_section(preset("wang2014-2d"))
+
+
+def test_gmsh_is_loaded_only_where_a_section_is_built() -> None:
+    script = (
+        "import sys, fingerslip as fs\n"
+        "fs.Model, fs.read_mesh, fs.simulate, fs.build_section\n"
+        "print(*sorted({'gmsh', 'pygmsh'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
