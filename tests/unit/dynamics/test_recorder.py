@@ -155,3 +155,12 @@ def test_snapshots_are_at_the_nearest_steps_with_both_ends(interval, steps):
 def test_without_snapshots_there_are_no_such_variables():
     plain = fs.simulate(push_and_slide(programme=(fs.Press(0.1e-3, 4e-3),)))
     assert not [name for name in plain.data_vars if name.startswith("snapshot")]
+
+
+def test_a_sticking_node_gathers_no_slip_at_all(history):
+    """Not even rounding: over thousands of steps it would add up."""
+    slip, state = history.slip_distance.values, history.contact_state.values
+    stuck = state[1:] == 1
+    assert stuck.any()
+    assert (np.diff(slip, axis=0)[stuck] == 0.0).all()
+    assert (np.diff(slip, axis=0) >= 0.0).all()

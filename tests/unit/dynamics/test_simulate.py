@@ -8,7 +8,7 @@ import pytest
 import fingerslip as fs
 from fingerslip.dynamics.simulate import step_times
 from fingerslip.history import VARIABLES
-from problems.pushed import push_and_slide
+from problems.pushed import pad, push_and_slide
 
 SITES = (fs.Site("deep", "FA-II", (0.0, 2e-3)), fs.Site("low", "SA-I", (1e-3, 0.0), "bulk"))
 
@@ -110,3 +110,27 @@ def test_a_run_to_the_left_is_the_mirror_image_of_one_to_the_right():
     np.testing.assert_allclose(
         left.slip_distance.values[:, mirrored], right.slip_distance.values[:, order], atol=1e-8 * 0.8e-3
     )
+
+
+def test_a_node_that_moves_onto_the_plate_is_noticed_though_the_plate_stands_still():
+    """A free block is pushed down onto a plate 0.2 mm below it; only its lowest node may touch."""
+    contact = fs.Contact("bottom", body=fs.Plane(offset=-0.2e-3), friction=fs.Coulomb(0.4), reach=0.21e-3)
+    model = push_and_slide(
+        supports={"left": ("x",)},
+        contacts=(contact,),
+        programme=(),
+        tractions={"top": (0.0, -2e3)},
+        time=fs.TimeStepping(1e-3, end=0.2),
+    )
+    with pytest.raises(fs.SlipOutsideContactError, match="reached the plate but is no contact candidate"):
+        fs.simulate(model)
+
+
+def test_a_node_that_gives_way_to_the_plate_is_none_that_it_reaches():
+    """The plate passes the places at which outer nodes began, but these rise with the skin that it presses."""
+    reached = 0.06e-3
+    contact = fs.Contact("bottom", friction=fs.Coulomb(0.4), reach=reached)
+    history = fs.simulate(
+        push_and_slide(contacts=(contact,), programme=(fs.Press(0.1e-3, 4e-3),), mesh=pad("Q4", 40, 8))
+    )
+    assert history.contact_position[:, 1].max() - history.contact_position[:, 1].min() <= reached

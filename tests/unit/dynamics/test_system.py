@@ -117,3 +117,13 @@ def test_tributary_areas_are_those_of_the_boundary():
     ends = mesh.p[:, mesh.facets[:, mesh.boundaries["bottom"]]]
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0).sum()
     assert system.candidates.area.sum() == pytest.approx(1e-3 * length, rel=1e-12)
+
+
+def test_automatic_penalties_are_those_of_the_stiffest_layer_and_of_a_middling_facet():
+    """Two materials side by side under the boundary, and facets of three sizes."""
+    xs, ys = [0.0, 1e-3, 1.5e-3, 2e-3, 2.5e-3, 4.5e-3], np.linspace(0.0, 1e-3, 3)
+    halves = {"soft": lambda c: c[0] < 1.5e-3, "stiff": lambda c: c[0] > 1.5e-3}
+    mesh = rectangle("Q4", xs, ys, regions=halves)
+    materials = {"soft": fs.Elastic(1e5, 0.4, 1000.0), "stiff": fs.Elastic(3e5, 0.4, 1000.0)}
+    candidates = build_system(push_and_slide(mesh=mesh, materials=materials)).candidates
+    np.testing.assert_allclose(candidates.normal_stiffness / candidates.area, 10 * 3e5 / 0.5e-3)

@@ -191,3 +191,18 @@ def assert_same(one: Events, other: Events) -> None:
     for way in ("slip", "displacement", "acceleration"):
         for name in NAMES:
             assert getattr(getattr(one, way), name) == pytest.approx(getattr(getattr(other, way), name), abs=1e-9)
+
+
+def test_a_node_that_lifts_off_counts_if_it_had_left_the_line_before_and_else_not() -> None:
+    """The first node leaves at 1.3 s and a bit; it is lifted once after that and once before."""
+    history = make(Process(jump=False))
+    whole = displacement_events(history, EventSettings())
+    assert whole.incipient == pytest.approx(1.3 + 50e-6 / SPEED, abs=5e-3)
+    state = history["contact_state"].copy()
+    edges = [0, 40]
+    state[300:, edges] = OPEN
+    assert displacement_events(history.assign(contact_state=state), EventSettings()).incipient == whole.incipient
+    state[220:, edges] = OPEN
+    later = displacement_events(history.assign(contact_state=state), EventSettings())
+    second = 1.3 + 0.41 / 20 + 50e-6 / SPEED
+    assert later.incipient == pytest.approx(second, abs=5e-3)

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fingerslip.slip import PeakSettings, acceleration_events, acceleration_peaks
+from fingerslip.slip import peaks as peaks_module
 from fingerslip.slip.peaks import noise_of, transition_end
 from unit.synthetic import Process, make
 
@@ -105,3 +106,57 @@ def test_ringing_after_a_release_is_no_further_release() -> None:
 def test_noise_spread_is_the_deviation_of_normal_noise() -> None:
     floor, spread = noise_of(2.0 + 0.3 * np.random.default_rng(0).standard_normal(20_000))
     assert (floor, spread) == pytest.approx((2.0, 0.3), rel=0.02)
+
+
+TIMES = np.arange(0.0, 1.2, 5e-3)
+
+
+def with_peaks(heights: dict[float, float], ripple: float, transient: dict[float, float]) -> np.ndarray:
+    """Return a floor of 1 with a sawtooth of five records, single records raised to peaks, and the transient."""
+    signal = 1.0 + ripple * (np.arange(TIMES.size) % 5 - 2)
+    for moment, height in heights.items():
+        signal[round(moment / 5e-3)] = 1.0 + height
+    start = max(transient) >= TIMES
+    signal[start] = np.interp(TIMES[start], list(transient), list(transient.values()))
+    return signal
+
+
+START = {0.0: 0.0, 0.005: 40.0, 0.03: 2.0, 0.04: 1.0}
+
+
+def test_a_peak_needs_six_spreads_of_the_noise() -> None:
+    """The median deviation of the sawtooth is 0.1 and its spread 0.148, so 0.89 over the floor are needed."""
+    signal = with_peaks({0.3: 0.75, 0.5: 1.3, 0.9: 20.0}, 0.1, START)
+    table = peaks_module._tabulate(TIMES, signal, PeakSettings())
+    assert table.noise_spread == pytest.approx(0.148, abs=0.002)
+    assert table.noise_floor == pytest.approx(1.0, abs=0.11)
+    assert [peak.time for peak in table.peaks] == pytest.approx([0.5, 0.9])
+    looser = peaks_module._tabulate(TIMES, signal, PeakSettings(over_noise=4.0))
+    assert [peak.time for peak in looser.peaks] == pytest.approx([0.3, 0.5, 0.9])
+
+
+def test_a_peak_needs_two_per_cent_of_the_largest() -> None:
+    signal = with_peaks({0.3: 0.3, 0.5: 0.6, 0.9: 20.0}, 0.0, START)
+    table = peaks_module._tabulate(TIMES, signal, PeakSettings())
+    assert table.threshold == pytest.approx(0.02 * 20.0)
+    assert [peak.time for peak in table.peaks] == pytest.approx([0.5, 0.9])
+    assert [peak.prominence for peak in table.peaks] == pytest.approx([0.6, 20.0])
+
+
+def test_a_second_swell_of_the_transient_is_no_peak() -> None:
+    """Roughly over at 0.03 s, it swells again at 0.08 s and is quiet from 0.1 s on."""
+    swell = START | {0.03: 3.0, 0.04: 2.5, 0.08: 3.4, 0.1: 1.0}
+    table = peaks_module._tabulate(TIMES, with_peaks({0.9: 20.0}, 0.0, swell), PeakSettings())
+    assert [peak.time for peak in table.peaks] == pytest.approx([0.9])
+    assert table.transition is not None
+    assert table.transition.time == pytest.approx(0.005)
+    assert table.transition_end == pytest.approx(0.1, abs=0.006)
+
+
+def test_peaks_closer_than_the_separation_are_one() -> None:
+    signal = with_peaks({0.500: 3.0, 0.515: 5.0, 0.9: 20.0}, 0.0, START)
+    table = peaks_module._tabulate(TIMES, signal, PeakSettings())
+    assert [peak.time for peak in table.peaks] == pytest.approx([0.515, 0.9])
+    apart = with_peaks({0.500: 3.0, 0.545: 5.0, 0.9: 20.0}, 0.0, START)
+    table = peaks_module._tabulate(TIMES, apart, PeakSettings())
+    assert [peak.time for peak in table.peaks] == pytest.approx([0.5, 0.545, 0.9])
