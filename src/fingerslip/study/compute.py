@@ -84,7 +84,7 @@ def compute(job: Job, progress: Callable[[float], None]) -> None:
         write_history(history, folder / "history.nc")
         with writing(folder):
             write_mapping(job.run.resolved(), folder / "run.yaml", comment="fingerslip run run.yaml repeats this run")
-            write_snapshots(history, job.model.mesh, folder)
+            write_snapshots(history, folder)
         write_text(folder / "events.json", mapping_text(_result(job, history, seconds)))
 
 
