@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
+from fingerslip.anatomy.solid import Nail, SolidShape
 from fingerslip.errors import InputError
 from fingerslip.materials import Elastic
 from fingerslip.parameters import Angle, Length, NonNegativeLength, PositiveLength, parameters
@@ -315,11 +316,14 @@ class Fingertip:
     receptors : Receptors
         Depths of the receptors.
     materials : dict of str to Elastic
-        Material of each of `epidermis`, `dermis`, `tissue` and `phalanx`.
+        Material of each of `epidermis`, `dermis`, `tissue` and `phalanx`, and of the `nail` where there is one.
     formulation : {'plane_strain', 'plane_stress'}
         Out-of-plane behaviour of the 2D model.
     depth : float
         Out-of-plane thickness of the 2D model [m].
+    solid : SolidShape, optional
+        What the fingertip in space has beyond its sections. With it the transverse section is the cut x = 0 of the
+        fingertip in space, as the sagittal section is the cut z = 0; without it there are only the sections.
     """
 
     section: Literal["sagittal", "transverse"]
@@ -333,13 +337,16 @@ class Fingertip:
     materials: dict[str, Elastic]
     formulation: Literal["plane_strain", "plane_stress"]
     depth: PositiveLength
+    solid: SolidShape | None = None
 
     def __post_init__(self) -> None:
-        _check_materials(self.materials)
+        _check_materials(self)
         _check_ridges(self)
         _check_fingerprint(self)
         _check_receptors(self)
         _check_outline(self)
+        if self.solid is not None:
+            _check_solid(self, self.solid)
 
     @property
     def outline(self) -> SagittalOutline | TransverseOutline:
@@ -352,9 +359,36 @@ class Fingertip:
         return self.outline.zone
 
 
-def _check_materials(materials: dict[str, Elastic]) -> None:
-    if set(materials) != set(REGIONS):
-        raise InputError("materials", f"has {', '.join(materials) or 'nothing'}", f"needs {', '.join(REGIONS)}")
+def _check_materials(fingertip: Fingertip) -> None:
+    has_nail = fingertip.solid is not None and fingertip.solid.nail is not None
+    needed, given = (*REGIONS, "nail") if has_nail else REGIONS, fingertip.materials
+    if set(given) != set(needed):
+        raise InputError("materials", f"has {', '.join(given) or 'nothing'}", f"needs {', '.join(needed)}")
+
+
+def _check_solid(fingertip: Fingertip, solid: SolidShape) -> None:
+    sagittal, transverse = fingertip.sagittal, fingertip.transverse
+    if abs(sagittal.half_height - transverse.half_height) > 1e-9 * sagittal.half_height:
+        allowed = f"needs {_mm(sagittal.half_height)} (sagittal.half_height): both sections are cuts of one finger"
+        raise InputError("transverse.half_height", f"got {_mm(transverse.half_height)}", allowed)
+    if not -sagittal.pad_length < solid.phalanx.waist_position < 0.0:
+        allowed = f"needs a value between {_mm(-sagittal.pad_length)} (proximal cut) and 0 mm"
+        raise InputError("solid.phalanx.waist_position", f"got {_mm(solid.phalanx.waist_position)}", allowed)
+    if solid.nail is not None:
+        _check_nail(fingertip, solid.nail)
+
+
+def _check_nail(fingertip: Fingertip, nail: Nail) -> None:
+    limits = {
+        "start": (-fingertip.sagittal.pad_length, nail.start, fingertip.sagittal.tip_length),
+        "end": (-fingertip.sagittal.pad_length, nail.end, fingertip.sagittal.tip_length),
+        "half_width": (0.0, nail.half_width, fingertip.transverse.half_width),
+        "thickness": (0.0, nail.thickness, fingertip.layers.skin_thickness),
+    }
+    for name, (least, value, largest) in limits.items():
+        if not least < value < largest:
+            allowed = f"needs a value between {_mm(least)} and {_mm(largest)}"
+            raise InputError(f"solid.nail.{name}", f"got {_mm(value)}", allowed)
 
 
 def _check_ridges(fingertip: Fingertip) -> None:
