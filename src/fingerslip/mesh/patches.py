@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.errors import MeshError
 from fingerslip.mesh.session import MILLIMETRES, gmsh_session
 
-__all__ = ["SurfaceMesh", "mesh_surface"]
+__all__ = ["Triangulation", "mesh_surface"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -21,7 +21,7 @@ _FRONTAL = 6
 
 
 @dataclass(frozen=True)
-class SurfaceMesh:
+class Triangulation:
     """Triangles on a surface in space.
 
     Parameters
@@ -36,7 +36,7 @@ class SurfaceMesh:
     triangles: Integers
 
 
-def mesh_surface(grid: Floats, is_open: bool, divide_at: int, sizes: Floats) -> SurfaceMesh:
+def mesh_surface(grid: Floats, is_open: bool, divide_at: int, sizes: Floats) -> Triangulation:
     """Mesh a surface that closes at its last row, with nodes along the lines that quarter it and along one row.
 
     The quarters, divided at one row, are the patches that Gmsh parametrises and meshes.
@@ -149,10 +149,10 @@ def _set_sizes(number: Integers, grid: Floats, sizes: Floats) -> None:
     gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL)
 
 
-def _read(patches: list[int]) -> SurfaceMesh:
+def _read(patches: list[int]) -> Triangulation:
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     nodes = np.concatenate([gmsh.model.mesh.getElementsByType(_TRIANGLE, patch)[1] for patch in patches])
     used, triangles = np.unique(nodes, return_inverse=True)
     order = np.argsort(tags)
     place = order[np.searchsorted(tags, used, sorter=order)]
-    return SurfaceMesh(coordinates.reshape(-1, 3)[place] / MILLIMETRES, triangles.reshape(-1, 3))
+    return Triangulation(coordinates.reshape(-1, 3)[place] / MILLIMETRES, triangles.reshape(-1, 3))

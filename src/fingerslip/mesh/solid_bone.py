@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from fingerslip.anatomy import BoneSurface, Fingertip
-from fingerslip.mesh.patches import SurfaceMesh, mesh_surface
+from fingerslip.mesh.patches import Triangulation, mesh_surface
 from fingerslip.mesh.sizes import SolidSizes
 from fingerslip.mesh.solid_skin import SolidSkin, contact_points, graded_sizes
 
@@ -15,7 +15,7 @@ __all__ = ["mesh_bone"]
 _TISSUE_SHARE = 0.7
 
 
-def mesh_bone(fingertip: Fingertip, bone: BoneSurface, sizes: SolidSizes, skin: SolidSkin) -> SurfaceMesh:
+def mesh_bone(fingertip: Fingertip, bone: BoneSurface, sizes: SolidSizes, skin: SolidSkin) -> Triangulation:
     """Mesh the surface of the phalanx.
 
     Parameters

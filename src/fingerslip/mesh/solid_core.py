@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.core import mesh_ring
-from fingerslip.mesh.patches import SurfaceMesh
+from fingerslip.mesh.patches import Triangulation
 from fingerslip.mesh.session import MILLIMETRES, gmsh_session
 
 __all__ = ["SolidCore", "mesh_solid_core"]
@@ -20,6 +20,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 _TRIANGLE, _TETRAHEDRON = 2, 4
+_HXT = 10
 
 
 @dataclass(frozen=True)
@@ -48,14 +49,14 @@ class _Hull:
     caps: dict[str, Integers]
 
 
-def mesh_solid_core(skin: SurfaceMesh, bone: SurfaceMesh, largest: float) -> SolidCore:
+def mesh_solid_core(skin: Triangulation, bone: Triangulation, largest: float) -> SolidCore:
     """Mesh what lies inside the skin.
 
     Parameters
     ----------
-    skin : SurfaceMesh
+    skin : Triangulation
         The dermis-tissue interface, its rim on the proximal cut.
-    bone : SurfaceMesh
+    bone : Triangulation
         The surface of the phalanx; a rim, where it has one, on the same cut.
     largest : float
         Largest element size [m].
@@ -70,7 +71,7 @@ def mesh_solid_core(skin: SurfaceMesh, bone: SurfaceMesh, largest: float) -> Sol
         volumes = _draw(hull)
         gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1)
         gmsh.option.setNumber("Mesh.MeshSizeMax", largest * MILLIMETRES)
-        gmsh.option.setNumber("Mesh.Optimize", 1)
+        gmsh.option.setNumber("Mesh.Algorithm3D", _HXT)
         try:
             gmsh.model.mesh.generate(3)
         except Exception as error:
@@ -78,7 +79,7 @@ def mesh_solid_core(skin: SurfaceMesh, bone: SurfaceMesh, largest: float) -> Sol
         return _read(hull, volumes)
 
 
-def rim(surface: SurfaceMesh) -> Integers:
+def rim(surface: Triangulation) -> Integers:
     """Return the nodes of the rim of a surface in turn, the surface on their left; none where it is closed."""
     edges = np.concatenate([surface.triangles[:, [0, 1]], surface.triangles[:, [1, 2]], surface.triangles[:, [2, 0]]])
     _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
@@ -92,7 +93,7 @@ def rim(surface: SurfaceMesh) -> Integers:
     return np.array(ring)
 
 
-def _hull(skin: SurfaceMesh, bone: SurfaceMesh, largest: float) -> _Hull:
+def _hull(skin: Triangulation, bone: Triangulation, largest: float) -> _Hull:
     """Join skin and bone by flat caps on the proximal cut."""
     count = len(skin.points)
     points = np.vstack([skin.points, bone.points])

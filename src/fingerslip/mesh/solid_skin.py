@@ -23,7 +23,7 @@ from fingerslip.anatomy import (
     solid_shape,
 )
 from fingerslip.errors import InputError
-from fingerslip.mesh.patches import SurfaceMesh, mesh_surface
+from fingerslip.mesh.patches import Triangulation, mesh_surface
 from fingerslip.mesh.sizes import GROWTH, SolidSizes
 
 __all__ = ["SolidSkin", "check_skin_fits", "contact_points", "graded_sizes", "inner_surface", "sweep_solid_skin", "tetrahedra"]
@@ -118,7 +118,7 @@ def contact_points(fingertip: Fingertip, sizes: SolidSizes) -> Floats:
     return grid[_height(fingertip, grid) <= sizes.contact_reach]
 
 
-def _outer_surface(fingertip: Fingertip, sizes: SolidSizes, levels: Floats, bone: Floats) -> SurfaceMesh:
+def _outer_surface(fingertip: Fingertip, sizes: SolidSizes, levels: Floats, bone: Floats) -> Triangulation:
     grid = skin_grid(fingertip)
     skin = grid.reshape(-1, 3)
     # Rows go all round the finger, so triangles may only widen as far as the cells keep a good shape.
@@ -132,7 +132,7 @@ def _outer_surface(fingertip: Fingertip, sizes: SolidSizes, levels: Floats, bone
     cut = np.abs(surface.points[:, 0] + fingertip.sagittal.pad_length) < 1e-9
     points = onto_skin(fingertip, surface.points)
     points[cut] = _on_cut(fingertip, points[cut])
-    return SurfaceMesh(points, surface.triangles)
+    return Triangulation(points, surface.triangles)
 
 
 def _on_cut(fingertip: Fingertip, points: Floats) -> Floats:
@@ -203,9 +203,9 @@ def _shifted(fingertip: Fingertip, skin: Floats, level: float) -> Floats:
     return moved
 
 
-def inner_surface(skin: SolidSkin) -> SurfaceMesh:
+def inner_surface(skin: SolidSkin) -> Triangulation:
     """Return the dermis-tissue interface."""
-    return SurfaceMesh(skin.points[-1], skin.triangles)
+    return Triangulation(skin.points[-1], skin.triangles)
 
 
 def tetrahedra(skin: SolidSkin) -> tuple[Integers, Integers]:
