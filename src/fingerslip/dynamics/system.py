@@ -154,7 +154,7 @@ def build_system(model: Model) -> System:
         return node_operator(nodes, space.dim, space.n_dofs)[:, free]
 
     outsiders = [
-        np.setdiff1d(boundary_nodes(space, contact.boundary), own.nodes)
+        np.setdiff1d(_touchable(space, contact.boundary), own.nodes)
         for contact, own in zip(model.contacts, known.candidates, strict=True)
     ]
     return System(
@@ -180,6 +180,12 @@ def build_system(model: Model) -> System:
         motions=known.motions,
         site_nodes=known.site_nodes,
     )
+
+
+def _touchable(space: Space, boundary: str) -> NDArray[np.int64]:
+    """Return the nodes of a boundary that can carry contact: corners of quadratic tetrahedra have no area."""
+    nodes, areas = boundary_nodes(space, boundary), nodal_areas(space, boundary, 1.0)
+    return nodes[areas[nodes] > 1e-9 * areas[nodes].max()]
 
 
 def _check(model: Model) -> _Checked:

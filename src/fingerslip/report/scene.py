@@ -44,6 +44,7 @@ _CELLS = {
     "T4": pyvista.CellType.TETRA,
     "T10": pyvista.CellType.QUADRATIC_TETRA,
 }
+_BAR = {"width": 0.5, "position_x": 0.25, "position_y": 0.03, "title_font_size": 18, "label_font_size": 16}
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _CAMERAS = {
     "side": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
@@ -52,6 +53,8 @@ _CAMERAS = {
     "oblique": ((0.8, -0.45, 0.9), (0.0, 1.0, 0.0)),
 }
 _FLAT = 1e-3
+# What VTK fits is the box around everything, which leaves wide margins.
+_ZOOM = 1.35
 
 
 @parameters
@@ -180,6 +183,7 @@ def aim(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
     name = "side" if history.sizes["component"] == 2 else options.camera
     plotter.view_vector(*_CAMERAS[name])
     plotter.reset_camera()
+    plotter.camera.zoom(_ZOOM)
 
 
 def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[float, float]) -> dict[str, Any]:
@@ -187,7 +191,7 @@ def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[f
     shared: dict[str, Any] = {"show_edges": options.edges, "reset_camera": False}
     if options.scalar == "region":
         return {**shared, "color": region_colours(region_names(history))[name]}
-    bar = {"title": SCALARS[options.scalar][0], "color": BLACK, "fmt": "%.3g", "n_labels": 4}
+    bar = {"title": SCALARS[options.scalar][0], "color": BLACK, "fmt": "%.3g", "n_labels": 3, **_BAR}
     return {**shared, "scalars": options.scalar, "clim": limits, "cmap": "viridis", "scalar_bar_args": bar}
 
 
@@ -220,7 +224,7 @@ def _draw_plate(plotter: Any, history: xr.Dataset, place: int, grid: pyvista.Uns
         if not own.any() or np.ptp(heights) > _FLAT * grid.length / 1e3:
             continue  # a curved body
         centre, direction = 1e3 * _in_space(on_plate.mean(axis=0)[None]), _in_space(normal[None])[0]
-        size = 1.2 * grid.length
+        size = 1.2 * float(np.max(np.ptp(grid.points, axis=0)))
         plane = pyvista.Plane(center=centre[0], direction=direction, i_size=size, j_size=size)
         plotter.add_mesh(plane, name=f"plate {body}", color="#b8c4cc", opacity=0.35, reset_camera=False)
 

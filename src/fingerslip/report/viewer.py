@@ -155,7 +155,7 @@ def _add_controls(plotter: Any, history: xr.Dataset, options: SceneOptions) -> N
 
     times = history["snapshot_time"].values
     if times.size > 1:
-        plotter.add_slider_widget(move, (times[0], times[-1]), times[-1], title="time [s]", color="black")
+        plotter.add_slider_widget(move, (times[0], times[-1]), value=times[-1], title="time [s]", color="black")
     for row, name in enumerate(shown):
         place = 10 + row * (_BOX + 6)
         plotter.add_checkbox_button_widget(
