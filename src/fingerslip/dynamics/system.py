@@ -185,7 +185,8 @@ def build_system(model: Model) -> System:
 def _touchable(space: Space, boundary: str) -> NDArray[np.int64]:
     """Return the nodes of a boundary that can carry contact: corners of quadratic tetrahedra have no area."""
     nodes, areas = boundary_nodes(space, boundary), nodal_areas(space, boundary, 1.0)
-    return nodes[areas[nodes] > 1e-9 * areas[nodes].max()]
+    touchable: NDArray[np.int64] = nodes[areas[nodes] > 1e-9 * areas[nodes].max()]
+    return touchable
 
 
 def _check(model: Model) -> _Checked:

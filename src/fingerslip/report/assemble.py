@@ -7,10 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+import numpy as np
 import skfem
 import xarray as xr
 
 from fingerslip.anatomy import PresetValue
+from fingerslip.report.assemble_solid import is_solid, solid_overview, solid_pictures, solid_scene
 from fingerslip.report.figures import (
     acceleration_figure,
     acceleration_overview_figure,
@@ -38,7 +40,7 @@ from fingerslip.report.tables_events import (
     statements_table,
     ways_table,
 )
-from fingerslip.slip import Convergence, Events, EventSettings, acceleration_peaks
+from fingerslip.slip import RECEPTOR_KINDS, Convergence, Events, EventSettings, acceleration_peaks
 
 __all__ = ["StudyResults", "definitions", "study_report"]
 
@@ -177,15 +179,19 @@ def _overview_section(results: StudyResults) -> ReportSection:
     histories = dict(list(results.histories.items())[:_PANELS_AT_MOST])
     if len(histories) > 1:
         events = results.events
+        if any(is_solid(history) for history in histories.values()):
+            pictures.append(solid_overview(histories))
+        else:
+            said = "Where and when the surface sticks and slips."
+            pictures.append(Picture("slip-maps", said, slip_maps_figure(histories, events)))
         pictures += [
-            Picture("slip-maps", "Where and when the surface sticks and slips.", slip_maps_figure(histories, events)),
             Picture(
                 "forces",
                 "Tangential over normal force and the area fraction that slips at each time.",
                 force_overview_figure(histories, events),
             ),
         ]
-        if all("site" in history.coords for history in histories.values()):
+        if all(_has_receptors(history) for history in histories.values()):
             pictures.append(_peaks_picture(histories, results))
     return ReportSection("The runs side by side", (), (), tuple(pictures))
 
@@ -222,16 +228,22 @@ def _merged(references: Sequence[PublishedSet]) -> PublishedSet | None:
 
 
 def _section_section(results: StudyResults) -> ReportSection:
+    shown = {label: results.histories[label] for label in results.meshes if label in results.histories}
     pictures = [
         Picture(
             f"section-{label}",
             f"Layers, elements, receptors and plate of {label}, before the plate moves.",
-            section_figure(mesh, receptor_positions(results.histories[label]), title=label),
+            section_figure(results.meshes[label], receptor_positions(history), title=label),
         )
-        for label, mesh in results.meshes.items()
-        if label in results.histories
+        for label, history in shown.items()
+        if not is_solid(history)
     ]
-    return ReportSection("The section", (), (), tuple(pictures))
+    pictures += [
+        Picture(f"scene-{label}", f"Layers, elements and plate of {label}, cut open.", solid_scene(history, label))
+        for label, history in shown.items()
+        if is_solid(history) and history.sizes.get("snapshot_time", 0)
+    ]
+    return ReportSection("The fingertip", (), (), tuple(pictures))
 
 
 def _parameters_section(results: StudyResults) -> ReportSection:
@@ -241,26 +253,35 @@ def _parameters_section(results: StudyResults) -> ReportSection:
 
 def _run_section(results: StudyResults, run: RunEvents) -> ReportSection:
     history, label, events = results.histories[run.label], run.label, run.events
-    pictures = [
+    pictures = solid_pictures(history, events, label) if is_solid(history) else _plane_pictures(history, events, label)
+    said = "Forces, their ratio, and the slipping area."
+    pictures.append(Picture(f"{label}-forces", said, force_figure(history, events, label)))
+    tables = [ways_table(run)]
+    if _has_receptors(history):
+        tables.append(peaks_table(acceleration_peaks(history, results.settings.peaks)))
+        pictures += _receptor_pictures(history, events, label)
+    balance = energy_figure(history, label)
+    pictures.append(Picture(f"{label}-energy", "Where the work of the plate goes.", balance))
+    return ReportSection(f"Run {label}", (), tuple(tables), tuple(pictures), folded=True)
+
+
+def _plane_pictures(history: xr.Dataset, events: Events, label: str) -> list[Picture]:
+    return [
         Picture(
             f"{label}-slip-map",
             "Where and when the surface sticks and slips.",
             slip_maps_figure({label: history}, {label: events}),
         ),
-        Picture(f"{label}-forces", "Forces, their ratio, and the slipping area.", force_figure(history, events, label)),
         Picture(
             f"{label}-displacement",
             "Displacement of nodes over the contact, against the plate's.",
             contact_displacement_figure(history, events, label),
         ),
     ]
-    tables = [ways_table(run)]
-    if "site" in history.coords:
-        tables.append(peaks_table(acceleration_peaks(history, results.settings.peaks)))
-        pictures += _receptor_pictures(history, events, label)
-    balance = energy_figure(history, label)
-    pictures.append(Picture(f"{label}-energy", "Where the work of the plate goes.", balance))
-    return ReportSection(f"Run {label}", (), tuple(tables), tuple(pictures), folded=True)
+
+
+def _has_receptors(history: xr.Dataset) -> bool:
+    return "site" in history.coords and bool(np.isin(history["site_kind"].values, RECEPTOR_KINDS).any())
 
 
 def _receptor_pictures(history: xr.Dataset, events: Events, label: str) -> list[Picture]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.report.rendering import has_display, prepare_rendering
 from fingerslip.report.scene import SceneOptions, aim, check_options, draw_scene, snapshot_at
 
-__all__ = ["FILMS", "PICTURES", "open_window", "save_movie", "save_still", "still"]
+__all__ = ["FILMS", "PICTURES", "open_window", "save_movie", "save_still", "still", "stills"]
 
 #: Endings of files that can be written.
 PICTURES = (".png", ".jpg", ".webp")
@@ -59,8 +59,43 @@ def still(
     """
     options = options or SceneOptions()
     check_options(history, options)
-    (picture,) = _frames(history, [snapshot_at(history, time)], options, size)
+    (picture,) = stills(history, [snapshot_at(history, time)], options, size)
     return picture
+
+
+def stills(
+    history: xr.Dataset, places: Sequence[int], options: SceneOptions, size: tuple[int, int] = _SIZE
+) -> Iterator[NDArray[np.uint8]]:
+    """Render snapshots with one camera, see :func:`still`.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with snapshots.
+    places : sequence of int
+        Numbers of the snapshots.
+    options : SceneOptions
+        What is shown.
+    size : tuple of int, optional
+        Width and height [pixels].
+
+    Yields
+    ------
+    (height, width, 3) array of uint8
+        A picture.
+    """
+    check_options(history, options)
+    prepare_rendering()
+    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size))
+    try:
+        plotter.set_background("white")
+        for number, place in enumerate(places):
+            draw_scene(plotter, history, place, options)
+            if number == 0:
+                aim(plotter, history, options)
+            yield np.asarray(plotter.screenshot(None, return_img=True))[..., :3]
+    finally:
+        plotter.close()
 
 
 def save_still(
@@ -110,7 +145,7 @@ def save_movie(history: xr.Dataset, path: str | Path, options: SceneOptions | No
     options = options or SceneOptions()
     check_options(history, options)
     places = range(history.sizes["snapshot_time"])
-    _write(path, [Image.fromarray(frame) for frame in _frames(history, places, options, (800, 600))])
+    _write(path, [Image.fromarray(frame) for frame in stills(history, places, options, (800, 600))])
 
 
 def open_window(history: xr.Dataset, options: SceneOptions | None = None, title: str = "fingerslip") -> None:
@@ -162,23 +197,6 @@ def _add_controls(plotter: Any, history: xr.Dataset, options: SceneOptions) -> N
             lambda state, name=name: toggle(name, state), value=True, position=(10, place), size=_BOX
         )
         plotter.add_text(name, position=(16 + _BOX, place), font_size=9, color="black")
-
-
-def _frames(
-    history: xr.Dataset, places: list[int] | range, options: SceneOptions, size: tuple[int, int]
-) -> Iterator[NDArray[np.uint8]]:
-    """Render snapshots with one camera."""
-    prepare_rendering()
-    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size))
-    try:
-        plotter.set_background("white")
-        for number, place in enumerate(places):
-            draw_scene(plotter, history, place, options)
-            if number == 0:
-                aim(plotter, history, options)
-            yield np.asarray(plotter.screenshot(None, return_img=True))[..., :3]
-    finally:
-        plotter.close()
 
 
 def _checked_path(path: str | Path, endings: tuple[str, ...]) -> Path:

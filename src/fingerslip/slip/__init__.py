@@ -20,6 +20,7 @@ from fingerslip.slip.fractions import (
     slipping_fraction,
     stick_ratio,
 )
+from fingerslip.slip.patch import Patch, contact_patch, patch_series, surface_strain_rates, surface_strains
 from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, peak_signal
 from fingerslip.slip.receptors import (
     AREAS,
@@ -39,6 +40,7 @@ __all__ = [
     "Convergence",
     "EventSettings",
     "Events",
+    "Patch",
     "Peak",
     "PeakSettings",
     "PeakTable",
@@ -52,10 +54,12 @@ __all__ = [
     "combine",
     "contact_area",
     "contact_edges",
+    "contact_patch",
     "displacement_events",
     "events_from_mapping",
     "events_mapping",
     "find_events",
+    "patch_series",
     "peak_signal",
     "receptor_signals",
     "receptors_in_areas",
@@ -66,5 +70,7 @@ __all__ = [
     "slipped_fraction",
     "slipping_fraction",
     "stick_ratio",
+    "surface_strain_rates",
+    "surface_strains",
     "sustained_crossing",
 ]

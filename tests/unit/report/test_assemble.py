@@ -40,7 +40,7 @@ def test_standard_report_has_its_sections_and_figures() -> None:
         "Slip events",
         "Beside published values",
         "The runs side by side",
-        "The section",
+        "The fingertip",
         "Parameters and their sources",
         "Run 0.4",
         "Run 0.6",
