@@ -190,8 +190,8 @@ def _check(model: Model) -> _Checked:
         contact.body.placed(space.positions[boundary_nodes(space, contact.boundary)]) for contact in model.contacts
     )
     motions = tuple(
-        body_motion(programme, contact.body)
-        for contact, programme in zip(model.contacts, model.programmes, strict=False)
+        body_motion(programme, contact.body, "programme" if contact.programme is None else f"contacts.{n}.programme")
+        for n, (contact, programme) in enumerate(zip(model.contacts, model.programmes, strict=False))
     )
     candidates = tuple(
         _candidates(model, space, number, body, motion)

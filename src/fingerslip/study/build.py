@@ -8,31 +8,24 @@ import json
 import re
 import signal
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from fingerslip.anatomy import Fingertip
-from fingerslip.contact.bodies import Plane
-from fingerslip.contact.friction import Coulomb
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.section import build_section
 from fingerslip.mesh.sites import Site, receptor_sites
-from fingerslip.model import Contact, Model, Recording
+from fingerslip.model import Contact, Model, Phase, Recording
 from fingerslip.parameters import as_mapping
-from fingerslip.study.spec import ContactSettings, MeshFile, Study
+from fingerslip.study.settings import ContactSettings, MeshFile, ProgrammeEntry
+from fingerslip.study.spec import Study
 from fingerslip.study.sweep import Run
 
 __all__ = ["build_mesh", "build_model", "located", "mesh_key"]
 
-# What a model calls otherwise than a study file, as patterns at the start of a place.
-_STUDY_NAMES = {
-    r"^Model\.?": "",
-    r"^contacts\.0\.body\.": "contact.",
-    r"^contacts\.0\.friction\.coefficient": "contact.friction_coefficient",
-    r"^contacts\.0": "contact",
-}
+_CONTACT_PLACE = re.compile(r"contacts\.(\d+)(?:\.(.*))?")
 
 
 def build_mesh(run: Run) -> Any:
@@ -110,34 +103,68 @@ def build_model(run: Run, mesh: Any = None) -> Model:
         Where the values of the run do not fit together.
     """
     study = run.study
+    formulation = study.formulation or _fingertip(run).formulation
     try:
         return Model(
             mesh=build_mesh(run) if mesh is None else mesh,
             materials=_materials(run),
-            formulation=study.formulation or _fingertip(run).formulation,
-            depth=study.depth or _fingertip(run).depth,
-            supports=_supports(run),
+            formulation=formulation,
+            depth=study.depth or (1.0 if formulation == "solid" else _fingertip(run).depth),
+            supports=_supports(run, "xyz" if formulation == "solid" else "xy"),
             tractions=dict(study.tractions),
-            contacts=() if study.contact is None else (_contact(study.contact),),
-            programme=tuple(entry.phase for entry in study.programme),
-            time=study.time,
+            contacts=tuple(_contact(settings) for settings in study.all_contacts),
+            programme=_phases(study.programme),
+            time=study.time.stepping,
             damping=study.damping,
             integration=study.integration,
             record=_recording(run),
+            gravity=study.gravity,
+            initial_velocity=study.initial_velocity,
         )
     except InputError as error:
-        raise located(error, run.where) from None
+        raise located(error, run.where, study) from None
 
 
-def located(error: InputError, where: str) -> InputError:
-    """Return the error with the name of the run in front of its place, unless it is there already."""
+def located(error: InputError, where: str, study: Study | None = None) -> InputError:
+    """Return the error with the name of the run in front of its place, and the place as the study file calls it.
+
+    Parameters
+    ----------
+    error : InputError
+        An error of the model; one that names the run already is returned as it is.
+    where : str
+        Name of the run.
+    study : Study, optional
+        The study, which says how its contacts are written; without it there is one contact, in its short form.
+    """
     source = where.partition(" (")[0]
     if error.where.startswith(source):
         return error
-    place = error.where
-    for model_name, study_name in _STUDY_NAMES.items():
-        place = re.sub(model_name, study_name, place)
+    place = _study_place(re.sub(r"^Model\.?", "", error.where), study)
     return type(error)(f"{where}: {place}" if place else where, error.found, error.allowed, error.mend)
+
+
+def _study_place(place: str, study: Study | None) -> str:
+    """Return how a study file calls a place in the contacts of a model; other places stay what they are."""
+    match = _CONTACT_PLACE.match(place)
+    if match is None:
+        return place
+    number, inside = int(match[1]), match[2] or ""
+    several = study is not None and study.contact is None
+    settings = study.all_contacts[number] if study is not None else None
+    contact = f"contacts.{number}" if several else "contact"
+    return f"{contact}.{_name_inside(inside, settings)}" if inside else contact
+
+
+def _name_inside(inside: str, settings: ContactSettings | None) -> str:
+    """Return how a study file calls a place inside a contact of a model."""
+    if inside == "friction.coefficient" and (settings is None or settings.friction is None):
+        return "friction_coefficient"
+    of_body = inside in ("offset", "centre") or inside.startswith("body.")
+    if not of_body:
+        return inside
+    field = inside.removeprefix("body.")
+    return field if settings is None or settings.body is None else f"body.{settings.body.shape}.{field}"
 
 
 @contextlib.contextmanager
@@ -159,21 +186,27 @@ def _materials(run: Run) -> Mapping[str, Any]:
     return {**(run.fingertip.materials if run.fingertip else {}), **run.study.materials}
 
 
-def _supports(run: Run) -> Mapping[str, Any]:
+def _supports(run: Run, axes: str) -> Mapping[str, Any]:
     if run.study.supports or run.fingertip is None:
         return dict(run.study.supports)
-    return {"phalanx" if run.fingertip.phalanx.rigid else "phalanx_dorsal": ("x", "y")}
+    return {"phalanx" if run.fingertip.phalanx.rigid else "phalanx_dorsal": tuple(axes)}
 
 
 def _contact(settings: ContactSettings) -> Contact:
     return Contact(
         boundary=settings.boundary,
-        body=Plane(normal=settings.normal, offset=settings.offset),
-        friction=Coulomb(settings.friction_coefficient),
+        body=settings.rigid_body,
+        friction=settings.law,
         normal_penalty=settings.normal_penalty,
         tangential_penalty=settings.tangential_penalty,
         reach=settings.reach,
+        programme=None if settings.programme is None else _phases(settings.programme),
+        drive=settings.drive,
     )
+
+
+def _phases(entries: Sequence[ProgrammeEntry]) -> tuple[Phase, ...]:
+    return tuple(entry.phase for entry in entries)
 
 
 def _recording(run: Run) -> Recording:

@@ -9,15 +9,24 @@ from typing import Any
 
 import pytest
 
+from fingerslip.contact.bodies import Cylinder, Plane
+from fingerslip.contact.friction import PressureDependent, StaticKinetic
 from fingerslip.dynamics.system import check_model
 from fingerslip.errors import InputError, MeshError, SlipOutsideContactError
 from fingerslip.materials import Elastic
+from fingerslip.model import Drive, Hold, QuasiStatic, Ramp, Traction
 from fingerslip.study.build import build_mesh, build_model, located, mesh_key
 from fingerslip.study.spec import parse_study
 from fingerslip.study.sweep import Run, expand
 from unit.study.block import block_mesh, block_values
 
 SOURCE = Path("studies/x.yaml")
+ROLLER: dict[str, Any] = {
+    "body": {"cylinder": {"radius": "8 mm", "centre": ["0 mm", "-9 mm"]}},
+    "friction": {
+        "pressure_dependent": {"reference_coefficient": 0.6, "reference_pressure": "10 kPa", "exponent": -0.2}
+    },
+}
 
 
 def run_of(values: dict[str, Any], folder: Path = SOURCE.parent) -> Run:
@@ -127,11 +136,75 @@ def test_place_that_names_the_file_already_stays() -> None:
     assert located(error, "studies/x.yaml (a = 1)") is error
 
 
+@pytest.mark.parametrize(
+    ("contacts", "place", "shown"),
+    [
+        ({"contact": {"friction_coefficient": 0.6}}, "contacts.0.offset", "contact.offset"),
+        ({"contacts": [{"friction_coefficient": 0.6}]}, "contacts.0.body.normal", "contacts.0.normal"),
+        ({"contacts": [ROLLER]}, "contacts.0.centre", "contacts.0.body.cylinder.centre"),
+        ({"contacts": [ROLLER]}, "contacts.0.body.normal", "contacts.0.body.cylinder.normal"),
+        ({"contact": ROLLER}, "contacts.0.friction", "contact.friction"),
+        ({"contact": ROLLER}, "contacts.0.drive", "contact.drive"),
+        ({"contact": ROLLER}, "contacts.0.programme.1.slide.direction", "contact.programme.1.slide.direction"),
+    ],
+)
+def test_place_in_a_contact_is_named_as_the_study_writes_it(contacts: dict[str, Any], place: str, shown: str) -> None:
+    values = {key: value for key, value in block_values().items() if key not in ("contact", "sweep")} | contacts
+    error = located(InputError(place, "a", "b"), "studies/x.yaml", parse_study(values, SOURCE))
+    assert error.where == f"studies/x.yaml: {shown}"
+
+
+def test_everything_that_python_can_say_reaches_the_model() -> None:
+    """Two bodies of other shapes, each with its own law and motion, loads over time, quasi-static steps."""
+    drive = {"mass": "5 g", "force": "0.3 N", "ramp": {"times": ["0 s", "0.1 s"], "factors": [0.0, 1.0]}}
+    law = {"static_kinetic": {"static": 0.8, "kinetic": 0.5, "decay_speed": "1 mm/s"}}
+    plate = {
+        "boundary": "top",
+        "normal": [0, -1],
+        "friction": law,
+        "drive": drive,
+        "programme": [{"hold": {"duration": "1 s"}}],
+    }
+    values = block_values() | {
+        "contacts": [ROLLER | {"boundary": "bottom"}, plate],
+        "tractions": {"top": {"value": ["0 Pa", "-1 kPa"], "ramp": {"times": ["0 s", "1 s"], "factors": [0, 1]}}},
+        "gravity": ["0 m/s^2", "-9.81 m/s^2"],
+        "initial_velocity": ["10 mm/s", "0 mm/s"],
+        "integration": "nodal",
+        "time": {"step": "2 ms", "scheme": "quasi_static", "end": "0.1 s"},
+    }
+    del values["contact"]
+    model = build_model(run_of(values), block_mesh())
+    roller, plane = model.contacts
+    assert roller.body == Cylinder(8e-3, centre=(0.0, -9e-3))
+    assert roller.friction == PressureDependent(0.6, 10e3, -0.2)
+    assert roller.programme is None
+    assert plane.body == Plane((0.0, -1.0))
+    assert plane.friction == StaticKinetic(0.8, 0.5, 1e-3)
+    assert plane.programme == (Hold(1.0),)
+    assert plane.drive == Drive(5e-3, 0.3, Ramp((0.0, 0.1), (0.0, 1.0)))
+    assert model.tractions["top"] == Traction((0.0, -1e3), Ramp((0.0, 1.0), (0.0, 1.0)))
+    assert (model.gravity, model.initial_velocity) == ((0.0, -9.81), (0.01, 0.0))
+    assert (model.integration, model.time) == ("nodal", QuasiStatic(2e-3, 0.1))
+
+
+def test_constant_tractions_stay_lists() -> None:
+    values = block_values() | {"tractions": {"top": ["0 Pa", "-1 kPa"]}}
+    assert build_model(run_of(values), block_mesh()).tractions == {"top": (0.0, -1000.0)}
+
+
+def test_solid_needs_no_depth_and_holds_three_components() -> None:
+    values = finger(formulation="solid", contact={"friction_coefficient": 0.6, "normal": [0, 1, 0]})
+    model = build_model(run_of(values), block_mesh())
+    assert (model.formulation, model.depth) == ("solid", 1.0)
+    assert model.supports == {"phalanx": ("x", "y", "z")}
+    assert model.contacts[0].body == Plane((0.0, 1.0, 0.0))
+    own = {key: value for key, value in block_values().items() if key != "depth"}
+    assert build_model(run_of(own | {"formulation": "solid"}), block_mesh()).depth == 1.0
+
+
 def test_model_error_names_file_and_run(write_study: Callable[..., Path]) -> None:
     path = write_study()
-    run = expand(
-        parse_study(block_values() | {"contact": {"friction_coefficient": 0.6, "normal": [0, 0]}, "sweep": {}}, path),
-        path,
-    )[0]
-    with pytest.raises(InputError, match=r"block\.yaml: .*not all zero"):
+    run = expand(parse_study(block_values() | {"formulation": "solid", "sweep": {}}, path), path)[0]
+    with pytest.raises(InputError, match=r"block\.yaml: depth: got 0\.001 m for a solid"):
         build_model(run)

@@ -67,7 +67,11 @@ def test_written_study_reads_back_the_same() -> None:
     [
         ("contact.friction_coefficient", -0.2, "contact.friction_coefficient: got -0.2, needs a number >= 0"),
         ("contact.friction_coefficient", "much", "contact.friction_coefficient: got 'much', needs a number"),
-        ("contact.friction_coefficient", None, "contact.friction_coefficient: is missing, needs a value"),
+        (
+            "contact.friction_coefficient",
+            None,
+            "contact.friction_coefficient: is missing, needs a value; or give another law in friction",
+        ),
         ("time.step", None, "time.step: is missing, needs a value"),
         ("time.step", "0 ms", "time.step: got '0 ms', needs a value > 0"),
         ("time.step", "-1 ms", "time.step: got '-1 ms', needs a value > 0"),
@@ -140,7 +144,8 @@ def test_mistake_is_named_with_its_mend(path: str, value: object, message: str) 
     ("path", "nearest"),
     [
         ("tme", "time"),
-        ("contact.frction", "friction_coefficient"),
+        ("contact.frction", "friction"),
+        ("contact.friction_coeficient", "friction_coefficient"),
         ("fingertip.phalanx.varant", "variant"),
         ("programme.0.press.dept", "depth"),
     ],
