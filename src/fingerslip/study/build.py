@@ -12,18 +12,25 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fingerslip.anatomy import Fingertip
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.section import build_section
 from fingerslip.mesh.sites import Site, receptor_sites
-from fingerslip.model import Contact, Model, Phase, Recording
+from fingerslip.model import Contact, Hold, Model, Phase, Press, Recording
 from fingerslip.parameters import as_mapping
 from fingerslip.study.settings import ContactSettings, MeshFile, ProgrammeEntry
 from fingerslip.study.spec import Study
 from fingerslip.study.sweep import Run
 
 __all__ = ["build_mesh", "build_model", "located", "mesh_key"]
+
+# A file in millimetres that is read as metres is a thousand times too large.
+_LARGEST_FINGER = 0.2
+_LARGE_BODY = 1.0
+_LARGEST_RATIO = 1000.0
 
 _CONTACT_PLACE = re.compile(r"contacts\.(\d+)(?:\.(.*))?")
 
@@ -49,7 +56,7 @@ def build_mesh(run: Run) -> Any:
     settings = run.study.mesh
     try:
         if isinstance(settings, MeshFile):
-            return read_mesh(settings.file)
+            return _plausible(read_mesh(settings.file).scaled(settings.scale), run.study)
         with _broken_pipes_as_errors():
             return build_section(
                 _fingertip(run),
@@ -59,7 +66,7 @@ def build_mesh(run: Run) -> Any:
                 element=settings.element,
             )
     except InputError as error:
-        raise located(error, run.where) from None
+        raise located(error, run.where, run.study) from None
 
 
 def mesh_key(run: Run) -> str:
@@ -73,7 +80,8 @@ def mesh_key(run: Run) -> str:
     settings = run.study.mesh
     if isinstance(settings, MeshFile):
         try:
-            return hashlib.sha256(Path(settings.file).read_bytes()).hexdigest()
+            content = Path(settings.file).read_bytes()
+            return hashlib.sha256(content + (settings.length_unit or "").encode()).hexdigest()
         except OSError as error:
             raise InputError(
                 f"{run.where}: mesh.file", f"cannot read {settings.file} ({error.strerror})", "needs a mesh file"
@@ -145,15 +153,25 @@ def located(error: InputError, where: str, study: Study | None = None) -> InputE
 
 
 def _study_place(place: str, study: Study | None) -> str:
-    """Return how a study file calls a place in the contacts of a model; other places stay what they are."""
+    """Return how a study file calls a place of its model or of its fingertip."""
     match = _CONTACT_PLACE.match(place)
     if match is None:
-        return place
+        return f"fingertip.{place}" if study is not None and _is_of_fingertip(place, study) else place
     number, inside = int(match[1]), match[2] or ""
     several = study is not None and study.contact is None
     settings = study.all_contacts[number] if study is not None else None
     contact = f"contacts.{number}" if several else "contact"
     return f"{contact}.{_name_inside(inside, settings)}" if inside else contact
+
+
+def _is_of_fingertip(place: str, study: Study) -> bool:
+    """Tell whether the value at a place is the fingertip's: the study itself does not give it."""
+    key, _, rest = place.partition(".")
+    if study.fingertip is None or key not in Fingertip.__dataclass_fields__:
+        return False
+    if key == "materials":
+        return rest.partition(".")[0] not in study.materials
+    return getattr(study, key, None) is None
 
 
 def _name_inside(inside: str, settings: ContactSettings | None) -> str:
@@ -175,6 +193,26 @@ def _broken_pipes_as_errors() -> Iterator[None]:
     finally:
         if hasattr(signal, "SIGPIPE") and threading.current_thread() is threading.main_thread():
             signal.signal(signal.SIGPIPE, signal.SIG_IGN)
+
+
+def _plausible(mesh: Any, study: Study) -> Any:
+    """Return the mesh, or refuse one whose file is most likely not in metres."""
+    settings, extent, way = study.mesh, float(np.ptp(mesh.p, axis=1).max()), _longest_way(study)
+    body = max(_LARGE_BODY, _LARGEST_RATIO * way) if way > 0.0 else np.inf
+    largest = body if study.fingertip is None else _LARGEST_FINGER
+    if isinstance(settings, MeshFile) and settings.length_unit is None and extent > largest:
+        beside = "a fingertip" if study.fingertip else f"a body that is touched over {way * 1e3:.4g} mm"
+        found = f"the body is {extent:.4g} m large, too large for {beside}"
+        mend = "write 'length_unit: mm' beside 'file' for a file in millimetres, 'length_unit: m' if it is that large"
+        raise InputError("mesh.file", found, "needs coordinates in metres", mend)
+    return mesh
+
+
+def _longest_way(study: Study) -> float:
+    """Return the longest way of a phase [m]; 0 where no body moves."""
+    own = [entry for contact in study.all_contacts for entry in contact.programme or ()]
+    moving = [phase for phase in _phases((*study.programme, *own)) if not isinstance(phase, Hold)]
+    return max((phase.depth if isinstance(phase, Press) else phase.distance for phase in moving), default=0.0)
 
 
 def _fingertip(run: Run) -> Fingertip:

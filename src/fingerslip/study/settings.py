@@ -39,6 +39,7 @@ from fingerslip.parameters import (
     Stiffness,
     parameters,
 )
+from fingerslip.units import parse_quantity
 
 __all__ = [
     "BodyChoice",
@@ -66,9 +67,17 @@ class MeshFile:
     ----------
     file : str
         Path of the mesh file, relative to the study file.
+    length_unit : {'m', 'cm', 'mm', 'um'}, optional
+        Unit of the file's coordinates. Without it they are metres, and a body that is absurdly large is refused.
     """
 
     file: str
+    length_unit: Literal["m", "cm", "mm", "um"] | None = None
+
+    @property
+    def scale(self) -> float:
+        """Metres per unit of the file."""
+        return parse_quantity(f"1 {self.length_unit or 'm'}", "m")
 
 
 @parameters

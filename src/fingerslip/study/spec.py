@@ -193,7 +193,8 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     study = from_mapping(Study, mapping, str(source))
     study_fingertip(study, str(source))
     if isinstance(study.mesh, MeshFile):
-        return dataclasses.replace(study, mesh=MeshFile(str((source.parent / study.mesh.file).resolve())))
+        file = str((source.parent / study.mesh.file).resolve())
+        return dataclasses.replace(study, mesh=dataclasses.replace(study.mesh, file=file))
     return study
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from fingerslip.contact.bodies import Cylinder, Plane
@@ -14,6 +15,7 @@ from fingerslip.contact.friction import PressureDependent, StaticKinetic
 from fingerslip.dynamics.system import check_model
 from fingerslip.errors import InputError, MeshError, SlipOutsideContactError
 from fingerslip.materials import Elastic
+from fingerslip.mesh.io import write_mesh
 from fingerslip.model import Drive, Hold, QuasiStatic, Ramp, Traction
 from fingerslip.study.build import build_mesh, build_model, located, mesh_key
 from fingerslip.study.spec import parse_study
@@ -101,10 +103,24 @@ def test_missing_mesh_file_is_named(tmp_path: Path) -> None:
         mesh_key(run_of(block_values(), tmp_path))
 
 
+@pytest.mark.parametrize("own", [{}, {"fingertip": {"preset": "wang2014-2d"}}])
+def test_mesh_file_in_millimetres_is_refused_until_it_says_so(tmp_path: Path, own: dict[str, Any]) -> None:
+    write_mesh(block_mesh().scaled(1e3), tmp_path / "block.msh")
+    with pytest.raises(InputError, match=r"x\.yaml: mesh\.file: the body is 10 m large, .* needs .* metres") as caught:
+        build_mesh(run_of(block_values() | own, tmp_path))
+    assert "'length_unit: mm'" in caught.value.mend
+    said = block_values() | own | {"mesh": {"file": "block.msh", "length_unit": "mm"}}
+    run = run_of(said, tmp_path)
+    assert np.ptp(build_mesh(run).p, axis=1) == pytest.approx([0.01, 0.005])
+    assert set(build_mesh(run).boundaries) == {"bottom", "top"}
+    metres = run_of(block_values() | {"mesh": {"file": "block.msh", "length_unit": "m"}}, tmp_path)
+    assert np.ptp(build_mesh(metres).p, axis=1) == pytest.approx([10.0, 5.0])
+    assert mesh_key(run) != mesh_key(metres)
+
+
 def test_inverted_mesh_is_refused(tmp_path: Path) -> None:
     """One quadrilateral of two is drawn the other way round."""
     import meshio
-    import numpy as np
 
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0]], dtype=float)
     cells = np.array([[0, 1, 2, 3], [1, 2, 5, 4]])
@@ -129,6 +145,29 @@ def test_places_of_the_model_get_the_names_of_the_study(place: str, shown: str) 
     error = located(SlipOutsideContactError(place, "a", "b", "c"), "studies/x.yaml (a = 1)")
     assert type(error) is SlipOutsideContactError
     assert str(error) == f"studies/x.yaml (a = 1): {shown}: a, b; c"
+
+
+@pytest.mark.parametrize(
+    ("place", "shown"),
+    [
+        ("materials.tissue.poisson_ratio", "fingertip.materials.tissue.poisson_ratio"),
+        ("materials.dermis.poisson_ratio", "materials.dermis.poisson_ratio"),
+        ("phalanx.sagittal.distal_end", "fingertip.phalanx.sagittal.distal_end"),
+        ("sagittal.zone", "fingertip.sagittal.zone"),
+        ("Model.depth", "fingertip.depth"),
+        ("mesh.contact_size", "mesh.contact_size"),
+    ],
+)
+def test_value_of_the_fingertip_is_named_as_such(place: str, shown: str) -> None:
+    own = {"dermis": {"youngs_modulus": "80 kPa", "poisson_ratio": 0.48, "density": "1000 kg/m^3"}}
+    error = located(InputError(place, "a", "b"), "studies/x.yaml", parse_study(finger(materials=own), SOURCE))
+    assert error.where == f"studies/x.yaml: {shown}"
+
+
+def test_mesh_error_names_the_fingertip() -> None:
+    values = finger(fingertip={"preset": "wang2014-2d", "phalanx": {"sagittal": {"distal_end": "-17 mm"}}})
+    with pytest.raises(InputError, match=r"x\.yaml: fingertip\.phalanx\.sagittal\.distal_end: got -17 mm"):
+        build_mesh(run_of(values))
 
 
 def test_place_that_names_the_file_already_stays() -> None:

@@ -92,7 +92,7 @@ def test_written_study_reads_back_the_same() -> None:
             "mesh.contact_size: got '3 kg', needs a unit of [m]; write for example '3 mm'",
         ),
         ("mesh.bulk_size", "0.1 mm", "mesh.bulk_size: got 0.1 mm, needs >= 0.15 mm (contact_size)"),
-        ("mesh", {"file": "a.msh", "x": 1}, "mesh.x: is not known, may be one of file"),
+        ("mesh", {"file": "a.msh", "x": 1}, "mesh.x: is not known, may be one of file, length_unit"),
         ("mesh", "a.msh", "mesh: got 'a.msh', needs keys and values"),
         ("programme", "press", "programme: got 'press', needs a list"),
         ("programme.0", {"push": {}}, "programme.0.push: is not known, may be one of press, hold, slide, lift"),
