@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import yaml
 from fingerslip.errors import InputError
 from fingerslip.model import Press, Slide
 from fingerslip.study.spec import MeshFile, Study, parse_study, read_study, study_mapping, study_schema
+from fingerslip.study.sweep import expand
 from unit.study.block import block_values
 
 FINGER = """
@@ -190,3 +192,15 @@ def test_reading_changes_nothing_in_its_argument() -> None:
     before = copy.deepcopy(values)
     parse_study(values, SOURCE)
     assert values == before
+
+
+def test_examples_of_the_documentation_are_read(tmp_path: Path) -> None:
+    """The page shows a study in parts: together they are one, and every one of its runs is right."""
+    text = (Path(__file__).parents[3] / "docs" / "studies.md").read_text(encoding="utf-8")
+    short, *parts = (yaml.safe_load(block) for block in re.findall(r"```yaml\n(.*?)```", text, re.DOTALL))
+    parse_study(finger() | short, SOURCE)
+    whole: dict[str, Any] = {}
+    for part in parts:
+        whole |= part
+    source = tmp_path / "x.yaml"
+    assert len(expand(parse_study(whole, source), source)) == 8
