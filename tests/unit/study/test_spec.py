@@ -31,6 +31,7 @@ time: {step: 5 ms, alpha: -0.05}
 record: {receptors: [FA-I, SA-I], snapshots_every: 50 ms}
 """
 SOURCE = Path("studies/x.yaml")
+STUDIES = sorted((Path(__file__).parents[3] / "studies").glob("*.yaml"))
 
 
 def finger() -> dict[str, Any]:
@@ -192,6 +193,17 @@ def test_reading_changes_nothing_in_its_argument() -> None:
     before = copy.deepcopy(values)
     parse_study(values, SOURCE)
     assert values == before
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
+def test_shipped_study_is_read_and_read_back(path: Path) -> None:
+    for run in expand(read_study(path), path):
+        again = parse_study(run.resolved(), path)
+        assert (again.all_contacts, again.programme, again.time) == (
+            run.study.all_contacts,
+            run.study.programme,
+            run.study.time,
+        )
 
 
 def test_examples_of_the_documentation_are_read(tmp_path: Path) -> None:
