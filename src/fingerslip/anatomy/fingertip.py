@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
+from fingerslip.anatomy.room import skin_room
 from fingerslip.anatomy.solid import Nail, SolidShape
 from fingerslip.errors import InputError
 from fingerslip.materials import Elastic
@@ -341,10 +342,10 @@ class Fingertip:
 
     def __post_init__(self) -> None:
         _check_materials(self)
+        _check_skin(self)
         _check_ridges(self)
         _check_fingerprint(self)
         _check_receptors(self)
-        _check_outline(self)
         if self.solid is not None:
             _check_solid(self, self.solid)
 
@@ -401,8 +402,10 @@ def _check_ridges(fingertip: Fingertip) -> None:
             allowed = f"needs a value < {_mm(room)}, above which the ridge pierces the dermis"
             raise InputError(f"ridges.{name}", f"got {_mm(getattr(ridges, name))}", allowed)
     if ridges.mean_height >= layers.epidermis_thickness:
-        allowed = f"needs ridges whose mean height is < {_mm(layers.epidermis_thickness)} (epidermis_thickness)"
-        raise InputError("ridges", f"mean height {_mm(ridges.mean_height)}", allowed)
+        found = f"mean height {_mm(ridges.mean_height)}, (intermediate_height + limiting_height) / 4"
+        allowed = f"needs a mean height < {_mm(layers.epidermis_thickness)} (epidermis_thickness)"
+        reason = "ridges keep the mean thickness of the epidermis, so between them it is thinner by their mean height"
+        raise InputError("ridges", found, allowed, f"make them lower or the epidermis thicker: {reason}")
 
 
 def _check_fingerprint(fingertip: Fingertip) -> None:
@@ -421,12 +424,13 @@ def _check_receptors(fingertip: Fingertip) -> None:
         allowed = f"needs a value < {_mm(layers.dermis_thickness)} (thickness of the dermis)"
         raise InputError("receptors.sa_ii_height", f"got {_mm(receptors.sa_ii_height)}", allowed)
     if receptors.fa_ii_depth <= layers.skin_thickness:
-        allowed = f"needs a value > {_mm(layers.skin_thickness)} (skin_thickness)"
+        allowed = f"needs a value > {_mm(layers.skin_thickness)} (layers.skin_thickness), below the skin"
         raise InputError("receptors.fa_ii_depth", f"got {_mm(receptors.fa_ii_depth)}", allowed)
 
 
-def _check_outline(fingertip: Fingertip) -> None:
-    half_height = fingertip.outline.half_height
-    if fingertip.layers.skin_thickness >= half_height:
-        allowed = f"needs a value < {_mm(half_height)} ({fingertip.section}.half_height)"
-        raise InputError("layers.skin_thickness", f"got {_mm(fingertip.layers.skin_thickness)}", allowed)
+def _check_skin(fingertip: Fingertip) -> None:
+    """Refuse a skin without room; a phalanx that is too large for a skin above FA-II shows with its contour."""
+    thickness, (room, limit) = fingertip.layers.skin_thickness, skin_room(fingertip)
+    if thickness >= fingertip.outline.half_height or thickness >= max(room, fingertip.receptors.fa_ii_depth):
+        found, mend = f"got {_mm(thickness)}", f"make the skin thinner or change {limit}"
+        raise InputError("layers.skin_thickness", found, f"needs a value < {_mm(room)}", mend)

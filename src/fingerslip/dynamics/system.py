@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +34,11 @@ Array = NDArray[np.float64]
 # Candidates lie within this many times the way that the plate comes forward: the skin beside the contact
 # bulges towards the plate and rolls onto it while sliding.
 _REACH = 1.5
+
+# Of the soft thickness: a mean strain of a half is small in no sense; the published presses stay below a third.
+_LARGEST_SHARE = 0.5
+
+_logger = logging.getLogger("fingerslip.dynamics")
 
 
 @dataclass(frozen=True)
@@ -197,18 +203,20 @@ def _check(model: Model) -> _Checked:
         contact.body.placed(space.positions[boundary_nodes(space, contact.boundary)]) for contact in model.contacts
     )
     motions = tuple(
-        body_motion(programme, contact.body)
-        for contact, programme in zip(model.contacts, model.programmes, strict=False)
+        body_motion(programme, contact.body, "programme" if contact.programme is None else f"contacts.{n}.programme")
+        for n, (contact, programme) in enumerate(zip(model.contacts, model.programmes, strict=False))
     )
     candidates = tuple(
         _candidates(model, space, number, body, motion)
         for number, (body, motion) in enumerate(zip(bodies, motions, strict=True))
     )
     _check_order(model, bodies, motions, candidates)
+    free = _free_dofs(model, space)
+    _check_depth(model, space, bodies, motions, free)
     return _Checked(
         space=space,
         constants=constants,
-        free=_free_dofs(model, space),
+        free=free,
         loads=model_loads(model, space, constants),
         bodies=bodies,
         motions=motions,
@@ -341,3 +349,34 @@ def _check_order(
         "needs contact before the first slide",
         "put a press before it that is deeper than the gap",
     )
+
+
+def _check_depth(
+    model: Model, space: Space, bodies: tuple[RigidBody, ...], motions: tuple[Motion, ...], free: NDArray[np.int64]
+) -> None:
+    """Refuse prescribed motion that brings a body through what is held, and warn where strains cannot be small."""
+    held = ~np.isin(vector_dofs(np.arange(len(space.positions)), space.dim), free)
+    for number, (contact, body, motion) in enumerate(zip(model.contacts, bodies, motions, strict=True)):
+        skin = boundary_nodes(space, contact.boundary)
+        stopped: NDArray[np.bool_] = np.all(held[:, np.abs(body.unit_normal) > 1e-9], axis=1)
+        stopped[skin] = False
+        if not stopped.any():
+            continue
+        behind = space.positions[stopped]
+        thickness = float(body.gap(behind).min()) - float(body.gap(space.positions[skin]).min())
+        left = min(float(body.gap(behind - position).min()) for position in motion.positions)
+        where = "programme" if contact.programme is None else f"contacts.{number}.programme"
+        _judge_depth(where, thickness - left, thickness)
+
+
+def _judge_depth(where: str, depth: float, thickness: float) -> None:
+    between = f"the {thickness * 1e3:.4g} mm between the contact and what the supports hold"
+    if depth > thickness * (1.0 - 1e-6):
+        found = f"presses {depth * 1e3:.4g} mm deep"
+        allowed = f"needs less than {between}"
+        raise InputError(where, found, allowed, "press less deep; strains are taken as small, so stay far below it")
+    if depth > _LARGEST_SHARE * thickness:
+        _logger.warning(
+            "%s: presses %.4g mm deep, %.0f %% of %s; strains are taken as small, so results are rough",
+            *(where, depth * 1e3, 100 * depth / thickness, between),
+        )

@@ -10,13 +10,14 @@ from typing import Any, ParamSpec, TypeVar
 
 import matplotlib as mpl
 import numpy as np
+import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fingerslip.slip import SlideWindow, SlipEvents
+from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
 
 __all__ = [
     "AREA_COLOURS",
@@ -38,7 +39,9 @@ __all__ = [
     "columns_for",
     "event_keys",
     "figure_grid",
+    "limit_to_slides",
     "mark_events",
+    "mark_run",
     "mark_slide",
     "name_events",
     "region_colours",
@@ -207,6 +210,38 @@ def mark_events(axes: Axes, events: SlipEvents, names: Sequence[str] = MARKED_EV
 def mark_slide(axes: Axes, start: float) -> None:
     """Draw a vertical line at the start of the slide [s], on a panel with time from left to right."""
     axes.axvline(start, color=GREY, linewidth=1.0, linestyle=(0, (1, 1.5)), zorder=3)
+
+
+def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents | None) -> None:
+    """Draw vertical lines at the start of a run's slide, and at its events where they are known."""
+    window = slide_window(history)
+    if window is not None:
+        mark_slide(axes, window.start)
+    if events is not None:
+        mark_events(axes, events)
+
+
+def limit_to_slides(
+    axes: Axes, histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], before: float = 0.06
+) -> None:
+    """Show the slides of some runs until a while after overall slip; all panels that share the axis follow.
+
+    Parameters
+    ----------
+    axes : Axes
+        A panel with time in seconds from left to right.
+    histories : mapping of str to xarray.Dataset
+        Histories by the runs' labels.
+    events : mapping of str to Events
+        Their events, as far as they are known.
+    before : float, optional
+        Time shown before the slides, as a share of what follows [-].
+    """
+    windows = [window for history in histories.values() if (window := slide_window(history)) is not None]
+    end = shown_until(windows, [events[label].slip if label in events else None for label in histories])
+    if end is not None:
+        start = min(window.start for window in windows)
+        axes.set_xlim(max(0.0, start - before * (end - start)), end)
 
 
 def name_events(

@@ -105,7 +105,7 @@ def _simulate(job: Job, progress: Callable[[float], None]) -> Any:
     try:
         return simulate(job.model, progress=progress)
     except InputError as error:
-        raise located(error, job.run.where) from None
+        raise located(error, job.run.where, job.run.study) from None
 
 
 def _result(job: Job, history: Any, seconds: float) -> Mapping[str, Any]:

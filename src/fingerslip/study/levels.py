@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from fingerslip.dynamics.system import contact_penalties
 from fingerslip.model import Model
-from fingerslip.study.spec import ContactSettings, MeshFile, RefinementSettings, Study
+from fingerslip.study.settings import ContactSettings, MeshFile, RefinementSettings
+from fingerslip.study.spec import Study
 from fingerslip.study.sweep import Run
 
 __all__ = ["SETTINGS", "Level", "levels_of", "run_at"]
@@ -73,9 +73,9 @@ def _applies(level: Level, study: Study) -> bool:
         case "mesh":
             return not isinstance(study.mesh, MeshFile)
         case "penalty":
-            return study.contact is not None
+            return bool(study.all_contacts)
         case "alpha":
-            return level.value != study.time.alpha
+            return study.time.scheme == "hht_alpha" and level.value != study.time.alpha
         case _:
             return True
 
@@ -92,10 +92,14 @@ def _changed(study: Study, level: Level, model: Model) -> Study:
         case "alpha":
             return dataclasses.replace(study, time=dataclasses.replace(study.time, alpha=value))
         case _:
-            assert study.contact is not None  # held by levels_of
-            return dataclasses.replace(study, contact=_stiffer(study.contact, value, model))
+            stiffer = tuple(
+                _stiffer(settings, value, contact_penalties(model, contact))
+                for settings, contact in zip(study.all_contacts, model.contacts, strict=True)
+            )
+            if study.contact is not None:
+                return dataclasses.replace(study, contact=stiffer[0])
+            return dataclasses.replace(study, contacts=stiffer)
 
 
-def _stiffer(settings: ContactSettings, factor: float, model: Model) -> ContactSettings:
-    penalties: Sequence[float] = contact_penalties(model, model.contacts[0])
+def _stiffer(settings: ContactSettings, factor: float, penalties: tuple[float, float]) -> ContactSettings:
     return dataclasses.replace(settings, normal_penalty=factor * penalties[0], tangential_penalty=factor * penalties[1])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import difflib
 import math
 from pathlib import Path
 
-from fingerslip.anatomy import preset
+from fingerslip.anatomy import preset, preset_names
+from fingerslip.errors import InputError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.quality import quality_table
 from fingerslip.mesh.section import build_section
@@ -49,6 +51,8 @@ def save_mesh(target: str, path: Path | None = None) -> Table:
         Where the file cannot be written.
     """
     is_study = Path(target).suffix in (".yaml", ".yml")
+    if not is_study:
+        _check_preset(target)
     mesh = build_mesh(plan_study(target).runs[0]) if is_study else build_section(preset(target))
     path = path or Path("meshes") / f"{Path(target).stem if is_study else target}.msh"
     with writing(path):
@@ -67,3 +71,13 @@ def save_mesh(target: str, path: Path | None = None) -> Table:
     )
     sizes = f"{mesh.p.shape[1]} nodes, {mesh.t.shape[1]} cells; boundaries: {', '.join(mesh.boundaries or {})}"
     return Table(f"{path}", _COLUMNS, rows, sizes)
+
+
+def _check_preset(target: str) -> None:
+    names = preset_names()
+    if target in names:
+        return
+    near = difflib.get_close_matches(target, names, n=1)
+    mend = f"did you mean '{near[0]}'?" if near else f"presets: {', '.join(names)}"
+    found = "is neither a preset nor a study file"
+    raise InputError(f"mesh {target}", found, "needs the name of a preset or the path of a study (.yaml)", mend)

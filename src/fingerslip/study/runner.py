@@ -254,7 +254,7 @@ def _job(plan: Plan, run: Run, meshes: dict[str, Any]) -> Job:
     try:
         check_model(model)
     except InputError as error:
-        raise located(error, run.where) from None
+        raise located(error, run.where, run.study) from None
     return Job(run, model, plan.identities[run.name], plan.folder / run.name)
 
 

@@ -18,6 +18,7 @@ from fingerslip.study.spec import Study, read_study
 from fingerslip.study.store import read_result
 from fingerslip.study.uncertainties import read_uncertainties
 from fingerslip.study.yaml import read_mapping
+from fingerslip.units import Unit
 
 __all__ = ["presets_table", "show"]
 
@@ -95,7 +96,7 @@ def _own_rows(study: Study, given: Mapping[str, Any]) -> Iterator[Row]:
         absent = value is None or value in ((), {}, "")
         if absent or any(path == other or other.startswith(f"{path}.") for other in given):
             continue
-        yield path, unit.format(value) if unit else _text(value), "default", ""
+        yield path, _text(value, unit), "default", ""
 
 
 def _swept(row: Row, study: Study) -> Row:
@@ -105,10 +106,12 @@ def _swept(row: Row, study: Study) -> Row:
     return path, ", ".join(_text(value) for value in study.sweep[path]), f"{_STUDY_FILE}, swept", note
 
 
-def _text(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    return ", ".join(_text(item) for item in value) if isinstance(value, list | tuple) else str(value)
+def _text(value: object, unit: Unit | None = None) -> str:
+    if isinstance(value, list | tuple):
+        return ", ".join(_text(item, unit) for item in value)
+    if unit is not None and isinstance(value, int | float):
+        return unit.format(value)
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _show_result(folder: Path) -> tuple[Table, ...]:
