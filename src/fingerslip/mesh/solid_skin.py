@@ -172,11 +172,21 @@ def _levels(fingertip: Fingertip, sizes: SolidSizes) -> Floats:
     layers, nail = fingertip.layers, solid_shape(fingertip).nail
     borders = {0.0, layers.epidermis_thickness, layers.skin_thickness} | ({nail.thickness} if nail else set())
     stops = sorted(borders)
+    _check_rows(stops, sizes)
     pieces = [
         np.linspace(a, b, max(1, round((b - a) / (1.25 * sizes.contact_size))) + 1)
         for a, b in zip(stops, stops[1:], strict=False)
     ]
     return np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
+
+
+def _check_rows(stops: list[float], sizes: SolidSizes) -> None:
+    """Refuse borders of layers so close to each other that the cells between would be flat."""
+    thinnest, least = float(np.diff(stops).min()), sizes.contact_size / 5
+    if thinnest < least:
+        found = f"has borders {thinnest * 1e3:.3g} mm apart (epidermis, skin, nail)"
+        allowed = f"needs >= {least * 1e3:.3g} mm, a fifth of mesh.contact_size, or equal depths"
+        raise InputError("layers", found, allowed, "write a smaller contact_size or change the thickness")
 
 
 def _row(fingertip: Fingertip, skin: Floats, level: float, relief: Floats) -> Floats:
