@@ -14,7 +14,8 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from fingerslip.history import OPEN, read_history
-from fingerslip.report.tables import Cell, Column, Table, events_table, to_markdown
+from fingerslip.report.tables import Cell, Column, Table, to_markdown
+from fingerslip.report.tables_events import events_table
 from fingerslip.slip import EventSettings, find_events, peak_signal, slide_window, slipped_fraction
 from fingerslip.study.reporting import read_stored
 from fingerslip.study.validation.measures import measure

@@ -163,6 +163,40 @@ def report(
 
 
 @app.command()
+def converge(
+    studies: Studies,
+    runs: Annotated[
+        list[str] | None, typer.Option("--run", metavar="NAME", help="Only this run; may be given again.")
+    ] = None,
+    results: Results = Path("results"),
+    workers: Annotated[
+        int, typer.Option("--workers", metavar="N", min=1, help="Runs computed side by side, each on one core.")
+    ] = 2,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print the tables in Markdown.")] = False,
+) -> None:
+    """Refine studies in mesh, time step, contact stiffness and numerical damping, and give every result its error bar.
+
+    Orders, limits and uncertainties are shown and written; tables and reports of the studies then carry them.
+    """
+    from fingerslip.study.threads import prefer_single_thread
+
+    prefer_single_thread()
+    from fingerslip.report.tables import to_markdown
+    from fingerslip.study import converge as refinement
+    from fingerslip.study.progress import progress_for
+
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for study in studies:
+        shown = progress_for(Console(stderr=True))
+        found = refinement.converge(study, results_dir=results, only=runs or (), workers=workers, progress=shown)
+        if markdown:
+            typer.echo("\n".join(f"## {table.title}\n\n{to_markdown(table)}" for table in found.tables))
+            continue
+        _print_tables(found.tables)
+        typer.echo(f"figures: {found.folder / 'convergence' / 'figures'}")
+
+
+@app.command()
 def verify(
     only: Annotated[
         list[str] | None, typer.Option("--only", metavar="NAME", help="Only this problem; may be given again.")

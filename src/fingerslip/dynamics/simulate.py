@@ -125,6 +125,8 @@ def _provenance(system: System, solver: str, watch: Stopwatch) -> dict[str, obje
         "fingerslip_version": version("fingerslip"),
         "python_version": platform.python_version(),
         "linear_solver": solver,
+        "element": system.space.element,
+        "regions": ", ".join(system.space.mesh.subdomains or {}),
         "n_degrees_of_freedom": len(system.free),
         "n_nodes": len(system.space.positions),
         "n_contact_candidates": len(system.candidates.nodes),

@@ -287,18 +287,29 @@ def _candidates(model: Model, space: Space, number: int, body: RigidBody, motion
         areas,
         body=number,
         reach=automatic if contact.reach is None else contact.reach,
-        penalties=_penalties(model, space, contact),
+        penalties=contact_penalties(model, contact),
         where=f"contacts.{number}",
     )
 
 
-def _penalties(model: Model, space: Space, contact: Contact) -> tuple[float, float]:
-    """Return normal and tangential penalty [Pa/m], automatic ones from the stiffest material under the boundary."""
-    facets = np.asarray(space.mesh.boundaries[contact.boundary])
-    cells = space.mesh.f2t[0, facets]
-    names = [name for name, own in space.mesh.subdomains.items() if np.isin(cells, own).any()]
+def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
+    """Return normal and tangential penalty of a contact [Pa/m].
+
+    Automatic ones follow from the stiffest material under the boundary and the size of its facets.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    contact : Contact
+        One of its contacts.
+    """
+    mesh = model.mesh
+    facets = np.asarray(mesh.boundaries[contact.boundary])
+    cells = mesh.f2t[0, facets]
+    names = [name for name, own in mesh.subdomains.items() if np.isin(cells, own).any()]
     modulus = max(model.materials[name].youngs_modulus for name in names)
-    ends = space.mesh.p[:, space.mesh.facets[:2, facets]]
+    ends = mesh.p[:, mesh.facets[:2, facets]]
     size = float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)))
     automatic = automatic_penalty(modulus, size)
     return contact.normal_penalty or automatic, contact.tangential_penalty or automatic

@@ -24,10 +24,12 @@ from fingerslip.report.figures import (
     slip_maps_figure,
     strain_energy_density_figure,
 )
+from fingerslip.report.figures_convergence import convergence_figure
 from fingerslip.report.figures_section import receptor_positions
 from fingerslip.report.page import Picture, Report, ReportSection, parameters_table
 from fingerslip.report.published import PublishedSet
-from fingerslip.report.tables import (
+from fingerslip.report.tables_convergence import convergence_table
+from fingerslip.report.tables_events import (
     WAYS,
     RunEvents,
     compare_table,
@@ -36,7 +38,7 @@ from fingerslip.report.tables import (
     statements_table,
     ways_table,
 )
-from fingerslip.slip import Events, EventSettings, acceleration_peaks
+from fingerslip.slip import Convergence, Events, EventSettings, acceleration_peaks
 
 __all__ = ["StudyResults", "definitions", "study_report"]
 
@@ -66,6 +68,8 @@ class StudyResults:
         What made the results.
     settings : EventSettings
         The constants that the events were found with.
+    convergences : mapping of str to mapping of str to Convergence
+        What refinement gave, by label of the run and key of the number; runs that were not refined are left out.
     """
 
     title: str
@@ -76,6 +80,7 @@ class StudyResults:
     parameters: tuple[PresetValue, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     settings: EventSettings = field(default_factory=EventSettings)
+    convergences: Mapping[str, Mapping[str, Convergence]] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def events(self) -> dict[str, Events]:
@@ -94,12 +99,14 @@ def study_report(results: StudyResults) -> Report:
     Returns
     -------
     Report
-        Sections: slip events and how they are defined, comparison with published values, the runs side by side,
+        Sections: slip events and how they are defined, comparison with published values, numerical
+        uncertainty where it was studied, the runs side by side,
         the section, the parameters with the assumed ones first, and each run in detail (folded, the first twelve).
     """
     sections = (
         _events_section(results),
         _comparison_section(results),
+        _convergence_section(results),
         _overview_section(results),
         _section_section(results),
         _parameters_section(results),
@@ -152,6 +159,17 @@ def _comparison_section(results: StudyResults) -> ReportSection:
     said = [statements_table(reference) for reference in results.references]
     notes = tuple(dict.fromkeys(reference.note for reference in results.references))
     return ReportSection("Beside published values", notes, tuple(table for table in (*beside, *said) if table.rows))
+
+
+def _convergence_section(results: StudyResults) -> ReportSection:
+    found = dict(list(results.convergences.items())[:_PANELS_AT_MOST])
+    tables = tuple(convergence_table(quantities.values(), label) for label, quantities in found.items())
+    said = "How the slip events move as the element size, the time step and the contact compliance go to zero."
+    pictures = tuple(
+        Picture(f"{label}-convergence", said, convergence_figure(quantities, label))
+        for label, quantities in found.items()
+    )
+    return ReportSection("Numerical uncertainty", (), tables, pictures, folded=True)
 
 
 def _overview_section(results: StudyResults) -> ReportSection:
@@ -236,7 +254,7 @@ def _run_section(results: StudyResults, run: RunEvents) -> ReportSection:
             contact_displacement_figure(history, events, label),
         ),
     ]
-    tables = [ways_table(events)]
+    tables = [ways_table(run)]
     if "site" in history.coords:
         tables.append(peaks_table(acceleration_peaks(history, results.settings.peaks)))
         pictures += _receptor_pictures(history, events, label)

@@ -29,6 +29,8 @@ __all__ = [
     "MARKED_EVENTS",
     "ORANGE",
     "PURPLE",
+    "RECEPTOR_COLOURS",
+    "REGION_COLOURS",
     "SKY",
     "VERMILLION",
     "YELLOW",
@@ -39,6 +41,7 @@ __all__ = [
     "mark_events",
     "mark_slide",
     "name_events",
+    "region_colours",
     "shown_until",
     "styled",
     "titled",
@@ -56,6 +59,14 @@ EVENT_NAMES: Mapping[str, str] = MappingProxyType(
 EVENT_COLOURS: Mapping[str, str] = MappingProxyType(
     {"incipient": GREEN, "noticed": SKY, "three_quarter": PURPLE, "overall": VERMILLION}
 )
+
+RECEPTOR_COLOURS: Mapping[str, str] = MappingProxyType(
+    {"FA-I": BLUE, "SA-I": VERMILLION, "FA-II": GREEN, "SA-II": PURPLE}
+)
+REGION_COLOURS: Mapping[str, str] = MappingProxyType(
+    {"epidermis": "#e3a57c", "dermis": "#f2cfae", "skin": "#ecc09b", "tissue": "#faeedd", "phalanx": "#c9ced3"}
+)
+_OTHER_COLOURS = ("#d9e6f2", "#dcefe2", "#efe2f0", "#f4f0d8")
 
 MARKED_EVENTS = ("incipient", "three_quarter", "overall")
 
@@ -107,6 +118,14 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
             return draw(*args, **values)
 
     return drawn
+
+
+def region_colours(names: Sequence[str]) -> dict[str, str]:
+    """Return a colour for every region, those of a fingertip first and from outside inwards."""
+    ordered = sorted(names, key=lambda name: list(REGION_COLOURS).index(name) if name in REGION_COLOURS else 99)
+    others = [name for name in ordered if name not in REGION_COLOURS]
+    extra = {name: _OTHER_COLOURS[place % len(_OTHER_COLOURS)] for place, name in enumerate(others)}
+    return {name: REGION_COLOURS.get(name) or extra[name] for name in ordered}
 
 
 def figure_grid(

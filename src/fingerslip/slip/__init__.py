@@ -28,22 +28,28 @@ from fingerslip.slip.receptors import (
     receptor_signals,
     receptors_in_areas,
 )
+from fingerslip.slip.refinement import ORDERS, Convergence, Refinement, Series, combine, refine
 from fingerslip.slip.settings import EventSettings, PeakSettings
 from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing
 
 __all__ = [
     "AREAS",
+    "ORDERS",
     "RECEPTOR_KINDS",
+    "Convergence",
     "EventSettings",
     "Events",
     "Peak",
     "PeakSettings",
     "PeakTable",
+    "Refinement",
+    "Series",
     "SlideWindow",
     "SlipEvents",
     "acceleration_events",
     "acceleration_peaks",
     "accumulated_slip",
+    "combine",
     "contact_area",
     "contact_edges",
     "displacement_events",
@@ -53,6 +59,7 @@ __all__ = [
     "peak_signal",
     "receptor_signals",
     "receptors_in_areas",
+    "refine",
     "relative_displacement",
     "slide_window",
     "slip_events",

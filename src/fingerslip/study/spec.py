@@ -34,6 +34,7 @@ __all__ = [
     "MeshFile",
     "ProgrammeEntry",
     "RecordSettings",
+    "RefinementSettings",
     "Study",
     "parse_study",
     "read_study",
@@ -42,6 +43,8 @@ __all__ = [
     "study_schema",
 ]
 
+Alpha = Annotated[float, pydantic.Field(ge=-0.5, le=0.0)]
+PositiveNumber = Annotated[float, pydantic.Field(gt=0)]
 SignedPressure = Annotated[float, Unit("Pa", "kPa")]
 Component = Literal["x", "y"]
 ReceptorKind = Literal["FA-I", "SA-I", "FA-II", "SA-II"]
@@ -150,6 +153,35 @@ MeshSettings = Annotated[
 
 
 @parameters
+class RefinementSettings:
+    """What ``fingerslip converge`` computes again; empty leaves a setting as it is.
+
+    Parameters
+    ----------
+    mesh : tuple of float
+        Two factors on the element sizes.
+    step : tuple of float
+        Two factors on the time step.
+    penalty : tuple of float
+        Two factors on the contact stiffness, automatic ones included.
+    alpha : tuple of float
+        Other values of the numerical damping.
+    """
+
+    mesh: tuple[PositiveNumber, ...] = (0.6667, 0.5)
+    step: tuple[PositiveNumber, ...] = (0.5, 0.25)
+    penalty: tuple[PositiveNumber, ...] = (4.0, 16.0)
+    alpha: tuple[Alpha, ...] = (-0.05,)
+
+    def __post_init__(self) -> None:
+        for name in ("mesh", "step", "penalty"):
+            factors = getattr(self, name)
+            if factors and len({1.0, *factors}) != 3:
+                found = f"has {', '.join(f'{factor:g}' for factor in factors)}"
+                raise InputError(name, found, "needs two different factors beside 1, or none", "write [0.6667, 0.5]")
+
+
+@parameters
 class Study:
     """A study: one model, and the values that are swept.
 
@@ -187,6 +219,8 @@ class Study:
         Values by dotted path; the runs are all combinations, the first path varies slowest.
     compare : tuple of str
         Published tables that the results are shown beside.
+    converge : RefinementSettings
+        How ``fingerslip converge`` refines the runs.
     """
 
     time: TimeStepping
@@ -205,6 +239,7 @@ class Study:
     depth: PositiveLength | None = None
     sweep: Mapping[str, tuple[Any, ...]] = pydantic.Field(default_factory=dict)
     compare: tuple[str, ...] = ()
+    converge: RefinementSettings = RefinementSettings()
 
     def __post_init__(self) -> None:
         _check_sweep(self.sweep)

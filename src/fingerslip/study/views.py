@@ -10,11 +10,13 @@ from typing import Any
 from fingerslip.anatomy import preset_header, preset_names, preset_table
 from fingerslip.errors import InputError
 from fingerslip.parameters import walk_quantities
-from fingerslip.report.tables import Column, Table, flatten, ways_table
+from fingerslip.report.tables import Column, Table
+from fingerslip.report.tables_events import RunEvents, flatten, ways_table
 from fingerslip.slip import events_from_mapping
 from fingerslip.study.reporting import event_tables, read_stored
 from fingerslip.study.spec import Study, read_study
 from fingerslip.study.store import read_result
+from fingerslip.study.uncertainties import read_uncertainties
 from fingerslip.study.yaml import read_mapping
 
 __all__ = ["presets_table", "show"]
@@ -116,8 +118,10 @@ def _show_result(folder: Path) -> tuple[Table, ...]:
         return event_tables(stored.runs, stored.compare)
     numbers = tuple((name, value) for name, value in result["numbers"].items())
     versions = ", ".join(f"{name} {version}" for name, version in result["versions"].items())
+    uncertainty = read_uncertainties(folder.parent, {folder.name: result["identity"]}).get(folder.name, {})
+    events = RunEvents(folder.name, result["swept"], events_from_mapping(result["events_s"]), {}, uncertainty)
     return (
-        ways_table(events_from_mapping(result["events_s"]), f"Slip events of {folder}"),
+        ways_table(events, f"Slip events of {folder}"),
         Table("Key numbers", (Column("name"), Column("value")), numbers, f"{result['wall_time_s']} s with {versions}"),
         _swept_table(result),
     )
