@@ -229,7 +229,7 @@ def _section_section(results: StudyResults) -> ReportSection:
             section_figure(mesh, receptor_positions(results.histories[label]), title=label),
         )
         for label, mesh in results.meshes.items()
-        if label in results.histories
+        if label in results.histories and mesh.dim() == 2
     ]
     return ReportSection("The section", (), (), tuple(pictures))
 

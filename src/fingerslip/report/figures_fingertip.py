@@ -14,6 +14,7 @@ from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
 from fingerslip.anatomy import (
+    REGIONS,
     Fingertip,
     at_depth,
     bone_surface,
@@ -63,9 +64,13 @@ def fingertip_figure(fingertip: Fingertip, title: str = "") -> Figure:
         place = panels[2].get_subplotspec()
         panels[2].remove()
         _draw_solid(figure.add_subplot(place, projection="3d"), fingertip)
-    keys: dict[str, Artist] = {name: Patch(facecolor=c, edgecolor=_EDGE) for name, c in REGION_COLOURS.items()}
+    keys: dict[str, Artist] = {name: Patch(facecolor=c, edgecolor=_EDGE) for name, c in _colours().items()}
     add_legend(figure, keys)
     return figure
+
+
+def _colours() -> dict[str, str]:
+    return {name: REGION_COLOURS[name] for name in REGIONS}
 
 
 def _draw_section(axes: Axes, fingertip: Fingertip) -> None:
@@ -94,12 +99,14 @@ def _fill(axes: Axes, ring: Floats, colour: str) -> None:
 def _draw_solid(axes: Axes3D, fingertip: Fingertip) -> None:
     """Draw the far half of the skin, and the bone before it."""
     skin, bone = skin_grid(fingertip), bone_surface(fingertip).points
-    half = skin[::4, skin.shape[1] // 2 :: 6]
-    _draw_surface(axes, fingertip, np.concatenate([half, skin[::4, :1]], axis=1), REGION_COLOURS["epidermis"])
+    half = skin[::4, : skin.shape[1] // 2 + 1 : 6]
+    _draw_surface(axes, fingertip, half, REGION_COLOURS["epidermis"])
     _draw_surface(axes, fingertip, np.concatenate([bone, bone[:, :1]], axis=1)[::6, ::4], REGION_COLOURS["phalanx"])
-    axes.set(xlabel="x [mm]", ylabel="z [mm]", zlabel="y [mm]", title="in space, one half of the skin")
-    axes.set_aspect("equal")
-    axes.view_init(elev=18.0, azim=70.0)
+    axes.set_title("in space: bone and one half of the skin")
+    limits = axes.get_xlim(), axes.get_ylim(), axes.get_zlim()
+    axes.set_box_aspect([last - first for first, last in limits], zoom=1.5)
+    axes.view_init(elev=18.0, azim=-70.0)
+    axes.set_axis_off()
 
 
 def _draw_surface(axes: Axes3D, fingertip: Fingertip, grid: Floats, colour: str) -> None:

@@ -19,9 +19,12 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.section import build_section
 from fingerslip.mesh.sites import Site, receptor_sites
+from fingerslip.mesh.sizes import SolidSizes
+from fingerslip.mesh.solid import mesh_solid
+from fingerslip.mesh.solid_sites import solid_receptor_sites
 from fingerslip.model import Contact, Model, Recording
 from fingerslip.parameters import as_mapping
-from fingerslip.study.spec import ContactSettings, MeshFile, Study
+from fingerslip.study.spec import ContactSettings, MeshFile
 from fingerslip.study.sweep import Run
 
 __all__ = ["build_mesh", "build_model", "located", "mesh_key"]
@@ -58,6 +61,8 @@ def build_mesh(run: Run) -> Any:
         if isinstance(settings, MeshFile):
             return read_mesh(settings.file)
         with _broken_pipes_as_errors():
+            if isinstance(settings, SolidSizes):
+                return mesh_solid(_fingertip(run), settings)
             return build_section(
                 _fingertip(run),
                 contact_size=settings.contact_size,
@@ -114,11 +119,11 @@ def build_model(run: Run, mesh: Any = None) -> Model:
         return Model(
             mesh=build_mesh(run) if mesh is None else mesh,
             materials=_materials(run),
-            formulation=study.formulation or _fingertip(run).formulation,
-            depth=study.depth or _fingertip(run).depth,
+            formulation=study.formulation or ("solid" if _in_space(run) else _fingertip(run).formulation),
+            depth=study.depth or (1.0 if _in_space(run) else _fingertip(run).depth),
             supports=_supports(run),
             tractions=dict(study.tractions),
-            contacts=() if study.contact is None else (_contact(study.contact),),
+            contacts=() if study.contact is None else (_contact(run, study.contact),),
             programme=tuple(entry.phase for entry in study.programme),
             time=study.time,
             damping=study.damping,
@@ -162,13 +167,20 @@ def _materials(run: Run) -> Mapping[str, Any]:
 def _supports(run: Run) -> Mapping[str, Any]:
     if run.study.supports or run.fingertip is None:
         return dict(run.study.supports)
-    return {"phalanx" if run.fingertip.phalanx.rigid else "phalanx_dorsal": ("x", "y")}
+    components = ("x", "y", "z") if _in_space(run) else ("x", "y")
+    return {"phalanx" if run.fingertip.phalanx.rigid else "phalanx_dorsal": components}
 
 
-def _contact(settings: ContactSettings) -> Contact:
+def _in_space(run: Run) -> bool:
+    return isinstance(run.study.mesh, SolidSizes)
+
+
+def _contact(run: Run, settings: ContactSettings) -> Contact:
+    flat = _in_space(run) and len(settings.normal) == 2
+    normal = (*settings.normal, 0.0) if flat else settings.normal
     return Contact(
         boundary=settings.boundary,
-        body=Plane(normal=settings.normal, offset=settings.offset),
+        body=Plane(normal=normal, offset=settings.offset),
         friction=Coulomb(settings.friction_coefficient),
         normal_penalty=settings.normal_penalty,
         tangential_penalty=settings.tangential_penalty,
@@ -178,11 +190,12 @@ def _contact(settings: ContactSettings) -> Contact:
 
 def _recording(run: Run) -> Recording:
     wanted = run.study.record
-    sites = (*_receptors(run.study, run.fingertip), *wanted.sites)
+    sites = (*_receptors(run), *wanted.sites)
     return Recording(sites=sites, snapshots_every=wanted.snapshots_every)
 
 
-def _receptors(study: Study, fingertip: Fingertip | None) -> tuple[Site, ...]:
-    if fingertip is None or not study.record.receptors:
+def _receptors(run: Run) -> tuple[Site, ...]:
+    if run.fingertip is None or not run.study.record.receptors:
         return ()
-    return tuple(site for site in receptor_sites(fingertip) if site.kind in study.record.receptors)
+    sites = solid_receptor_sites(run.fingertip) if _in_space(run) else receptor_sites(run.fingertip)
+    return tuple(site for site in sites if site.kind in run.study.record.receptors)

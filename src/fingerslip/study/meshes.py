@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
-from fingerslip.anatomy import preset
+from fingerslip.anatomy import Fingertip, preset
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.quality import quality_table
 from fingerslip.mesh.section import build_section
+from fingerslip.mesh.solid import build_solid
 from fingerslip.report.tables import Column, Table
 from fingerslip.study.build import build_mesh
 from fingerslip.study.runner import plan_study
@@ -32,7 +34,7 @@ def save_mesh(target: str, path: Path | None = None) -> Table:
     Parameters
     ----------
     target : str
-        A study file, or the name of a preset.
+        A study file, or the name of a preset; one with a shape in space gives the mesh in space.
     path : Path, optional
         The file; without it a Gmsh file in ``meshes/``.
 
@@ -49,7 +51,7 @@ def save_mesh(target: str, path: Path | None = None) -> Table:
         Where the file cannot be written.
     """
     is_study = Path(target).suffix in (".yaml", ".yml")
-    mesh = build_mesh(plan_study(target).runs[0]) if is_study else build_section(preset(target))
+    mesh = build_mesh(plan_study(target).runs[0]) if is_study else _mesh_of(preset(target))
     path = path or Path("meshes") / f"{Path(target).stem if is_study else target}.msh"
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -67,3 +69,8 @@ def save_mesh(target: str, path: Path | None = None) -> Table:
     )
     sizes = f"{mesh.p.shape[1]} nodes, {mesh.t.shape[1]} cells; boundaries: {', '.join(mesh.boundaries or {})}"
     return Table(f"{path}", _COLUMNS, rows, sizes)
+
+
+def _mesh_of(fingertip: Fingertip) -> Any:
+    """Return the mesh in space of a fingertip that has a shape in space, else that of its section."""
+    return build_section(fingertip) if fingertip.solid is None else build_solid(fingertip)

@@ -13,7 +13,7 @@ from fingerslip.anatomy import Fingertip, fingertip_from
 from fingerslip.errors import InputError
 from fingerslip.materials import Elastic, RayleighDamping
 from fingerslip.mesh.sites import Site
-from fingerslip.mesh.sizes import MeshSizes
+from fingerslip.mesh.sizes import MeshSizes, SolidSizes
 from fingerslip.model import Hold, Lift, Phase, Press, Slide, TimeStepping
 from fingerslip.parameters import (
     Duration,
@@ -140,14 +140,20 @@ class RecordSettings:
     snapshots_every: Duration = 0.0
 
 
+_SOLID_ELEMENTS = ("T4", "T10")
+
+
 def _mesh_kind(value: object) -> str:
     if isinstance(value, Mapping):
-        return "MeshFile" if "file" in value else "MeshSizes"
-    return type(value).__name__ if isinstance(value, MeshFile) else "MeshSizes"
+        in_space = value.get("element") in _SOLID_ELEMENTS
+        return "MeshFile" if "file" in value else "SolidSizes" if in_space else "MeshSizes"
+    return type(value).__name__ if isinstance(value, MeshFile | SolidSizes) else "MeshSizes"
 
 
 MeshSettings = Annotated[
-    Annotated[MeshFile, pydantic.Tag("MeshFile")] | Annotated[MeshSizes, pydantic.Tag("MeshSizes")],
+    Annotated[MeshFile, pydantic.Tag("MeshFile")]
+    | Annotated[MeshSizes, pydantic.Tag("MeshSizes")]
+    | Annotated[SolidSizes, pydantic.Tag("SolidSizes")],
     pydantic.Discriminator(_mesh_kind),
 ]
 
@@ -193,8 +199,9 @@ class Study:
         What the study shows.
     fingertip : mapping, optional
         `preset` and the values that differ from it.
-    mesh : MeshSizes or MeshFile
-        Element sizes, or `file` for a mesh that is read.
+    mesh : MeshSizes, SolidSizes or MeshFile
+        Element sizes of the section; with `element` T4 or T10 those of the fingertip in space; or `file` for a mesh
+        that is read.
     contact : ContactSettings, optional
         Contact with the plate.
     programme : tuple of ProgrammeEntry
