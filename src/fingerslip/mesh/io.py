@@ -70,8 +70,8 @@ def read_mesh(path: str | Path) -> skfem.Mesh:
     Raises
     ------
     MeshError
-        Where the file is missing, unreadable, neither plane nor of tetrahedra, of mixed or unknown cells, without named groups, or has an
-        inverted or flat cell.
+        Where the file is missing, unreadable, neither plane nor of tetrahedra, of mixed or unknown cells, without named
+        groups, or has an inverted or flat cell.
     """
     file = Path(path)
     data = _load(file)
@@ -157,7 +157,8 @@ def _raw(file: Path, data: meshio.Mesh) -> _Raw:
     facets = {name: nodes[_members(data, flat, blocks)] for name, blocks in groups.items()}
     regions, facets = ({n: g for n, g in found.items() if len(g)} for found in (regions, facets))
     if not regions and not facets:
-        allowed = f"needs named groups of cells (regions) and of {'triangles' if corners == 3 else 'lines'} (boundaries)"
+        sides = "triangles" if kind in _SOLIDS else "lines"
+        allowed = f"needs named groups of cells (regions) and of {sides} (boundaries)"
         raise MeshError(str(file), "has no named groups", allowed, "name them, in Gmsh as physical groups")
     return _Raw(file, kind, _points(file, kind, data), cells, regions, facets)
 
@@ -285,8 +286,10 @@ def _facets(raw: _Raw, mesh: skfem.Mesh, name: str, nodes: Integers) -> Integers
     key = _keys(mesh, wanted)
     place = order[np.minimum(np.searchsorted(known, key, sorter=order), len(known) - 1)]
     if np.any(known[place] != key) or np.any(nodes < 0):
-        what = "triangles that are no face" if raw.kind in _SOLIDS else "lines that are no edge"
-        raise MeshError(str(raw.path), f"boundary '{name}' has {what} of a cell", f"needs {what.split()[-1]}s of cells")
+        what, sides = (
+            ("triangles that are no face", "faces") if raw.kind in _SOLIDS else ("lines that are no edge", "edges")
+        )
+        raise MeshError(str(raw.path), f"boundary '{name}' has {what} of a cell", f"needs {sides} of cells")
     return np.unique(place).astype(np.int32)
 
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +17,7 @@ __all__ = ["reference_sites", "solid_receptor_sites"]
 
 Floats = NDArray[np.float64]
 
-_LINES = {"h": "sagittal", "v": "transverse"}
+_LINES: Mapping[str, Literal["sagittal", "transverse"]] = MappingProxyType({"h": "sagittal", "v": "transverse"})
 _NUMBER = 7
 _MIDDLE = 3.5
 
@@ -22,8 +25,8 @@ _MIDDLE = 3.5
 def solid_receptor_sites(fingertip: Fingertip) -> tuple[Site, ...]:
     """Return the candidate receptors in space: those of the sagittal section, in its plane z = 0.
 
-    The mesh in space has a plain epidermis-dermis interface, so FA-I and SA-I sit on it, at the arc lengths at which the
-    section has its ridges.
+    The mesh in space has a plain epidermis-dermis interface, so FA-I and SA-I sit on it, at the arc lengths at which
+    the section has its ridges.
 
     Parameters
     ----------
@@ -49,8 +52,8 @@ def solid_receptor_sites(fingertip: Fingertip) -> tuple[Site, ...]:
 def reference_sites(fingertip: Fingertip, spacing: float = 2.2e-3) -> tuple[Site, ...]:
     """Return the reference nodes h1 to h7 and v1 to v7 of Wang et al. (2014), on the skin and the tissue surface.
 
-    The horizontal line h runs along the finger (z = 0), towards the tip; the vertical line v across it (x = 0), towards +z.
-    The paper says which of the nodes are in contact, h2 to h5 and v2 to v5, and shows the lines without
+    The horizontal line h runs along the finger (z = 0), towards the tip; the vertical line v across it (x = 0), towards
+    +z. The paper says which of the nodes are in contact, h2 to h5 and v2 to v5, and shows the lines without
     dimensions. So the lowest point lies half way between nodes 3 and 4, and the spacing is assumed.
 
     Parameters
@@ -87,7 +90,7 @@ def reference_sites(fingertip: Fingertip, spacing: float = 2.2e-3) -> tuple[Site
 def _line(fingertip: Fingertip, line: str, spacing: float, depth: float) -> Floats:
     """Return the (7, 3) places of a line of reference nodes of the level finger [m]."""
     section = dataclasses.replace(fingertip, section=_LINES[line])
-    arc_length = (np.arange(1, _NUMBER + 1) - _MIDDLE) * spacing
+    arc_length = spacing * np.linspace(1 - _MIDDLE, _NUMBER - _MIDDLE, _NUMBER)
     along, up = at_depth(outline_curve(section), arc_length, depth).T
     still = np.zeros(_NUMBER)
     return np.column_stack([along, up, still] if line == "h" else [still, up, along])

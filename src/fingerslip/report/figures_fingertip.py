@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -33,7 +36,9 @@ __all__ = ["fingertip_figure"]
 Floats = NDArray[np.float64]
 
 _EDGE = "#7d6b5d"
-_SECTIONS = {"sagittal": "along the finger (sagittal, z = 0)", "transverse": "across the finger (transverse, x = 0)"}
+_SECTIONS: Mapping[Literal["sagittal", "transverse"], str] = MappingProxyType(
+    {"sagittal": "along the finger (sagittal, z = 0)", "transverse": "across the finger (transverse, x = 0)"}
+)
 
 
 @styled
