@@ -27,7 +27,9 @@ if TYPE_CHECKING:
     from fingerslip.mesh.quality import quality_table
     from fingerslip.mesh.section import build_section
     from fingerslip.mesh.sites import Site, receptor_sites
-    from fingerslip.mesh.sizes import MeshSizes
+    from fingerslip.mesh.sizes import MeshSizes, SolidSizes
+    from fingerslip.mesh.solid import build_solid
+    from fingerslip.mesh.solid_sites import reference_sites, solid_receptor_sites
     from fingerslip.model import (
         Contact,
         Drive,
@@ -67,7 +69,9 @@ _HOMES = {
     "mesh.quality": ("quality_table",),
     "mesh.section": ("build_section",),
     "mesh.sites": ("Site", "receptor_sites"),
-    "mesh.sizes": ("MeshSizes",),
+    "mesh.sizes": ("MeshSizes", "SolidSizes"),
+    "mesh.solid": ("build_solid",),
+    "mesh.solid_sites": ("reference_sites", "solid_receptor_sites"),
     "model": (
         "Contact",
         "Drive",
@@ -117,6 +121,7 @@ __all__ = [
     "Slide",
     "SlipEvents",
     "SlipOutsideContactError",
+    "SolidSizes",
     "Sphere",
     "StaticKinetic",
     "Study",
@@ -127,6 +132,7 @@ __all__ = [
     "__version__",
     "acceleration_peaks",
     "build_section",
+    "build_solid",
     "find_events",
     "fingertip_from",
     "preset",
@@ -137,8 +143,10 @@ __all__ = [
     "read_mesh",
     "read_study",
     "receptor_sites",
+    "reference_sites",
     "run_study",
     "simulate",
+    "solid_receptor_sites",
     "study_schema",
     "write_history",
     "write_mesh",

@@ -86,6 +86,10 @@ def show(
         str, typer.Argument(metavar="PRESET|STUDY|RESULT", help="What to show; without it the presets.")
     ] = "",
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of study files.")] = False,
+    figure: Annotated[
+        Path | None,
+        typer.Option("--figure", metavar="FILE", help="Draw the fingertip of a preset or a study (.png, .svg, .pdf)."),
+    ] = None,
 ) -> None:
     """Show the values of a preset or a study with unit and source, assumed ones first, or the events of a result."""
     if schema:
@@ -97,6 +101,10 @@ def show(
         return
     from fingerslip.study import views
 
+    if figure is not None:
+        from fingerslip.study.drawing import draw_fingertip
+
+        draw_fingertip(target, figure)
     _print_tables(views.show(target) if target else (views.presets_table(),))
 
 

@@ -7,6 +7,7 @@ So the cut z = 0 is the sagittal contour, and the cut x = 0 the transverse one.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -99,7 +100,7 @@ def _right_half(contour: Floats) -> Floats:
 def _evenly(x: Floats, y: Floats, stops: list[int]) -> tuple[Floats, Floats]:
     """Divide a curve into equal parts between stops, a quarter of the columns each."""
     length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-    pieces = [np.linspace(length[a], length[b], _QUARTER + 1) for a, b in zip(stops, stops[1:], strict=False)]
+    pieces = [np.linspace(length[a], length[b], _QUARTER + 1) for a, b in itertools.pairwise(stops)]
     wanted = np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
     return np.interp(wanted, length, x), np.interp(wanted, length, y)
 

@@ -1,7 +1,7 @@
 """The outer surface of the fingertip in space: its points, its normals, and what lies below it.
 
-Every section across the finger is an ellipse between the lowest and the highest line of the sagittal outline; the tip is
-an ellipsoid. Axes as in the sagittal section: x along the finger towards the tip, y up, z across.
+Every section across the finger is an ellipse between the lowest and the highest line of the sagittal outline; the tip
+is an ellipsoid. Axes as in the sagittal section: x along the finger towards the tip, y up, z across.
 """
 
 from __future__ import annotations

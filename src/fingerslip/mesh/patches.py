@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import gmsh
@@ -86,8 +87,9 @@ def _draw(number: Integers, grid: Floats, levels: tuple[int, ...]) -> list[int]:
     corners = np.unique(number[levels, :][:, ::quarter])
     points = {int(node): gmsh.model.addDiscreteEntity(0) for node in corners}
     lines = _lines(wrapped, levels, quarter)
-    tags = {name: gmsh.model.addDiscreteEntity(1, -1, [points[int(line[i])] for i in (0, -1)]) for name, line in lines.items()}
-    parts = [(first, last, k) for first, last in zip(levels, levels[1:], strict=False) for k in range(4)]
+    ends = {name: [points[int(line[end])] for end in (0, -1)] for name, line in lines.items()}
+    tags = {name: gmsh.model.addDiscreteEntity(1, -1, pair) for name, pair in ends.items()}
+    parts = [(first, last, k) for first, last in itertools.pairwise(levels) for k in range(4)]
     patches = [gmsh.model.addDiscreteEntity(2, -1, _border(tags, *part)) for part in parts]
     _add_nodes(patches[0], number, grid)
     for node, tag in points.items():
@@ -111,7 +113,7 @@ def _lines(wrapped: Integers, levels: tuple[int, ...], quarter: int) -> dict[_Na
         for row in levels:
             if wrapped[row, 0] != wrapped[row, 1]:
                 lines["across", row, k] = wrapped[row, k * quarter : (k + 1) * quarter + 1]
-        for first, last in zip(levels, levels[1:], strict=False):
+        for first, last in itertools.pairwise(levels):
             lines["along", first, k] = wrapped[first : last + 1, k * quarter]
     return lines
 
@@ -131,7 +133,8 @@ def _triangles(number: Integers) -> Integers:
     a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
     both = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)]).reshape(-1, 3)
     whole = (both[:, 0] != both[:, 1]) & (both[:, 1] != both[:, 2]) & (both[:, 2] != both[:, 0])
-    return both[whole]
+    kept: Integers = both[whole]
+    return kept
 
 
 def _set_sizes(number: Integers, grid: Floats, sizes: Floats) -> None:

@@ -63,7 +63,7 @@ class QualityLimits:
 
 
 _QUADRILATERALS = QualityLimits(0.25, np.radians(15.0), np.radians(165.0), 10.0)
-_TETRAHEDRA = QualityLimits(0.03, np.radians(5.0), np.radians(172.0), 8.0)
+_TETRAHEDRA = QualityLimits(0.02, np.radians(4.0), np.radians(174.0), 8.0)
 _TRIANGLES = QualityLimits(0.25, np.radians(15.0), np.radians(140.0), 5.0)
 
 

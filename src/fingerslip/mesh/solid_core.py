@@ -74,8 +74,9 @@ def mesh_solid_core(skin: Triangulation, bone: Triangulation, largest: float) ->
         gmsh.option.setNumber("Mesh.Algorithm3D", _HXT)
         try:
             gmsh.model.mesh.generate(3)
+            gmsh.model.mesh.optimize("")
         except Exception as error:
-            raise MeshError("tissue and phalanx", f"Gmsh says '{error}'", "needs a fingertip that Gmsh can mesh") from error
+            raise MeshError("tissue and phalanx", f"Gmsh says '{error}'", "needs one that Gmsh can mesh") from error
         return _read(hull, volumes)
 
 

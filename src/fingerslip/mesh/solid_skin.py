@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,7 +26,15 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.patches import Triangulation, mesh_surface
 from fingerslip.mesh.sizes import GROWTH, SolidSizes
 
-__all__ = ["SolidSkin", "check_skin_fits", "contact_points", "graded_sizes", "inner_surface", "sweep_solid_skin", "tetrahedra"]
+__all__ = [
+    "SolidSkin",
+    "check_skin_fits",
+    "contact_points",
+    "graded_sizes",
+    "inner_surface",
+    "sweep_solid_skin",
+    "tetrahedra",
+]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -70,7 +78,8 @@ def sweep_solid_skin(fingertip: Fingertip, sizes: SolidSizes, bone: Floats) -> S
     sizes : SolidSizes
         Element sizes.
     bone : (n, 3) array
-        Points of the surface of the phalanx [m]; outside the contact no triangle is much wider than the tissue is thick.
+        Points of the surface of the phalanx [m]; outside the contact no triangle is much wider than the tissue is
+        thick.
 
     Raises
     ------
@@ -106,7 +115,7 @@ def check_skin_fits(fingertip: Fingertip) -> None:
 
 
 def graded_sizes(points: Floats, contact: Floats, contact_size: float, largest: Floats | float) -> Floats:
-    """Return the sizes wanted at (n, 3) points [m]: the contact size near (m, 3) contact points, growing to the largest."""
+    """Return the sizes wanted at (n, 3) points [m]: the contact size near (m, 3) contact points, then growing."""
     distance, _ = cKDTree(contact).query(points)
     size: Floats = np.minimum(contact_size + GROWTH * distance, np.maximum(largest, contact_size))
     return size
@@ -172,11 +181,21 @@ def _levels(fingertip: Fingertip, sizes: SolidSizes) -> Floats:
     layers, nail = fingertip.layers, solid_shape(fingertip).nail
     borders = {0.0, layers.epidermis_thickness, layers.skin_thickness} | ({nail.thickness} if nail else set())
     stops = sorted(borders)
+    _check_rows(stops, sizes)
     pieces = [
         np.linspace(a, b, max(1, round((b - a) / (1.25 * sizes.contact_size))) + 1)
-        for a, b in zip(stops, stops[1:], strict=False)
+        for a, b in itertools.pairwise(stops)
     ]
     return np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
+
+
+def _check_rows(stops: list[float], sizes: SolidSizes) -> None:
+    """Refuse borders of layers so close to each other that the cells between would be flat."""
+    thinnest, least = float(np.diff(stops).min()), sizes.contact_size / 5
+    if thinnest < least:
+        found = f"has borders {thinnest * 1e3:.3g} mm apart (epidermis, skin, nail)"
+        allowed = f"needs >= {least * 1e3:.3g} mm, a fifth of mesh.contact_size, or equal depths"
+        raise InputError("layers", found, allowed, "write a smaller contact_size or change the thickness")
 
 
 def _row(fingertip: Fingertip, skin: Floats, level: float, relief: Floats) -> Floats:
@@ -221,9 +240,10 @@ def tetrahedra(skin: SolidSkin) -> tuple[Integers, Integers]:
     a, b, c = np.sort(skin.triangles, axis=1).T
     below = np.array([columns])
     prism = np.concatenate(
-        [np.stack(nodes, axis=-1) for nodes in (
-            (a, b, c, c + below), (a, b, b + below, c + below), (a, a + below, b + below, c + below)
-        )]
+        [
+            np.stack(nodes, axis=-1)
+            for nodes in ((a, b, c, c + below), (a, b, b + below, c + below), (a, a + below, b + below, c + below))
+        ]
     )
     rows = len(skin.levels) - 1
     return np.concatenate([prism + row * columns for row in range(rows)]), np.repeat(np.arange(rows), len(prism))

@@ -15,10 +15,14 @@ from typing import Any
 import numpy as np
 
 from fingerslip.anatomy import Fingertip
+from fingerslip.contact.bodies import Plane
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.section import build_section
 from fingerslip.mesh.sites import Site, receptor_sites
+from fingerslip.mesh.sizes import SolidSizes
+from fingerslip.mesh.solid import mesh_solid
+from fingerslip.mesh.solid_sites import solid_receptor_sites
 from fingerslip.model import Contact, Hold, Model, Phase, Press, Recording
 from fingerslip.parameters import as_mapping
 from fingerslip.study.settings import ContactSettings, MeshFile, ProgrammeEntry
@@ -58,6 +62,8 @@ def build_mesh(run: Run) -> Any:
         if isinstance(settings, MeshFile):
             return _plausible(read_mesh(settings.file).scaled(settings.scale), run.study)
         with _broken_pipes_as_errors():
+            if isinstance(settings, SolidSizes):
+                return mesh_solid(_fingertip(run), settings)
             return build_section(
                 _fingertip(run),
                 contact_size=settings.contact_size,
@@ -111,7 +117,7 @@ def build_model(run: Run, mesh: Any = None) -> Model:
         Where the values of the run do not fit together.
     """
     study = run.study
-    formulation = study.formulation or _fingertip(run).formulation
+    formulation = study.formulation or ("solid" if _in_space(run) else _fingertip(run).formulation)
     try:
         return Model(
             mesh=build_mesh(run) if mesh is None else mesh,
@@ -120,7 +126,7 @@ def build_model(run: Run, mesh: Any = None) -> Model:
             depth=study.depth or (1.0 if formulation == "solid" else _fingertip(run).depth),
             supports=_supports(run, "xyz" if formulation == "solid" else "xy"),
             tractions=dict(study.tractions),
-            contacts=tuple(_contact(settings) for settings in study.all_contacts),
+            contacts=tuple(_contact(run, settings) for settings in study.all_contacts),
             programme=_phases(study.programme),
             time=study.time.stepping,
             damping=study.damping,
@@ -230,10 +236,17 @@ def _supports(run: Run, axes: str) -> Mapping[str, Any]:
     return {"phalanx" if run.fingertip.phalanx.rigid else "phalanx_dorsal": tuple(axes)}
 
 
-def _contact(settings: ContactSettings) -> Contact:
+def _in_space(run: Run) -> bool:
+    return isinstance(run.study.mesh, SolidSizes)
+
+
+def _contact(run: Run, settings: ContactSettings) -> Contact:
+    body = settings.rigid_body
+    if _in_space(run) and settings.body is None and len(settings.normal) == 2:
+        body = Plane((*settings.normal, 0.0), settings.offset)
     return Contact(
         boundary=settings.boundary,
-        body=settings.rigid_body,
+        body=body,
         friction=settings.law,
         normal_penalty=settings.normal_penalty,
         tangential_penalty=settings.tangential_penalty,
@@ -249,11 +262,12 @@ def _phases(entries: Sequence[ProgrammeEntry]) -> tuple[Phase, ...]:
 
 def _recording(run: Run) -> Recording:
     wanted = run.study.record
-    sites = (*_receptors(run.study, run.fingertip), *wanted.sites)
+    sites = (*_receptors(run), *wanted.sites)
     return Recording(sites=sites, snapshots_every=wanted.snapshots_every)
 
 
-def _receptors(study: Study, fingertip: Fingertip | None) -> tuple[Site, ...]:
-    if fingertip is None or not study.record.receptors:
+def _receptors(run: Run) -> tuple[Site, ...]:
+    if run.fingertip is None or not run.study.record.receptors:
         return ()
-    return tuple(site for site in receptor_sites(fingertip) if site.kind in study.record.receptors)
+    sites = solid_receptor_sites(run.fingertip) if _in_space(run) else receptor_sites(run.fingertip)
+    return tuple(site for site in sites if site.kind in run.study.record.receptors)

@@ -5,12 +5,14 @@ from __future__ import annotations
 import difflib
 import math
 from pathlib import Path
+from typing import Any
 
-from fingerslip.anatomy import preset, preset_names
+from fingerslip.anatomy import Fingertip, preset, preset_names
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.quality import quality_table
 from fingerslip.mesh.section import build_section
+from fingerslip.mesh.solid import build_solid
 from fingerslip.report.tables import Column, Table
 from fingerslip.study.build import build_mesh
 from fingerslip.study.runner import plan_study
@@ -34,7 +36,7 @@ def save_mesh(target: str, path: Path | None = None) -> Table:
     Parameters
     ----------
     target : str
-        A study file, or the name of a preset.
+        A study file, or the name of a preset; one with a shape in space gives the mesh in space.
     path : Path, optional
         The file; without it a Gmsh file in ``meshes/``.
 
@@ -53,7 +55,7 @@ def save_mesh(target: str, path: Path | None = None) -> Table:
     is_study = Path(target).suffix in (".yaml", ".yml")
     if not is_study:
         _check_preset(target)
-    mesh = build_mesh(plan_study(target).runs[0]) if is_study else build_section(preset(target))
+    mesh = build_mesh(plan_study(target).runs[0]) if is_study else _mesh_of(preset(target))
     path = path or Path("meshes") / f"{Path(target).stem if is_study else target}.msh"
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -81,3 +83,8 @@ def _check_preset(target: str) -> None:
     mend = f"did you mean '{near[0]}'?" if near else f"presets: {', '.join(names)}"
     found = "is neither a preset nor a study file"
     raise InputError(f"mesh {target}", found, "needs the name of a preset or the path of a study (.yaml)", mend)
+
+
+def _mesh_of(fingertip: Fingertip) -> Any:
+    """Return the mesh in space of a fingertip that has a shape in space, else that of its section."""
+    return build_section(fingertip) if fingertip.solid is None else build_solid(fingertip)

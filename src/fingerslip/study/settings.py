@@ -16,7 +16,7 @@ from fingerslip.contact.bodies import Cylinder, Plane, RigidBody, Sphere
 from fingerslip.contact.friction import Anisotropic, Coulomb, FrictionLaw, PressureDependent, StaticKinetic
 from fingerslip.errors import InputError
 from fingerslip.mesh.sites import Site
-from fingerslip.mesh.sizes import MeshSizes
+from fingerslip.mesh.sizes import MeshSizes, SolidSizes
 from fingerslip.model import (
     Drive,
     Hold,
@@ -281,14 +281,20 @@ class RecordSettings:
     snapshots_every: Duration = 0.0
 
 
+_SOLID_ELEMENTS = ("T4", "T10")
+
+
 def _mesh_kind(value: object) -> str:
     if isinstance(value, Mapping):
-        return "MeshFile" if "file" in value else "MeshSizes"
-    return type(value).__name__ if isinstance(value, MeshFile) else "MeshSizes"
+        in_space = value.get("element") in _SOLID_ELEMENTS
+        return "MeshFile" if "file" in value else "SolidSizes" if in_space else "MeshSizes"
+    return type(value).__name__ if isinstance(value, MeshFile | SolidSizes) else "MeshSizes"
 
 
 MeshSettings = Annotated[
-    Annotated[MeshFile, pydantic.Tag("MeshFile")] | Annotated[MeshSizes, pydantic.Tag("MeshSizes")],
+    Annotated[MeshFile, pydantic.Tag("MeshFile")]
+    | Annotated[MeshSizes, pydantic.Tag("MeshSizes")]
+    | Annotated[SolidSizes, pydantic.Tag("SolidSizes")],
     pydantic.Discriminator(_mesh_kind),
 ]
 

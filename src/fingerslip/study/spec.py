@@ -63,8 +63,9 @@ class Study:
         What the study shows.
     fingertip : mapping, optional
         `preset` and the values that differ from it.
-    mesh : MeshSizes or MeshFile
-        Element sizes, or `file` for a mesh that is read.
+    mesh : MeshSizes, SolidSizes or MeshFile
+        Element sizes of the section; with `element` T4 or T10 those of the fingertip in space; or `file` for a mesh
+        that is read.
     contact : ContactSettings, optional
         Contact with one rigid body, a plate where nothing else is said.
     contacts : tuple of ContactSettings

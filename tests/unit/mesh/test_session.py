@@ -1,0 +1,29 @@
+"""Gmsh for one mesh: closed afterwards, and left alone where somebody else uses it."""
+
+from __future__ import annotations
+
+import gmsh
+import pytest
+
+from fingerslip.anatomy import preset
+from fingerslip.errors import MeshError
+from fingerslip.mesh import build_section
+from fingerslip.mesh.session import gmsh_session
+
+
+def test_session_ends_with_an_error_too():
+    with pytest.raises(RuntimeError), gmsh_session():
+        assert gmsh.isInitialized()
+        raise RuntimeError
+    assert not gmsh.isInitialized()
+
+
+def test_gmsh_that_someone_else_uses_is_left_alone():
+    gmsh.initialize(readConfigFiles=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    try:
+        with pytest.raises(MeshError, match="already initialised"):
+            build_section(preset("wang2014-2d"))
+        assert gmsh.isInitialized()
+    finally:
+        gmsh.finalize()
