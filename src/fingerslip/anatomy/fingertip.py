@@ -303,9 +303,8 @@ def _check_ridges(fingertip: Fingertip) -> None:
             raise InputError(f"ridges.{name}", f"got {_mm(getattr(ridges, name))}", allowed)
     if ridges.mean_height >= layers.epidermis_thickness:
         found = f"mean height {_mm(ridges.mean_height)}, (intermediate_height + limiting_height) / 4"
-        allowed = f"needs a mean height < {_mm(layers.epidermis_thickness)} (epidermis_thickness)"
-        reason = "ridges keep the mean thickness of the epidermis, so between them it is thinner by their mean height"
-        raise InputError("ridges", found, allowed, f"make them lower or the epidermis thicker: {reason}")
+        mend = "make them lower or the epidermis thicker, which between ridges is thinner by that height"
+        raise InputError("ridges", found, f"needs < {_mm(layers.epidermis_thickness)} (epidermis_thickness)", mend)
 
 
 def _check_fingerprint(fingertip: Fingertip) -> None:
@@ -324,7 +323,7 @@ def _check_receptors(fingertip: Fingertip) -> None:
         allowed = f"needs a value < {_mm(layers.dermis_thickness)} (thickness of the dermis)"
         raise InputError("receptors.sa_ii_height", f"got {_mm(receptors.sa_ii_height)}", allowed)
     if receptors.fa_ii_depth <= layers.skin_thickness:
-        allowed = f"needs a value > {_mm(layers.skin_thickness)} (layers.skin_thickness), below the skin"
+        allowed = f"needs a value > {_mm(layers.skin_thickness)} (skin_thickness)"
         raise InputError("receptors.fa_ii_depth", f"got {_mm(receptors.fa_ii_depth)}", allowed)
 
 
@@ -332,5 +331,5 @@ def _check_skin(fingertip: Fingertip) -> None:
     """Refuse a skin without room; a phalanx that is too large for a skin above FA-II shows with its contour."""
     thickness, (room, limit) = fingertip.layers.skin_thickness, skin_room(fingertip)
     if thickness >= fingertip.outline.half_height or thickness >= max(room, fingertip.receptors.fa_ii_depth):
-        found, mend = f"got {_mm(thickness)}", f"make the skin thinner or change {limit}"
-        raise InputError("layers.skin_thickness", found, f"needs a value < {_mm(room)}", mend)
+        mend = f"make the skin thinner or change {limit}"
+        raise InputError("layers.skin_thickness", f"got {_mm(thickness)}", f"needs a value < {_mm(room)}", mend)

@@ -61,6 +61,18 @@ def test_supports_that_let_the_body_go_along_the_normal_do_not_stop_a_press():
     check_model(push_and_slide(programme=(fs.Press(4.5e-3, 1e-3),), supports={"top": ("x",)}))
 
 
+def test_what_is_held_behind_the_plate_does_not_stop_it():
+    """The plate presses the top; the held bottom corner is on its other side from the start."""
+    mesh = pad("Q4").with_boundaries({"foot": lambda x: x[1] < 1.1e-3})
+    plate = contact(boundary="top", body=fs.Plane(normal=(0, 1), offset=3.9e-3), programme=(fs.Press(0.2e-3, 1e-3),))
+    check_model(push_and_slide(mesh=mesh, contacts=plate, supports={"foot": ("x", "y")}))
+
+
+def test_a_body_that_is_held_along_the_normal_as_a_whole_has_no_soft_thickness():
+    supports = {"bulk": ("y",), "top": ("x", "y")}
+    check_model(push_and_slide(programme=(fs.Press(4.5e-3, 1e-3),), supports=supports))
+
+
 def test_a_body_pressed_by_tractions_may_slide_at_once():
     pressed = push_and_slide(programme=(fs.Slide(1e-3, 1e-3),), tractions={"left": (10.0, 0.0)})
     system = build_system(pressed)
