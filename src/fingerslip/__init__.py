@@ -24,10 +24,16 @@ if TYPE_CHECKING:
     from fingerslip.history import read_history, write_history
     from fingerslip.materials import Elastic, RayleighDamping
     from fingerslip.mesh.io import read_mesh, write_mesh
+    from fingerslip.mesh.layered import LayerSizes, build_from_surfaces
+    from fingerslip.mesh.offset import decimate_surface, offset_inwards
+    from fingerslip.mesh.placement import Placement, place_surface, placement_from_directions, placement_from_landmarks
     from fingerslip.mesh.quality import quality_table
+    from fingerslip.mesh.repair import repair_surface
+    from fingerslip.mesh.scans import ScanMesh, SurfaceMesh, mesh_scan
     from fingerslip.mesh.section import build_section
     from fingerslip.mesh.sites import Site, receptor_sites
     from fingerslip.mesh.sizes import MeshSizes
+    from fingerslip.mesh.surfaces import Surface, read_surface, write_surface
     from fingerslip.model import (
         Contact,
         Drive,
@@ -64,10 +70,16 @@ _HOMES = {
     "history": ("read_history", "write_history"),
     "materials": ("Elastic", "RayleighDamping"),
     "mesh.io": ("read_mesh", "write_mesh"),
+    "mesh.layered": ("LayerSizes", "build_from_surfaces"),
+    "mesh.offset": ("decimate_surface", "offset_inwards"),
+    "mesh.placement": ("Placement", "place_surface", "placement_from_directions", "placement_from_landmarks"),
     "mesh.quality": ("quality_table",),
+    "mesh.repair": ("repair_surface",),
+    "mesh.scans": ("ScanMesh", "SurfaceMesh", "mesh_scan"),
     "mesh.section": ("build_section",),
     "mesh.sites": ("Site", "receptor_sites"),
     "mesh.sizes": ("MeshSizes",),
+    "mesh.surfaces": ("Surface", "read_surface", "write_surface"),
     "model": (
         "Contact",
         "Drive",
@@ -101,10 +113,12 @@ __all__ = [
     "Fingertip",
     "Hold",
     "InputError",
+    "LayerSizes",
     "Lift",
     "MeshError",
     "MeshSizes",
     "Model",
+    "Placement",
     "Plane",
     "Press",
     "PressureDependent",
@@ -113,6 +127,7 @@ __all__ = [
     "RayleighDamping",
     "Recording",
     "ResultError",
+    "ScanMesh",
     "Site",
     "Slide",
     "SlipEvents",
@@ -122,13 +137,22 @@ __all__ = [
     "Study",
     "StudyFailedError",
     "StudyResult",
+    "Surface",
+    "SurfaceMesh",
     "TimeStepping",
     "Traction",
     "__version__",
     "acceleration_peaks",
+    "build_from_surfaces",
     "build_section",
+    "decimate_surface",
     "find_events",
     "fingertip_from",
+    "mesh_scan",
+    "offset_inwards",
+    "place_surface",
+    "placement_from_directions",
+    "placement_from_landmarks",
     "preset",
     "preset_names",
     "preset_table",
@@ -136,12 +160,15 @@ __all__ = [
     "read_history",
     "read_mesh",
     "read_study",
+    "read_surface",
     "receptor_sites",
+    "repair_surface",
     "run_study",
     "simulate",
     "study_schema",
     "write_history",
     "write_mesh",
+    "write_surface",
 ]
 
 

@@ -88,8 +88,10 @@ def receptors_in_areas(
         Names of sites, nearest to the edge first; pairs without a receptor are left out, and it is empty
         where nothing touches or no site is recorded.
     """
+    if "site" not in history.coords or not history.sizes["site"]:
+        return MappingProxyType({})
     edges = contact_edges(history, time)
-    if edges is None or "site" not in history.coords:
+    if edges is None:
         return MappingProxyType({})
     names, site_kinds = history["site"].values, history["site_kind"].values
     distance = np.abs(_along(history)[:, None] - np.asarray(edges))
