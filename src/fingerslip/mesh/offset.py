@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from fingerslip.errors import InputError, MeshError
-from fingerslip.mesh.surfaces import Surface, contains
+from fingerslip.mesh.surfaces import Surface, contains, outermost
 
 if TYPE_CHECKING:
     import pyvista
@@ -33,6 +33,11 @@ def decimate_surface(surface: Surface, edge_length: float) -> Surface:
         The surface.
     edge_length : float
         Edge of the equilateral triangles that would cover the area [m].
+
+    Returns
+    -------
+    Surface
+        The surface with fewer triangles.
 
     Raises
     ------
@@ -84,6 +89,11 @@ def offset_inwards(surface: Surface, thickness: float) -> Surface:
     thickness : float
         The depth [m].
 
+    Returns
+    -------
+    Surface
+        The closed inner surface, its normals outwards.
+
     Raises
     ------
     InputError
@@ -123,7 +133,7 @@ def _depth(surface: Surface, grid: pyvista.ImageData, thickness: float) -> Float
     Nodes that are joined without coming near the surface are on the same side, so one of them is asked.
     """
     points = np.asarray(grid.points, dtype=float)
-    depth = distances(surface, points)
+    depth = distances(outermost(surface), points)
     shape = tuple(reversed(grid.dimensions))
     region = ndimage.label((depth > thickness / 3).reshape(shape))[0].ravel()
     numbers, asked = np.unique(region, return_index=True)

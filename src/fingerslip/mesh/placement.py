@@ -43,6 +43,11 @@ def place_surface(surface: Surface, placement: Placement) -> Surface:
         The surface.
     placement : Placement
         The motion.
+
+    Returns
+    -------
+    Surface
+        The surface at its new place.
     """
     return dataclasses.replace(surface, points=surface.points @ placement.rotation.T + placement.shift)
 
@@ -64,6 +69,11 @@ def placement_from_directions(skin: Surface, tip: ArrayLike, pad: ArrayLike, pla
         Rough direction in which the pad faces, in the scan's axes.
     plate_angle : float
         Angle between the finger's axis and the plate [rad]; positive with the tip down.
+
+    Returns
+    -------
+    Placement
+        The motion, for skin and bone alike.
 
     Raises
     ------
@@ -96,6 +106,11 @@ def placement_from_landmarks(
         Points at the tip, in the middle of the proximal end, and on the middle of the pad [m], in the scan's axes.
     plate_angle : float
         Angle between the finger's axis and the plate [rad]; positive with the tip down.
+
+    Returns
+    -------
+    Placement
+        The motion, for skin and bone alike.
 
     Raises
     ------

@@ -13,7 +13,7 @@ from fingerslip.mesh.layered import LayerSizes, build_from_surfaces
 from fingerslip.mesh.offset import decimate_surface, distances
 from fingerslip.mesh.placement import place_surface, placement_from_directions
 from fingerslip.mesh.repair import Repairs, repair_surface
-from fingerslip.mesh.surfaces import LengthUnit, Surface, read_surface
+from fingerslip.mesh.surfaces import LengthUnit, Surface, outermost, read_surface
 from fingerslip.parameters import Angle, PositiveLength, parameters
 
 __all__ = ["Deviation", "LayerQuality", "ScanMesh", "SurfaceMesh", "deviation", "layer_quality", "mesh_scan"]
@@ -213,7 +213,8 @@ def deviation(mesh: skfem.MeshTet1, boundary: str, surface: Surface) -> Deviatio
     points = mesh.p.T[used]
     made = Surface(points, numbered.reshape(-1, 3), boundary)
     from_mesh = distances(surface, np.vstack([points, made.corners.mean(axis=1)]))
-    scanned = surface.points[surface.points[:, 0] > points[:, 0].min() + from_mesh.max()]
+    bounding = surface.points[np.unique(outermost(surface).triangles)]
+    scanned = bounding[bounding[:, 0] > points[:, 0].min() + from_mesh.max()]
     both = np.concatenate([from_mesh, distances(made, scanned)])
     return Deviation(boundary, float(both.mean()), float(both.max()))
 

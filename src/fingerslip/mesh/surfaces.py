@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import io
 import itertools
 from collections.abc import Iterator
@@ -23,6 +24,7 @@ __all__ = [
     "check_closed",
     "contains",
     "joined",
+    "outermost",
     "read_surface",
     "write_surface",
 ]
@@ -225,6 +227,27 @@ def contains(surface: Surface, points: Floats) -> NDArray[np.bool_]:
 
     inside: NDArray[np.bool_] = winding_numbers(surface.corners, points) > 0.5
     return inside
+
+
+def outermost(surface: Surface) -> Surface:
+    """Return the triangles that somewhere have the inside on one side and the outside on the other.
+
+    Where a surface crosses itself or a piece lies inside another, the rest bounds nothing.
+
+    Parameters
+    ----------
+    surface : Surface
+        A surface that is closed up to small defects, its normals outwards.
+    """
+    a, b, c = np.moveaxis(surface.corners, 1, 0)
+    across = np.cross(b - a, c - a)
+    # A hundredth of the triangle's size off its centre: near enough to be beside it.
+    step = 0.01 * across / np.maximum(np.linalg.norm(across, axis=1), np.finfo(float).tiny)[:, None] ** 0.5
+    centre = surface.corners.mean(axis=1)
+    bounds = np.zeros(len(centre), dtype=bool)
+    for place in (centre, *(0.1 * centre + 0.9 * corner for corner in (a, b, c))):
+        bounds |= contains(surface, place - step) & ~contains(surface, place + step)
+    return dataclasses.replace(surface, triangles=surface.triangles[bounds])
 
 
 def _walk(following: dict[int, list[int]]) -> Integers:
