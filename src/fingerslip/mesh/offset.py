@@ -19,6 +19,7 @@ __all__ = ["decimate_surface", "distances", "offset_inwards"]
 Floats = NDArray[np.float64]
 
 _EQUILATERAL = np.sqrt(3.0) / 4.0
+_FINE = 1 / 25
 _GRID_LIMIT = 20_000_000
 
 
@@ -108,11 +109,12 @@ def offset_inwards(surface: Surface, thickness: float) -> Surface:
     grid = _grid(surface, thickness / 3)
     level = _depth(surface, grid, thickness) - thickness
     if level.max() <= 0:
-        found = f"has no place {thickness * 1e3:.4g} mm deep"
-        raise MeshError(surface.name, found, "needs tissue below the skin", "write a smaller skin_thickness")
+        problem = f"has no place {thickness * 1e3:.4g} mm deep"
+        raise MeshError(surface.name, problem, "needs tissue below the skin", "write a smaller skin_thickness")
     inner = pyvista.ImageData(dimensions=grid.dimensions, spacing=grid.spacing, origin=grid.origin)
     inner["level"] = level
-    return decimate_surface(_surface(inner.contour([0.0], "level"), f"{surface.name} offset"), thickness)
+    found = _surface(inner.contour([0.0], "level"), f"{surface.name} offset")
+    return decimate_surface(found, min(thickness, _FINE * float(np.ptp(found.points, axis=0).max())))
 
 
 def _grid(surface: Surface, spacing: float) -> pyvista.ImageData:

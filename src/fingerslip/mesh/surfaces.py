@@ -239,14 +239,18 @@ def outermost(surface: Surface) -> Surface:
     surface : Surface
         A surface that is closed up to small defects, its normals outwards.
     """
+    from fingerslip.mesh.winding import winding_numbers
+
     a, b, c = np.moveaxis(surface.corners, 1, 0)
     across = np.cross(b - a, c - a)
-    # A hundredth of the triangle's size off its centre: near enough to be beside it.
+    # A hundredth of the triangle's size off it: near enough to be beside it.
     step = 0.01 * across / np.maximum(np.linalg.norm(across, axis=1), np.finfo(float).tiny)[:, None] ** 0.5
     centre = surface.corners.mean(axis=1)
     bounds = np.zeros(len(centre), dtype=bool)
     for place in (centre, *(0.1 * centre + 0.9 * corner for corner in (a, b, c))):
-        bounds |= contains(surface, place - step) & ~contains(surface, place + step)
+        asked = np.flatnonzero(~bounds)
+        # Through the triangle the winding number grows by one.
+        bounds[asked] = np.abs(winding_numbers(surface.corners, (place + step)[asked])) < 0.5
     return dataclasses.replace(surface, triangles=surface.triangles[bounds])
 
 
