@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +20,8 @@ from fingerslip.mesh.layered import LayerSizes
 from fingerslip.mesh.scans import SurfaceMesh, deviation, layer_quality, mesh_scan
 from unit.ellipsoids import ellipsoid
 
-MESHES = Path(__file__).parents[3] / "meshes"
+ROOT = Path(__file__).parents[3]
+MESHES = ROOT / "meshes"
 SCAN = SurfaceMesh(
     skin=str(MESHES / "scan_skin.stl"),
     bone=str(MESHES / "scan_bone.stl"),
@@ -29,8 +33,18 @@ SCAN = SurfaceMesh(
 
 
 @pytest.fixture(scope="module")
-def scan():
-    return mesh_scan(SCAN)
+def example() -> dict[str, Any]:
+    """What the example of the page leaves, run as it is printed."""
+    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "surfaces.md").read_text(encoding="utf-8"), re.DOTALL)
+    names: dict[str, Any] = {}
+    with contextlib.chdir(ROOT):
+        exec(compile(code, "surfaces.md", "exec"), names)
+    return names
+
+
+@pytest.fixture(scope="module")
+def scan(example):
+    return example["scan"]
 
 
 def test_files_are_what_the_script_makes(tmp_path: Path):
@@ -67,21 +81,8 @@ def test_cells_are_well_shaped(scan):
     assert max(layer.longest_edge for layer in scan.layers) < 2 * SCAN.layers.bulk_size
 
 
-def test_scan_slips(scan):
-    def elastic(modulus: float) -> fs.Elastic:
-        return fs.Elastic(youngs_modulus=modulus, poisson_ratio=0.48, density=1000.0)
-
-    model = fs.Model(
-        mesh=scan.mesh,
-        materials={"skin": elastic(136e3), "tissue": elastic(34e3), "phalanx": elastic(1e8)},
-        formulation="solid",
-        integration="nodal",
-        supports={"phalanx": ("x", "y", "z")},
-        contacts=(fs.Contact("skin", fs.Plane(normal=(0, 1, 0)), fs.Coulomb(0.6)),),
-        programme=(fs.Press(depth=1e-3, speed=5e-3), fs.Slide(distance=4e-3, speed=5e-3)),
-        time=fs.TimeStepping(step=20e-3, alpha=-0.4),
-    )
-    events = fs.find_events(fs.simulate(model))
+def test_scan_slips(example):
+    events = example["events"]
     # The slide begins at 0.2 s; the edge lets go first, the whole pad before the end.
     assert 0.2 < events.incipient < events.three_quarter < events.overall < 1.0
 
