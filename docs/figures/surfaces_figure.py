@@ -105,9 +105,9 @@ def main() -> None:
         axis.set_title(title, fontsize=11)
         axis.axis("off")
     figure.savefig(HERE / "surfaces.png", dpi=110)
-    # A hundred colours are enough, and a third of the bytes.
+    # 256 colours are enough, and a third of the bytes.
     with Image.open(HERE / "surfaces.png") as drawn:
-        drawn.convert("RGB").quantize(100).save(HERE / "surfaces.png", optimize=True)
+        drawn.convert("RGB").quantize(256).save(HERE / "surfaces.png", optimize=True)
 
 
 if __name__ == "__main__":
