@@ -17,10 +17,12 @@ from fingerslip.contact.bodies import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import read_mesh
+from fingerslip.mesh.scans import SurfaceMesh, mesh_scan
 from fingerslip.mesh.section import build_section
 from fingerslip.mesh.sites import Site, receptor_sites
 from fingerslip.model import Contact, Model, Recording
 from fingerslip.parameters import as_mapping
+from fingerslip.study.scans import scan_key
 from fingerslip.study.spec import ContactSettings, MeshFile, Study
 from fingerslip.study.sweep import Run
 
@@ -57,6 +59,8 @@ def build_mesh(run: Run) -> Any:
     try:
         if isinstance(settings, MeshFile):
             return read_mesh(settings.file)
+        if isinstance(settings, SurfaceMesh):
+            return mesh_scan(settings).mesh
         with _broken_pipes_as_errors():
             return build_section(
                 _fingertip(run),
@@ -85,6 +89,8 @@ def mesh_key(run: Run) -> str:
             raise InputError(
                 f"{run.where}: mesh.file", f"cannot read {settings.file} ({error.strerror})", "needs a mesh file"
             ) from None
+    if isinstance(settings, SurfaceMesh):
+        return scan_key(settings, run.where)
     shape = {key: value for key, value in as_mapping(_fingertip(run)).items() if key not in ("materials", "receptors")}
     return hashlib.sha256(json.dumps([shape, as_mapping(settings)], sort_keys=True).encode()).hexdigest()
 

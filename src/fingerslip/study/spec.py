@@ -12,6 +12,7 @@ import pydantic
 from fingerslip.anatomy import Fingertip, fingertip_from
 from fingerslip.errors import InputError
 from fingerslip.materials import Elastic, RayleighDamping
+from fingerslip.mesh.scans import SurfaceMesh
 from fingerslip.mesh.sites import Site
 from fingerslip.mesh.sizes import MeshSizes
 from fingerslip.model import Hold, Lift, Phase, Press, Slide, TimeStepping
@@ -26,6 +27,7 @@ from fingerslip.parameters import (
     json_schema,
     parameters,
 )
+from fingerslip.study.scans import beside
 from fingerslip.study.yaml import read_mapping
 from fingerslip.units import Unit
 
@@ -139,12 +141,14 @@ class RecordSettings:
 
 def _mesh_kind(value: object) -> str:
     if isinstance(value, Mapping):
-        return "MeshFile" if "file" in value else "MeshSizes"
-    return type(value).__name__ if isinstance(value, MeshFile) else "MeshSizes"
+        return "MeshFile" if "file" in value else "SurfaceMesh" if "skin" in value else "MeshSizes"
+    return type(value).__name__ if isinstance(value, MeshFile | SurfaceMesh) else "MeshSizes"
 
 
 MeshSettings = Annotated[
-    Annotated[MeshFile, pydantic.Tag("MeshFile")] | Annotated[MeshSizes, pydantic.Tag("MeshSizes")],
+    Annotated[MeshFile, pydantic.Tag("MeshFile")]
+    | Annotated[SurfaceMesh, pydantic.Tag("SurfaceMesh")]
+    | Annotated[MeshSizes, pydantic.Tag("MeshSizes")],
     pydantic.Discriminator(_mesh_kind),
 ]
 
@@ -161,8 +165,8 @@ class Study:
         What the study shows.
     fingertip : mapping, optional
         `preset` and the values that differ from it.
-    mesh : MeshSizes or MeshFile
-        Element sizes, or `file` for a mesh that is read.
+    mesh : MeshSizes, MeshFile or SurfaceMesh
+        Element sizes, or `file` for a mesh that is read, or `skin` and more for one built from the surfaces of a scan.
     contact : ContactSettings, optional
         Contact with the plate.
     programme : tuple of ProgrammeEntry
@@ -227,7 +231,7 @@ def _check_body(study: Study) -> None:
     """Hold that a study without a fingertip says itself what a fingertip would say."""
     if study.fingertip is not None:
         return
-    if not isinstance(study.mesh, MeshFile):
+    if not isinstance(study.mesh, MeshFile | SurfaceMesh):
         raise InputError("fingertip", "is missing", "needs a preset, or mesh.file for a body that is no fingertip")
     for name in ("materials", "formulation", "depth"):
         if not getattr(study, name):
@@ -277,6 +281,8 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     study_fingertip(study, str(source))
     if isinstance(study.mesh, MeshFile):
         return dataclasses.replace(study, mesh=MeshFile(str((source.parent / study.mesh.file).resolve())))
+    if isinstance(study.mesh, SurfaceMesh):
+        return dataclasses.replace(study, mesh=beside(study.mesh, source.parent))
     return study
 
 
