@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -10,7 +11,6 @@ import skfem
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.offset import distances, offset_inwards
@@ -25,7 +25,8 @@ Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 
 _OUTSIDE, _SKIN, _TISSUE, _PHALANX = 0, 1, 2, 3
-_GROWTH, _GROWTH_OUTSIDE = 0.4, 1.0
+_GROWTH = 0.4
+_PER_BULK_SIZE = 2
 _SHALLOWEST_POKE = 1e-6
 
 
@@ -200,31 +201,29 @@ def _distal(surface: Surface, lowest: float) -> Surface:
 def _size_field(points: Floats, bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, NDArray[np.int32], Floats]:
     """Return a background mesh and the wanted edge length at its nodes.
 
-    It grows with the distance from the skin that can touch, and faster outside of the body, where cells are dropped.
+    It grows with the distance from the skin that can touch.
     """
     import pyvista
 
     # fTetWild meshes a box that is larger by some of the largest edge lengths.
     low, extent, margin = points.min(axis=0), np.ptp(points, axis=0), 3 * sizes.bulk_size
-    count = np.maximum(np.ceil((extent + 2 * margin) / sizes.bulk_size).astype(int), 4) + 1
+    count = np.ceil(_PER_BULK_SIZE * (extent + 2 * margin) / sizes.bulk_size).astype(int) + 1
     spacing = (extent + 2 * margin) / (count - 1)
     grid: Any = pyvista.ImageData(dimensions=tuple(count), spacing=tuple(spacing), origin=tuple(low - margin))
-    tetrahedra = grid.to_tetrahedra(5)
+    tetrahedra = grid.to_tetrahedra(6)
     nodes = np.asarray(tetrahedra.points, dtype=float)
     cells = np.asarray(tetrahedra.cells, dtype=np.int32).reshape(-1, 5)[:, 1:]
-    return nodes, np.ascontiguousarray(cells), _wanted_sizes(nodes, bodies, sizes)
+    return nodes, np.ascontiguousarray(cells), _wanted_sizes(nodes, float(spacing.max()), bodies, sizes)
 
 
-def _wanted_sizes(nodes: Floats, bodies: _Bodies, sizes: LayerSizes) -> Floats:
+def _wanted_sizes(nodes: Floats, spacing: float, bodies: _Bodies, sizes: LayerSizes) -> Floats:
+    """Return the wanted edge length, the contact size at all nodes whose cells may reach the pad."""
     skin = bodies.skin
-    centres = skin.corners.mean(axis=1)
-    samples = np.vstack([skin.points, centres])
-    samples = samples[samples[:, 0] > bodies.cut]
-    touching = samples[samples[:, 1] <= samples[:, 1].min() + sizes.contact_reach]
-    from_pad = cKDTree(touching).query(nodes)[0]
-    outwards = np.where(contains(skin, nodes), 0.0, distances(skin, nodes))
-    inside = sizes.contact_size + _GROWTH * np.maximum(from_pad - outwards, 0.0)
-    wanted: Floats = np.minimum(inside + _GROWTH_OUTSIDE * outwards, sizes.bulk_size)
+    kept = skin.triangles[skin.corners[:, :, 0].max(axis=1) > bodies.cut]
+    lowest = skin.points[kept, 1].min(axis=1)
+    touching = dataclasses.replace(skin, triangles=kept[lowest <= lowest.min() + sizes.contact_reach])
+    beyond = np.maximum(distances(touching, nodes) - spacing, 0.0)
+    wanted: Floats = np.minimum(sizes.contact_size + _GROWTH * beyond, sizes.bulk_size)
     return wanted
 
 

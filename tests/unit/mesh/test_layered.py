@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError, MeshError
-from fingerslip.mesh.layered import LayerSizes, build_from_surfaces
+from fingerslip.mesh.layered import LayerSizes, _bodies, _wanted_sizes, build_from_surfaces
 from fingerslip.mesh.surfaces import Surface
 from unit.ellipsoids import ellipsoid, together, with_hole
 
@@ -91,8 +91,23 @@ def test_pad_is_the_bottom_of_the_skin(mesh):
     assert bottom == pytest.approx(-8e-3, abs=0.3e-3)
 
 
-def test_pad_is_finer_than_the_rest(mesh):
-    assert facet_areas(mesh, "pad").mean() < 0.6 * facet_areas(mesh, "base").max()
+def test_wanted_sizes_grow_from_the_pad():
+    bodies = _bodies(SKIN, None, SIZES)
+    # On the pad, two millimetres and a centimetre above it; the grid of the sizes has a spacing of one.
+    places = np.array([[1e-3, -7.9e-3, 0.0], [1e-3, -5.9e-3, 0.0], [1e-3, 2.1e-3, 0.0]])
+    on, above, far = _wanted_sizes(places, 1e-3, bodies, SIZES)
+    assert on == SIZES.contact_size
+    assert SIZES.contact_size < above < SIZES.contact_size + 0.4 * 1.1e-3
+    assert far == SIZES.bulk_size
+
+
+@pytest.mark.slow
+def test_pad_is_finer_than_the_rest():
+    sizes = dataclasses.replace(SIZES, contact_size=0.7e-3, tolerance=0.1e-3)
+    mesh = build_from_surfaces(SKIN, None, sizes)
+    above = mesh.boundaries["skin"][mesh.p[1, mesh.facets[:, mesh.boundaries["skin"]]].min(axis=0) > 3e-3]
+    top = mesh.with_boundaries({"top": above})
+    assert facet_areas(mesh, "pad").mean() < 0.5 * facet_areas(top, "top").mean()
 
 
 @pytest.mark.slow
@@ -155,8 +170,8 @@ def test_skin_without_tissue():
 
 
 def test_empty_contact_patch():
-    with pytest.raises(MeshError, match=r"pad: no facet of the skin lies within 0.01 mm.*larger contact_reach"):
-        build_from_surfaces(SKIN, None, dataclasses.replace(COARSE, contact_reach=0.01e-3))
+    with pytest.raises(MeshError, match=r"pad: no facet of the skin lies within 0.0001 mm.*larger contact_reach"):
+        build_from_surfaces(SKIN, None, dataclasses.replace(COARSE, contact_reach=0.1e-6))
 
 
 @pytest.mark.parametrize(("field", "value"), [("bulk_size", 1e-3), ("tolerance", 0.5e-3), ("cut", -1.0)])
