@@ -125,9 +125,9 @@ def mesh(
     ] = None,
 ) -> None:
     """Build a mesh, write it, and show the quality of its cells."""
-    from fingerslip.study.meshes import save_mesh
+    from fingerslip.study.meshes import save_and_show
 
-    _print_tables([save_mesh(target, output)])
+    _print_tables(save_and_show(target, output))
 
 
 @app.command()

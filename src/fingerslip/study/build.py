@@ -18,6 +18,7 @@ from fingerslip.anatomy import Fingertip
 from fingerslip.contact.bodies import Plane
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import read_mesh
+from fingerslip.mesh.scans import SurfaceMesh, mesh_scan
 from fingerslip.mesh.section import build_section
 from fingerslip.mesh.sites import Site, receptor_sites
 from fingerslip.mesh.sizes import SolidSizes
@@ -25,6 +26,7 @@ from fingerslip.mesh.solid import mesh_solid
 from fingerslip.mesh.solid_sites import solid_receptor_sites
 from fingerslip.model import Contact, Hold, Model, Phase, Press, Recording
 from fingerslip.parameters import as_mapping
+from fingerslip.study.scans import scan_key
 from fingerslip.study.settings import ContactSettings, MeshFile, ProgrammeEntry
 from fingerslip.study.spec import Study
 from fingerslip.study.sweep import Run
@@ -61,6 +63,8 @@ def build_mesh(run: Run) -> Any:
     try:
         if isinstance(settings, MeshFile):
             return _plausible(read_mesh(settings.file).scaled(settings.scale), run.study)
+        if isinstance(settings, SurfaceMesh):
+            return mesh_scan(settings).mesh
         with _broken_pipes_as_errors():
             if isinstance(settings, SolidSizes):
                 return mesh_solid(_fingertip(run), settings)
@@ -92,6 +96,8 @@ def mesh_key(run: Run) -> str:
             raise InputError(
                 f"{run.where}: mesh.file", f"cannot read {settings.file} ({error.strerror})", "needs a mesh file"
             ) from None
+    if isinstance(settings, SurfaceMesh):
+        return scan_key(settings, run.where)
     shape = {key: value for key, value in as_mapping(_fingertip(run)).items() if key not in ("materials", "receptors")}
     return hashlib.sha256(json.dumps([shape, as_mapping(settings)], sort_keys=True).encode()).hexdigest()
 

@@ -6,8 +6,9 @@ import dataclasses
 from dataclasses import dataclass
 
 from fingerslip.dynamics.system import contact_penalties
+from fingerslip.mesh.sizes import MeshSizes, SolidSizes
 from fingerslip.model import Model
-from fingerslip.study.settings import ContactSettings, MeshFile, RefinementSettings
+from fingerslip.study.settings import ContactSettings, RefinementSettings
 from fingerslip.study.spec import Study
 from fingerslip.study.sweep import Run
 
@@ -41,7 +42,8 @@ class Level:
 def levels_of(study: Study) -> tuple[Level, ...]:
     """Return the levels that a study asks for and can have.
 
-    A mesh that is read has no element sizes to change, a body without contact no contact stiffness.
+    A mesh that is read or made of a scan has no element sizes to change here, a body without contact no contact
+    stiffness.
     """
     wanted: RefinementSettings = study.converge
     levels = [Level(name, value) for name in SETTINGS for value in getattr(wanted, name)]
@@ -71,7 +73,7 @@ def run_at(run: Run, level: Level, model: Model) -> Run:
 def _applies(level: Level, study: Study) -> bool:
     match level.setting:
         case "mesh":
-            return not isinstance(study.mesh, MeshFile)
+            return isinstance(study.mesh, MeshSizes | SolidSizes)
         case "penalty":
             return bool(study.all_contacts)
         case "alpha":
@@ -84,7 +86,7 @@ def _changed(study: Study, level: Level, model: Model) -> Study:
     value = level.value
     match level.setting:
         case "mesh":
-            assert not isinstance(study.mesh, MeshFile)  # held by levels_of
+            assert isinstance(study.mesh, MeshSizes | SolidSizes)  # held by levels_of
             sizes = {name: value * getattr(study.mesh, name) for name in ("contact_size", "bulk_size")}
             return dataclasses.replace(study, mesh=dataclasses.replace(study.mesh, **sizes))
         case "step":

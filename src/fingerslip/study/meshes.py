@@ -11,14 +11,17 @@ from fingerslip.anatomy import Fingertip, preset, preset_names
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.quality import quality_table
+from fingerslip.mesh.scans import SurfaceMesh, mesh_scan
 from fingerslip.mesh.section import build_section
 from fingerslip.mesh.solid import build_solid
 from fingerslip.report.tables import Column, Table
-from fingerslip.study.build import build_mesh
+from fingerslip.study.build import build_mesh, located
 from fingerslip.study.runner import plan_study
+from fingerslip.study.scans import scan_tables
 from fingerslip.study.store import writing
+from fingerslip.study.sweep import Run
 
-__all__ = ["save_mesh"]
+__all__ = ["save_and_show", "save_mesh"]
 
 _COLUMNS = (
     Column("region"),
@@ -28,6 +31,46 @@ _COLUMNS = (
     Column("largest angle", "deg", 0),
     Column("largest aspect ratio", "", 1),
 )
+
+
+def save_and_show(target: str, path: Path | None = None) -> tuple[Table, ...]:
+    """Write the mesh of a study (of its first run) or of a preset, and say what is to be known of it.
+
+    Parameters
+    ----------
+    target : str
+        A study file, or the name of a preset.
+    path : Path, optional
+        The file; without it one in ``meshes/``, for Gmsh or, where it is the mesh of a scan, for ParaView.
+
+    Returns
+    -------
+    tuple of Table
+        The quality of the cells, and for a scan also its distance from the mesh and its repairs.
+
+    Raises
+    ------
+    InputError
+        Where there is no such study or preset, or its mesh cannot be built.
+    ResultError
+        Where the file cannot be written.
+    """
+    if Path(target).suffix in (".yaml", ".yml"):
+        run = plan_study(target).runs[0]
+        if isinstance(run.study.mesh, SurfaceMesh):
+            return _save_scan(run, run.study.mesh, path or Path("meshes") / f"{Path(target).stem}.vtu")
+    return (save_mesh(target, path),)
+
+
+def _save_scan(run: Run, settings: SurfaceMesh, path: Path) -> tuple[Table, ...]:
+    try:
+        scan = mesh_scan(settings)
+    except InputError as error:
+        raise located(error, run.where) from None
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        scan.mesh.save(str(path))
+    return scan_tables(scan, str(path))
 
 
 def save_mesh(target: str, path: Path | None = None) -> Table:

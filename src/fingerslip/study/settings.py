@@ -15,6 +15,7 @@ import pydantic
 from fingerslip.contact.bodies import Cylinder, Plane, RigidBody, Sphere
 from fingerslip.contact.friction import Anisotropic, Coulomb, FrictionLaw, PressureDependent, StaticKinetic
 from fingerslip.errors import InputError
+from fingerslip.mesh.scans import SurfaceMesh
 from fingerslip.mesh.sites import Site
 from fingerslip.mesh.sizes import MeshSizes, SolidSizes
 from fingerslip.model import (
@@ -287,12 +288,15 @@ _SOLID_ELEMENTS = ("T4", "T10")
 def _mesh_kind(value: object) -> str:
     if isinstance(value, Mapping):
         in_space = value.get("element") in _SOLID_ELEMENTS
-        return "MeshFile" if "file" in value else "SolidSizes" if in_space else "MeshSizes"
-    return type(value).__name__ if isinstance(value, MeshFile | SolidSizes) else "MeshSizes"
+        kinds = {"file": "MeshFile", "skin": "SurfaceMesh"}
+        named = next((kind for key, kind in kinds.items() if key in value), None)
+        return named or ("SolidSizes" if in_space else "MeshSizes")
+    return type(value).__name__ if isinstance(value, MeshFile | SurfaceMesh | SolidSizes) else "MeshSizes"
 
 
 MeshSettings = Annotated[
     Annotated[MeshFile, pydantic.Tag("MeshFile")]
+    | Annotated[SurfaceMesh, pydantic.Tag("SurfaceMesh")]
     | Annotated[MeshSizes, pydantic.Tag("MeshSizes")]
     | Annotated[SolidSizes, pydantic.Tag("SolidSizes")],
     pydantic.Discriminator(_mesh_kind),

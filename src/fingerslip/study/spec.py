@@ -12,6 +12,7 @@ import pydantic
 from fingerslip.anatomy import Fingertip, fingertip_from
 from fingerslip.errors import InputError
 from fingerslip.materials import Elastic, RayleighDamping
+from fingerslip.mesh.scans import SurfaceMesh
 from fingerslip.mesh.sizes import MeshSizes
 from fingerslip.model import Component, Formulation, Integration
 from fingerslip.parameters import (
@@ -23,6 +24,7 @@ from fingerslip.parameters import (
     json_schema,
     parameters,
 )
+from fingerslip.study.scans import beside
 from fingerslip.study.settings import (
     ContactSettings,
     MeshFile,
@@ -63,9 +65,9 @@ class Study:
         What the study shows.
     fingertip : mapping, optional
         `preset` and the values that differ from it.
-    mesh : MeshSizes, SolidSizes or MeshFile
+    mesh : MeshSizes, SolidSizes, MeshFile or SurfaceMesh
         Element sizes of the section; with `element` T4 or T10 those of the fingertip in space; or `file` for a mesh
-        that is read.
+        that is read, or `skin` and more for one built from the surfaces of a scan.
     contact : ContactSettings, optional
         Contact with one rigid body, a plate where nothing else is said.
     contacts : tuple of ContactSettings
@@ -149,7 +151,7 @@ def _check_body(study: Study) -> None:
     """Hold that a study without a fingertip says itself what a fingertip would say."""
     if study.fingertip is not None:
         return
-    if not isinstance(study.mesh, MeshFile):
+    if not isinstance(study.mesh, MeshFile | SurfaceMesh):
         raise InputError("fingertip", "is missing", "needs a preset, or mesh.file for a body that is no fingertip")
     needed = ("materials", "formulation") if study.formulation == "solid" else ("materials", "formulation", "depth")
     for name in needed:
@@ -201,6 +203,8 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     if isinstance(study.mesh, MeshFile):
         file = str((source.parent / study.mesh.file).resolve())
         return dataclasses.replace(study, mesh=dataclasses.replace(study.mesh, file=file))
+    if isinstance(study.mesh, SurfaceMesh):
+        return dataclasses.replace(study, mesh=beside(study.mesh, source.parent))
     return study
 
 
