@@ -116,7 +116,7 @@ class _Full:
 
     def unbalance(self, displacement: Array, velocity: Array, forces: Array) -> Array:
         """Return C v + K u less the contact forces on all degrees of freedom."""
-        total = self.damping @ velocity + self.stiffness @ displacement
+        total: Array = self.damping @ velocity + self.stiffness @ displacement
         total[self.dofs.ravel()] -= forces.ravel()
         return total
 
