@@ -26,7 +26,7 @@ def test_reference_nodes_are_on_skin_and_tissue():
     depth = depth_below_skin(FINGER, np.array(list(at.values())))
     assert depth[:14] == pytest.approx(np.zeros(14), abs=5e-6)
     assert depth[14:] == pytest.approx(np.full(14, 1e-3), abs=5e-6)
-    assert all(at[f"skin-h{k}"][2] == 0.0 == at[f"skin-v{k}"][0] for k in range(1, 8))
+    assert all(max(abs(at[f"skin-h{k}"][2]), abs(at[f"skin-v{k}"][0])) < 1e-12 for k in range(1, 8))
     # Nodes 2 to 5 lie evenly about the lowest point, and the numbers run towards the tip and towards +z.
     assert at["skin-v2"][2] == pytest.approx(-at["skin-v5"][2])
     assert at["skin-h7"][0] > at["skin-h1"][0]

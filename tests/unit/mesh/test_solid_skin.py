@@ -84,7 +84,7 @@ def test_fingerprint_is_on_the_contact_and_leaves_the_dermis_alone():
     low = skin.points[0][:, 1] < -6.5e-3 + 0.09e-3
     assert depth[low].min() == pytest.approx(-0.05e-3, rel=0.1)
     assert depth[low].max() == pytest.approx(0.05e-3, rel=0.1)
-    assert np.abs(depth[skin.points[0][:, 1] > -6.3e-3]).max() < 1e-6
+    assert np.abs(depth[skin.points[0][:, 1] > -6.3e-3]).max() < 4e-6
     dermis = int(np.abs(skin.levels - 0.5e-3).argmin())
     inside = skin.points[0][:, 0] > -12e-3
     assert np.allclose(depth_below_skin(RIPPLED, skin.points[dermis][inside]), 0.5e-3, atol=1e-5)
