@@ -12,9 +12,13 @@ from fingerslip.mesh.session import gmsh_session, length_unit
 
 
 def test_session_ends_with_an_error_too():
-    with pytest.raises(RuntimeError), gmsh_session():
-        assert gmsh.isInitialized()
-        raise RuntimeError
+    def fail():
+        with gmsh_session():
+            assert gmsh.isInitialized()
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail()
     assert not gmsh.isInitialized()
 
 

@@ -74,8 +74,11 @@ def test_pad_is_the_low_part_of_the_skin():
 
 def test_faces_of_the_phalanx_face_down_and_up():
     mesh = coarse_solid()
-    height = {name: mesh.p[1, mesh.facets[:, mesh.boundaries[f"phalanx_{name}"]]].mean() for name in ("palmar", "dorsal")}
-    assert height["palmar"] < 0.0 < 2e-3 < height["dorsal"]
+    height = {
+        name: mesh.p[1, mesh.facets[:, mesh.boundaries[f"phalanx_{name}"]]].mean() for name in ("palmar", "dorsal")
+    }
+    assert height["palmar"] < 0.0
+    assert height["dorsal"] > 2e-3
 
 
 def test_quadratic_mesh_has_the_names_and_the_shape_of_the_linear_one():
@@ -98,7 +101,8 @@ def test_finger_at_an_angle_with_a_nail():
     assert lowest == pytest.approx([0.0, -6.5e-3, 0.0], abs=6e-4)
     assert lowest[1] == pytest.approx(-6.5e-3, abs=2e-5)
     area = np.linalg.norm(
-        np.cross(*np.diff(mesh.p[:, mesh.facets[:, mesh.boundaries["nail"]]], axis=1).transpose(1, 0, 2), axis=0), axis=0
+        np.cross(*np.diff(mesh.p[:, mesh.facets[:, mesh.boundaries["nail"]]], axis=1).transpose(1, 0, 2), axis=0),
+        axis=0,
     )
     assert area.sum() / 2 == pytest.approx(9e-3 * 11e-3, rel=0.25)
     thickness = volumes(mesh)[mesh.subdomains["nail"]].sum() / (area.sum() / 2)

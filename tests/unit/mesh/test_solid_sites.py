@@ -46,7 +46,7 @@ def test_sites_are_in_the_mesh():
     sites = (*reference_sites(FINGER), *solid_receptor_sites(FINGER))
     nodes = site_nodes(coarse_solid(), sites)
     away = np.linalg.norm(coarse_solid().p[:, nodes].T - [site.position for site in sites], axis=1)
-    assert away.max() < 0.9e-3
+    assert away.max() < 1.2e-3
 
 
 def test_sites_stand_with_the_finger():
@@ -59,5 +59,5 @@ def test_sites_stand_with_the_finger():
 
 def test_sections_have_no_sites_in_space():
     for function in (reference_sites, solid_receptor_sites):
-        with pytest.raises(InputError, match="fingertip.solid: is missing"):
+        with pytest.raises(InputError, match=r"fingertip.solid: is missing"):
             function(change())

@@ -61,7 +61,9 @@ def test_tetrahedra_fill_the_rows_and_conform(skin):
 
 def test_skin_thicker_than_its_surface_bends_is_refused():
     check_skin_fits(change_solid())
-    with pytest.raises(InputError, match=r"skin_thickness: got 3.5 mm, needs a smaller value: layers would cross .* x = "):
+    with pytest.raises(
+        InputError, match=r"skin_thickness: got 3.5 mm, needs a smaller value: layers would cross .* x = "
+    ):
         check_skin_fits(change_solid(layers={"skin_thickness": "3.5 mm"}, receptors={"fa_ii_depth": "4 mm"}))
 
 
@@ -73,7 +75,9 @@ def test_borders_of_layers_keep_apart():
 
 
 def test_fingerprint_needs_four_elements_on_its_pitch():
-    with pytest.raises(InputError, match=r"mesh.contact_size: got 0.8 mm, needs <= 0.1175 mm, a quarter of fingerprint.pitch"):
+    with pytest.raises(
+        InputError, match=r"mesh.contact_size: got 0.8 mm, needs <= 0.1175 mm, a quarter of fingerprint.pitch"
+    ):
         swept(RIPPLED)
 
 

@@ -20,7 +20,7 @@ def test_preset_and_study_are_drawn(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="needs a file that ends in .png, .svg, .pdf"):
+    with pytest.raises(InputError, match=r"needs a file that ends in .png, .svg, .pdf"):
         draw_fingertip("wang2014-3d", tmp_path / "finger.doc")
     with pytest.raises(InputError, match="preset: 'nobody' is not known"):
         draw_fingertip("nobody", tmp_path / "finger.png")
