@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.session import MILLIMETRES, gmsh_session
+from fingerslip.mesh.session import gmsh_session, length_unit
 
 __all__ = ["Triangulation", "mesh_surface"]
 
@@ -45,7 +45,7 @@ def mesh_surface(grid: Floats, is_open: bool, divide_at: int, sizes: Floats) -> 
     Parameters
     ----------
     grid : (rows, columns, 3) array
-        Points of the surface [m], columns counter-clockwise as seen from the last row; a multiple of four of them.
+        Points of the surface [m], columns clockwise as seen from the last row; a multiple of four of them.
         All points of the last row are one place.
     is_open : bool
         Whether the first row is an open rim; else its points are one place too.
@@ -59,16 +59,16 @@ def mesh_surface(grid: Floats, is_open: bool, divide_at: int, sizes: Floats) -> 
     MeshError
         Where Gmsh fails.
     """
-    number = _numbers(grid, is_open)
+    number, unit = _numbers(grid, is_open), length_unit(float(sizes.max()))
     with gmsh_session():
-        patches = _draw(number, grid, (0, divide_at, len(grid) - 1))
-        _set_sizes(number, grid, sizes)
+        patches = _draw(number, grid / unit, (0, divide_at, len(grid) - 1))
+        _set_sizes(number, grid / unit, sizes / unit)
         try:
             gmsh.model.mesh.createGeometry()
             gmsh.model.mesh.generate(2)
         except Exception as error:
             raise MeshError("surface", f"Gmsh says '{error}'", "needs a surface that Gmsh can mesh") from error
-        return _read(patches)
+        return _read(patches, unit)
 
 
 def _numbers(grid: Floats, is_open: bool) -> Integers:
@@ -125,13 +125,13 @@ def _border(tags: dict[_Name, int], first: int, last: int, k: int) -> list[int]:
 
 def _add_nodes(patch: int, number: Integers, grid: Floats) -> None:
     node, place = np.unique(number, return_index=True)
-    gmsh.model.mesh.addNodes(2, patch, node, MILLIMETRES * grid.reshape(-1, 3)[place].ravel())
+    gmsh.model.mesh.addNodes(2, patch, node, grid.reshape(-1, 3)[place].ravel())
 
 
 def _triangles(number: Integers) -> Integers:
     """Return the triangles of a part of the grid, without those that a closed row makes flat."""
     a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
-    both = np.concatenate([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)]).reshape(-1, 3)
+    both = np.concatenate([np.stack([a, c, b], axis=-1), np.stack([a, d, c], axis=-1)]).reshape(-1, 3)
     whole = (both[:, 0] != both[:, 1]) & (both[:, 1] != both[:, 2]) & (both[:, 2] != both[:, 0])
     kept: Integers = both[whole]
     return kept
@@ -141,7 +141,7 @@ def _set_sizes(number: Integers, grid: Floats, sizes: Floats) -> None:
     """Take the size at the nearest point of the grid."""
     _, place = np.unique(number, return_index=True)
     view = gmsh.view.add("size")
-    rows = MILLIMETRES * np.column_stack([grid.reshape(-1, 3)[place], sizes.ravel()[place]])
+    rows = np.column_stack([grid.reshape(-1, 3)[place], sizes.ravel()[place]])
     gmsh.view.addListData(view, "SP", len(rows), rows.ravel())
     field = gmsh.model.mesh.field.add("PostView")
     gmsh.model.mesh.field.setNumber(field, "ViewTag", view)
@@ -152,10 +152,10 @@ def _set_sizes(number: Integers, grid: Floats, sizes: Floats) -> None:
     gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL)
 
 
-def _read(patches: list[int]) -> Triangulation:
+def _read(patches: list[int], unit: float) -> Triangulation:
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     nodes = np.concatenate([gmsh.model.mesh.getElementsByType(_TRIANGLE, patch)[1] for patch in patches])
     used, triangles = np.unique(nodes, return_inverse=True)
     order = np.argsort(tags)
     place = order[np.searchsorted(tags, used, sorter=order)]
-    return Triangulation(coordinates.reshape(-1, 3)[place] / MILLIMETRES, triangles.reshape(-1, 3))
+    return Triangulation(coordinates.reshape(-1, 3)[place] * unit, triangles.reshape(-1, 3))

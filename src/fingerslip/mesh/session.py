@@ -11,12 +11,20 @@ import pygmsh
 
 from fingerslip.errors import MeshError
 
-__all__ = ["MILLIMETRES", "gmsh_session"]
+__all__ = ["MILLIMETRES", "gmsh_session", "length_unit"]
 
 MILLIMETRES = 1e3
 """Gmsh's tolerances suit lengths near one, so it works in millimetres."""
 
 _GMSH_IN_USE = threading.Lock()
+
+
+def length_unit(largest: float) -> float:
+    """Return the length [m] that Gmsh takes as one where the largest element size is `largest` [m].
+
+    On surfaces that are given as triangles Gmsh makes no element larger than one, whatever size it is told.
+    """
+    return 2.0 * largest
 
 
 class _QuietGeometry(pygmsh.geo.Geometry):  # type: ignore[misc]

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 from fingerslip.errors import MeshError
 from fingerslip.mesh.core import mesh_ring
 from fingerslip.mesh.patches import Triangulation
-from fingerslip.mesh.session import MILLIMETRES, gmsh_session
+from fingerslip.mesh.session import gmsh_session, length_unit
 
 __all__ = ["SolidCore", "mesh_solid_core"]
 
@@ -66,18 +66,18 @@ def mesh_solid_core(skin: Triangulation, bone: Triangulation, largest: float) ->
     MeshError
         Where Gmsh fails.
     """
-    hull = _hull(skin, bone, largest)
+    hull, unit = _hull(skin, bone, largest), length_unit(largest)
     with gmsh_session():
-        volumes = _draw(hull)
+        volumes = _draw(hull, unit)
         gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1)
-        gmsh.option.setNumber("Mesh.MeshSizeMax", largest * MILLIMETRES)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", largest / unit)
         gmsh.option.setNumber("Mesh.Algorithm3D", _HXT)
         try:
             gmsh.model.mesh.generate(3)
             gmsh.model.mesh.optimize("")
         except Exception as error:
             raise MeshError("tissue and phalanx", f"Gmsh says '{error}'", "needs one that Gmsh can mesh") from error
-        return _read(hull, volumes)
+        return _read(hull, volumes, unit)
 
 
 def rim(surface: Triangulation) -> Integers:
@@ -116,11 +116,11 @@ def _flat(points: Floats) -> Floats:
     return points[:, [2, 1]]
 
 
-def _draw(hull: _Hull) -> dict[str, int]:
+def _draw(hull: _Hull, unit: float) -> dict[str, int]:
     """Draw the surfaces as they are; return the tags of the volumes between them."""
     surfaces = {"skin": hull.skin, "bone": hull.bone, **hull.caps}
     tags = {name: gmsh.model.addDiscreteEntity(2) for name in surfaces}
-    gmsh.model.mesh.addNodes(2, tags["skin"], np.arange(1, len(hull.points) + 1), MILLIMETRES * hull.points.ravel())
+    gmsh.model.mesh.addNodes(2, tags["skin"], np.arange(1, len(hull.points) + 1), hull.points.ravel() / unit)
     for name, triangles in surfaces.items():
         gmsh.model.mesh.addElementsByType(tags[name], _TRIANGLE, [], (triangles + 1).ravel())
     gmsh.model.mesh.reclassifyNodes()
@@ -140,13 +140,13 @@ def _volume(hulls: list[list[int]]) -> int:
     return volume
 
 
-def _read(hull: _Hull, volumes: dict[str, int]) -> SolidCore:
+def _read(hull: _Hull, volumes: dict[str, int], unit: float) -> SolidCore:
     """Read the cells out of Gmsh; nodes of the hull keep their numbers."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     cells = {name: gmsh.model.mesh.getElementsByType(_TETRAHEDRON, volume)[1] for name, volume in volumes.items()}
     used = np.unique(np.concatenate([np.arange(1, len(hull.points) + 1), *cells.values()]))
     order = np.argsort(tags)
-    points = coordinates.reshape(-1, 3)[order[np.searchsorted(tags, used, sorter=order)]] / MILLIMETRES
+    points = coordinates.reshape(-1, 3)[order[np.searchsorted(tags, used, sorter=order)]] * unit
     points[: len(hull.points)] = hull.points
     numbered = {name: np.searchsorted(used, nodes).reshape(-1, 4) for name, nodes in cells.items()}
     return SolidCore(points, numbered)

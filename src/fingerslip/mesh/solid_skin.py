@@ -103,8 +103,7 @@ def check_skin_fits(fingertip: Fingertip) -> None:
     InputError
         That names the place.
     """
-    thickness, grid = fingertip.layers.skin_thickness, skin_grid(fingertip)
-    skin = grid.reshape(-1, 3)
+    thickness, skin = fingertip.layers.skin_thickness, skin_grid(fingertip)[:, ::2].reshape(-1, 3)
     depth = depth_below_skin(fingertip, below_skin(fingertip, skin, thickness))
     thinnest = int(depth.argmin())
     if depth[thinnest] < 0.98 * thickness:

@@ -109,7 +109,7 @@ def _draw_solid(axes: Axes3D, fingertip: Fingertip) -> None:
     _draw_surface(axes, fingertip, np.concatenate([bone, bone[:, :1]], axis=1)[::6, ::4], REGION_COLOURS["phalanx"])
     axes.set_title("in space: bone and one half of the skin")
     limits = axes.get_xlim(), axes.get_ylim(), axes.get_zlim()
-    axes.set_box_aspect([last - first for first, last in limits], zoom=1.5)
+    axes.set_box_aspect([last - first for first, last in limits], zoom=1.2)
     axes.view_init(elev=18.0, azim=-70.0)
     axes.set_axis_off()
 

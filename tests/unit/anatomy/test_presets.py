@@ -96,5 +96,5 @@ def test_wrong_overrides_are_one_clear_error(mapping, message):
 
 
 def test_unknown_preset():
-    with pytest.raises(InputError, match="did you mean 'wang2014-[23]d'"):
+    with pytest.raises(InputError, match=r"did you mean 'wang2014-[23]d'"):
         preset("wang2014")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-
 import dataclasses
 
 import numpy as np
@@ -75,5 +74,5 @@ def test_depth_is_measured_along_normals():
 
 
 def test_sections_have_no_surface_in_space():
-    with pytest.raises(InputError, match="fingertip.solid: is missing"):
+    with pytest.raises(InputError, match=r"fingertip.solid: is missing"):
         solid_shape(change())

@@ -42,16 +42,14 @@ def test_ball_and_half_of_it(is_open):
     assert all(abs(points[node, 0]) < 1e-9 for edge in alone for node in edge)
 
 
-def test_sizes_are_kept_and_nodes_lie_on_the_lines():
+@pytest.mark.parametrize("size", [0.5e-3, 1.5e-3])
+def test_sizes_are_kept_and_nodes_lie_on_the_lines(size):
     grid = ball()
-    sizes = np.where(grid[..., 0] > 0.0, 0.5e-3, 1.5e-3)
-    mesh = mesh_surface(grid, False, 20, sizes)
+    mesh = mesh_surface(grid, False, 20, np.full(grid.shape[:2], size))
     length = np.linalg.norm(np.diff(mesh.points[edges(mesh.triangles)], axis=1)[:, 0], axis=1)
-    middle = mesh.points[edges(mesh.triangles)].mean(axis=1)[:, 0]
-    assert np.median(length[middle > 1e-3]) == pytest.approx(0.5e-3, rel=0.2)
-    assert np.median(length[middle < -2e-3]) == pytest.approx(1.5e-3, rel=0.3)
+    assert np.median(length) == pytest.approx(size, rel=0.15)
     for line in (np.abs(mesh.points[:, 2]) < 1e-12, np.abs(mesh.points[:, 0]) < 1e-12):
-        assert np.count_nonzero(line) > 20
+        assert np.count_nonzero(line) == pytest.approx(2 * np.pi * RADIUS / size, rel=0.15)
 
 
 def test_failure_of_gmsh_is_ours(monkeypatch):

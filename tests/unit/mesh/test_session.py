@@ -8,14 +8,22 @@ import pytest
 from fingerslip.anatomy import preset
 from fingerslip.errors import MeshError
 from fingerslip.mesh import build_section
-from fingerslip.mesh.session import gmsh_session
+from fingerslip.mesh.session import gmsh_session, length_unit
 
 
 def test_session_ends_with_an_error_too():
-    with pytest.raises(RuntimeError), gmsh_session():
-        assert gmsh.isInitialized()
-        raise RuntimeError
+    def fail():
+        with gmsh_session():
+            assert gmsh.isInitialized()
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail()
     assert not gmsh.isInitialized()
+
+
+def test_largest_size_is_less_than_one_for_gmsh():
+    assert 3e-3 / length_unit(3e-3) == 0.5
 
 
 def test_gmsh_that_someone_else_uses_is_left_alone():

@@ -11,12 +11,12 @@ from fingerslip.mesh import SolidSizes
 from fingerslip.mesh.solid_bone import mesh_bone
 from fingerslip.mesh.solid_core import rim
 from fingerslip.mesh.solid_skin import sweep_solid_skin
-from unit.fingers import VARIANTS, change_solid
+from unit.fingers import change_solid
 
 COARSE = SolidSizes(contact_size=0.8e-3, bulk_size=1.6e-3)
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("variant", ["original", "scaled"])
 def test_bone_has_a_rim_where_it_reaches_the_cut(variant):
     finger = change_solid(phalanx={"variant": variant})
     bone = bone_surface(finger)

@@ -26,7 +26,7 @@ def test_reference_nodes_are_on_skin_and_tissue():
     depth = depth_below_skin(FINGER, np.array(list(at.values())))
     assert depth[:14] == pytest.approx(np.zeros(14), abs=5e-6)
     assert depth[14:] == pytest.approx(np.full(14, 1e-3), abs=5e-6)
-    assert all(at[f"skin-h{k}"][2] == 0.0 == at[f"skin-v{k}"][0] for k in range(1, 8))
+    assert all(max(abs(at[f"skin-h{k}"][2]), abs(at[f"skin-v{k}"][0])) < 1e-12 for k in range(1, 8))
     # Nodes 2 to 5 lie evenly about the lowest point, and the numbers run towards the tip and towards +z.
     assert at["skin-v2"][2] == pytest.approx(-at["skin-v5"][2])
     assert at["skin-h7"][0] > at["skin-h1"][0]
@@ -46,7 +46,7 @@ def test_sites_are_in_the_mesh():
     sites = (*reference_sites(FINGER), *solid_receptor_sites(FINGER))
     nodes = site_nodes(coarse_solid(), sites)
     away = np.linalg.norm(coarse_solid().p[:, nodes].T - [site.position for site in sites], axis=1)
-    assert away.max() < 0.9e-3
+    assert away.max() < 1.2e-3
 
 
 def test_sites_stand_with_the_finger():
@@ -59,5 +59,5 @@ def test_sites_stand_with_the_finger():
 
 def test_sections_have_no_sites_in_space():
     for function in (reference_sites, solid_receptor_sites):
-        with pytest.raises(InputError, match="fingertip.solid: is missing"):
+        with pytest.raises(InputError, match=r"fingertip.solid: is missing"):
             function(change())

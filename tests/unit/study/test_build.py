@@ -20,6 +20,7 @@ from fingerslip.model import Drive, Hold, QuasiStatic, Ramp, Traction
 from fingerslip.study.build import build_mesh, build_model, located, mesh_key
 from fingerslip.study.spec import parse_study
 from fingerslip.study.sweep import Run, expand
+from unit.fingers import coarse_solid
 from unit.study.block import block_mesh, block_values
 
 SOURCE = Path("studies/x.yaml")
@@ -247,3 +248,15 @@ def test_model_error_names_file_and_run(write_study: Callable[..., Path]) -> Non
     run = expand(parse_study(block_values() | {"formulation": "solid", "sweep": {}}, path), path)[0]
     with pytest.raises(InputError, match=r"block\.yaml: depth: got 0\.001 m for a solid"):
         build_model(run)
+
+
+def test_tetrahedra_make_a_model_in_space() -> None:
+    mesh = {"element": "T4", "contact_size": "0.8 mm", "bulk_size": "1.6 mm"}
+    values = finger(fingertip={"preset": "wang2014-3d"}, mesh=mesh, record={"receptors": ["FA-I"]})
+    model = build_model(run_of(values), coarse_solid())
+    assert (model.formulation, model.depth) == ("solid", 1.0)
+    assert model.supports == {"phalanx_dorsal": ("x", "y", "z")}
+    assert model.contacts[0].body.normal == (0.0, 1.0, 0.0)
+    assert {len(site.position) for site in model.record.sites} == {3}
+    assert build_mesh(run_of(values)).p.shape == coarse_solid().p.shape
+    check_model(model)

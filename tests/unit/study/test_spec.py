@@ -114,8 +114,10 @@ def test_written_study_reads_back_the_same() -> None:
         (
             "fingertip.preset",
             "wang2014",
-            "fingertip.preset: 'wang2014' is not known, needs one of wang2014-2d, wang2014-3d; "
-            "did you mean 'wang2014-3d'?",
+            (
+                "fingertip.preset: 'wang2014' is not known, needs one of wang2014-2d, wang2014-3d; "
+                "did you mean 'wang2014-3d'?"
+            ),
         ),
         (
             "fingertip.phalanx.variant",
