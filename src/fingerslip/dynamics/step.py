@@ -11,10 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.contact.frames import rotate_compliance
+from fingerslip.contact.active import solve_contact
+from fingerslip.contact.compliance import Compliance
 from fingerslip.contact.interface import InterfaceState, StepOutcome, contact_problem, rest_state, settle
-from fingerslip.contact.solver import ContactSolution, solve_friction
-from fingerslip.dynamics.condensation import Condensed, condense, condensed_solve
+from fingerslip.contact.krylov import WorkSet
+from fingerslip.contact.solver import ContactSolution
+from fingerslip.dynamics.condensation import Condensed, condense
 from fingerslip.dynamics.energy import Energies, integration_dissipation
 from fingerslip.dynamics.factor import factorise
 from fingerslip.dynamics.scheme import Predictor, Scheme, Static, hht, predict
@@ -62,39 +64,23 @@ class Stepper:
         Material damping.
     condensed : Condensed
         The effective matrix, factorised and condensed.
-    penalty_compliance : (m,) array
-        Compliance of the contact penalties, normal and tangential, node by node [m/N].
+    compliance : Compliance
+        Compliance of a step on the candidates.
     flat_frames : (n_c, dim, dim) array or None
-        Frames of the candidates where all bodies are planes, so that they never turn.
-    flat_compliance : (m, m) array or None
-        Compliance of a step in these frames, with that of the penalties on its diagonal [m/N].
+        Frames of the candidates where all bodies are planes, so that they never turn; `compliance` is in them then.
     """
 
     system: System
     scheme: Scheme
     damping: RayleighDamping
     condensed: Condensed
-    penalty_compliance: Array
+    compliance: Compliance
     flat_frames: Array | None
-    flat_compliance: Array | None
 
     @property
     def force_weight(self) -> float:
         """Weight 1 + alpha of the forces at the end of a step."""
         return 1.0 + self.scheme.alpha
-
-    @property
-    def compliance_factor(self) -> float:
-        """Displacement at the end of a step per unknown and force weight."""
-        return self.force_weight * self.scheme.displacement_factor
-
-    def compliance(self, frames: Array) -> Array:
-        """Return the compliance of a step in the nodes' frames with that of the penalties on its diagonal [m/N]."""
-        if self.flat_compliance is not None:
-            return self.flat_compliance
-        return self.compliance_factor * rotate_compliance(self.condensed.compliance, frames) + np.diag(
-            self.penalty_compliance
-        )
 
 
 @dataclass(frozen=True)
@@ -127,6 +113,8 @@ class State:
         Iterations of the contact solver in the last step.
     residual : float
         Its relative residual.
+    work : WorkSet or None
+        What it keeps for the next step.
     """
 
     time: float
@@ -144,6 +132,7 @@ class State:
     energies: Energies
     iterations: int = 0
     residual: float = 0.0
+    work: WorkSet | None = None
 
 
 @dataclass(frozen=True)
@@ -154,6 +143,7 @@ class _ContactStep:
     coefficients: Array
     relative: Array
     solution: ContactSolution
+    work: WorkSet | None
 
 
 def build_stepper(system: System, time: TimeStepping | QuasiStatic, damping: RayleighDamping) -> Stepper:
@@ -163,15 +153,18 @@ def build_stepper(system: System, time: TimeStepping | QuasiStatic, damping: Ray
     stiffness_part = scheme.displacement_factor + scheme.velocity_factor * damping.stiffness
     mass_part = scheme.inertia_factor + weight * scheme.velocity_factor * damping.mass
     effective = mass_part * system.mass + weight * stiffness_part * system.stiffness
-    condensed = condense(sparse.csr_matrix(effective), system.relative)
+    condensed, of_body = condense(sparse.csr_matrix(effective), system.relative)
     candidates = system.candidates
     stiffness = [candidates.normal_stiffness] + [candidates.tangential_stiffness] * (system.space.dim - 1)
-    penalties = 1.0 / np.column_stack(stiffness).ravel()
-    stepper = Stepper(system, scheme, damping, condensed, penalties, None, None)
-    if not system.surfaces.flat:
-        return stepper
-    frames = system.surfaces.frames(candidates.positions, candidates.body)
-    return replace(stepper, flat_frames=frames, flat_compliance=stepper.compliance(frames))
+    # A force at the end of the step has the weight 1 + alpha, a unit of the unknown the displacement factor.
+    compliance = Compliance(
+        weight * scheme.displacement_factor * of_body, 1.0 / np.column_stack(stiffness)
+    )
+    frames = None
+    if system.surfaces.flat:
+        frames = system.surfaces.frames(candidates.positions, candidates.body)
+        compliance = compliance.turned(frames)
+    return Stepper(system, scheme, damping, condensed, compliance, frames)
 
 
 def first_state(stepper: Stepper) -> State:
@@ -235,7 +228,7 @@ def advance(stepper: Stepper, state: State, time: float, bodies: Array, watch: S
             return forces.ravel()
 
     with watch.part("solve"):
-        unknown, forces = condensed_solve(stepper.condensed, right_hand_side, stepper.force_weight, contact)
+        unknown, forces = stepper.condensed.solve(right_hand_side, stepper.force_weight, contact)
     displacement = predicted.displacement + scheme.displacement_factor * unknown
     acceleration = scheme.inertia_factor * unknown
     inertia = system.mass @ acceleration
@@ -254,6 +247,7 @@ def advance(stepper: Stepper, state: State, time: float, bodies: Array, watch: S
         contact_forces=forces.reshape(moved.shape),
         iterations=steps[0].solution.iterations,
         residual=steps[0].solution.residual,
+        work=steps[0].work,
     )
     with watch.part("recording"):
         return _settled(stepper, state, after, steps[0])
@@ -288,12 +282,12 @@ def _solve_contact(stepper: Stepper, state: State, moved: Array, free: Array, ti
     beyond = np.einsum("cij,cj->ci", frames, free - moved)
     relative = before.relative + np.einsum("cij,cj->ci", frames, free - state.moved)
     relative[:, 0] = system.surfaces.gaps(points, candidates.body) + beyond[:, 0]
-    compliance = stepper.compliance(frames)
+    compliance = stepper.compliance if stepper.flat_frames is not None else replace(stepper.compliance, frames=frames)
     coefficients = system.surfaces.coefficients(
         before.forces[:, 0] / candidates.area, before.slip / stepper.scheme.step, candidates.body
     )
     problem = contact_problem(candidates, before, relative)
-    solution = solve_friction(compliance, problem, coefficients, before.forces, _TOLERANCE)
+    solution, work = solve_contact(compliance, problem, coefficients, before.forces, _TOLERANCE, state.work)
     if not solution.residual <= _TOLERANCE:
         raise ConvergenceError(
             time,
@@ -302,10 +296,7 @@ def _solve_contact(stepper: Stepper, state: State, moved: Array, free: Array, ti
             _TOLERANCE,
             "try a smaller time step, softer contact penalties or less friction",
         )
-    response = (compliance @ solution.forces.ravel() - stepper.penalty_compliance * solution.forces.ravel()).reshape(
-        relative.shape
-    )
-    return _ContactStep(frames, coefficients, relative + response, solution)
+    return _ContactStep(frames, coefficients, relative + compliance.response(solution.forces), solution, work)
 
 
 def _settled(stepper: Stepper, before: State, after: State, step: _ContactStep) -> State:
