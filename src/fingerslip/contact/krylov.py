@@ -26,9 +26,9 @@ Single = NDArray[np.float32]
 _NEWTON_LIMIT = 60
 _SEARCH_LIMIT = 12
 _SUFFICIENT = 1e-4
-_KRYLOV_LIMIT = 40
+_KRYLOV_LIMIT = 60
 # A factorisation costs about as much as this many iterations beyond the few that a fresh factor needs.
-_STALE_AFTER = 12
+_STALE_AFTER = 18
 _ROUGHEST, _FINEST = 0.1, 1e-5
 
 
