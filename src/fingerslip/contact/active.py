@@ -28,6 +28,8 @@ _ROUNDS = 25
 # The work set holds this share of open nodes beside the touching ones, so that it lasts for some steps.
 _SPARE_SHARE, _SPARE_NODES = 0.1, 20
 _TOO_MANY = 1.5
+# On the work set, so that the last projection and the other nodes keep the residual below the tolerance.
+_FINER = 0.1
 
 
 @dataclass(frozen=True)
@@ -138,9 +140,10 @@ def _solve_there(problem: _Problem, work: WorkSet, start: Array, tolerance: floa
     """Solve on the work set; the other nodes get no force."""
     nodes, least = work.nodes, problem.least
     free, friction = problem.free[nodes], problem.friction[nodes]
-    own, work, solved, iterations = newton_krylov(work, free, friction, start[nodes], 0.9 * tolerance, least)
+    goal = _FINER * tolerance
+    own, work, solved, iterations = newton_krylov(work, free, friction, start[nodes], goal, least)
     if not solved:
-        again = solve_friction(work.block, free, friction, own, 0.9 * tolerance)
+        again = solve_friction(work.block, free, friction, own, goal)
         own, iterations = again.forces, iterations + again.iterations
     forces = np.zeros_like(start)
     forces[nodes] = own

@@ -93,7 +93,8 @@ def newton_krylov(
     merit, before = float(np.sum(residual**2)), np.inf
     for iteration in range(_NEWTON_LIMIT):
         if np.abs(residual).max() <= tolerance * max(np.abs(forces).max(), least):
-            return forces, work, True, iteration
+            # The last projection puts sliding nodes on the cone exactly, and leaves open ones without any force.
+            return forces - residual, work, True, iteration
         # As exact as the last iteration was successful (Eisenstat & Walker 1996).
         exactness = min(max(0.9 * merit / before, _FINEST), _ROUGHEST)
         direction, work = _direction(work, friction, trial, residual, exactness)
@@ -131,7 +132,11 @@ def _direction(
         work = _factorised(work, slopes)
         if used >= _KRYLOV_LIMIT:
             found, _ = _gmres(work, slopes, right, exactness)
-    return size * found.astype(np.float64).reshape(residual.shape), work
+    direction: Array = size * found.astype(np.float64).reshape(residual.shape)
+    # What is open loses its force to the last digit.
+    is_open = trial[:, 0] <= 0.0
+    direction[is_open] = -residual[is_open]
+    return direction, work
 
 
 def _factorised(work: WorkSet, slopes: Single) -> WorkSet:

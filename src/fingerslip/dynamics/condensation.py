@@ -44,6 +44,10 @@ class Condensed(Protocol):
     def factor(self) -> Factor:
         """The factorised matrix A, shape (n, n)."""
 
+    @property
+    def description(self) -> str:
+        """How it is condensed, and what a step costs."""
+
     def solve(self, right_hand_side: Array, weight: float, contact: Contact) -> tuple[Array, Array]:
         """Solve A a = b + w B^T r, r being found by `contact` on the way.
 
@@ -82,6 +86,7 @@ class ByColumns:
     factor: Factor
     forward_columns: Array | sparse.csr_matrix
     backward_rows: Array | sparse.csr_matrix
+    description = "columns, one substitution a step"
 
     def solve(self, right_hand_side: Array, weight: float, contact: Contact) -> tuple[Array, Array]:
         """Solve with one substitution; see :class:`Condensed`."""
@@ -106,6 +111,7 @@ class BySchur:
 
     factor: Factor
     local: sparse.csr_matrix
+    description = "Schur complement, two substitutions a step"
 
     def solve(self, right_hand_side: Array, weight: float, contact: Contact) -> tuple[Array, Array]:
         """Solve with two substitutions; see :class:`Condensed`."""
