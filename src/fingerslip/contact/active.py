@@ -60,6 +60,7 @@ def solve_contact(
     friction_coefficient: Array,
     start: Array,
     tolerance: float,
+    *,
     work: WorkSet | None = None,
 ) -> tuple[ContactSolution, WorkSet | None]:
     """Find the contact forces of one step.
@@ -108,7 +109,9 @@ class _Problem:
 def _problem(compliance: Compliance, free: Array, friction: Array) -> _Problem:
     scale = step_lengths(compliance.diagonal)
     # The force that would undo the worst free penetration alone sets the scale of rounding.
-    return _Problem(compliance, np.ascontiguousarray(free), friction, scale, 1e-12 * float(np.max(scale * np.abs(free))))
+    return _Problem(
+        compliance, np.ascontiguousarray(free), friction, scale, 1e-12 * float(np.max(scale * np.abs(free)))
+    )
 
 
 def _solve_on_work_set(
@@ -138,10 +141,10 @@ def _first_work_set(problem: _Problem, start: Array, work: WorkSet | None) -> Wo
 
 def _solve_there(problem: _Problem, work: WorkSet, start: Array, tolerance: float) -> tuple[Array, WorkSet, int]:
     """Solve on the work set; the other nodes get no force."""
-    nodes, least = work.nodes, problem.least
+    nodes = work.nodes
     free, friction = problem.free[nodes], problem.friction[nodes]
     goal = _FINER * tolerance
-    own, work, solved, iterations = newton_krylov(work, free, friction, start[nodes], goal, least)
+    own, work, solved, iterations = newton_krylov(work, free, friction, start[nodes], (goal, problem.least))
     if not solved:
         again = solve_friction(work.block, free, friction, own, goal)
         own, iterations = again.forces, iterations + again.iterations

@@ -45,8 +45,8 @@ class Compliance:
         places = np.arange(count)
         blocks = self.body.reshape(count, dim, count, dim)[places, :, places, :]
         if self.frames is not None:
-            blocks = np.einsum("aij,ajk,aik->ai", self.frames, blocks, self.frames)
-            return blocks + self.penalty
+            turned: Array = np.einsum("aij,ajk,aik->ai", self.frames, blocks, self.frames) + self.penalty
+            return turned
         diagonal: Array = np.diagonal(blocks, axis1=1, axis2=2) + self.penalty
         return diagonal
 
@@ -68,7 +68,8 @@ class Compliance:
     def response(self, forces: Array) -> Array:
         """Return what `forces` (n_c, dim) [N] do to the body, without the penalties, shape (n_c, dim) [m]."""
         if self.frames is None:
-            return _rows_times(self.body, np.ascontiguousarray(forces))
+            moved: Array = _rows_times(self.body, np.ascontiguousarray(forces))
+            return moved
         given = np.einsum("cij,ci->cj", self.frames, forces)
         turned: Array = np.einsum("cij,cj->ci", self.frames, _rows_times(self.body, given))
         return turned

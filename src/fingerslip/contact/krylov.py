@@ -58,7 +58,7 @@ class WorkSet:
 
 
 def newton_krylov(
-    work: WorkSet, free: Array, friction: Array, start: Array, tolerance: float, least: float
+    work: WorkSet, free: Array, friction: Array, start: Array, goal: tuple[float, float]
 ) -> tuple[Array, WorkSet, bool, int]:
     """Iterate until the residual is small enough or the line search stalls.
 
@@ -72,10 +72,8 @@ def newton_krylov(
         Friction coefficients [-].
     start : (k, dim) array
         First guess of the forces [N].
-    tolerance : float
-        Residual at which to stop, relative to the largest force [-].
-    least : float
-        What counts as the largest force at least [N].
+    goal : tuple of float
+        Residual at which to stop, relative to the largest force [-], and what counts as that force at least [N].
 
     Returns
     -------
@@ -88,7 +86,7 @@ def newton_krylov(
     iterations : int
         Newton iterations.
     """
-    forces = start
+    forces, (tolerance, least) = start, goal
     trial, residual = _evaluate(work, free, friction, forces)
     merit, before = float(np.sum(residual**2)), np.inf
     for iteration in range(_NEWTON_LIMIT):
@@ -151,17 +149,19 @@ def _gmres(work: WorkSet, slopes: Single, right: Single, exactness: float) -> tu
     ready = np.zeros((_KRYLOV_LIMIT, right.size), dtype=np.float32)
     columns = np.zeros((_KRYLOV_LIMIT + 1, _KRYLOV_LIMIT))
     target = np.eye(_KRYLOV_LIMIT + 1, 1).ravel()
-    basis[0], weights, used = right, np.zeros(0), 0
+    basis[0] = right
+    weights: Array = np.zeros(0)
+    used = 0
     for used in range(1, _KRYLOV_LIMIT + 1):
         ready[used - 1] = linalg.lu_solve(work.factor, basis[used - 1], trans=1, check_finite=False)
         image = _apply(slopes, work.scaled, ready[used - 1])
         for _ in range(2):
             parts = basis[:used] @ image
-            image = image - parts @ basis[:used]
+            image -= (parts @ basis[:used]).astype(np.float32)
             columns[:used, used - 1] += parts
         columns[used, used - 1] = length = float(np.linalg.norm(image))
         equations = columns[: used + 1, :used]
-        weights, *_ = np.linalg.lstsq(equations, target[: used + 1], rcond=None)
+        weights = np.asarray(np.linalg.lstsq(equations, target[: used + 1], rcond=None)[0], dtype=np.float64)
         if np.linalg.norm(target[: used + 1] - equations @ weights) <= exactness or length <= 1e-6:
             break
         basis[used] = image / np.float32(length)

@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.dynamics.factor import Factor, factorise, inverse_block
+from fingerslip.dynamics.factor import Factor, factor_bytes, factorise, inverse_block
+from fingerslip.dynamics.memory import require_memory
 
 __all__ = ["ByColumns", "BySchur", "Condensed", "condense"]
 
@@ -35,6 +36,8 @@ _COLUMNS_AT_ONCE = 256
 _SPARSE_BELOW = 0.25
 # Entries of the full columns up to which they are quicker than a second substitution (measured, see the benchmark).
 _COLUMNS_UP_TO = 4_000_000
+# How often the compliance is there at most: turned into frames, and what Newton's method takes of it.
+_COPIES = 5
 
 
 class Condensed(Protocol):
@@ -125,8 +128,17 @@ class BySchur:
         return self.factor.backward(self.factor.forward(right_hand_side))
 
 
-def condense(matrix: sparse.csr_matrix, local: sparse.csr_matrix) -> tuple[Condensed, Array]:
-    """Factorise `matrix` (n, n), symmetric positive definite, and condense it onto the rows of `local` (m, n).
+def condense(matrix: sparse.csr_matrix, local: sparse.csr_matrix, later: int = 0) -> tuple[Condensed, Array]:
+    """Factorise and condense a matrix.
+
+    Parameters
+    ----------
+    matrix : (n, n) matrix
+        A, symmetric positive definite.
+    local : (m, n) matrix
+        B.
+    later : int, optional
+        Memory that the histories will take [bytes].
 
     Returns
     -------
@@ -134,10 +146,15 @@ def condense(matrix: sparse.csr_matrix, local: sparse.csr_matrix) -> tuple[Conde
         What solves.
     compliance : (m, m) array
         B A^-1 B^T.
+
+    Raises
+    ------
+    InputError
+        Where the memory will not suffice.
     """
     if local.shape[0] * matrix.shape[0] <= _COLUMNS_UP_TO:
         return _condense_by_columns(matrix, local)
-    return _condense_by_schur(matrix, local)
+    return _condense_by_schur(matrix, local, later)
 
 
 def _condense_by_columns(matrix: sparse.csr_matrix, local: sparse.csr_matrix) -> tuple[Condensed, Array]:
@@ -150,9 +167,15 @@ def _condense_by_columns(matrix: sparse.csr_matrix, local: sparse.csr_matrix) ->
     return condensed, 0.5 * (compliance + compliance.T)
 
 
-def _condense_by_schur(matrix: sparse.csr_matrix, local: sparse.csr_matrix) -> tuple[Condensed, Array]:
+def _condense_by_schur(matrix: sparse.csr_matrix, local: sparse.csr_matrix, later: int) -> tuple[Condensed, Array]:
     """Take the compliance from the Schur complement on all unknowns that the local displacements depend on."""
     places = np.unique(local.indices).astype(np.int64)
+    of_factors, of_schur = factor_bytes(matrix, places)
+    dense = 8 * local.shape[0] ** 2
+    if of_schur + dense > of_factors + _COPIES * dense:
+        require_memory({"factors": of_schur, "compliance": dense, "history": later})
+    else:
+        require_memory({"factors": of_factors, "compliance": _COPIES * dense, "history": later})
     compliance = _between(sparse.csr_matrix(local[:, places]), inverse_block(matrix, places))
     return BySchur(factorise(matrix), local), compliance
 

@@ -14,11 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
 
-from fingerslip.dynamics.pardiso import PardisoFactor, pardiso_available, pardiso_schur
-from fingerslip.dynamics.superlu import SuperLUFactor, superlu_schur
+from fingerslip.dynamics.pardiso import PardisoFactor, pardiso_available, pardiso_bytes, pardiso_schur
+from fingerslip.dynamics.superlu import SuperLUFactor, superlu_bytes, superlu_schur
 from fingerslip.errors import FingerslipError
 
-__all__ = ["Factor", "PardisoFactor", "SuperLUFactor", "factorise", "inverse_block", "pardiso_available"]
+__all__ = [
+    "Factor",
+    "PardisoFactor",
+    "SuperLUFactor",
+    "factor_bytes",
+    "factorise",
+    "inverse_block",
+    "pardiso_available",
+]
 
 Array = NDArray[np.float64]
 
@@ -68,6 +76,11 @@ def inverse_block(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> Array
     """
     schur = pardiso_schur(matrix, places) if pardiso_available() else superlu_schur(matrix, places)
     return _inverted(schur)
+
+
+def factor_bytes(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> tuple[int, int]:
+    """Return the memory that `factorise` and `inverse_block` need [bytes], before they take it."""
+    return pardiso_bytes(matrix, places) if pardiso_available() else superlu_bytes(matrix, places)
 
 
 def _inverted(matrix: Array) -> Array:

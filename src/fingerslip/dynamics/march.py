@@ -50,7 +50,8 @@ def march(
     for step in range(1, last + 1):
         moving = [number for number, own in enumerate(times) if step < own.size]
         shifts = {number: bodies[number][step] for number in moving}
-        _advance_different(steppers, states, alike, float(times[moving[0]][step]), shifts, watch)
+        time = float(times[moving[0]][step])
+        _advance_different(steppers, states, alike, shifts, time=time, watch=watch)
         with watch.part("recording"):
             for number in moving:
                 _check_outside(steppers[number].system, states[number])
@@ -76,8 +77,7 @@ def _moves_alike(one: System, other: System) -> bool:
         and np.array_equal(one.initial_velocity, other.initial_velocity)
         and len(one.loads) == len(other.loads)
         and all(
-            a.ramp == b.ramp and np.array_equal(a.forces, b.forces)
-            for a, b in zip(one.loads, other.loads, strict=True)
+            a.ramp == b.ramp and np.array_equal(a.forces, b.forces) for a, b in zip(one.loads, other.loads, strict=True)
         )
     )
 
@@ -86,8 +86,9 @@ def _advance_different(
     steppers: Sequence[Stepper],
     states: list[State],
     alike: Sequence[int],
-    time: float,
     shifts: dict[int, Array],
+    *,
+    time: float,
     watch: Stopwatch,
 ) -> None:
     """Take one step, in place, of all motions that `shifts` has; those that are still the same are computed once."""

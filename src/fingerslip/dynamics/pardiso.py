@@ -13,7 +13,7 @@ from scipy import sparse
 
 from fingerslip.errors import FingerslipError
 
-__all__ = ["PardisoFactor", "pardiso_available", "pardiso_schur"]
+__all__ = ["PardisoFactor", "pardiso_available", "pardiso_bytes", "pardiso_schur"]
 
 Array = NDArray[np.float64]
 
@@ -37,18 +37,35 @@ def pardiso_schur(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> Array
 
     It comes out of a factorisation of all other unknowns, which is released again.
     """
-    call = _PardisoCall(matrix)
-    call.order = np.zeros(matrix.shape[0], dtype=np.int32)
-    call.order[places] = 1
-    call.settings[_SCHUR] = _RETURN_SCHUR
+    call, none = _schur_call(matrix, places), np.zeros(matrix.shape[0])
     schur = np.zeros((places.size, places.size))
-    none = np.zeros(matrix.shape[0])
     try:
         call(_ANALYSE, none)
         call(_FACTORISE, none, schur)
     finally:
         call(_RELEASE, none)
     return schur
+
+
+def pardiso_bytes(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> tuple[int, int]:
+    """Return the memory that factors take, and those on the way to a Schur complement, from their analysis."""
+    found = []
+    for call in (_PardisoCall(matrix), _schur_call(matrix, places)):
+        none = np.zeros(matrix.shape[0])
+        try:
+            call(_ANALYSE, none)
+            found.append(1024 * int(max(call.settings[14], call.settings[15] + call.settings[16])))
+        finally:
+            call(_RELEASE, none)
+    return found[0], found[1]
+
+
+def _schur_call(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> _PardisoCall:
+    call = _PardisoCall(matrix)
+    call.order = np.zeros(matrix.shape[0], dtype=np.int32)
+    call.order[places] = 1
+    call.settings[_SCHUR] = _RETURN_SCHUR
+    return call
 
 
 class PardisoFactor:

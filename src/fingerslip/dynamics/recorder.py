@@ -98,6 +98,11 @@ class Recorder:
         }
         self.values |= _coordinates(model, system, times, times[self._snapshots])
 
+    @property
+    def nbytes(self) -> int:
+        """Memory that the arrays take when they are filled [bytes]."""
+        return sum(np.asarray(value).nbytes for value in self.values.values())
+
     def record(self, state: State) -> None:
         """Take in the next state."""
         step, self._next = self._next, self._next + 1

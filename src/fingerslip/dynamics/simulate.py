@@ -17,7 +17,7 @@ from fingerslip.dynamics.recorder import CellFields, Recorder
 from fingerslip.dynamics.sharing import check_shared
 from fingerslip.dynamics.stepper import Stepper, Stopwatch, build_steppers
 from fingerslip.dynamics.system import build_system
-from fingerslip.dynamics.threads import suitable_threads
+from fingerslip.dynamics.threads import single_dense_thread, suitable_threads
 from fingerslip.errors import InputError
 from fingerslip.history import make_history
 from fingerslip.model import Model
@@ -118,9 +118,9 @@ def _simulate(
             Recorder(model, system, own, cells) for model, system, own in zip(models, systems, times, strict=True)
         ]
     with watch.part("factorisation"):
-        steppers = build_steppers(systems, models[0].time, models[0].damping)
+        steppers = build_steppers(systems, models[0].time, models[0].damping, sum(own.nbytes for own in recorders))
     _logger.info("%s, %s", steppers[0].condensed.factor.name, steppers[0].condensed.description)
-    with watch.part("stepping"):
+    with watch.part("stepping"), single_dense_thread():
         march(steppers, recorders, times, watch, progress)
     return tuple(
         _history(stepper, recorder, own, len(models), watch)

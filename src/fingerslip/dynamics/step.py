@@ -175,7 +175,9 @@ def advance(
     with watch.part("recording"):
         return [
             _finish(stepper, start, np.ascontiguousarray(unknown), step)
-            for stepper, start, unknown, step in zip(steppers, begun, unknowns.reshape(-1, len(begun)).T, steps, strict=True)
+            for stepper, start, unknown, step in zip(
+                steppers, begun, unknowns.reshape(-1, len(begun)).T, steps, strict=True
+            )
         ]
 
 
@@ -256,7 +258,7 @@ def _solve_contact(stepper: Stepper, start: _Begun, unknown: Array) -> _ContactS
         before.forces[:, 0] / candidates.area, before.slip / stepper.scheme.step, candidates.body
     )
     problem = contact_problem(candidates, before, relative)
-    solution, work = solve_contact(compliance, problem, coefficients, before.forces, _TOLERANCE, state.work)
+    solution, work = solve_contact(compliance, problem, coefficients, before.forces, _TOLERANCE, work=state.work)
     if not solution.residual <= _TOLERANCE:
         raise ConvergenceError(
             start.time,

@@ -76,7 +76,7 @@ class Stepper:
 
 
 def build_steppers(
-    systems: Sequence[System], time: TimeStepping | QuasiStatic, damping: RayleighDamping
+    systems: Sequence[System], time: TimeStepping | QuasiStatic, damping: RayleighDamping, later: int = 0
 ) -> list[Stepper]:
     """Factorise and condense for a fixed step.
 
@@ -88,6 +88,13 @@ def build_steppers(
         The step.
     damping : RayleighDamping
         Material damping.
+    later : int, optional
+        Memory that the histories will take [bytes].
+
+    Raises
+    ------
+    InputError
+        Where the memory will not suffice.
     """
     scheme = Static(time.step) if isinstance(time, QuasiStatic) else hht(time.step, time.alpha)
     weight = 1.0 + scheme.alpha
@@ -95,7 +102,7 @@ def build_steppers(
     mass_part = scheme.inertia_factor + weight * scheme.velocity_factor * damping.mass
     effective = mass_part * systems[0].mass + weight * stiffness_part * systems[0].stiffness
     local, rows = _joint_rows(systems)
-    condensed, compliance = condense(sparse.csr_matrix(effective), local)
+    condensed, compliance = condense(sparse.csr_matrix(effective), local, later)
     # A force at the end of the step has the weight 1 + alpha, a unit of the unknown the displacement factor.
     compliance *= weight * scheme.displacement_factor
     known: dict[bytes, tuple[Compliance, Array | None]] = {}

@@ -46,7 +46,7 @@ def test_a_path_is_followed_with_what_the_step_before_left():
     forces, work, sizes = np.zeros((196, 3)), None, []
     for depth, slide in [*((0.1 * k, 0.0) for k in range(1, 7)), *((0.6, 0.02 * k) for k in range(1, 9))]:
         compliance, free, friction = half_space(14, depth, slide)
-        found, work = solve_contact(compliance, free, friction, forces, TOLERANCE, work)
+        found, work = solve_contact(compliance, free, friction, forces, TOLERANCE, work=work)
         own = np.abs(friction_residual(compliance.matrix, free, friction, found.forces)).max()
         assert own <= TOLERANCE * np.abs(found.forces).max()
         forces = found.forces
@@ -61,7 +61,7 @@ def test_a_work_set_that_is_too_large_is_made_smaller():
     _, free, _ = half_space(14, 0.1, 0.0)
     start = np.zeros_like(free)
     start[98] = 1.0
-    _, small = solve_contact(compliance, free, friction, start, TOLERANCE, large)
+    _, small = solve_contact(compliance, free, friction, start, TOLERANCE, work=large)
     assert small.nodes.size < large.nodes.size / 2
 
 
@@ -79,12 +79,12 @@ def test_frames_that_turn_are_followed():
     found, work = solve_contact(turning, free, friction, np.zeros_like(free), TOLERANCE)
     exact = solve_friction(turning.matrix, free, friction, np.zeros_like(free), TOLERANCE)
     np.testing.assert_allclose(found.forces, exact.forces, atol=1e-8 * np.abs(exact.forces).max())
-    again, _ = solve_contact(turning, free, friction, found.forces, TOLERANCE, work)
+    again, _ = solve_contact(turning, free, friction, found.forces, TOLERANCE, work=work)
     assert again.iterations == 0
 
 
 def test_where_newton_stalls_the_robust_solver_goes_on(monkeypatch):
-    monkeypatch.setattr(active, "newton_krylov", lambda work, free, friction, start, *_: (start, work, False, 3))
+    monkeypatch.setattr(active, "newton_krylov", lambda *given: (given[3], given[0], False, 3))
     compliance, free, friction = half_space(10, 0.5, 0.2)
     found, _ = solve_contact(compliance, free, friction, np.zeros_like(free), TOLERANCE)
     assert found.residual <= TOLERANCE
@@ -93,8 +93,8 @@ def test_where_newton_stalls_the_robust_solver_goes_on(monkeypatch):
 
 def test_a_wrong_answer_is_never_passed_off(monkeypatch):
     """If all fails the residual, over all candidates, says so."""
-    monkeypatch.setattr(active, "newton_krylov", lambda work, free, friction, start, *_: (start + 1.0, work, False, 1))
-    monkeypatch.setattr(active, "solve_friction", lambda block, free, *_: ContactSolution(free * 0 + 1.0, 0.0, 1, 0))
+    monkeypatch.setattr(active, "newton_krylov", lambda *given: (given[3] + 1.0, given[0], False, 1))
+    monkeypatch.setattr(active, "solve_friction", lambda *given: ContactSolution(0 * given[1] + 1.0, 0.0, 1, 0))
     compliance, free, friction = half_space(10, 0.5, 0.2)
     found, _ = solve_contact(compliance, free, friction, np.zeros_like(free), TOLERANCE)
     own = np.abs(friction_residual(compliance.matrix, free, friction, found.forces)).max(axis=1)

@@ -25,7 +25,7 @@ def problem(seed, count, dim=3, friction=0.5):
 def test_solutions_are_those_of_the_compiled_solver(seed, dim):
     work, free, friction = problem(seed, 20, dim)
     start = np.zeros_like(free)
-    forces, work, solved, iterations = newton_krylov(work, free, friction, start, 1e-10, 0.0)
+    forces, work, solved, iterations = newton_krylov(work, free, friction, start, (1e-10, 0.0))
     if solved:
         assert np.abs(friction_residual(work.block, free, friction, forces)).max() <= 1e-10 * np.abs(forces).max()
         exact = solve_friction(work.block, free, friction, start, 1e-10).forces
@@ -36,7 +36,7 @@ def test_solutions_are_those_of_the_compiled_solver(seed, dim):
 
 def test_sliding_nodes_are_on_the_cone_and_open_ones_without_force_to_the_last_digit():
     work, free, friction = problem(0, 40)
-    forces, _, solved, _ = newton_krylov(work, free, friction, np.ones_like(free), 1e-10, 0.0)
+    forces, _, solved, _ = newton_krylov(work, free, friction, np.ones_like(free), (1e-10, 0.0))
     assert solved
     closed = forces[:, 0] > 0.0
     assert 0 < closed.sum() < 40
@@ -65,20 +65,20 @@ def test_a_factor_is_kept_while_it_serves_and_made_anew_when_it_does_not(monkeyp
     made, factorised = [], krylov._factorised
     monkeypatch.setattr(krylov, "_factorised", lambda *given: made.append(None) or factorised(*given))
     work, free, friction = problem(0, 30)
-    _, work, _, _ = newton_krylov(work, free, friction, np.zeros_like(free), 1e-10, 0.0)
+    _, work, _, _ = newton_krylov(work, free, friction, np.zeros_like(free), (1e-10, 0.0))
     first = len(made)
-    newton_krylov(work, free + 1e-3, friction, np.zeros_like(free), 1e-10, 0.0)
+    newton_krylov(work, free + 1e-3, friction, np.zeros_like(free), (1e-10, 0.0))
     assert first >= 1
     assert len(made) == first
     monkeypatch.setattr(krylov, "_STALE_AFTER", 0)
-    newton_krylov(work, free + 1e-3, friction, np.zeros_like(free), 1e-10, 0.0)
+    newton_krylov(work, free + 1e-3, friction, np.zeros_like(free), (1e-10, 0.0))
     assert len(made) > first
 
 
 def test_a_solution_needs_no_iterations():
     work, free, friction = problem(0, 20)
-    forces = newton_krylov(work, free, friction, np.zeros_like(free), 1e-11, 0.0)[0]
-    again, _, solved, iterations = newton_krylov(work, free, friction, forces, 1e-10, 0.0)
+    forces = newton_krylov(work, free, friction, np.zeros_like(free), (1e-11, 0.0))[0]
+    again, _, solved, iterations = newton_krylov(work, free, friction, forces, (1e-10, 0.0))
     assert (solved, iterations) == (True, 0)
     np.testing.assert_allclose(again, forces, atol=1e-9 * np.abs(forces).max())
 
@@ -86,6 +86,6 @@ def test_a_solution_needs_no_iterations():
 @pytest.mark.parametrize("unit", [1e-12, 1e9])
 def test_the_size_of_forces_does_not_matter_though_directions_are_single_precision(unit):
     work, free, friction = problem(0, 20)
-    forces = newton_krylov(work, free, friction, np.zeros_like(free), 1e-10, 0.0)[0]
-    scaled = newton_krylov(work, unit * free, friction, np.zeros_like(free), 1e-10, 0.0)[0]
+    forces = newton_krylov(work, free, friction, np.zeros_like(free), (1e-10, 0.0))[0]
+    scaled = newton_krylov(work, unit * free, friction, np.zeros_like(free), (1e-10, 0.0))[0]
     np.testing.assert_allclose(scaled / unit, forces, atol=1e-8 * np.abs(forces).max())

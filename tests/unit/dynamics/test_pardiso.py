@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from fingerslip.dynamics.pardiso import PardisoFactor, pardiso_schur
+from fingerslip.dynamics.pardiso import PardisoFactor, pardiso_bytes, pardiso_schur
 from fingerslip.errors import FingerslipError
 from unit.dynamics.matrices import needs_mkl, positive_definite
 
@@ -31,3 +31,11 @@ def test_a_factor_is_unchanged_by_a_schur_complement_beside_it():
 def test_an_indefinite_matrix_has_no_schur_complement():
     with pytest.raises(FingerslipError, match="the matrix is not positive definite"):
         pardiso_schur(sparse.csr_matrix(np.diag([1.0, -1.0, 2.0, 3.0])), np.array([3]))
+
+
+def test_the_analysis_tells_the_memory():
+    """At least the entries of a dense lower triangle, for a dense matrix of 600 unknowns, and not ten times that."""
+    matrix = sparse.csr_matrix(np.eye(600) + 0.001)
+    plain, schur = pardiso_bytes(matrix, np.arange(100))
+    assert 8 * 600**2 / 2 < plain < 80 * 600**2
+    assert schur > 0

@@ -53,7 +53,7 @@ def test_the_first_acceleration_is_that_of_the_loads():
 def test_unsolved_contact_is_an_error_that_says_when_where_and_how_badly(monkeypatch):
     calls = []
 
-    def broken(compliance, free, friction, start, tolerance, work):
+    def broken(compliance, free, friction, start, tolerance, *, work):
         calls.append(None)
         bad = 0.25 if len(calls) == 3 else 0.0
         return ContactSolution(np.zeros_like(free), bad, 7, 2), work
@@ -70,7 +70,7 @@ def test_unsolved_contact_is_an_error_that_says_when_where_and_how_badly(monkeyp
 
 
 def test_a_residual_that_is_no_number_is_an_error_too(monkeypatch):
-    def broken(compliance, free, friction, start, tolerance, work):
+    def broken(compliance, free, friction, start, tolerance, *, work):
         return ContactSolution(np.full_like(free, np.nan), np.nan, 7, 0), work
 
     monkeypatch.setattr(step_module, "solve_contact", broken)
