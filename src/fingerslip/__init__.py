@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from fingerslip.anatomy import Fingertip, fingertip_from, preset, preset_names, preset_table
     from fingerslip.contact.bodies import Cylinder, Plane, Sphere
     from fingerslip.contact.friction import Anisotropic, Coulomb, PressureDependent, StaticKinetic
-    from fingerslip.dynamics.simulate import simulate
+    from fingerslip.dynamics.simulate import simulate, simulate_together
     from fingerslip.errors import (
         ConvergenceError,
         FingerslipError,
@@ -60,7 +60,7 @@ _HOMES = {
     "anatomy": ("Fingertip", "fingertip_from", "preset", "preset_names", "preset_table"),
     "contact.bodies": ("Cylinder", "Plane", "Sphere"),
     "contact.friction": ("Anisotropic", "Coulomb", "PressureDependent", "StaticKinetic"),
-    "dynamics.simulate": ("simulate",),
+    "dynamics.simulate": ("simulate", "simulate_together"),
     "errors": (
         "ConvergenceError",
         "FingerslipError",
@@ -172,6 +172,7 @@ __all__ = [
     "repair_surface",
     "run_study",
     "simulate",
+    "simulate_together",
     "solid_receptor_sites",
     "study_schema",
     "write_history",

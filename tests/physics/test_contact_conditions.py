@@ -18,7 +18,8 @@ from hypothesis import strategies as st
 import fingerslip as fs
 from fingerslip.contact.solver import solve_friction
 from fingerslip.dynamics.simulate import step_times
-from fingerslip.dynamics.step import Stopwatch, advance, build_stepper, first_state
+from fingerslip.dynamics.step import advance, first_state
+from fingerslip.dynamics.stepper import Stopwatch, build_steppers
 from fingerslip.dynamics.system import build_system
 from fingerslip.verification.meshes import box
 
@@ -179,11 +180,11 @@ def pressed_block(element, friction, penalties):
 def states(model):
     """Yield the state before and after every step, until the end or until a step is not solved."""
     system, times = build_system(model), step_times(model)
-    stepper, bodies = build_stepper(system, model.time, model.damping), system.motions[0].displacement(times)
+    stepper, bodies = build_steppers([system], model.time, model.damping)[0], system.motions[0].displacement(times)
     state = first_state(stepper)
     for number in range(1, times.size):
         try:
-            after = advance(stepper, state, float(times[number]), bodies[number : number + 1], Stopwatch())
+            (after,) = advance([stepper], [state], float(times[number]), [bodies[number : number + 1]], Stopwatch())
         except fs.ConvergenceError:
             return
         yield system.candidates, state.interface, after.interface

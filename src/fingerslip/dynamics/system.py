@@ -23,7 +23,15 @@ from fingerslip.dynamics.loads import Load, model_loads
 from fingerslip.dynamics.motion import Motion, body_motion, largest_approach, phase_table
 from fingerslip.errors import InputError
 from fingerslip.fe.assembly import CellConstants, cell_constants, mass_matrix, stiffness_matrix
-from fingerslip.fe.space import Space, boundary_nodes, build_space, nodal_areas, region_nodes, vector_dofs
+from fingerslip.fe.space import (
+    Space,
+    boundary_nodes,
+    build_space,
+    carrying_nodes,
+    nodal_areas,
+    region_nodes,
+    vector_dofs,
+)
 from fingerslip.mesh.sites import site_nodes
 from fingerslip.model import Contact, Model, QuasiStatic, Slide
 
@@ -148,21 +156,27 @@ def check_model(model: Model) -> None:
     _check(model)
 
 
-def build_system(model: Model) -> System:
-    """Check and assemble a model."""
-    known = _check(model)
+def build_system(model: Model, twin: System | None = None) -> System:
+    """Check and assemble a model.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    twin : System, optional
+        The system of a model with the same mesh, materials, supports and drives, whose matrices are taken over.
+    """
+    known = _check(model, twin.space if twin else None)
     space, free = known.space, known.free
     driven = np.array([i for i, contact in enumerate(model.contacts) if contact.drive], dtype=np.int64)
-    drives = [contact.drive for contact in model.contacts if contact.drive]
-    mass = mass_matrix(space, known.constants, model.depth)[free][:, free]
-    stiffness = stiffness_matrix(space, known.constants, model.depth, model.integration)[free][:, free]
+    stiffness, mass = (twin.stiffness, twin.mass) if twin else _matrices(model, known)
     candidates = join_candidates(list(known.candidates), space.dim)
 
     def picked(nodes: NDArray[np.int64]) -> sparse.csr_matrix:
         return node_operator(nodes, space.dim, space.n_dofs)[:, free]
 
     outsiders = [
-        np.setdiff1d(_touchable(space, contact.boundary), own.nodes)
+        np.setdiff1d(carrying_nodes(space, contact.boundary), own.nodes)
         for contact, own in zip(model.contacts, known.candidates, strict=True)
     ]
     return System(
@@ -170,8 +184,8 @@ def build_system(model: Model) -> System:
         constants=known.constants,
         free=free,
         driven=driven,
-        stiffness=sparse.block_diag([stiffness, *(sparse.csr_matrix((1, 1)) for _ in drives)], format="csr"),
-        mass=sparse.block_diag([mass, *([[drive.mass]] for drive in drives)], format="csr"),
+        stiffness=stiffness,
+        mass=mass,
         loads=tuple(_on_unknowns(load, free, driven.size) for load in known.loads) + _drive_loads(model, free.size),
         initial_velocity=_initial_velocity(model, space, free, driven.size),
         candidates=candidates,
@@ -190,15 +204,20 @@ def build_system(model: Model) -> System:
     )
 
 
-def _touchable(space: Space, boundary: str) -> NDArray[np.int64]:
-    """Return the nodes of a boundary that can carry contact: corners of quadratic tetrahedra have no area."""
-    nodes, areas = boundary_nodes(space, boundary), nodal_areas(space, boundary, 1.0)
-    touchable: NDArray[np.int64] = nodes[areas[nodes] > 1e-9 * areas[nodes].max()]
-    return touchable
+def _matrices(model: Model, known: _Checked) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+    """Assemble stiffness and mass of the unknowns."""
+    space, free = known.space, known.free
+    drives = [contact.drive for contact in model.contacts if contact.drive]
+    mass = mass_matrix(space, known.constants, model.depth)[free][:, free]
+    stiffness = stiffness_matrix(space, known.constants, model.depth, model.integration)[free][:, free]
+    return (
+        sparse.block_diag([stiffness, *(sparse.csr_matrix((1, 1)) for _ in drives)], format="csr"),
+        sparse.block_diag([mass, *([[drive.mass]] for drive in drives)], format="csr"),
+    )
 
 
-def _check(model: Model) -> _Checked:
-    space = build_space(model.mesh)
+def _check(model: Model, space: Space | None = None) -> _Checked:
+    space = space or build_space(model.mesh)
     constants = cell_constants(space, model.materials, model.formulation)
     _check_contacts(model, space)
     bodies = tuple(

@@ -18,7 +18,16 @@ from skfem.quadrature import get_quadrature
 
 from fingerslip.errors import MeshError
 
-__all__ = ["Space", "boundary_nodes", "build_space", "cell_nodes", "nodal_areas", "region_nodes", "vector_dofs"]
+__all__ = [
+    "Space",
+    "boundary_nodes",
+    "build_space",
+    "carrying_nodes",
+    "cell_nodes",
+    "nodal_areas",
+    "region_nodes",
+    "vector_dofs",
+]
 
 
 @dataclass(frozen=True)
@@ -119,6 +128,13 @@ def build_space(mesh: Any) -> Space:
 def vector_dofs(nodes: NDArray[np.integer[Any]], dim: int) -> NDArray[np.int64]:
     """Return the degrees of freedom of `nodes` (n,), shape (n, dim)."""
     return np.asarray(nodes, dtype=np.int64)[:, None] * dim + np.arange(dim)
+
+
+def carrying_nodes(space: Space, boundary: str) -> NDArray[np.int64]:
+    """Return the nodes of a boundary that have an area of their own: corners of quadratic tetrahedra have none."""
+    nodes, areas = boundary_nodes(space, boundary), nodal_areas(space, boundary, 1.0)
+    carrying: NDArray[np.int64] = nodes[areas[nodes] > 1e-9 * areas[nodes].max()]
+    return carrying
 
 
 def cell_nodes(space: Space) -> NDArray[np.int32]:

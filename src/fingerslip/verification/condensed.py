@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from fingerslip.contact.bodies import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.dynamics.simulate import step_times
-from fingerslip.dynamics.step import State, Stopwatch, advance, build_stepper, first_state
+from fingerslip.dynamics.step import State, advance, first_state
+from fingerslip.dynamics.stepper import Stopwatch, build_steppers
 from fingerslip.dynamics.system import System, build_system
 from fingerslip.dynamics.threads import suitable_threads
 from fingerslip.errors import ConvergenceError
@@ -171,10 +172,10 @@ class _Full:
 
 def _march(model: Model, system: System, plates: Array, times: Array) -> list[State]:
     """Return the condensed solver's state at every time, under the plate's displacements (n_times, dim)."""
-    stepper = build_stepper(system, model.time, model.damping)
+    stepper = build_steppers([system], model.time, model.damping)[0]
     states, watch = [first_state(stepper)], Stopwatch()
     for number in range(1, times.size):
-        states.append(advance(stepper, states[-1], float(times[number]), plates[number : number + 1], watch))
+        states += advance([stepper], states[-1:], float(times[number]), [plates[number : number + 1]], watch)
     return states
 
 
