@@ -154,7 +154,7 @@ def build_system(model: Model) -> System:
         return node_operator(nodes, space.dim, space.n_dofs)[:, free]
 
     outsiders = [
-        np.setdiff1d(boundary_nodes(space, contact.boundary), own.nodes)
+        np.setdiff1d(_nodes_with_area(space, contact.boundary), own.nodes)
         for contact, own in zip(model.contacts, known.candidates, strict=True)
     ]
     return System(
@@ -290,6 +290,13 @@ def _candidates(model: Model, space: Space, number: int, body: RigidBody, motion
         penalties=_penalties(model, space, contact),
         where=f"contacts.{number}",
     )
+
+
+def _nodes_with_area(space: Space, boundary: str) -> NDArray[np.int64]:
+    """Return the nodes of a boundary that can bear pressure; corners of quadratic tetrahedra follow the others."""
+    nodes, areas = boundary_nodes(space, boundary), nodal_areas(space, boundary, 1.0)
+    bearing: NDArray[np.int64] = nodes[areas[nodes] > 1e-9 * areas[nodes].max()]
+    return bearing
 
 
 def _penalties(model: Model, space: Space, contact: Contact) -> tuple[float, float]:
