@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fingerslip.errors import InputError
-from fingerslip.verification import blocks, condensed, dynamics, elements, friction, line, sphere
+from fingerslip.verification import blocks, condensed, dynamics, elements, friction, hold, line, sphere
 from fingerslip.verification.problem import Problem
 
 __all__ = ["PROBLEMS", "choose"]
@@ -16,6 +16,7 @@ PROBLEMS: tuple[Problem, ...] = (
     *dynamics.PROBLEMS,
     *blocks.PROBLEMS,
     *friction.PROBLEMS,
+    *hold.PROBLEMS,
     *line.PROBLEMS,
     *sphere.PROBLEMS,
 )
