@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fingerslip.errors import InputError
-from fingerslip.verification import blocks, condensed, dynamics, elements, friction, hold, line, sphere
+from fingerslip.verification import blocks, condensed, dynamics, elements, friction, hold, line, locking, sphere
 from fingerslip.verification.problem import Problem
 
 __all__ = ["PROBLEMS", "choose"]
 
 PROBLEMS: tuple[Problem, ...] = (
     *elements.PROBLEMS,
+    *locking.PROBLEMS,
     *condensed.PROBLEMS,
     *dynamics.PROBLEMS,
     *blocks.PROBLEMS,

@@ -80,7 +80,7 @@ def held_by_forces(element: str, share: float, duration: float, step: float) -> 
 
 @cache
 def held_in_partial_slip(duration: float, step: float) -> xr.Dataset:
-    """Return the history of a rubber block that a cylinder has been pressed into and slid along, and that is left alone.
+    """Return the history of a block that a cylinder has been pressed into and slid along, and that is left alone.
 
     The cylinder stops where most of the contact slips and its middle sticks.
     """
@@ -133,7 +133,7 @@ def _slipped(history: xr.Dataset, hold: NDArray[np.bool_]) -> float:
 
 
 def _partial() -> tuple[Check, ...]:
-    """What slips at the edges must stop with the cylinder: nothing moves any more, whether it sticks or is at its limit."""
+    """What slips at the edges must stop with the cylinder: nothing moves any more, stuck or at its limit."""
     history = held_in_partial_slip(HOUR, _STEP)
     hold = history["time"].values >= history["time"].values[-1] - HOUR
     moved = history["contact_displacement"].values[hold]
