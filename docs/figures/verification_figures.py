@@ -41,12 +41,13 @@ def line_contact() -> None:
     x, pressure, traction, _ = line.ordered(history)
     fine = np.linspace(-1.3, 1.3, 1001)
     _, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.2), sharey=True)
-    half_width, peak = line.closed_form(float(history["body_force"].values[20, 0, 1]))
+    half_width, peak = line.closed_form(float(history["body_force"].values[line.STEPS, 0, 1]))
     left.plot(fine, line.semicircle(fine, 1.0), color=GREY, label="Hertz")
-    mark(left, x / half_width, pressure[20] / peak, BLUE, "computed")
+    mark(left, x / half_width, pressure[line.STEPS] / peak, BLUE, "computed")
     left.set(xlabel="x / a", ylabel="p / p$_0$", xlim=(-1.3, 1.3))
     left.legend(loc="upper right", fontsize=8)
-    for step, colour in ((24, BLUE), (28, RED), (32, "#1b7837")):
+    for wanted, colour in ((0.3, BLUE), (0.6, RED), (0.9, "#1b7837")):
+        step = line.nearest_step(history, wanted)
         tangential, normal = history["body_force"].values[step, 0]
         half_width, peak = line.closed_form(float(normal))
         ratio = float(tangential / (line.MU * normal))
