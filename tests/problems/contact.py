@@ -43,7 +43,7 @@ def free_motion(kind, count, dim, rng):
 
 
 def penalty_compliances(decade, spread, count, dim, rng):
-    """Return the compliances of the penalties (count, dim): normal and tangential ones differ, and those of the nodes."""
+    """Return the compliances of the penalties (count, dim), different in both directions and at every node."""
     own = 10.0 ** (decade + rng.uniform(0.0, spread, (count, 2)))
     return own[:, [0] + [1] * (dim - 1)]
 
