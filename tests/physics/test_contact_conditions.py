@@ -1,157 +1,216 @@
-"""One step after the other through `advance`: unilateral contact with Coulomb friction holds, or the step is refused.
+"""Signorini's and Coulomb's conditions, one by one and to the stated residual, on problems of every kind.
 
-The body is any symmetric positive definite stiffness whose degrees of freedom are those of the contact nodes. The
-conditions are checked on what a user sees, displacements and contact forces, and not on the solver's own residual.
+The solver states how far its forces r are from their projection, e relative to the largest force F. What that means
+for gaps and slips y = W r + q follows here from the conditions themselves, without the projection: with the
+compliance w of a node's own direction, min(r_n, y_n / w_n) is zero up to e F, and so on. An answer that is not
+solved may be anything, but its stated residual must say so: then :func:`advance` raises.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
-from types import SimpleNamespace
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import sparse
 
 import fingerslip as fs
-from fingerslip.contact.candidates import Candidates, Surfaces
-from fingerslip.dynamics.loads import Load
-from fingerslip.dynamics.step import Stopwatch, advance, build_stepper, first_state
-from fingerslip.dynamics.system import System
-from fingerslip.errors import ConvergenceError
-from fingerslip.model import Ramp
-from problems.contact import body_compliance, broken_conditions, free_motion, penalty_compliances, shapes
+from fingerslip.contact.solver import solve_friction
+from fingerslip.dynamics.simulate import step_times
+from fingerslip.dynamics.step import advance, first_state
+from fingerslip.dynamics.stepper import Stopwatch, build_steppers
+from fingerslip.dynamics.system import build_system
+from fingerslip.verification.meshes import box
 
 TOLERANCE = 1e-10
-SLIDING = {"count": 4, "body": "full rank", "drive": "sliding", "decade": -2, "spread": 0.0, "friction": 0.5}
-STEPS = 3
+ROUNDING = 1e-13
 
 
-def system_of(body, penalties, loads, friction, dim):
-    """Return a system whose unknowns are the displacements of its contact nodes over a plate at rest."""
-    size, count = len(body), len(body) // dim
-    stiffness = np.linalg.inv(body)
-    nodes = np.arange(count)
-    candidates = Candidates(
-        nodes=nodes,
-        body=np.zeros(count, dtype=np.int64),
-        positions=np.column_stack([nodes] * (dim - 1) + [0.0 * nodes]).astype(float),
-        area=np.ones(count),
-        normal_stiffness=1.0 / penalties[:, 0],
-        tangential_stiffness=1.0 / penalties[:, 1],
-    )
-    plate = fs.Plane((0.0,) * (dim - 1) + (1.0,), offset=0.0)
-    return System(
-        space=SimpleNamespace(dim=dim),
-        constants=None,
-        free=np.arange(size),
-        driven=np.zeros(0, dtype=np.int64),
-        stiffness=sparse.csr_matrix(0.5 * (stiffness + stiffness.T)),
-        mass=sparse.csr_matrix(sparse.eye(size)),
-        loads=loads,
-        initial_velocity=np.zeros(size),
-        candidates=candidates,
-        surfaces=Surfaces((plate,), (fs.Coulomb(friction),)),
-        relative=sparse.csr_matrix(sparse.eye(size)),
-        outsiders=(),
-        motions=(),
-        site_nodes=np.zeros(0, dtype=np.int64),
-    )
+@dataclass(frozen=True)
+class Problem:
+    """A body's compliance, the compliance of the penalties, the free motion and the friction coefficients."""
+
+    body: np.ndarray
+    penalty: np.ndarray
+    free: np.ndarray
+    friction: np.ndarray
+
+    @property
+    def compliance(self):
+        return self.body + np.diag(self.penalty.ravel())
+
+    def solution(self):
+        start = np.zeros_like(self.free)
+        return solve_friction(self.compliance, self.free, self.friction, start, TOLERANCE)
 
 
-def loads_of(motions, body):
-    """Return loads that bring the body, were there no plate, to each motion (count, dim) at the times 1, 2, ..."""
-    stiffness = np.linalg.inv(body)
-    hats = [Ramp((number, number + 1.0, number + 2.0), (0.0, 1.0, 0.0)) for number in range(len(motions))]
-    # The normal comes last in global components.
-    return tuple(
-        Load(stiffness @ np.roll(motion, -1, axis=1).ravel(), hat) for motion, hat in zip(motions, hats, strict=True)
-    )
+MOTIONS = {
+    "any": lambda rng, shape: rng.normal(size=shape),
+    "open": lambda rng, shape: np.abs(rng.normal(size=shape)) + np.eye(1, shape[1]),
+    "pressed": lambda rng, shape: 0.1 * rng.normal(size=shape) - np.eye(1, shape[1]),
+    "dragged": lambda rng, shape: 0.1 * rng.normal(size=shape) - np.eye(1, shape[1]) + 30 * np.eye(1, shape[1], 1),
+}
 
 
-def steps_of(*, seed, dim, count, body, drive, decade, spread, friction):
-    """Yield the system with the states before and after each step."""
+def made(seed, dim, count, *, decades, friction, motion):
+    """Return a problem whose body has eigenvalues over `decades`, with penalties over six decades node by node."""
     rng = np.random.default_rng(seed)
-    matrix = body_compliance(body, count * dim, rng)
-    penalties = penalty_compliances(decade, spread, count, dim, rng)
-    motions = [free_motion(drive, count, dim, rng) for _ in range(STEPS)]
-    system = system_of(matrix, penalties, loads_of(motions, matrix), friction, dim)
-    stepper = build_stepper(system, fs.QuasiStatic(1.0), fs.RayleighDamping())
+    vectors = np.linalg.qr(rng.normal(size=(count * dim, count * dim)))[0]
+    body = (vectors * 10.0 ** rng.uniform(-decades, 0.0, count * dim)) @ vectors.T
+    penalty = 10.0 ** np.repeat(rng.uniform(-6.0, 0.0, (count, 2)), [1, dim - 1], axis=1)
+    coefficients = friction * rng.uniform(0.5, 1.0, count)
+    return Problem(0.5 * (body + body.T), penalty, MOTIONS[motion](rng, (count, dim)), coefficients)
+
+
+def problems(most, motions=tuple(MOTIONS)):
+    return st.builds(
+        made,
+        seed=st.integers(0, 2**31),
+        dim=st.sampled_from([2, 3]),
+        count=st.integers(1, 12),
+        decades=st.floats(0.0, 14.0),
+        friction=st.sampled_from([0.0, 0.3, most]) | st.floats(0.0, most),
+        motion=st.sampled_from(motions),
+    )
+
+
+def assert_conditions(problem, solution):
+    """Check all conditions to the stated residual and the rounding of W r + q."""
+    compliance, forces, friction = problem.compliance, solution.forces, problem.friction
+    count, dim = forces.shape
+    motion = (compliance @ forces.ravel()).reshape(count, dim) + problem.free
+    rounding = (np.abs(compliance) @ np.abs(forces).ravel()).reshape(count, dim) + np.abs(problem.free)
+    own = np.diag(compliance).reshape(count, dim)
+    own = np.column_stack([own[:, 0], own[:, 1:].mean(axis=1)])
+    close = max(solution.residual, ROUNDING) * np.abs(forces).max() + ROUNDING * rounding.max(axis=1) / own.min(axis=1)
+    assert_signorini(problem, forces[:, 0], motion[:, 0], close, own[:, 0])
+    for node in range(count):
+        limit = friction[node] * max(forces[node, 0], 0.0)
+        margin = (np.sqrt(2.0) + friction[node]) * close[node]
+        assert_coulomb(forces[node, 1:], motion[node, 1:] / own[node, 1], limit, margin)
+
+
+def assert_signorini(problem, normal, gap, close, own):
+    """No tension, no gap where there is force, and the penalty law between force and penetration."""
+    assert (normal >= -close).all(), "tension"
+    assert (np.abs(np.minimum(normal, gap / own)) <= close).all(), "force and gap"
+    penetration = np.maximum(problem.penalty[:, 0] * normal - gap, 0.0)
+    assert (np.abs(problem.penalty[:, 0] * normal - penetration) <= 2 * own * close).all(), "penalty law"
+
+
+def assert_coulomb(traction, slip, limit, margin):
+    """Check one node; `slip` is in units of force, over the node's own compliance."""
+    size, way = np.linalg.norm(traction), np.linalg.norm(slip)
+    assert size <= limit + margin, "outside the cone"
+    if way <= margin:
+        return
+    assert size >= limit - margin, "slip within the cone"
+    if size > 10 * margin:
+        along = slip @ traction / size
+        assert along <= margin, "slip along the traction"
+        across = np.linalg.norm(slip - along * traction / size)
+        assert across <= margin * (1 + 2 * way / size), "slip beside the traction"
+
+
+@settings(max_examples=300, deadline=None, derandomize=True)
+@given(problems(5.0))
+def test_every_answer_is_as_good_as_it_says(problem):
+    solution = problem.solution()
+    assert np.isfinite(solution.forces).all()
+    assert_conditions(problem, solution)
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(problems(0.9, ("any", "open", "pressed")))
+def test_ordinary_friction_is_solved_however_bad_the_matrix(problem):
+    """But for bodies of arbitrary coupling that are dragged far: of those about one in 400 is not."""
+    assert problem.solution().residual <= TOLERANCE
+
+
+@settings(max_examples=50, deadline=None, derandomize=True)
+@given(problems(5.0, ("open",)))
+def test_nodes_that_are_open_stay_free(problem):
+    solution = problem.solution()
+    assert solution.residual == 0.0
+    assert not solution.forces.any()
+
+
+@pytest.mark.parametrize("change", ["tension", "too much friction", "turned", "half the force", "let go"])
+def test_the_conditions_refuse_wrong_answers(change):
+    """Each changes one node of a right answer in one way; the stated residual stays as it was."""
+    problem = made(3, 3, 6, decades=2.0, friction=0.5, motion="dragged")
+    right = problem.solution()
+    assert_conditions(problem, right)
+    forces = right.forces.copy()
+    node = int(np.argmax(forces[:, 0]))
+    match change:
+        case "tension":
+            forces[node, 0] *= -1.0
+        case "too much friction":
+            forces[node, 1:] *= 1.001
+        case "turned":
+            forces[node, 1:] = forces[node, 1:] @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+        case "half the force":
+            forces[node] *= 0.5
+        case _:
+            forces[node] = 0.0
+    with pytest.raises(AssertionError):
+        assert_conditions(problem, type(right)(forces, right.residual, right.iterations, right.worst))
+
+
+def pressed_block(element, friction, penalties):
+    """Return a block that is pressed and dragged in long steps."""
+    grid, plane = np.linspace(0.0, 8e-3, 5), element != "H8"
+    normal = (0.0, 1.0) if plane else (0.0, 0.0, 1.0)
+    contact = fs.Contact(
+        "bottom", fs.Plane(normal), fs.Coulomb(friction), normal_penalty=penalties[0], tangential_penalty=penalties[1]
+    )
+    return fs.Model(
+        mesh=box(element, grid, grid[:3]) if plane else box(element, grid, grid[:2], grid[:3]),
+        materials={"bulk": fs.Elastic(34e3, 0.4, 1000.0)},
+        formulation="plane_strain" if plane else "solid",
+        supports={"top": ("x", "y") if plane else ("x", "y", "z")},
+        contacts=(contact,),
+        programme=(fs.Press(0.4e-3, 4e-3), fs.Slide(1.6e-3, 8e-3)),
+        time=fs.TimeStepping(0.02),
+    )
+
+
+def states(model):
+    """Yield the state before and after every step, until the end or until a step is not solved."""
+    system, times = build_system(model), step_times(model)
+    stepper, bodies = build_steppers([system], model.time, model.damping)[0], system.motions[0].displacement(times)
     state = first_state(stepper)
-    for number in range(STEPS):
-        after = advance(stepper, state, number + 1.0, np.zeros((0, dim)), Stopwatch())
-        yield system, matrix, state, after
+    for number in range(1, times.size):
+        try:
+            (after,) = advance([stepper], [state], float(times[number]), [bodies[number : number + 1]], Stopwatch())
+        except fs.ConvergenceError:
+            return
+        yield system.candidates, state.interface, after.interface
         state = after
 
 
-def marched(problem):
-    """Return the steps that were solved, and whether the next one was refused."""
-    steps = []
-    try:
-        steps.extend(steps_of(**problem))
-    except ConvergenceError:
-        return steps, True
-    return steps, False
-
-
-def broken_by(system, matrix, before, after):
-    """Return which conditions a step breaks, with gaps and slips from the displacements of the body."""
-    dim = system.space.dim
-    candidates, forces = system.candidates, after.contact_forces
-    normal, tangential = forces[:, -1], forces[:, :-1]
-    moved = after.displacement.reshape(-1, dim)
-    gap = moved[:, -1] + normal / candidates.normal_stiffness
-    change = (moved - before.displacement.reshape(-1, dim))[:, :-1]
-    slip = change + (tangential - before.contact_forces[:, :-1]) / candidates.tangential_stiffness[:, None]
-    force = 100 * TOLERANCE * np.abs(forces).max()
-    own = np.diag(matrix).reshape(-1, dim).max(axis=1)
-    own += 1.0 / np.minimum(candidates.normal_stiffness, candidates.tangential_stiffness)
-    # Rounding of the body's own solution, which its condition number amplifies.
-    largest = np.maximum(np.abs(before.displacement).max(), np.abs(after.displacement).max())
-    rounding = 1e-15 * np.linalg.cond(matrix) * largest
-    coefficients = np.full(len(forces), system.surfaces.friction[0].coefficient)
-    return broken_conditions(normal, tangential, gap, slip, coefficients, force, force * own + rounding)
-
-
-@settings(max_examples=300, derandomize=True)
-@given(**shapes(15))
-def test_every_step_keeps_the_contact_conditions_or_is_refused(**problem):
-    steps, refused = marched(problem)
-    for system, matrix, before, after in steps:
-        assert after.residual <= TOLERANCE
-        broken = broken_by(system, matrix, before, after)
-        assert not broken, f"{', '.join(broken)} in the step to {after.time:g} s"
-        load = system.load(after.time)
-        scale = np.abs(load).max() + np.abs(after.contact_forces).max()
-        expected = after.contact_forces.ravel()
-        np.testing.assert_allclose(system.stiffness @ after.displacement - load, expected, atol=1e-9 * scale)
-    # A soft motion in an arbitrary direction may be refused, also without friction.
-    assert not refused or problem["friction"] > 0.3 or problem["body"] == "rigid motion"
-
-
-@pytest.mark.parametrize("body", ["full rank", "spread", "nearly singular"])
-@pytest.mark.parametrize("friction", [0.0, 0.5, 1.0])
-def test_refusals_are_rare_at_the_friction_of_skin(body, friction):
-    shape = {"count": 8, "body": body, "drive": "random", "decade": -3, "spread": 2.0, "friction": friction}
-    refused = [marched({"seed": seed, "dim": 2 + seed % 2} | shape)[1] for seed in range(20)]
-    assert np.mean(refused) <= 0.1
-
-
-@given(st.integers(0, 1000), st.sampled_from([2, 3]))
-@settings(max_examples=30, derandomize=True)
-def test_wrong_forces_break_the_conditions(seed, dim):
-    """The check itself can fail: too much friction, friction along the slip, adhesion, or forces on open nodes."""
-    last = marched(SLIDING | {"seed": seed, "dim": dim})[0][-1]
-    system, matrix, before, after = last
-    assert not broken_by(*last)
-    forces = after.contact_forces
-    changed = {
-        "beyond the cone": forces * np.array([1.1] * (dim - 1) + [1.0]),
-        "along the slip": forces * np.array([-1.0] * (dim - 1) + [1.0]),
-        "adhesion": -forces,
-        "elsewhere": forces + np.abs(forces).max(),
-    }
-    for name, wrong in changed.items():
-        assert broken_by(system, matrix, before, replace(after, contact_forces=wrong)), name
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(
+    st.sampled_from(["Q4", "T6", "H8"]),
+    st.sampled_from([0.0, 0.5, 5.0]) | st.floats(0.0, 5.0),
+    st.tuples(st.floats(4.0, 10.0), st.floats(4.0, 10.0)),
+)
+def test_a_step_keeps_the_conditions_or_raises(element, friction, decades):
+    """Penalties over six decades; gap and slip of the recorded interface, not of the problem that was solved."""
+    model = pressed_block(element, friction, tuple(10.0**decade for decade in decades))
+    for candidates, before, after in states(model):
+        force, length = np.abs(after.forces).max(), 1e-3
+        normal, gap = after.forces[:, 0], after.relative[:, 0]
+        law = candidates.normal_stiffness * np.maximum(-gap, 0.0)
+        close = 1e-8 * force + 1e-12 * length * candidates.normal_stiffness
+        assert (normal >= 0.0).all()
+        assert (np.abs(normal - law) <= close).all()
+        stiffness = candidates.tangential_stiffness
+        traction = after.forces[:, 1:]
+        elastic = (traction - before.forces[:, 1:]) / stiffness[:, None]
+        slip = (after.relative - before.relative)[:, 1:] + elastic
+        for node in np.flatnonzero(normal > 0.0):
+            margin = 1e-8 * force + 1e-12 * length * stiffness[node]
+            assert_coulomb(traction[node], slip[node] * stiffness[node], friction * normal[node], margin)

@@ -26,6 +26,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.contact.projection import derivative, project, project_node, step_lengths
+
 __all__ = ["ContactSolution", "friction_residual", "solve_friction"]
 
 Array = NDArray[np.float64]
@@ -35,7 +37,6 @@ _SWEEPS = 40
 _ROUNDS = 25
 _SEARCH_LIMIT = 12
 _SUFFICIENT = 1e-4
-_FINE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -107,46 +108,10 @@ def solve_friction(
 
 def friction_residual(compliance: Array, free: Array, friction_coefficient: Array, forces: Array) -> Array:
     """Return the distance of given forces from their projection, shape (n_c, dim) [N]; zero at a solution."""
-    scale = _step_lengths(compliance, free.shape[1])
+    scale = step_lengths(np.diag(compliance).reshape(free.shape))
     slip = (compliance @ forces.ravel()).reshape(free.shape) + free
-    residual: Array = forces - _project(forces - scale * slip, friction_coefficient)
+    residual: Array = forces - project(forces - scale * slip, friction_coefficient)
     return residual
-
-
-@numba.njit(cache=True)
-def _step_lengths(compliance, dim):  # type: ignore[no-untyped-def]
-    """Return rho, the inverse diagonal of W, normal and mean tangential for each node."""
-    count = compliance.shape[0] // dim
-    scale = np.empty((count, dim))
-    for i in range(count):
-        scale[i, 0] = 1.0 / compliance[i * dim, i * dim]
-        mean = 0.0
-        for k in range(1, dim):
-            mean += compliance[i * dim + k, i * dim + k] / (dim - 1)
-        for k in range(1, dim):
-            scale[i, k] = 1.0 / mean
-    return scale
-
-
-@numba.njit(cache=True)
-def _project_node(trial, friction, out):  # type: ignore[no-untyped-def]
-    """Project one node's trial force on the Coulomb cone section at its own normal part."""
-    out[:] = 0.0
-    if trial[0] <= 0.0:
-        return
-    out[0] = trial[0]
-    length = np.sqrt(np.sum(trial[1:] ** 2))
-    limit = friction * trial[0]
-    factor = 1.0 if length <= limit else limit / length
-    out[1:] = factor * trial[1:]
-
-
-@numba.njit(cache=True)
-def _project(trial, friction):  # type: ignore[no-untyped-def]
-    out = np.empty_like(trial)
-    for i in range(trial.shape[0]):
-        _project_node(trial[i], friction[i], out[i])
-    return out
 
 
 @numba.njit(cache=True)
@@ -165,7 +130,7 @@ def _active_product(compliance, forces):  # type: ignore[no-untyped-def]
 def _evaluate(compliance, free, friction, scale, forces):  # type: ignore[no-untyped-def]
     """Return the trial forces z and the residual r - P(z)."""
     trial = forces - scale * (_active_product(compliance, forces) + free)
-    return trial, forces - _project(trial, friction)
+    return trial, forces - project(trial, friction)
 
 
 @numba.njit(cache=True)
@@ -184,7 +149,7 @@ def _newton_step(compliance, friction, scale, forces, trial, residual):  # type:
     block = np.zeros((dim, dim))
     for a in range(touching.size):
         i = touching[a]
-        _derivative(trial[i], friction[i], block)
+        derivative(trial[i], friction[i], block)
         for k in range(dim):
             row = a * dim + k
             right[row] = -residual[i, k]
@@ -206,26 +171,6 @@ def _newton_step(compliance, friction, scale, forces, trial, residual):  # type:
 
 
 @numba.njit(cache=True)
-def _derivative(trial, friction, block):  # type: ignore[no-untyped-def]
-    """Write the derivative of the projection of a touching node's trial force into `block`."""
-    dim = trial.size
-    block[:, :] = 0.0
-    block[0, 0] = 1.0
-    length = np.sqrt(np.sum(trial[1:] ** 2))
-    limit = friction * trial[0]
-    if length <= limit:
-        for k in range(1, dim):
-            block[k, k] = 1.0
-        return
-    for k in range(1, dim):
-        block[k, 0] = friction * trial[k] / length
-        for m in range(1, dim):
-            direction = (1.0 if k == m else 0.0) - trial[k] * trial[m] / length**2
-            # In 2D the direction of sliding cannot turn; rounding must not leave a trace of it.
-            block[k, m] = limit / length * direction if dim > 2 else 0.0
-
-
-@numba.njit(cache=True)
 def _sweep(compliance, free, friction, scale, forces):  # type: ignore[no-untyped-def]
     """One projected Gauss-Seidel sweep, in place."""
     count, dim = forces.shape
@@ -234,7 +179,7 @@ def _sweep(compliance, free, friction, scale, forces):  # type: ignore[no-untype
     for i in range(count):
         for k in range(dim):
             trial[k] = forces[i, k] - scale[i, k] * (product[i, k] + free[i, k])
-        _project_node(trial, friction[i], new)
+        project_node(trial, friction[i], new)
         for k in range(dim):
             change = new[k] - forces[i, k]
             if change != 0.0:
@@ -244,19 +189,12 @@ def _sweep(compliance, free, friction, scale, forces):  # type: ignore[no-untype
 
 @numba.njit(cache=True)
 def _newton(compliance, free, friction, scale, forces, goal):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Iterate until the residual is below `goal` or the line search stalls; return forces and iterations.
-
-    A goal that is reached by little only is followed by one more iteration: near a solution each squares the
-    residual, and what is left of it is multiplied in accelerations.
-    """
+    """Iterate until the residual is below `goal` or the line search stalls; return forces and iterations."""
     trial, residual = _evaluate(compliance, free, friction, scale, forces)
     merit = np.sum(residual**2)
-    polished = False
     for iteration in range(_NEWTON_LIMIT):
-        largest = np.max(np.abs(residual))
-        if largest <= _FINE * goal or (largest <= goal and polished):
+        if np.max(np.abs(residual)) <= goal:
             return forces, iteration
-        polished = largest <= goal
         try:
             step = _newton_step(compliance, friction, scale, forces, trial, residual)
         except Exception:  # noqa: BLE001  numba knows no narrower one: the matrix is singular, sweeps must go on
@@ -278,7 +216,7 @@ def _newton(compliance, free, friction, scale, forces, goal):  # type: ignore[no
 @numba.njit(cache=True)
 def _solve(compliance, free, friction, start, tolerance):  # type: ignore[no-untyped-def]
     count, dim = free.shape
-    scale = _step_lengths(compliance, dim)
+    scale = step_lengths(np.diag(compliance).copy().reshape(count, dim))
     forces, iterations = start.copy(), 0
     # The force that would undo the free penetration of the worst node alone sets the scale of rounding.
     reference = np.max(scale * np.abs(free))

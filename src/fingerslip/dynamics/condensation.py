@@ -1,35 +1,80 @@
-"""Condense a time step onto the contact nodes: one substitution, with the contact problem in its middle.
+"""Condense a time step onto the contact nodes: substitutions, with the contact problem in their middle.
 
 With the effective matrix A = L U, loads b, contact operator B (local displacements of the candidates) and
 weight w of the contact forces, the acceleration of a step is a = A^-1 (b + w B^T r). Its local part without
-contact forces, B A^-1 b = Z^T y with y = L^-1 b and Z = U^-T B^T, is known after the forward half of the
-substitution. The contact problem then gives r, the halfway vector becomes y + w Y r with Y = L^-1 B^T, and
-the backward half gives the acceleration. Z and Y are computed once; with Cholesky factors they are the same
-and sparse, because a column fills only along its path through the elimination tree.
+contact forces, B A^-1 b, and the compliance B A^-1 B^T make the contact problem, which gives r.
+
+*By columns.* Z = U^-T B^T and Y = L^-1 B^T are computed once. The local part Z^T y is known after the forward
+half of the substitution, y = L^-1 b; the halfway vector becomes y + w Y r, and the backward half gives the
+acceleration. With Cholesky factors Y and Z are the same and sparse, because a column fills only along its path
+through the elimination tree.
+
+*By the Schur complement.* For many contact rows these columns are larger than the factors, and dearer to multiply
+with than a second substitution is. The compliance is then the inverse of the Schur complement on the contact
+degrees of freedom, and a step is two substitutions: of b, and of b + w B^T r.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.dynamics.factor import Factor, factorise
+from fingerslip.dynamics.factor import Factor, factor_bytes, factorise, inverse_block
+from fingerslip.dynamics.memory import require_memory
 
-__all__ = ["Condensed", "condense", "condensed_solve"]
+__all__ = ["ByColumns", "BySchur", "Condensed", "condense"]
 
 Array = NDArray[np.float64]
+Contact = Callable[[Array], Array]
 
 _COLUMNS_AT_ONCE = 256
 _SPARSE_BELOW = 0.25
+# Entries of the full columns up to which they are quicker than a second substitution (measured, see the benchmark).
+_COLUMNS_UP_TO = 4_000_000
+# How often the compliance is there at most: turned into frames, and what Newton's method takes of it.
+_COPIES = 5
+
+
+class Condensed(Protocol):
+    """A factorised effective matrix, condensed onto contact rows."""
+
+    @property
+    def factor(self) -> Factor:
+        """The factorised matrix A, shape (n, n)."""
+
+    @property
+    def description(self) -> str:
+        """How it is condensed, and what a step costs."""
+
+    def solve(self, right_hand_side: Array, weight: float, contact: Contact) -> tuple[Array, Array]:
+        """Solve A a = b + w B^T r, r being found by `contact` on the way.
+
+        Parameters
+        ----------
+        right_hand_side : (n,) or (n, k) array
+            b.
+        weight : float
+            w.
+        contact : callable
+            Takes the local part B A^-1 b, shape (m,) or (m, k), and returns the contact forces r of the same shape.
+
+        Returns
+        -------
+        solution : (n,) or (n, k) array
+            a.
+        forces : (m,) or (m, k) array
+            r.
+        """
 
 
 @dataclass(frozen=True)
-class Condensed:
-    """A factorised effective matrix, condensed onto contact rows.
+class ByColumns:
+    """Condensed by columns: one substitution.
 
     Parameters
     ----------
@@ -39,59 +84,108 @@ class Condensed:
         Y = L^-1 B^T, dense or sparse.
     backward_rows : (m, n) matrix
         Z^T with Z = U^-T B^T, dense or sparse.
-    compliance : (m, m) array
-        B A^-1 B^T.
     """
 
     factor: Factor
     forward_columns: Array | sparse.csr_matrix
     backward_rows: Array | sparse.csr_matrix
-    compliance: Array
+    description = "columns, one substitution a step"
+
+    def solve(self, right_hand_side: Array, weight: float, contact: Contact) -> tuple[Array, Array]:
+        """Solve with one substitution; see :class:`Condensed`."""
+        halfway = self.factor.forward(right_hand_side)
+        forces = contact(self.backward_rows @ halfway)
+        if forces.any():
+            halfway = halfway + weight * (self.forward_columns @ forces)
+        return self.factor.backward(halfway), forces
 
 
-def condense(matrix: sparse.csr_matrix, local: sparse.csr_matrix) -> Condensed:
-    """Factorise `matrix` (n, n), symmetric positive definite, and condense it onto the rows of `local` (m, n)."""
+@dataclass(frozen=True)
+class BySchur:
+    """Condensed by the Schur complement: a second substitution instead of stored columns.
+
+    Parameters
+    ----------
+    factor : Factor
+        The factorised matrix A, shape (n, n).
+    local : sparse matrix, shape (m, n)
+        B.
+    """
+
+    factor: Factor
+    local: sparse.csr_matrix
+    description = "Schur complement, two substitutions a step"
+
+    def solve(self, right_hand_side: Array, weight: float, contact: Contact) -> tuple[Array, Array]:
+        """Solve with two substitutions; see :class:`Condensed`."""
+        solution = self._solved(right_hand_side)
+        forces = contact(self.local @ solution)
+        if forces.any():
+            solution = self._solved(right_hand_side + weight * (self.local.T @ forces))
+        return solution, forces
+
+    def _solved(self, right_hand_side: Array) -> Array:
+        return self.factor.backward(self.factor.forward(right_hand_side))
+
+
+def condense(matrix: sparse.csr_matrix, local: sparse.csr_matrix, later: int = 0) -> tuple[Condensed, Array]:
+    """Factorise and condense a matrix.
+
+    Parameters
+    ----------
+    matrix : (n, n) matrix
+        A, symmetric positive definite.
+    local : (m, n) matrix
+        B.
+    later : int, optional
+        Memory that the histories will take [bytes].
+
+    Returns
+    -------
+    condensed : Condensed
+        What solves.
+    compliance : (m, m) array
+        B A^-1 B^T.
+
+    Raises
+    ------
+    InputError
+        Where the memory will not suffice.
+    """
+    if local.shape[0] * matrix.shape[0] <= _COLUMNS_UP_TO:
+        return _condense_by_columns(matrix, local)
+    return _condense_by_schur(matrix, local, later)
+
+
+def _condense_by_columns(matrix: sparse.csr_matrix, local: sparse.csr_matrix) -> tuple[Condensed, Array]:
     factor = factorise(matrix)
     columns = sparse.csc_matrix(local.T)
     forward = _map_columns(factor.forward, columns)
     backward = _map_columns(factor.transposed_backward, columns)
     compliance = np.asarray((backward.T @ forward).todense()) if local.shape[0] else np.zeros((0, 0))
-    return Condensed(
-        factor=factor,
-        forward_columns=_denser(forward.tocsr()),
-        backward_rows=_denser(backward.T.tocsr()),
-        compliance=0.5 * (compliance + compliance.T),
-    )
+    condensed = ByColumns(factor, _denser(forward.tocsr()), _denser(backward.T.tocsr()))
+    return condensed, 0.5 * (compliance + compliance.T)
 
 
-def condensed_solve(
-    condensed: Condensed, right_hand_side: Array, weight: float, contact: Callable[[Array], Array]
-) -> tuple[Array, Array]:
-    """Solve A a = b + w B^T r with one substitution, r being found by `contact` in between.
+def _condense_by_schur(matrix: sparse.csr_matrix, local: sparse.csr_matrix, later: int) -> tuple[Condensed, Array]:
+    """Take the compliance from the Schur complement on all unknowns that the local displacements depend on."""
+    places = np.unique(local.indices).astype(np.int64)
+    of_factors, of_schur = factor_bytes(matrix, places)
+    dense = 8 * local.shape[0] ** 2
+    if of_schur + dense > of_factors + _COPIES * dense:
+        require_memory({"factors": of_schur, "compliance": dense, "history": later})
+    else:
+        require_memory({"factors": of_factors, "compliance": _COPIES * dense, "history": later})
+    compliance = _between(sparse.csr_matrix(local[:, places]), inverse_block(matrix, places))
+    return BySchur(factorise(matrix), local), compliance
 
-    Parameters
-    ----------
-    condensed : Condensed
-        The factorised matrix.
-    right_hand_side : (n,) array
-        b.
-    weight : float
-        w.
-    contact : callable
-        Takes the local part B A^-1 b, shape (m,), and returns the contact forces r, shape (m,).
 
-    Returns
-    -------
-    solution : (n,) array
-        a.
-    forces : (m,) array
-        r.
-    """
-    halfway = condensed.factor.forward(right_hand_side)
-    forces = contact(condensed.backward_rows @ halfway)
-    if forces.any():
-        halfway = halfway + weight * (condensed.forward_columns @ forces)
-    return condensed.factor.backward(halfway), forces
+def _between(rows: sparse.csr_matrix, block: Array) -> Array:
+    """Return rows @ block @ rows.T; the block itself where the rows pick its unknowns in order."""
+    identity = sparse.identity(len(block), format="csr")
+    if rows.shape == identity.shape and (rows != identity).nnz == 0:
+        return block
+    return np.ascontiguousarray(rows @ (rows @ block).T)
 
 
 def _map_columns(function: Callable[[Array], Array], columns: sparse.csc_matrix) -> sparse.csc_matrix:

@@ -8,25 +8,29 @@ SciPy, everywhere else.
 
 from __future__ import annotations
 
-import ctypes
-import functools
-import weakref
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse import linalg
+from scipy import linalg, sparse
 
+from fingerslip.dynamics.pardiso import PardisoFactor, pardiso_available, pardiso_bytes, pardiso_schur
+from fingerslip.dynamics.superlu import SuperLUFactor, superlu_bytes, superlu_schur
 from fingerslip.errors import FingerslipError
 
-__all__ = ["Factor", "PardisoFactor", "SuperLUFactor", "factorise", "pardiso_available"]
+__all__ = [
+    "Factor",
+    "PardisoFactor",
+    "SuperLUFactor",
+    "factor_bytes",
+    "factorise",
+    "inverse_block",
+    "pardiso_available",
+]
 
 Array = NDArray[np.float64]
 
-_SPD = 2
-_ANALYSE_AND_FACTORISE, _FORWARD, _BACKWARD, _RELEASE = 12, 331, 333, -1
-_OUT_OF_MEMORY = -2
+_MIRRORED_AT_ONCE = 512
 
 
 class Factor(Protocol):
@@ -44,15 +48,6 @@ class Factor(Protocol):
         """Return z = U^-T b, so that b . x = z . y; equals `forward` where U is the transpose of L."""
 
 
-def pardiso_available() -> bool:
-    """Tell whether MKL PARDISO can be used on this machine, and load it if so."""
-    try:
-        _mkl_pardiso()
-    except (ImportError, OSError):
-        return False
-    return True
-
-
 def factorise(matrix: sparse.csr_matrix) -> Factor:
     """Factorise with the fastest solver that is installed.
 
@@ -64,115 +59,40 @@ def factorise(matrix: sparse.csr_matrix) -> Factor:
     return PardisoFactor(matrix) if pardiso_available() else SuperLUFactor(matrix)
 
 
-class PardisoFactor:
-    """Cholesky factors by MKL PARDISO, called without copies."""
+def inverse_block(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> Array:
+    """Return the part of A^-1 among some unknowns, as the inverse of A's Schur complement on them.
 
-    name = "MKL PARDISO"
+    Parameters
+    ----------
+    matrix : scipy.sparse.csr_matrix
+        A, symmetric positive definite, shape (n, n).
+    places : (m,) array
+        The unknowns, ascending.
 
-    def __init__(self, matrix: sparse.csr_matrix) -> None:
-        self._call = _PardisoCall(matrix)
-        self._call(_ANALYSE_AND_FACTORISE, np.zeros(matrix.shape[0]))
-        weakref.finalize(self, self._call, _RELEASE, np.zeros(matrix.shape[0]))
-
-    def forward(self, right_hand_side: Array) -> Array:
-        """Return y = L^-1 b; shapes (n,) or (n, k)."""
-        return self._call(_FORWARD, right_hand_side)
-
-    def backward(self, halfway: Array) -> Array:
-        """Return x = L^-T y; shapes (n,) or (n, k)."""
-        return self._call(_BACKWARD, halfway)
-
-    def transposed_backward(self, right_hand_side: Array) -> Array:
-        """Return L^-1 b: the factors are each other's transposes."""
-        return self.forward(right_hand_side)
-
-
-class _PardisoCall:
-    """One matrix with its handle inside MKL, and the call that takes both.
-
-    pypardiso's own ``solve`` copies and hashes the matrix at every call; here its arrays are kept.
+    Returns
+    -------
+    (m, m) array
+        Exactly symmetric. For thousands of unknowns this is many times quicker than solving for the columns.
     """
-
-    def __init__(self, matrix: sparse.csr_matrix) -> None:
-        upper = sparse.triu(matrix, format="csr")
-        upper.sort_indices()
-        self._function = _mkl_pardiso()
-        self._handle, self._settings = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
-        self._order = np.zeros(0, dtype=np.int32)
-        self._settings[0] = 1  # the settings that follow count
-        self._settings[1] = 2  # nested dissection
-        self._size = upper.shape[0]
-        self._values = np.ascontiguousarray(upper.data, dtype=np.float64)
-        self._rows = np.ascontiguousarray(upper.indptr + 1, dtype=np.int32)
-        self._columns = np.ascontiguousarray(upper.indices + 1, dtype=np.int32)
-
-    def __call__(self, phase: int, given: Array) -> Array:
-        given = np.asfortranarray(given)
-        found = np.zeros_like(given, order="F")
-        int32, double = ctypes.POINTER(ctypes.c_int32), ctypes.POINTER(ctypes.c_double)
-        error = ctypes.c_int32(0)
-        self._function(
-            self._handle.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
-            _integer(1),
-            _integer(1),
-            _integer(_SPD),
-            _integer(phase),
-            _integer(self._size),
-            self._values.ctypes.data_as(double),
-            self._rows.ctypes.data_as(int32),
-            self._columns.ctypes.data_as(int32),
-            self._order.ctypes.data_as(int32),
-            _integer(1 if given.ndim == 1 else given.shape[1]),
-            self._settings.ctypes.data_as(int32),
-            _integer(0),
-            given.ctypes.data_as(double),
-            found.ctypes.data_as(double),
-            ctypes.byref(error),
-        )
-        if error.value:
-            reason = "memory ran out" if error.value == _OUT_OF_MEMORY else "the matrix is not positive definite"
-            raise FingerslipError(f"MKL PARDISO: error {error.value} in phase {phase}; {reason}")
-        return found
+    schur = pardiso_schur(matrix, places) if pardiso_available() else superlu_schur(matrix, places)
+    return _inverted(schur)
 
 
-@functools.cache
-def _mkl_pardiso() -> Any:
-    """Return MKL's function, which pypardiso finds by searching the whole environment once."""
-    import pypardiso
-
-    # The library offers no public way to a single phase.
-    return pypardiso.PyPardisoSolver(mtype=_SPD)._mkl_pardiso  # noqa: SLF001
+def factor_bytes(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> tuple[int, int]:
+    """Return the memory that `factorise` and `inverse_block` need [bytes], before they take it."""
+    return pardiso_bytes(matrix, places) if pardiso_available() else superlu_bytes(matrix, places)
 
 
-def _integer(value: int) -> Any:
-    return ctypes.byref(ctypes.c_int32(value))
-
-
-class SuperLUFactor:
-    """Triangular factors by SuperLU; its forward half is put off to the backward one, in one full solve."""
-
-    name = "SuperLU"
-
-    def __init__(self, matrix: sparse.csr_matrix) -> None:
-        try:
-            self._factors = linalg.splu(
-                sparse.csc_matrix(matrix),
-                permc_spec="MMD_AT_PLUS_A",
-                diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
-            )
-        except RuntimeError as error:
-            raise FingerslipError(f"SuperLU: {error}; the matrix is not positive definite") from error
-
-    def forward(self, right_hand_side: Array) -> Array:
-        """Return b as it is (L is the identity here)."""
-        return right_hand_side
-
-    def backward(self, halfway: Array) -> Array:
-        """Return x = A^-1 y; shapes (n,) or (n, k)."""
-        solution: Array = self._factors.solve(halfway)
-        return solution
-
-    def transposed_backward(self, right_hand_side: Array) -> Array:
-        """Return A^-1 b, A being symmetric."""
-        return self.backward(right_hand_side)
+def _inverted(matrix: Array) -> Array:
+    """Invert a symmetric positive definite matrix in its own memory."""
+    # LAPACK works on columns; the transpose is the same matrix in that order.
+    lower, failed = linalg.lapack.dpotrf(matrix.T, lower=1, overwrite_a=1)
+    if failed:
+        raise FingerslipError("the Schur complement on the contact nodes is not positive definite")
+    inverse: Array = linalg.lapack.dpotri(lower, lower=1, overwrite_c=1)[0]
+    for start in range(0, len(inverse), _MIRRORED_AT_ONCE):
+        end = start + _MIRRORED_AT_ONCE
+        inverse[start:end, end:] = inverse[end:, start:end].T
+        block = inverse[start:end, start:end]
+        block[:] = np.tril(block) + np.tril(block, -1).T
+    return inverse.T

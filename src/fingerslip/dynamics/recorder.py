@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -19,10 +20,11 @@ from fingerslip.fe.recovery import (
     stress_components,
     von_mises,
 )
+from fingerslip.fe.space import Space, cell_nodes
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.model import Model
 
-__all__ = ["Recorder"]
+__all__ = ["CellFields", "Recorder"]
 
 Array = NDArray[np.float64]
 
@@ -38,6 +40,24 @@ _ENERGIES = {
 }
 
 
+class CellFields:
+    """The recovery of stresses in all cells, made when it is first needed.
+
+    Parameters
+    ----------
+    system : System
+        The discrete system.
+    """
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    @functools.cached_property
+    def recovery(self) -> Recovery:
+        """The strains of all cells."""
+        return cell_recovery(self._system.space, self._system.constants)
+
+
 class Recorder:
     """Arrays of a history, filled step by step.
 
@@ -49,15 +69,17 @@ class Recorder:
         Its discrete system.
     times : (n_times,) array
         Times of the steps, the start included [s].
+    cells : CellFields, optional
+        What snapshots take stresses from; recorders of one mesh may share it.
     """
 
-    def __init__(self, model: Model, system: System, times: Array) -> None:
+    def __init__(self, model: Model, system: System, times: Array, cells: CellFields | None = None) -> None:
         self._system, self._times, self._next = system, times, 0
         self._full = np.zeros(system.space.n_dofs)
         self._sites = site_recovery(
             system.space, system.constants, system.site_nodes, [site.region for site in model.record.sites]
         )
-        self._cells: Recovery | None = None
+        self._cells = cells or CellFields(system)
         self._snapshots = _snapshot_steps(times, model.record.snapshots_every)
         sizes = {
             "time": times.size,
@@ -76,6 +98,11 @@ class Recorder:
             if self._snapshots or "snapshot_time" not in known.dims
         }
         self.values |= _coordinates(model, system, times, times[self._snapshots])
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that the arrays take when they are filled [bytes]."""
+        return sum(np.asarray(value).nbytes for value in self.values.values())
 
     def record(self, state: State) -> None:
         """Take in the next state."""
@@ -132,13 +159,12 @@ class Recorder:
 
     def _record_snapshot(self, number: int, state: State) -> None:
         values = self.values
-        if self._cells is None:
-            self._cells = cell_recovery(self._system.space, self._system.constants)
+        cells = self._cells.recovery
         values["snapshot_velocity"][number] = self._nodal(state.velocity)
         values["snapshot_displacement"][number] = self._nodal(state.displacement)
-        strains = self._cells.strains(self._full)
-        values["snapshot_strain_energy_density"][number] = strain_energy_density(strains, self._cells.constants)
-        values["snapshot_von_mises"][number] = von_mises(stress(strains, self._cells.constants))
+        strains = cells.strains(self._full)
+        values["snapshot_strain_energy_density"][number] = strain_energy_density(strains, cells.constants)
+        values["snapshot_von_mises"][number] = von_mises(stress(strains, cells.constants))
 
 
 def _dtype(name: str) -> type:
@@ -151,6 +177,14 @@ def _snapshot_steps(times: Array, interval: float) -> list[int]:
         return []
     wanted = np.append(np.arange(0.0, times[-1], interval), times[-1])
     return sorted(set(np.abs(times[:, None] - wanted).argmin(axis=0).tolist()))
+
+
+def _regions(space: Space) -> NDArray[np.int8]:
+    """Return the index of the region of every cell, -1 for a cell without one."""
+    regions = np.full(space.mesh.nelements, -1, dtype=np.int8)
+    for number, cells in enumerate((space.mesh.subdomains or {}).values()):
+        regions[cells] = number
+    return regions
 
 
 def _coordinates(model: Model, system: System, times: Array, snapshot_times: Array) -> dict[str, Any]:
@@ -178,5 +212,7 @@ def _coordinates(model: Model, system: System, times: Array, snapshot_times: Arr
         "contact_area": candidates.area,
         "snapshot_time": snapshot_times,
         "node_position": positions,
+        "cell_nodes": cell_nodes(system.space),
+        "cell_region": _regions(system.space),
     }
     return {name: values[name] for name in COORDINATES}

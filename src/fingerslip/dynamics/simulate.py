@@ -1,28 +1,32 @@
-"""Simulate a model: the one loop over time."""
+"""Simulate models: from what they are to their histories."""
 
 from __future__ import annotations
 
+import logging
 import math
 import platform
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib.metadata import version
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.contact.candidates import check_outsiders
-from fingerslip.dynamics.recorder import Recorder
-from fingerslip.dynamics.step import State, Stepper, Stopwatch, advance, build_stepper, first_state
-from fingerslip.dynamics.system import System, build_system
-from fingerslip.dynamics.threads import suitable_threads
+from fingerslip.dynamics.march import march
+from fingerslip.dynamics.recorder import CellFields, Recorder
+from fingerslip.dynamics.sharing import check_shared
+from fingerslip.dynamics.stepper import Stepper, Stopwatch, build_steppers
+from fingerslip.dynamics.system import build_system
+from fingerslip.dynamics.threads import single_dense_thread, suitable_threads
 from fingerslip.errors import InputError
 from fingerslip.history import make_history
 from fingerslip.model import Model
 
-__all__ = ["simulate", "step_times"]
+__all__ = ["simulate", "simulate_together", "step_times"]
 
 Array = NDArray[np.float64]
+
+_logger = logging.getLogger(__name__)
 
 
 def step_times(model: Model) -> Array:
@@ -65,66 +69,86 @@ def simulate(model: Model, *, progress: Callable[[float], None] | None = None) -
     SlipOutsideContactError
         Where the boundary reaches a rigid body at a node that is no candidate.
     """
-    times = step_times(model)
-    with suitable_threads(model.mesh.dim() * model.mesh.nvertices):
-        return _simulate(model, times, progress)
+    return simulate_together([model], progress=progress)[0]
 
 
-def _simulate(model: Model, times: Array, progress: Callable[[float], None] | None) -> xr.Dataset:
+def simulate_together(
+    models: Sequence[Model], *, progress: Callable[[float], None] | None = None
+) -> tuple[xr.Dataset, ...]:
+    """Compute the motions of models that differ in friction, programme or loads alone, step by step together.
+
+    The matrix is factorised once, every step is one substitution for all of them, and motions that are still the
+    same, as those of several sliding directions before the slide, are computed once. The histories are those of
+    :func:`simulate`, but for rounding.
+
+    Parameters
+    ----------
+    models : sequence of Model
+        What to compute. Mesh, materials, supports, damping, step, rigid bodies and penalties must be the same.
+    progress : callable, optional
+        Called after every step with the fraction that is done.
+
+    Returns
+    -------
+    tuple of xarray.Dataset
+        The history of each model. Its seconds are those of all of them together.
+
+    Raises
+    ------
+    InputError
+        For models that cannot share a matrix, and for all that :func:`simulate` refuses.
+    ConvergenceError, SlipOutsideContactError
+        As :func:`simulate`; the first failure ends all motions.
+    """
+    check_shared(models)
+    times = [step_times(model) for model in models]
+    with suitable_threads(models[0].mesh.dim() * models[0].mesh.nvertices):
+        return _simulate(models, times, progress)
+
+
+def _simulate(
+    models: Sequence[Model], times: Sequence[Array], progress: Callable[[float], None] | None
+) -> tuple[xr.Dataset, ...]:
     watch = Stopwatch()
     with watch.part("assembly"):
-        system = build_system(model)
-        recorder = Recorder(model, system, times)
+        systems = [build_system(models[0])]
+        systems += [build_system(model, systems[0]) for model in models[1:]]
+        cells = CellFields(systems[0])
+        recorders = [
+            Recorder(model, system, own, cells) for model, system, own in zip(models, systems, times, strict=True)
+        ]
     with watch.part("factorisation"):
-        stepper = build_stepper(system, model.time, model.damping)
-    with watch.part("stepping"):
-        _march(stepper, recorder, times, watch, progress)
+        steppers = build_steppers(systems, models[0].time, models[0].damping, sum(own.nbytes for own in recorders))
+    _logger.info("%s, %s", steppers[0].condensed.factor.name, steppers[0].condensed.description)
+    with watch.part("stepping"), single_dense_thread():
+        march(steppers, recorders, times, watch, progress)
+    return tuple(
+        _history(stepper, recorder, own, len(models), watch)
+        for stepper, recorder, own in zip(steppers, recorders, times, strict=True)
+    )
+
+
+def _history(stepper: Stepper, recorder: Recorder, times: Array, count: int, watch: Stopwatch) -> xr.Dataset:
+    system = stepper.system
     if system.motions:
         recorder.values["body_velocity"] += np.stack([motion.velocity(times) for motion in system.motions], axis=1)
-    return make_history(recorder.values, _provenance(system, stepper.condensed.factor.name, watch))
+    return make_history(recorder.values, _provenance(stepper, count, watch))
 
 
-def _march(
-    stepper: Stepper, recorder: Recorder, times: Array, watch: Stopwatch, progress: Callable[[float], None] | None
-) -> None:
-    """Step through `times` and record every state."""
-    system = stepper.system
-    bodies = _body_displacements(system, times)
-    state = first_state(stepper)
-    recorder.record(state)
-    for step in range(1, times.size):
-        state = advance(stepper, state, float(times[step]), bodies[step], watch)
-        with watch.part("recording"):
-            _check_outside(system, state)
-            recorder.record(state)
-        if progress is not None:
-            progress(step / (times.size - 1))
-
-
-def _body_displacements(system: System, times: Array) -> Array:
-    """Return the displacement of every rigid body at every time, shape (n_times, n_bodies, dim) [m]."""
-    if not system.motions:
-        return np.zeros((times.size, 0, system.space.dim))
-    return np.stack([motion.displacement(times) for motion in system.motions], axis=1)
-
-
-def _check_outside(system: System, state: State) -> None:
-    """Refuse penetration by boundary nodes that are no contact candidates."""
-    for outsiders, body, shift in zip(system.outsiders, system.surfaces.bodies, state.bodies, strict=True):
-        moved = (outsiders.relative @ state.displacement).reshape(outsiders.positions.shape) - shift
-        gaps = body.gap(outsiders.positions + moved)
-        check_outsiders(gaps, outsiders.nodes, outsiders.positions, state.time)
-
-
-def _provenance(system: System, solver: str, watch: Stopwatch) -> dict[str, object]:
+def _provenance(stepper: Stepper, count: int, watch: Stopwatch) -> dict[str, object]:
     """Return what made the history: versions, solver, sizes and seconds."""
+    system = stepper.system
     seconds = dict(watch.seconds)
     seconds["substitution"] = seconds.pop("solve", 0.0) - seconds.get("contact", 0.0)
     return {
         "title": "fingerslip history",
         "fingerslip_version": version("fingerslip"),
         "python_version": platform.python_version(),
-        "linear_solver": solver,
+        "linear_solver": stepper.condensed.factor.name,
+        "condensation": stepper.condensed.description,
+        "n_simulated_together": count,
+        "element": system.space.element,
+        "regions": ", ".join(system.space.mesh.subdomains or {}),
         "n_degrees_of_freedom": len(system.free),
         "n_nodes": len(system.space.positions),
         "n_contact_candidates": len(system.candidates.nodes),

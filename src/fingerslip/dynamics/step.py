@@ -1,100 +1,33 @@
-"""One time step: state in, state out."""
+"""One time step of one motion or of several that share a matrix: states in, states out."""
 
 from __future__ import annotations
 
-import time as clock
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
-from fingerslip.contact.frames import rotate_compliance
+from fingerslip.contact.active import solve_contact
 from fingerslip.contact.interface import InterfaceState, StepOutcome, contact_problem, rest_state, settle
-from fingerslip.contact.solver import ContactSolution, solve_friction
-from fingerslip.dynamics.condensation import Condensed, condense, condensed_solve
+from fingerslip.contact.krylov import WorkSet
+from fingerslip.contact.solver import ContactSolution
 from fingerslip.dynamics.energy import Energies, integration_dissipation
 from fingerslip.dynamics.factor import factorise
-from fingerslip.dynamics.scheme import Predictor, Scheme, Static, hht, predict
+from fingerslip.dynamics.scheme import Predictor, predict
+from fingerslip.dynamics.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system import System
 from fingerslip.errors import ConvergenceError
-from fingerslip.materials import RayleighDamping
-from fingerslip.model import QuasiStatic, TimeStepping
 
-__all__ = ["State", "Stepper", "Stopwatch", "advance", "build_stepper", "first_state"]
+__all__ = ["State", "advance", "first_state"]
 
 Array = NDArray[np.float64]
 
-# Relative to the largest contact force. The solver reaches 1e-12 and better; a hundredfold of that is still
-# a thousand times finer than any quantity that is reported.
+# Relative to the largest contact force. Light nodes answer a residual force with accelerations a hundredfold as
+# large, relative to the largest: at the goal these are those of the full system to 1e-9 also where slip turns in
+# space. Where rounding keeps a step from the goal, up to the tolerance it is still far finer than what is reported.
+_GOAL = 1e-12
 _TOLERANCE = 1e-10
-
-
-@dataclass
-class Stopwatch:
-    """Seconds spent in each part of the work."""
-
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    @contextmanager
-    def part(self, name: str) -> Iterator[None]:
-        """Add the time that the block takes to `name`."""
-        start = clock.perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + clock.perf_counter() - start
-
-
-@dataclass(frozen=True)
-class Stepper:
-    """All that stays the same from step to step.
-
-    Parameters
-    ----------
-    system : System
-        Matrices and candidates.
-    scheme : HHT or Static
-        Time integration.
-    damping : RayleighDamping
-        Material damping.
-    condensed : Condensed
-        The effective matrix, factorised and condensed.
-    penalty_compliance : (m,) array
-        Compliance of the contact penalties, normal and tangential, node by node [m/N].
-    flat_frames : (n_c, dim, dim) array or None
-        Frames of the candidates where all bodies are planes, so that they never turn.
-    flat_compliance : (m, m) array or None
-        Compliance of a step in these frames, with that of the penalties on its diagonal [m/N].
-    """
-
-    system: System
-    scheme: Scheme
-    damping: RayleighDamping
-    condensed: Condensed
-    penalty_compliance: Array
-    flat_frames: Array | None
-    flat_compliance: Array | None
-
-    @property
-    def force_weight(self) -> float:
-        """Weight 1 + alpha of the forces at the end of a step."""
-        return 1.0 + self.scheme.alpha
-
-    @property
-    def compliance_factor(self) -> float:
-        """Displacement at the end of a step per unknown and force weight."""
-        return self.force_weight * self.scheme.displacement_factor
-
-    def compliance(self, frames: Array) -> Array:
-        """Return the compliance of a step in the nodes' frames with that of the penalties on its diagonal [m/N]."""
-        if self.flat_compliance is not None:
-            return self.flat_compliance
-        return self.compliance_factor * rotate_compliance(self.condensed.compliance, frames) + np.diag(
-            self.penalty_compliance
-        )
 
 
 @dataclass(frozen=True)
@@ -127,6 +60,8 @@ class State:
         Iterations of the contact solver in the last step.
     residual : float
         Its relative residual.
+    work : WorkSet or None
+        What it keeps for the next step.
     """
 
     time: float
@@ -144,6 +79,20 @@ class State:
     energies: Energies
     iterations: int = 0
     residual: float = 0.0
+    work: WorkSet | None = None
+
+
+@dataclass(frozen=True)
+class _Begun:
+    """A step before its substitution: where it starts, and where it goes without forces at its end."""
+
+    state: State
+    time: float
+    bodies: Array
+    load: Array
+    predicted: Predictor
+    moved: Array
+    right_hand_side: Array
 
 
 @dataclass(frozen=True)
@@ -154,24 +103,7 @@ class _ContactStep:
     coefficients: Array
     relative: Array
     solution: ContactSolution
-
-
-def build_stepper(system: System, time: TimeStepping | QuasiStatic, damping: RayleighDamping) -> Stepper:
-    """Factorise and condense for a fixed step."""
-    scheme = Static(time.step) if isinstance(time, QuasiStatic) else hht(time.step, time.alpha)
-    weight = 1.0 + scheme.alpha
-    stiffness_part = scheme.displacement_factor + scheme.velocity_factor * damping.stiffness
-    mass_part = scheme.inertia_factor + weight * scheme.velocity_factor * damping.mass
-    effective = mass_part * system.mass + weight * stiffness_part * system.stiffness
-    condensed = condense(sparse.csr_matrix(effective), system.relative)
-    candidates = system.candidates
-    stiffness = [candidates.normal_stiffness] + [candidates.tangential_stiffness] * (system.space.dim - 1)
-    penalties = 1.0 / np.column_stack(stiffness).ravel()
-    stepper = Stepper(system, scheme, damping, condensed, penalties, None, None)
-    if not system.surfaces.flat:
-        return stepper
-    frames = system.surfaces.frames(candidates.positions, candidates.body)
-    return replace(stepper, flat_frames=frames, flat_compliance=stepper.compliance(frames))
+    work: WorkSet | None
 
 
 def first_state(stepper: Stepper) -> State:
@@ -199,19 +131,21 @@ def first_state(stepper: Stepper) -> State:
     )
 
 
-def advance(stepper: Stepper, state: State, time: float, bodies: Array, watch: Stopwatch) -> State:
-    """Take one step with frictional contact.
+def advance(
+    steppers: Sequence[Stepper], states: Sequence[State], time: float, bodies: Sequence[Array], watch: Stopwatch
+) -> list[State]:
+    """Take one step of several motions with one factorised matrix.
 
     Parameters
     ----------
-    stepper : Stepper
-        What stays the same.
-    state : State
-        State at the start of the step.
+    steppers : sequence of Stepper
+        What stays the same in each motion; made together by :func:`fingerslip.dynamics.stepper.build_steppers`.
+    states : sequence of State
+        Their states at the start of the step.
     time : float
         Time at its end [s].
-    bodies : (n_bodies, dim) array
-        Prescribed displacement of the rigid bodies at its end [m].
+    bodies : sequence of (n_bodies, dim) array
+        Prescribed displacement of their rigid bodies at its end [m].
     watch : Stopwatch
         Takes the times of substitution, contact and energies.
 
@@ -220,43 +154,74 @@ def advance(stepper: Stepper, state: State, time: float, bodies: Array, watch: S
     ConvergenceError
         Where the contact problem was not solved.
     """
-    system, scheme = stepper.system, stepper.scheme
-    predicted = predict(scheme, state.displacement, state.velocity, state.acceleration)
-    load = system.load(time)
-    right_hand_side = _right_hand_side(stepper, state, predicted, load)
-    moved = _moved(system, predicted.displacement, bodies)
+    begun = [
+        _begin(stepper, state, time, shift) for stepper, state, shift in zip(steppers, states, bodies, strict=True)
+    ]
+    condensed, weight = steppers[0].condensed, steppers[0].force_weight
     steps: list[_ContactStep] = []
 
-    def contact(unknown: Array) -> Array:
+    def contact(given: Array) -> Array:
+        unknown = given.reshape(len(given), len(begun))
+        forces = np.zeros_like(unknown)
         with watch.part("contact"):
-            free = moved + scheme.displacement_factor * unknown.reshape(moved.shape)
-            steps.append(_solve_contact(stepper, state, moved, free, time))
-            forces: Array = np.einsum("cij,ci->cj", steps[-1].frames, steps[-1].solution.forces)
-            return forces.ravel()
+            for number, (stepper, start) in enumerate(zip(steppers, begun, strict=True)):
+                rows = (stepper.rows, number)
+                steps.append(_solve_contact(stepper, start, unknown[rows].reshape(start.moved.shape)))
+                forces[rows] = np.einsum("cij,ci->cj", steps[-1].frames, steps[-1].solution.forces).ravel()
+        return forces.reshape(given.shape)
 
     with watch.part("solve"):
-        unknown, forces = condensed_solve(stepper.condensed, right_hand_side, stepper.force_weight, contact)
+        sides = [start.right_hand_side for start in begun]
+        # A single vector is quicker than a matrix with one column.
+        unknowns, _ = condensed.solve(sides[0] if len(sides) == 1 else np.stack(sides).T, weight, contact)
+    with watch.part("recording"):
+        return [
+            _finish(stepper, start, np.ascontiguousarray(unknown), step)
+            for stepper, start, unknown, step in zip(
+                steppers, begun, unknowns.reshape(-1, len(begun)).T, steps, strict=True
+            )
+        ]
+
+
+def _begin(stepper: Stepper, state: State, time: float, bodies: Array) -> _Begun:
+    """Carry a state to the end of a step as if nothing forced it there."""
+    predicted = predict(stepper.scheme, state.displacement, state.velocity, state.acceleration)
+    load = stepper.system.load(time)
+    return _Begun(
+        state=state,
+        time=time,
+        bodies=bodies,
+        load=load,
+        predicted=predicted,
+        moved=_moved(stepper.system, predicted.displacement, bodies),
+        right_hand_side=_right_hand_side(stepper, state, predicted, load),
+    )
+
+
+def _finish(stepper: Stepper, start: _Begun, unknown: Array, step: _ContactStep) -> State:
+    """Return the state at the end of a step."""
+    system, scheme, state, predicted = stepper.system, stepper.scheme, start.state, start.predicted
     displacement = predicted.displacement + scheme.displacement_factor * unknown
     acceleration = scheme.inertia_factor * unknown
     inertia = system.mass @ acceleration
     after = replace(
         state,
-        time=time,
+        time=start.time,
         displacement=displacement,
         velocity=predicted.velocity + scheme.velocity_factor * unknown,
         acceleration=acceleration,
         inertia=inertia,
-        load=load,
+        load=start.load,
         unbalance=(scheme.alpha * state.unbalance - inertia) / stepper.force_weight,
         unbalance_before=state.unbalance,
-        bodies=bodies,
-        moved=_moved(system, displacement, bodies),
-        contact_forces=forces.reshape(moved.shape),
-        iterations=steps[0].solution.iterations,
-        residual=steps[0].solution.residual,
+        bodies=start.bodies,
+        moved=_moved(system, displacement, start.bodies),
+        contact_forces=np.einsum("cij,ci->cj", step.frames, step.solution.forces),
+        iterations=step.solution.iterations,
+        residual=step.solution.residual,
+        work=step.work,
     )
-    with watch.part("recording"):
-        return _settled(stepper, state, after, steps[0])
+    return _settled(stepper, state, after, step)
 
 
 def _moved(system: System, displacement: Array, bodies: Array) -> Array:
@@ -274,13 +239,15 @@ def _right_hand_side(stepper: Stepper, state: State, predicted: Predictor, load:
     return total
 
 
-def _solve_contact(stepper: Stepper, state: State, moved: Array, free: Array, time: float) -> _ContactStep:
+def _solve_contact(stepper: Stepper, start: _Begun, unknown: Array) -> _ContactStep:
     """Find the contact forces of a step.
 
-    The frames of curved bodies are those at the predicted motion `moved`, about which the gap is linear; `free`
-    is the motion without contact forces. Both are relative to the bodies, shape (n_c, dim) [m].
+    The frames of curved bodies are those at the predicted motion, about which the gap is linear; `unknown`
+    (n_c, dim) is the candidates' part of the unknowns without contact forces.
     """
-    system, candidates, before = stepper.system, stepper.system.candidates, state.interface
+    system, candidates = stepper.system, stepper.system.candidates
+    state, before, moved = start.state, start.state.interface, start.moved
+    free = moved + stepper.scheme.displacement_factor * unknown
     points = candidates.positions + moved
     frames = stepper.flat_frames
     if frames is None:
@@ -288,24 +255,21 @@ def _solve_contact(stepper: Stepper, state: State, moved: Array, free: Array, ti
     beyond = np.einsum("cij,cj->ci", frames, free - moved)
     relative = before.relative + np.einsum("cij,cj->ci", frames, free - state.moved)
     relative[:, 0] = system.surfaces.gaps(points, candidates.body) + beyond[:, 0]
-    compliance = stepper.compliance(frames)
+    compliance = stepper.compliance if stepper.flat_frames is not None else replace(stepper.compliance, frames=frames)
     coefficients = system.surfaces.coefficients(
         before.forces[:, 0] / candidates.area, before.slip / stepper.scheme.step, candidates.body
     )
     problem = contact_problem(candidates, before, relative)
-    solution = solve_friction(compliance, problem, coefficients, before.forces, _TOLERANCE)
+    solution, work = solve_contact(compliance, problem, coefficients, before.forces, _GOAL, work=state.work)
     if not solution.residual <= _TOLERANCE:
         raise ConvergenceError(
-            time,
+            start.time,
             int(candidates.nodes[solution.worst]) if candidates.nodes.size else -1,
             solution.residual,
             _TOLERANCE,
             "try a smaller time step, softer contact penalties or less friction",
         )
-    response = (compliance @ solution.forces.ravel() - stepper.penalty_compliance * solution.forces.ravel()).reshape(
-        relative.shape
-    )
-    return _ContactStep(frames, coefficients, relative + response, solution)
+    return _ContactStep(frames, coefficients, relative + compliance.response(solution.forces), solution, work)
 
 
 def _settled(stepper: Stepper, before: State, after: State, step: _ContactStep) -> State:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,15 @@ from fingerslip.dynamics.loads import Load, model_loads
 from fingerslip.dynamics.motion import Motion, body_motion, largest_approach, phase_table
 from fingerslip.errors import InputError
 from fingerslip.fe.assembly import CellConstants, cell_constants, mass_matrix, stiffness_matrix
-from fingerslip.fe.space import Space, boundary_nodes, build_space, nodal_areas, region_nodes, vector_dofs
+from fingerslip.fe.space import (
+    Space,
+    boundary_nodes,
+    build_space,
+    carrying_nodes,
+    nodal_areas,
+    region_nodes,
+    vector_dofs,
+)
 from fingerslip.mesh.sites import site_nodes
 from fingerslip.model import Contact, Model, QuasiStatic, Slide
 
@@ -33,6 +42,13 @@ Array = NDArray[np.float64]
 # Candidates lie within this many times the way that the plate comes forward: the skin beside the contact
 # bulges towards the plate and rolls onto it while sliding.
 _REACH = 1.5
+
+# Of the soft thickness. A mean strain of a half is small in no sense (the published press is less than a third); one
+# of 99 % leaves nothing that could be a body.
+_LARGEST_SHARE = 0.5
+_WHOLE_SHARE = 0.99
+
+_logger = logging.getLogger("fingerslip.dynamics")
 
 
 @dataclass(frozen=True)
@@ -140,21 +156,27 @@ def check_model(model: Model) -> None:
     _check(model)
 
 
-def build_system(model: Model) -> System:
-    """Check and assemble a model."""
-    known = _check(model)
+def build_system(model: Model, twin: System | None = None) -> System:
+    """Check and assemble a model.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    twin : System, optional
+        The system of a model with the same mesh, materials, supports and drives, whose matrices are taken over.
+    """
+    known = _check(model, twin.space if twin else None)
     space, free = known.space, known.free
     driven = np.array([i for i, contact in enumerate(model.contacts) if contact.drive], dtype=np.int64)
-    drives = [contact.drive for contact in model.contacts if contact.drive]
-    mass = mass_matrix(space, known.constants, model.depth)[free][:, free]
-    stiffness = stiffness_matrix(space, known.constants, model.depth, model.integration)[free][:, free]
+    stiffness, mass = (twin.stiffness, twin.mass) if twin else _matrices(model, known)
     candidates = join_candidates(list(known.candidates), space.dim)
 
     def picked(nodes: NDArray[np.int64]) -> sparse.csr_matrix:
         return node_operator(nodes, space.dim, space.n_dofs)[:, free]
 
     outsiders = [
-        np.setdiff1d(_nodes_with_area(space, contact.boundary), own.nodes)
+        np.setdiff1d(carrying_nodes(space, contact.boundary), own.nodes)
         for contact, own in zip(model.contacts, known.candidates, strict=True)
     ]
     return System(
@@ -162,8 +184,8 @@ def build_system(model: Model) -> System:
         constants=known.constants,
         free=free,
         driven=driven,
-        stiffness=sparse.block_diag([stiffness, *(sparse.csr_matrix((1, 1)) for _ in drives)], format="csr"),
-        mass=sparse.block_diag([mass, *([[drive.mass]] for drive in drives)], format="csr"),
+        stiffness=stiffness,
+        mass=mass,
         loads=tuple(_on_unknowns(load, free, driven.size) for load in known.loads) + _drive_loads(model, free.size),
         initial_velocity=_initial_velocity(model, space, free, driven.size),
         candidates=candidates,
@@ -182,26 +204,40 @@ def build_system(model: Model) -> System:
     )
 
 
-def _check(model: Model) -> _Checked:
-    space = build_space(model.mesh)
+def _matrices(model: Model, known: _Checked) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+    """Assemble stiffness and mass of the unknowns."""
+    space, free = known.space, known.free
+    drives = [contact.drive for contact in model.contacts if contact.drive]
+    mass = mass_matrix(space, known.constants, model.depth)[free][:, free]
+    stiffness = stiffness_matrix(space, known.constants, model.depth, model.integration)[free][:, free]
+    return (
+        sparse.block_diag([stiffness, *(sparse.csr_matrix((1, 1)) for _ in drives)], format="csr"),
+        sparse.block_diag([mass, *([[drive.mass]] for drive in drives)], format="csr"),
+    )
+
+
+def _check(model: Model, space: Space | None = None) -> _Checked:
+    space = space or build_space(model.mesh)
     constants = cell_constants(space, model.materials, model.formulation)
     _check_contacts(model, space)
     bodies = tuple(
         contact.body.placed(space.positions[boundary_nodes(space, contact.boundary)]) for contact in model.contacts
     )
     motions = tuple(
-        body_motion(programme, contact.body)
-        for contact, programme in zip(model.contacts, model.programmes, strict=False)
+        body_motion(programme, contact.body, "programme" if contact.programme is None else f"contacts.{n}.programme")
+        for n, (contact, programme) in enumerate(zip(model.contacts, model.programmes, strict=False))
     )
     candidates = tuple(
         _candidates(model, space, number, body, motion)
         for number, (body, motion) in enumerate(zip(bodies, motions, strict=True))
     )
     _check_order(model, bodies, motions, candidates)
+    free = _free_dofs(model, space)
+    _check_depth(model, space, bodies, motions, free)
     return _Checked(
         space=space,
         constants=constants,
-        free=_free_dofs(model, space),
+        free=free,
         loads=model_loads(model, space, constants),
         bodies=bodies,
         motions=motions,
@@ -287,25 +323,29 @@ def _candidates(model: Model, space: Space, number: int, body: RigidBody, motion
         areas,
         body=number,
         reach=automatic if contact.reach is None else contact.reach,
-        penalties=_penalties(model, space, contact),
+        penalties=contact_penalties(model, contact),
         where=f"contacts.{number}",
     )
 
 
-def _nodes_with_area(space: Space, boundary: str) -> NDArray[np.int64]:
-    """Return the nodes of a boundary that can bear pressure; corners of quadratic tetrahedra follow the others."""
-    nodes, areas = boundary_nodes(space, boundary), nodal_areas(space, boundary, 1.0)
-    bearing: NDArray[np.int64] = nodes[areas[nodes] > 1e-9 * areas[nodes].max()]
-    return bearing
+def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
+    """Return normal and tangential penalty of a contact [Pa/m].
 
+    Automatic ones follow from the stiffest material under the boundary and the size of its facets.
 
-def _penalties(model: Model, space: Space, contact: Contact) -> tuple[float, float]:
-    """Return normal and tangential penalty [Pa/m], automatic ones from the stiffest material under the boundary."""
-    facets = np.asarray(space.mesh.boundaries[contact.boundary])
-    cells = space.mesh.f2t[0, facets]
-    names = [name for name, own in space.mesh.subdomains.items() if np.isin(cells, own).any()]
+    Parameters
+    ----------
+    model : Model
+        The model.
+    contact : Contact
+        One of its contacts.
+    """
+    mesh = model.mesh
+    facets = np.asarray(mesh.boundaries[contact.boundary])
+    cells = mesh.f2t[0, facets]
+    names = [name for name, own in mesh.subdomains.items() if np.isin(cells, own).any()]
     modulus = max(model.materials[name].youngs_modulus for name in names)
-    ends = space.mesh.p[:, space.mesh.facets[:2, facets]]
+    ends = mesh.p[:, mesh.facets[:2, facets]]
     size = float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)))
     automatic = automatic_penalty(modulus, size)
     return contact.normal_penalty or automatic, contact.tangential_penalty or automatic
@@ -330,3 +370,36 @@ def _check_order(
         "needs contact before the first slide",
         "put a press before it that is deeper than the gap",
     )
+
+
+def _check_depth(
+    model: Model, space: Space, bodies: tuple[RigidBody, ...], motions: tuple[Motion, ...], free: NDArray[np.int64]
+) -> None:
+    """Refuse prescribed motion that brings a body through what is held, and warn where strains cannot be small."""
+    held = ~np.isin(vector_dofs(np.arange(len(space.positions)), space.dim), free)
+    for number, (contact, body, motion) in enumerate(zip(model.contacts, bodies, motions, strict=True)):
+        skin = boundary_nodes(space, contact.boundary)
+        stopped: NDArray[np.bool_] = np.all(held[:, np.abs(body.unit_normal) > 1e-9], axis=1)
+        lowest = float(body.gap(space.positions[skin]).min())
+        inner = stopped & ~np.isin(np.arange(len(stopped)), skin)
+        behind = space.positions[inner & (body.gap(space.positions) > lowest)]
+        # Where the contact is held itself, nothing gives way and the penalties take the press up.
+        if stopped[skin].all() or not len(behind):
+            continue
+        thickness = float(body.gap(behind).min()) - lowest
+        left = min(float(body.gap(behind - position).min()) for position in motion.positions)
+        where = "programme" if contact.programme is None else f"contacts.{number}.programme"
+        _judge_depth(where, thickness - left, thickness)
+
+
+def _judge_depth(where: str, depth: float, thickness: float) -> None:
+    between = f"the {thickness * 1e3:.4g} mm between the contact and what the supports hold"
+    if depth > _WHOLE_SHARE * thickness:
+        found = f"presses {depth * 1e3:.4g} mm deep"
+        allowed = f"needs less than {between}"
+        raise InputError(where, found, allowed, "press less deep; strains are taken as small, so stay far below it")
+    if depth > _LARGEST_SHARE * thickness:
+        _logger.warning(
+            "%s: presses %.4g mm deep, %.0f %% of %s; strains are taken as small, so results are rough",
+            *(where, depth * 1e3, 100 * depth / thickness, between),
+        )

@@ -58,21 +58,23 @@ class Recovery:
         return values
 
 
-def cell_recovery(space: Space, constants: CellConstants) -> Recovery:
-    """Recover at the cells' centres, where low-order elements are most accurate."""
-    basis, cells = space.centre, np.arange(space.mesh.nelements)
+def cell_recovery(space: Space, constants: CellConstants, chosen: NDArray[np.int64] | None = None) -> Recovery:
+    """Recover at the centres of all or `chosen` (n,) cells, where low-order elements are most accurate."""
+    basis, cells = space.centre, np.arange(space.mesh.nelements if chosen is None else chosen.size)
+    which = slice(None) if chosen is None else chosen
     count = space.dim + len(_SHEARS[space.dim])
     rows, columns, values = [], [], []
     for local in range(basis.Nbfun):
-        gradient = np.asarray(basis.basis[local][0].grad)[..., 0]
+        gradient = np.asarray(basis.basis[local][0].grad)[:, :, which, 0]
         normals = [gradient[i, i] for i in range(space.dim)]
         shears = [gradient[i, j] + gradient[j, i] for i, j in _SHEARS[space.dim]]
         for component, strain in enumerate([*normals, *shears]):
             rows.append(count * cells + component)
-            columns.append(basis.element_dofs[local])
+            columns.append(basis.element_dofs[local][which])
             values.append(strain)
     triplets = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    return Recovery(sparse.csr_matrix(triplets, shape=(count * len(cells), space.n_dofs)), constants, count)
+    own = CellConstants(*(values[which] for values in vars(constants).values()))
+    return Recovery(sparse.csr_matrix(triplets, shape=(count * len(cells), space.n_dofs)), own, count)
 
 
 def site_recovery(
@@ -97,9 +99,10 @@ def site_recovery(
         Where no cell of the region touches the node.
     """
     around = _cells_around(space, nodes, regions)
-    cells = cell_recovery(space, constants)
+    chosen = np.unique(around.indices).astype(np.int64)
+    cells, around = cell_recovery(space, constants, chosen), around[:, chosen]
     per_site = sparse.kron(around, sparse.identity(cells.components), format="csr") @ cells.strain
-    means = [around @ values for values in vars(constants).values()]
+    means = [around @ values for values in vars(cells.constants).values()]
     return Recovery(sparse.csr_matrix(per_site), CellConstants(*means), cells.components)
 
 

@@ -5,7 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fingerslip.errors import InputError
-from fingerslip.verification import blocks, condensed, dynamics, elements, friction, hold, line, locking, sphere
+from fingerslip.verification import (
+    blocks,
+    condensed,
+    creep,
+    dynamics,
+    elements,
+    fingertip,
+    friction,
+    line,
+    locking,
+    sphere,
+)
 from fingerslip.verification.problem import Problem
 
 __all__ = ["PROBLEMS", "choose"]
@@ -17,9 +28,10 @@ PROBLEMS: tuple[Problem, ...] = (
     *dynamics.PROBLEMS,
     *blocks.PROBLEMS,
     *friction.PROBLEMS,
-    *hold.PROBLEMS,
+    *creep.PROBLEMS,
     *line.PROBLEMS,
     *sphere.PROBLEMS,
+    *fingertip.PROBLEMS,
 )
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerslip.contact import solver
+from fingerslip.contact import projection, solver
 from fingerslip.contact import solver as solver_module
 from fingerslip.contact.solver import friction_residual, solve_friction
 
@@ -222,12 +222,12 @@ def test_the_derivative_of_the_projection_is_that_of_finite_differences(dim, tan
     """On both sides of stick/slip, away from the kink itself; the projection has no smoothing."""
     trial = np.array([1.2, tangential, -0.4 * tangential][:dim])
     exact = np.zeros((dim, dim))
-    solver._derivative(trial, mu, exact)
+    projection.derivative(trial, mu, exact)
     step, numeric = 1e-6, np.zeros((dim, dim))
     for column in range(dim):
         out = [np.zeros(dim), np.zeros(dim)]
         for side, sign in zip(out, (1, -1), strict=True):
-            solver._project_node(trial + sign * step * np.eye(dim)[column], mu, side)
+            projection.project_node(trial + sign * step * np.eye(dim)[column], mu, side)
         numeric[:, column] = (out[0] - out[1]) / (2 * step)
     np.testing.assert_allclose(exact, numeric, atol=1e-8)
 

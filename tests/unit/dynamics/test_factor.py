@@ -9,7 +9,7 @@ import pytest
 from scipy import sparse
 
 from fingerslip.dynamics import factor as factor_module
-from fingerslip.dynamics.factor import PardisoFactor, SuperLUFactor, factorise
+from fingerslip.dynamics.factor import PardisoFactor, SuperLUFactor, factorise, inverse_block
 from fingerslip.errors import FingerslipError
 from unit.dynamics.matrices import FACTORS, needs_mkl, positive_definite
 
@@ -74,3 +74,24 @@ def test_the_fallback_is_taken_where_pardiso_is_missing(monkeypatch):
 @needs_mkl
 def test_pardiso_is_taken_where_it_is_installed():
     assert factorise(positive_definite(5)).name == "MKL PARDISO"
+
+
+@pytest.mark.parametrize("available", [pytest.param(True, marks=needs_mkl), False])
+@pytest.mark.parametrize("count", [1, 7, 60, 300])
+def test_the_inverse_among_some_unknowns_is_that_of_the_whole(available, count, monkeypatch):
+    """300 of 700 unknowns, or all 60, in places that are spread over the matrix."""
+    monkeypatch.setattr(factor_module, "pardiso_available", lambda: available)
+    monkeypatch.setattr(factor_module, "_MIRRORED_AT_ONCE", 64)
+    size = 700 if count == 300 else 60
+    matrix = positive_definite(size)
+    places = np.sort(np.random.default_rng(1).permutation(size)[:count])
+    exact = np.linalg.inv(matrix.toarray())[np.ix_(places, places)]
+    found = inverse_block(matrix, places)
+    np.testing.assert_allclose(found, exact, atol=1e-11 * np.abs(exact).max())
+    np.testing.assert_array_equal(found, found.T)
+    assert found.flags.c_contiguous
+
+
+def test_an_indefinite_schur_complement_is_refused():
+    with pytest.raises(FingerslipError, match="contact nodes is not positive definite"):
+        factor_module._inverted(np.diag([1.0, -1.0]))

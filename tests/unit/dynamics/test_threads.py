@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from fingerslip.dynamics.threads import suitable_threads
+from fingerslip.dynamics.threads import single_dense_thread, suitable_threads
 
 
 def counts() -> set[int]:
@@ -38,3 +38,15 @@ def test_the_threads_come_back_after_a_failure() -> None:
 def test_a_large_system_keeps_its_threads() -> None:
     with suitable_threads(1_000_000):
         assert counts() == {2}
+
+
+def test_dense_products_take_one_thread_while_mkl_keeps_its_own() -> None:
+    def of(kind: str) -> set[int]:
+        return {library["num_threads"] for library in threadpool_info() if library["internal_api"] == kind}
+
+    if not of("openblas"):
+        pytest.skip("NumPy here does not use OpenBLAS")
+    with single_dense_thread():
+        assert of("openblas") == {1}
+        assert of("mkl") <= {2}
+    assert counts() == {2}

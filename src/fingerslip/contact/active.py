@@ -1,0 +1,170 @@
+"""The frictional contact problem of one step for any number of candidates.
+
+A few candidates are solved all together by compiled code (:mod:`fingerslip.contact.solver`). Of many, most stay
+open: only the nodes that touch, and the nearest open ones beside them, form the *work set* of Newton's method
+(:mod:`fingerslip.contact.krylov`). What was found is then checked on all candidates; nodes that were left out and
+would be penetrated join the work set, until none is left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.compliance import Compliance
+from fingerslip.contact.krylov import WorkSet, newton_krylov
+from fingerslip.contact.projection import project, step_lengths
+from fingerslip.contact.solver import ContactSolution, solve_friction
+
+__all__ = ["solve_contact"]
+
+Array = NDArray[np.float64]
+
+# Unknowns up to which compiled code on all candidates is the quicker.
+_FEW = 900
+_ROUNDS = 25
+# The work set holds this share of open nodes beside the touching ones, so that it lasts for some steps.
+_SPARE_SHARE, _SPARE_NODES = 0.1, 20
+_TOO_MANY = 1.5
+# On the work set, so that the last projection and the other nodes keep the residual below the tolerance.
+_FINER = 0.1
+
+
+@dataclass(frozen=True)
+class _Check:
+    """Forces with what they mean for all candidates."""
+
+    forces: Array
+    trial: Array
+    residual: Array
+    least: float
+
+    @property
+    def relative_residual(self) -> float:
+        """Largest residual over the largest force."""
+        size = max(float(np.abs(self.forces).max()), self.least)
+        return float(np.abs(self.residual).max()) / size if size > 0.0 else 0.0
+
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """Which nodes have a force or would get one."""
+        touching: NDArray[np.bool_] = (self.forces[:, 0] > 0.0) | (self.trial[:, 0] > 0.0)
+        return touching
+
+
+def solve_contact(
+    compliance: Compliance,
+    free: Array,
+    friction_coefficient: Array,
+    start: Array,
+    tolerance: float,
+    *,
+    work: WorkSet | None = None,
+) -> tuple[ContactSolution, WorkSet | None]:
+    """Find the contact forces of one step.
+
+    Parameters
+    ----------
+    compliance : Compliance
+        W of n_c nodes.
+    free : (n_c, dim) array
+        q, the gap and slip without contact forces [m].
+    friction_coefficient : (n_c,) array
+        [-].
+    start : (n_c, dim) array
+        First guess of the forces, best those of the last step [N].
+    tolerance : float
+        Relative residual at which to stop, over all nodes [-].
+    work : WorkSet, optional
+        The work set of the last step.
+
+    Returns
+    -------
+    solution : ContactSolution
+        Whatever was reached: the caller compares its residual with the tolerance.
+    work : WorkSet or None
+        For the next step; None where all candidates were solved together.
+    """
+    if free.size <= _FEW:
+        return solve_friction(compliance.matrix, free, friction_coefficient, start, tolerance), None
+    return _solve_on_work_set(_problem(compliance, free, friction_coefficient), start, tolerance, work)
+
+
+@dataclass(frozen=True)
+class _Problem:
+    compliance: Compliance
+    free: Array
+    friction: Array
+    scale: Array
+    least: float
+
+    def check(self, forces: Array) -> _Check:
+        moved = self.compliance.response(forces) + self.compliance.penalty * forces + self.free
+        trial = forces - self.scale * moved
+        return _Check(forces, trial, forces - project(trial, self.friction), self.least)
+
+
+def _problem(compliance: Compliance, free: Array, friction: Array) -> _Problem:
+    scale = step_lengths(compliance.diagonal)
+    # The force that would undo the worst free penetration alone sets the scale of rounding.
+    return _Problem(
+        compliance, np.ascontiguousarray(free), friction, scale, 1e-12 * float(np.max(scale * np.abs(free)))
+    )
+
+
+def _solve_on_work_set(
+    problem: _Problem, start: Array, tolerance: float, work: WorkSet | None
+) -> tuple[ContactSolution, WorkSet]:
+    work, forces, iterations = _first_work_set(problem, start, work), start, 0
+    for _ in range(_ROUNDS):
+        forces, work, used = _solve_there(problem, work, forces, tolerance)
+        found, iterations = problem.check(forces), iterations + used
+        if found.relative_residual <= tolerance or np.isin(np.flatnonzero(found.touching), work.nodes).all():
+            break
+        work = _work_set(problem, found)
+    if work.nodes.size > _TOO_MANY * _wanted(found):
+        work = _work_set(problem, found)
+    worst = int(np.argmax(np.abs(found.residual).max(axis=1)))
+    return ContactSolution(found.forces, found.relative_residual, iterations, worst), work
+
+
+def _first_work_set(problem: _Problem, start: Array, work: WorkSet | None) -> WorkSet:
+    if work is None or not start[:, 0].any():
+        return _work_set(problem, problem.check(start))
+    if problem.compliance.frames is not None:
+        # The frames have turned since the last step.
+        return replace(_gathered(problem, work.nodes), factor=work.factor)
+    return work
+
+
+def _solve_there(problem: _Problem, work: WorkSet, start: Array, tolerance: float) -> tuple[Array, WorkSet, int]:
+    """Solve on the work set; the other nodes get no force."""
+    nodes = work.nodes
+    free, friction = problem.free[nodes], problem.friction[nodes]
+    goal = _FINER * tolerance
+    own, work, solved, iterations = newton_krylov(work, free, friction, start[nodes], (goal, problem.least))
+    if not solved:
+        again = solve_friction(work.block, free, friction, own, goal)
+        own, iterations = again.forces, iterations + again.iterations
+    forces = np.zeros_like(start)
+    forces[nodes] = own
+    return forces, work, iterations
+
+
+def _wanted(found: _Check) -> int:
+    """Return how many nodes a work set should have."""
+    touching = int(np.count_nonzero(found.touching))
+    return min(len(found.forces), touching + int(_SPARE_SHARE * touching) + _SPARE_NODES)
+
+
+def _work_set(problem: _Problem, found: _Check) -> WorkSet:
+    """Take the touching nodes and the nearest open ones."""
+    order = np.argsort(-found.trial[:, 0] / problem.scale[:, 0] - np.where(found.touching, np.inf, 0.0))
+    return _gathered(problem, np.sort(order[: _wanted(found)]))
+
+
+def _gathered(problem: _Problem, nodes: NDArray[np.int64]) -> WorkSet:
+    block, scale = problem.compliance.block(nodes), problem.scale[nodes]
+    return WorkSet(nodes, block, scale, (scale.reshape(-1, 1) * block).astype(np.float32))

@@ -1,0 +1,123 @@
+"""The one loop over time: motions that share a matrix, step by step together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.candidates import check_outsiders
+from fingerslip.dynamics.recorder import Recorder
+from fingerslip.dynamics.step import State, advance, first_state
+from fingerslip.dynamics.stepper import Stepper, Stopwatch
+from fingerslip.dynamics.system import System
+
+__all__ = ["march"]
+
+Array = NDArray[np.float64]
+
+
+def march(
+    steppers: Sequence[Stepper],
+    recorders: Sequence[Recorder],
+    times: Sequence[Array],
+    watch: Stopwatch,
+    progress: Callable[[float], None] | None = None,
+) -> None:
+    """Step through time and record every state of every motion.
+
+    Parameters
+    ----------
+    steppers : sequence of Stepper
+        One for each motion.
+    recorders : sequence of Recorder
+        Take the states of each.
+    times : sequence of (n_times,) array
+        Times of the steps of each, the start included [s]; equal but for their number.
+    watch : Stopwatch
+        Takes the times.
+    progress : callable, optional
+        Called after every step with the fraction that is done.
+    """
+    bodies = [_body_displacements(stepper.system, own) for stepper, own in zip(steppers, times, strict=True)]
+    alike = _alike(steppers)
+    starts = {kind: first_state(steppers[kind]) for kind in set(alike)}
+    states = [starts[kind] for kind in alike]
+    for recorder, state in zip(recorders, states, strict=True):
+        recorder.record(state)
+    last = max(own.size for own in times) - 1
+    for step in range(1, last + 1):
+        moving = [number for number, own in enumerate(times) if step < own.size]
+        shifts = {number: bodies[number][step] for number in moving}
+        time = float(times[moving[0]][step])
+        _advance_different(steppers, states, alike, shifts, time=time, watch=watch)
+        with watch.part("recording"):
+            for number in moving:
+                _check_outside(steppers[number].system, states[number])
+                recorders[number].record(states[number])
+        if progress is not None:
+            progress(step / last)
+
+
+def _alike(steppers: Sequence[Stepper]) -> list[int]:
+    """Return for each motion the first one with the same candidates, friction and loads."""
+    found: list[int] = []
+    for stepper in steppers:
+        same = (number for number in set(found) if _moves_alike(steppers[number].system, stepper.system))
+        found.append(min(same, default=len(found)))
+    return found
+
+
+def _moves_alike(one: System, other: System) -> bool:
+    """Tell whether two systems move alike as long as their rigid bodies do."""
+    return (
+        one.surfaces == other.surfaces
+        and np.array_equal(one.candidates.nodes, other.candidates.nodes)
+        and np.array_equal(one.initial_velocity, other.initial_velocity)
+        and len(one.loads) == len(other.loads)
+        and all(
+            a.ramp == b.ramp and np.array_equal(a.forces, b.forces) for a, b in zip(one.loads, other.loads, strict=True)
+        )
+    )
+
+
+def _advance_different(
+    steppers: Sequence[Stepper],
+    states: list[State],
+    alike: Sequence[int],
+    shifts: dict[int, Array],
+    *,
+    time: float,
+    watch: Stopwatch,
+) -> None:
+    """Take one step, in place, of all motions that `shifts` has; those that are still the same are computed once."""
+    groups: dict[tuple[int, int, bytes], list[int]] = {}
+    for number, shift in shifts.items():
+        groups.setdefault((alike[number], id(states[number]), shift.tobytes()), []).append(number)
+    first = [members[0] for members in groups.values()]
+    after = advance(
+        [steppers[number] for number in first],
+        [states[number] for number in first],
+        time,
+        [shifts[number] for number in first],
+        watch,
+    )
+    for members, state in zip(groups.values(), after, strict=True):
+        for number in members:
+            states[number] = state
+
+
+def _body_displacements(system: System, times: Array) -> Array:
+    """Return the displacement of every rigid body at every time, shape (n_times, n_bodies, dim) [m]."""
+    if not system.motions:
+        return np.zeros((times.size, 0, system.space.dim))
+    return np.stack([motion.displacement(times) for motion in system.motions], axis=1)
+
+
+def _check_outside(system: System, state: State) -> None:
+    """Refuse penetration by boundary nodes that are no contact candidates."""
+    for outsiders, body, shift in zip(system.outsiders, system.surfaces.bodies, state.bodies, strict=True):
+        moved = (outsiders.relative @ state.displacement).reshape(outsiders.positions.shape) - shift
+        gaps = body.gap(outsiders.positions + moved)
+        check_outsiders(gaps, outsiders.nodes, outsiders.positions, state.time)

@@ -1,0 +1,63 @@
+"""Whether memory will suffice: estimated and compared before the large matrices are made."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Mapping
+from pathlib import Path
+
+from fingerslip.errors import InputError
+
+__all__ = ["available_memory", "require_memory"]
+
+_GROUP_LIMIT, _GROUP_USE = Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory.current")
+_SYSTEM = Path("/proc/meminfo")
+
+
+def available_memory() -> int | None:
+    """Return the memory that this process may still take [bytes]; None where the system does not tell."""
+    found = [value for value in (_in_system(), _in_group()) if value is not None]
+    return min(found, default=None)
+
+
+def require_memory(parts: Mapping[str, int]) -> None:
+    """Refuse work that needs more memory than there is.
+
+    Parameters
+    ----------
+    parts : mapping of str to int
+        What needs memory, and how much [bytes].
+
+    Raises
+    ------
+    InputError
+        With the estimate, its parts and what helps.
+    """
+    available, needed = available_memory(), sum(parts.values())
+    if available is None or needed <= available:
+        return
+    shares = ", ".join(f"{name} {size / 1e9:.2g} GB" for name, size in parts.items())
+    raise InputError(
+        "memory",
+        f"the simulation needs about {needed / 1e9:.2g} GB ({shares})",
+        f"{available / 1e9:.2g} GB are available",
+        "take larger elements, a smaller contact reach, fewer snapshots or fewer runs at once",
+    )
+
+
+def _in_system() -> int | None:
+    with contextlib.suppress(OSError, StopIteration):
+        lines = _SYSTEM.read_text(encoding="utf-8").splitlines()
+        return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
+    with contextlib.suppress(AttributeError, OSError, ValueError):
+        # Elsewhere all memory of the machine is the best bound that there is.
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    return None
+
+
+def _in_group() -> int | None:
+    """Return what is left below the limit of a container."""
+    with contextlib.suppress(OSError, ValueError):
+        return int(_GROUP_LIMIT.read_text(encoding="utf-8")) - int(_GROUP_USE.read_text(encoding="utf-8"))
+    return None

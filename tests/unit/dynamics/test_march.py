@@ -1,0 +1,70 @@
+"""Motions that march together are those that march alone; what is still the same is computed once."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.dynamics import condensation, march
+from fingerslip.dynamics.simulate import simulate_together
+from problems.pushed import push_and_slide
+
+PRESS = fs.Press(2e-4, 4e-3)
+
+
+def models():
+    """Return models that slide to either side, with other friction, deeper, for longer, and under gravity."""
+    first = push_and_slide(programme=(PRESS, fs.Slide(4e-4, 4e-3)))
+    back = dataclasses.replace(first, programme=(PRESS, fs.Slide(4e-4, 4e-3, (-1.0, 0.0))))
+    rough = dataclasses.replace(first, contacts=(dataclasses.replace(first.contacts[0], friction=fs.Coulomb(0.9)),))
+    deep = dataclasses.replace(first, programme=(fs.Press(4e-4, 4e-3), fs.Slide(6e-4, 4e-3)))
+    heavy = dataclasses.replace(first, gravity=(0.0, -5.0))
+    return [first, back, rough, deep, heavy]
+
+
+def assert_same(one, other):
+    assert one.sizes == other.sizes
+    for name in one.data_vars:
+        if name not in {"contact_iterations", "contact_residual", "energy_imbalance"}:
+            wanted = one[name].values
+            if not wanted.size:
+                continue
+            np.testing.assert_allclose(other[name], wanted, atol=1e-8 * np.abs(wanted).max() + 1e-300, err_msg=name)
+            assert wanted.any() or not other[name].any()
+
+
+@pytest.mark.parametrize("way", [0, 10**9], ids=["schur", "columns"])
+def test_histories_are_those_of_single_simulations(way, monkeypatch):
+    monkeypatch.setattr(condensation, "_COLUMNS_UP_TO", way)
+    together = simulate_together(models())
+    for model, history in zip(models(), together, strict=True):
+        assert history.attrs["n_simulated_together"] == 5
+        assert_same(fs.simulate(model), history)
+
+
+def test_motions_are_computed_once_until_they_part(monkeypatch):
+    """Three directions press alike for 0.05 s, ten steps; then there are three motions, two of them twins."""
+    numbers, advance = [], march.advance
+    monkeypatch.setattr(march, "advance", lambda *given: numbers.append(len(given[0])) or advance(*given))
+    first, back = models()[:2]
+    histories = simulate_together([first, back, first])
+    assert numbers == [1] * 10 + [2] * (len(numbers) - 10)
+    np.testing.assert_array_equal(histories[0].displacement, histories[2].displacement)
+    assert (histories[0].body_force.values[-1, 0, 0]) * histories[1].body_force.values[-1, 0, 0] < 0.0
+
+
+def test_progress_counts_the_longest_motion():
+    seen = []
+    simulate_together(models()[::3], progress=seen.append)
+    assert seen[-1] == 1.0
+    assert seen == sorted(seen)
+
+
+def test_models_that_cannot_share_are_refused_before_anything_is_computed(monkeypatch):
+    monkeypatch.setattr(march, "advance", lambda *_: pytest.fail("it must not start"))
+    first = models()[0]
+    with pytest.raises(fs.InputError, match=r"models\.1\.depth"):
+        simulate_together([first, dataclasses.replace(first, depth=2.0)])
