@@ -71,10 +71,11 @@ def models(case: Case, mesh, steps: int):
 
 def measure(case: Case) -> Timing:
     """Simulate a small pad for the compiled code, then the one that is asked for."""
-    import fingerslip as fs
     from solids import pad_mesh
 
-    missing = mock.patch("fingerslip.dynamics.factor.pardiso_available", lambda: False)
+    import fingerslip as fs
+
+    missing = mock.patch("fingerslip.dynamics.factor.pardiso_available", return_value=False)
     with missing if case.name == "fallback" else mock.MagicMock():
         fs.simulate_together(models(case, pad_mesh(4000), 5))
         start = time.perf_counter()
