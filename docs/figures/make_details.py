@@ -1,6 +1,7 @@
 """Write results/reference/validation-details.md: the numbers of docs/validation.md that are not in the table of rows.
 
-First: fingerslip validate && fingerslip run studies/wang2014_peaks.yaml
+First: fingerslip validate
+       fingerslip run studies/wang2014_{peaks,thickness,damping}.yaml studies/stick_slip_friction.yaml
 Then: python docs/figures/make_details.py [RESULTS]
 """
 
@@ -14,7 +15,8 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from fingerslip.history import OPEN, read_history
-from fingerslip.report.tables import Cell, Column, Table, events_table, to_markdown
+from fingerslip.report.tables import Cell, Column, Table, to_markdown
+from fingerslip.report.tables_events import events_table
 from fingerslip.slip import EventSettings, find_events, peak_signal, slide_window, slipped_fraction
 from fingerslip.study.reporting import read_stored
 from fingerslip.study.validation.measures import measure
@@ -23,7 +25,10 @@ ROOT = Path(__file__).parents[2]
 SETTINGS = EventSettings()
 # After the transition from press to slide (at alpha = -0.05 it rings to 1.22 s), and before overall slip [s].
 BEFORE_OVERALL = (1.25, 1.66)
+# The same with friction that drops, where overall slip comes earlier [s].
+BEFORE_DROP = (1.25, 1.55)
 LEAST_PEAK = 0.01
+EVENTS_OF = ("formulation", "section", "friction", "fingerprint", "thickness")
 MOMENTS = (1.48, 1.50, 1.53)
 
 
@@ -31,8 +36,12 @@ def main() -> None:
     """Write all tables."""
     results = Path(sys.argv[1] if len(sys.argv) > 1 else "results")
     tables = (
-        *(events(results / f"wang2014_{name}") for name in ("formulation", "section", "friction", "fingerprint")),
-        peaks(results / "wang2014_peaks"),
+        *(events(results / f"wang2014_{name}") for name in EVENTS_OF),
+        fits(results / "wang2014_friction"),
+        forces(results / "wang2014_formulation"),
+        peaks(results / "wang2014_peaks", BEFORE_OVERALL),
+        peaks(results / "stick_slip_friction", BEFORE_DROP),
+        drops(results / "stick_slip_friction"),
         slipped(results / "wang2014_table2"),
         receptors(results / "wang2014_table2"),
         densities(results / "wang2014_table2"),
@@ -50,26 +59,79 @@ def events(study: Path) -> Table:
     return Table(f"{stored.title}: {table.title.lower()}", table.columns, table.rows)
 
 
-def peaks(study: Path) -> Table:
-    """Count the acceleration peaks before overall slip, against contact size and numerical damping."""
+def fits(study: Path) -> Table:
+    """Fit straight lines through the moments of slip against friction."""
     columns = (
-        *(Column("contact elements"), Column("alpha"), Column("nodes in contact"), Column("peaks")),
+        *(Column("moment"), Column("slope", "s", 3), Column("at no friction", "s", 3)),
+        Column("coefficient of determination", digits=5),
+    )
+    runs = read_stored(study).runs
+    friction = np.array([float(run.swept["contact.friction_coefficient"]) for run in runs])
+    rows = []
+    for name in ("incipient", "overall"):
+        moments = np.array([getattr(run.events.slip, name) for run in runs], dtype=float)
+        slope, start = np.polyfit(friction, moments, 1)
+        left = moments - start - slope * friction
+        rows.append((name, float(slope), float(start), 1.0 - float(left @ left) / float(moments.var() * moments.size)))
+    return Table("Straight lines through the moments against friction", columns, tuple(rows))
+
+
+def forces(study: Path) -> Table:
+    """Give the normal force at the start of the slide, and the way of the plate up to overall slip."""
+    columns = (
+        *(Column("formulation"), Column("phalanx"), Column("normal force", "N", 3)),
+        Column("way of the plate to overall slip", "mm", 2),
+    )
+    rows = []
+    for run in read_stored(study).runs:
+        history = read_history(study / run.label / "history.nc")
+        window = slide_window(history)
+        assert window is not None
+        overall = find_events(history).overall or np.nan
+        way = np.abs(history["body_displacement"].values[:, 0, 0])
+        normal = float(history["body_force"].values[window.first, 0, 1])
+        rows.append((*run.swept.values(), normal, 1e3 * float(np.interp(overall, history["time"], way))))
+    return Table("Normal force and way of the plate", columns, tuple(rows))
+
+
+def peaks(study: Path, between: tuple[float, float]) -> Table:
+    """Count the acceleration peaks before overall slip against what the study sweeps."""
+    stored = read_stored(study)
+    columns = (
+        *(Column(path.rpartition(".")[2].replace("_", " ")) for path in stored.runs[0].swept),
+        *(Column("nodes in contact"), Column("peaks")),
         *(Column(name, "m/s²", 4) for name in ("smallest", "largest", "median of the signal")),
     )
-    rows = tuple(_peak_row(study / run.label, tuple(run.swept.values())) for run in read_stored(study).runs)
-    low, high = BEFORE_OVERALL
-    return Table(
-        f"Acceleration peaks from {low} to {high} s whose prominence is {LEAST_PEAK} m/s² or more", columns, rows
+    rows = tuple(_peak_row(study / run.label, tuple(run.swept.values()), between) for run in stored.runs)
+    title = f"{stored.title}: peaks from {between[0]} to {between[1]} s with a prominence of {LEAST_PEAK} m/s² or more"
+    return Table(title, columns, rows)
+
+
+def drops(study: Path) -> Table:
+    """Give overall slip and what friction carries at its largest and at the end."""
+    stored = read_stored(study)
+    columns = (
+        *(Column(path.rpartition(".")[2].replace("_", " ")) for path in stored.runs[0].swept),
+        *(Column("overall slip", "s", 3), Column("largest friction force over normal force", digits=3)),
+        Column("mean of it from 2.5 s on", digits=3),
     )
+    rows = []
+    for run in stored.runs:
+        history = read_history(study / run.label / "history.nc").sel(time=slice(1.0, None))
+        force = history["body_force"].values[:, 0]
+        ratio = np.abs(force[:, 0]) / force[:, 1]
+        late = float(ratio[history["time"].values > 2.5].mean())
+        rows.append((*run.swept.values(), run.events.slip.overall, float(ratio.max()), late))
+    return Table(f"{stored.title}: overall slip and friction force", columns, tuple(rows))
 
 
-def _peak_row(folder: Path, swept: tuple[Cell, ...]) -> tuple[Cell, ...]:
+def _peak_row(folder: Path, swept: tuple[Cell, ...], between: tuple[float, float]) -> tuple[Cell, ...]:
     history = read_history(folder / "history.nc")
     signal = peak_signal(history, SETTINGS.peaks)
     window = slide_window(history)
     assert signal is not None
     assert window is not None
-    values = signal.sel(time=slice(*BEFORE_OVERALL)).values
+    values = signal.sel(time=slice(*between)).values
     heights = values[find_peaks(values, prominence=LEAST_PEAK)[0]]
     touching = int((history["contact_state"].values[window.first] != OPEN).sum())
     ends = (float(heights.min()), float(heights.max())) if heights.size else (None, None)
@@ -81,6 +143,7 @@ def slipped(study: Path) -> Table:
     columns = (
         Column("phalanx"),
         *(Column(f"slipped fraction at {moment:.2f} s", digits=2) for moment in MOMENTS),
+        Column("fraction slipped by more than 20 µm at 1.1 s", digits=2),
         Column("fraction slipped at all at 1.1 s", digits=2),
         Column("friction force over its limit at incipient slip", digits=2),
     )
@@ -98,7 +161,7 @@ def _slipped_rows(study: Path) -> Iterator[tuple[Cell, ...]]:
         force = slide["body_force"].values[:, 0]
         limit = float(history["body_friction_coefficient"].values[0]) * force[:, 1]
         ratio = np.interp(find_events(history).incipient or np.nan, slide["time"], np.abs(force[:, 0]) / limit)
-        given = (float(np.interp(moment, fraction["time"], fraction)) for moment in MOMENTS)
+        given = (float(np.interp(moment, fraction["time"], fraction)) for moment in (*MOMENTS, 1.1))
         yield (*run.swept.values(), *given, float(np.interp(1.1, at_all["time"], at_all)), float(ratio))
 
 
@@ -138,7 +201,7 @@ def vibrations(results: Path) -> Table:
         Column("root mean square after overall slip", "m/s²", 4),
     )
     rows: list[tuple[Cell, ...]] = []
-    for name in ("friction", "fingerprint"):
+    for name in ("friction", "damping", "fingerprint"):
         study = results / f"wang2014_{name}"
         for run in read_stored(study).runs:
             found = measure(run, read_history(study / run.label / "history.nc"))

@@ -24,10 +24,18 @@ if TYPE_CHECKING:
     from fingerslip.history import read_history, write_history
     from fingerslip.materials import Elastic, RayleighDamping
     from fingerslip.mesh.io import read_mesh, write_mesh
+    from fingerslip.mesh.layered import LayerSizes, build_from_surfaces
+    from fingerslip.mesh.offset import decimate_surface, offset_inwards
+    from fingerslip.mesh.placement import Placement, place_surface, placement_from_directions, placement_from_landmarks
     from fingerslip.mesh.quality import quality_table
+    from fingerslip.mesh.repair import repair_surface
+    from fingerslip.mesh.scans import ScanMesh, SurfaceMesh, mesh_scan
     from fingerslip.mesh.section import build_section
     from fingerslip.mesh.sites import Site, receptor_sites
-    from fingerslip.mesh.sizes import MeshSizes
+    from fingerslip.mesh.sizes import MeshSizes, SolidSizes
+    from fingerslip.mesh.solid import build_solid
+    from fingerslip.mesh.solid_sites import reference_sites, solid_receptor_sites
+    from fingerslip.mesh.surfaces import Surface, read_surface, write_surface
     from fingerslip.model import (
         Contact,
         Drive,
@@ -64,10 +72,18 @@ _HOMES = {
     "history": ("read_history", "write_history"),
     "materials": ("Elastic", "RayleighDamping"),
     "mesh.io": ("read_mesh", "write_mesh"),
+    "mesh.layered": ("LayerSizes", "build_from_surfaces"),
+    "mesh.offset": ("decimate_surface", "offset_inwards"),
+    "mesh.placement": ("Placement", "place_surface", "placement_from_directions", "placement_from_landmarks"),
     "mesh.quality": ("quality_table",),
+    "mesh.repair": ("repair_surface",),
+    "mesh.scans": ("ScanMesh", "SurfaceMesh", "mesh_scan"),
     "mesh.section": ("build_section",),
     "mesh.sites": ("Site", "receptor_sites"),
-    "mesh.sizes": ("MeshSizes",),
+    "mesh.sizes": ("MeshSizes", "SolidSizes"),
+    "mesh.solid": ("build_solid",),
+    "mesh.solid_sites": ("reference_sites", "solid_receptor_sites"),
+    "mesh.surfaces": ("Surface", "read_surface", "write_surface"),
     "model": (
         "Contact",
         "Drive",
@@ -101,10 +117,12 @@ __all__ = [
     "Fingertip",
     "Hold",
     "InputError",
+    "LayerSizes",
     "Lift",
     "MeshError",
     "MeshSizes",
     "Model",
+    "Placement",
     "Plane",
     "Press",
     "PressureDependent",
@@ -113,22 +131,34 @@ __all__ = [
     "RayleighDamping",
     "Recording",
     "ResultError",
+    "ScanMesh",
     "Site",
     "Slide",
     "SlipEvents",
     "SlipOutsideContactError",
+    "SolidSizes",
     "Sphere",
     "StaticKinetic",
     "Study",
     "StudyFailedError",
     "StudyResult",
+    "Surface",
+    "SurfaceMesh",
     "TimeStepping",
     "Traction",
     "__version__",
     "acceleration_peaks",
+    "build_from_surfaces",
     "build_section",
+    "build_solid",
+    "decimate_surface",
     "find_events",
     "fingertip_from",
+    "mesh_scan",
+    "offset_inwards",
+    "place_surface",
+    "placement_from_directions",
+    "placement_from_landmarks",
     "preset",
     "preset_names",
     "preset_table",
@@ -136,13 +166,18 @@ __all__ = [
     "read_history",
     "read_mesh",
     "read_study",
+    "read_surface",
     "receptor_sites",
+    "reference_sites",
+    "repair_surface",
     "run_study",
     "simulate",
     "simulate_together",
+    "solid_receptor_sites",
     "study_schema",
     "write_history",
     "write_mesh",
+    "write_surface",
 ]
 
 

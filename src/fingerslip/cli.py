@@ -86,6 +86,10 @@ def show(
         str, typer.Argument(metavar="PRESET|STUDY|RESULT", help="What to show; without it the presets.")
     ] = "",
     schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of study files.")] = False,
+    figure: Annotated[
+        Path | None,
+        typer.Option("--figure", metavar="FILE", help="Draw the fingertip of a preset or a study (.png, .svg, .pdf)."),
+    ] = None,
 ) -> None:
     """Show the values of a preset or a study with unit and source, assumed ones first, or the events of a result."""
     if schema:
@@ -97,6 +101,10 @@ def show(
         return
     from fingerslip.study import views
 
+    if figure is not None:
+        from fingerslip.study.drawing import draw_fingertip
+
+        draw_fingertip(target, figure)
     _print_tables(views.show(target) if target else (views.presets_table(),))
 
 
@@ -117,9 +125,9 @@ def mesh(
     ] = None,
 ) -> None:
     """Build a mesh, write it, and show the quality of its cells."""
-    from fingerslip.study.meshes import save_mesh
+    from fingerslip.study.meshes import save_and_show
 
-    _print_tables([save_mesh(target, output)])
+    _print_tables(save_and_show(target, output))
 
 
 @app.command()
@@ -160,6 +168,72 @@ def report(
     stored = read_stored(folder)
     write_report(stored)
     _print_tables(event_tables(stored.runs, stored.compare))
+
+
+@app.command()
+def converge(
+    studies: Studies,
+    runs: Annotated[
+        list[str] | None, typer.Option("--run", metavar="NAME", help="Only this run; may be given again.")
+    ] = None,
+    results: Results = Path("results"),
+    workers: Annotated[
+        int, typer.Option("--workers", metavar="N", min=1, help="Runs computed side by side, each on one core.")
+    ] = 2,
+    markdown: Annotated[bool, typer.Option("--markdown", help="Print the tables in Markdown.")] = False,
+) -> None:
+    """Refine studies in mesh, time step, contact stiffness and numerical damping, and give every result its error bar.
+
+    Orders, limits and uncertainties are shown and written; tables and reports of the studies then carry them.
+    """
+    from fingerslip.study.threads import prefer_single_thread
+
+    prefer_single_thread()
+    from fingerslip.report.tables import to_markdown
+    from fingerslip.study import converge as refinement
+    from fingerslip.study.progress import progress_for
+
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for study in studies:
+        shown = progress_for(Console(stderr=True))
+        found = refinement.converge(study, results_dir=results, only=runs or (), workers=workers, progress=shown)
+        if markdown:
+            typer.echo("\n".join(f"## {table.title}\n\n{to_markdown(table)}" for table in found.tables))
+            continue
+        _print_tables(found.tables)
+        typer.echo(f"figures: {found.folder / 'convergence' / 'figures'}")
+
+
+@app.command()
+def view(  # noqa: PLR0917  the options of a command line have no order
+    target: Annotated[
+        Path, typer.Argument(metavar="RESULT", help="Folder of a run, or its history.nc.", show_default=False)
+    ],
+    screenshot: Annotated[
+        Path | None, typer.Option("--screenshot", metavar="FILE", help="Write a picture instead (.png, .jpg, .webp).")
+    ] = None,
+    movie: Annotated[
+        Path | None, typer.Option("--movie", metavar="FILE", help="Write a film of all snapshots (.gif, .webp).")
+    ] = None,
+    time: Annotated[str, typer.Option("--time", metavar="TIME", help="Moment, such as '1.2 s'; else the last.")] = "",
+    scalar: Annotated[
+        str, typer.Option("--scalar", help="von_mises, strain_energy_density, displacement, velocity or region.")
+    ] = "von_mises",
+    hide: Annotated[
+        list[str] | None, typer.Option("--hide", metavar="REGION", help="Leave a region out; may be given again.")
+    ] = None,
+    cut: Annotated[str, typer.Option("--cut", help="Cut the body open across x, y or z.")] = "none",
+    camera: Annotated[str, typer.Option("--camera", help="oblique, side, front or below.")] = "oblique",
+) -> None:
+    """Look at a result: layers, a field on them, plate and receptors, in a window or as picture or film.
+
+    Pictures and films need no display. The run needs snapshots: record: {snapshots_every: 50 ms}.
+    """
+    from fingerslip.study.viewing import view_result
+
+    options = {"scalar": scalar, "hidden": list(hide or ()), "cut": cut, "camera": camera}
+    for written in view_result(target, options, time=time, screenshot=screenshot, movie=movie):
+        typer.echo(str(written))
 
 
 @app.command()

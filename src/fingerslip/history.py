@@ -61,6 +61,8 @@ COORDINATES: Mapping[str, Variable] = {
     "contact_area": Variable(("contact_node",), "m^2", "tributary area of the candidate"),
     "snapshot_time": Variable(("snapshot_time",), "s", "time of the snapshot"),
     "node_position": Variable(("node", "component"), "m", "reference position of the mesh node"),
+    "cell_nodes": Variable(("cell", "cell_node"), "", "mesh nodes of the cell, in the order of VTK"),
+    "cell_region": Variable(("cell",), "", "index of the cell's region in the attribute regions; -1 for none"),
 }
 
 _SITE = ("time", "site")

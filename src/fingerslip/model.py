@@ -20,6 +20,7 @@ from fingerslip.parameters import (
     Mass,
     PositiveDuration,
     PositiveLength,
+    SignedPressure,
     Speed,
     Stiffness,
     parameters,
@@ -44,6 +45,8 @@ __all__ = [
 
 Component = Literal["x", "y", "z"]
 Formulation = Literal["plane_strain", "plane_stress", "solid"]
+Integration = Literal["selective", "full", "nodal"]
+NumericalDamping = Annotated[float, pydantic.Field(ge=-0.5, le=0.0)]
 
 
 @parameters
@@ -132,7 +135,9 @@ class Ramp:
     def __post_init__(self) -> None:
         ascending = all(early < late for early, late in pairwise(self.times))
         if not self.times or len(self.times) != len(self.factors) or not ascending:
-            raise InputError("ramp", f"got {self.times} and {self.factors}", "needs ascending times, a factor for each")
+            raise InputError(
+                "times", f"got {self.times} and {self.factors}", "needs ascending times, a factor for each"
+            )
 
     def at(self, time: float) -> float:
         """Return the factor at a time [s]."""
@@ -151,7 +156,7 @@ class Traction:
         Its factor over time.
     """
 
-    value: tuple[float, ...]
+    value: tuple[SignedPressure, ...]
     ramp: Ramp
 
 
@@ -234,7 +239,7 @@ class TimeStepping:
     """
 
     step: PositiveDuration
-    alpha: Annotated[float, pydantic.Field(ge=-0.5, le=0.0)] = -0.05
+    alpha: NumericalDamping = -0.05
     end: PositiveDuration | None = None
 
 
@@ -321,7 +326,7 @@ class Model:
     contacts: tuple[Contact, ...] = ()
     programme: tuple[Phase, ...] = ()
     damping: RayleighDamping = RayleighDamping()
-    integration: Literal["selective", "full", "nodal"] = "selective"
+    integration: Integration = "selective"
     record: Recording = Recording()
     gravity: tuple[float, ...] | None = None
     initial_velocity: tuple[float, ...] | None = None

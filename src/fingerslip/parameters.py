@@ -33,7 +33,10 @@ __all__ = [
     "PositiveLength",
     "Pressure",
     "Rate",
+    "SignedAcceleration",
     "SignedLength",
+    "SignedPressure",
+    "SignedSpeed",
     "Speed",
     "Stiffness",
     "as_mapping",
@@ -56,6 +59,9 @@ Density = Annotated[float, Unit("kg/m^3"), pydantic.Field(gt=0)]
 Stiffness = Annotated[float, Unit("Pa/m"), pydantic.Field(gt=0)]
 Force = Annotated[float, Unit("N")]
 Mass = Annotated[float, Unit("kg", "g"), pydantic.Field(gt=0)]
+SignedPressure = Annotated[float, Unit("Pa", "kPa")]
+SignedSpeed = Annotated[float, Unit("m/s", "mm/s")]
+SignedAcceleration = Annotated[float, Unit("m/s^2")]
 Rate = Annotated[float, Unit("1/s"), pydantic.Field(ge=0)]
 Angle = Annotated[float, Unit("rad", "deg")]
 Fraction = Annotated[float, pydantic.Field(ge=0, le=1)]
@@ -164,6 +170,9 @@ def walk_quantities(instance: object, prefix: str = "") -> Iterator[tuple[str, A
         value, path = getattr(instance, field.name), f"{prefix}{field.name}"
         if dataclasses.is_dataclass(value):
             yield from walk_quantities(value, f"{path}.")
+        elif isinstance(value, tuple) and any(dataclasses.is_dataclass(item) for item in value):
+            for place, item in enumerate(value):
+                yield from walk_quantities(item, f"{path}.{place}.")
         elif isinstance(value, Mapping) and any(dataclasses.is_dataclass(item) for item in value.values()):
             for key, item in value.items():
                 yield from walk_quantities(item, f"{path}.{key}.")

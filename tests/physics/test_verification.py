@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from fingerslip.verification.catalogue import PROBLEMS, choose
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Outcome, Problem, VerificationError, absolute, relative, run, solved, table
 
+DOCUMENTED = (Path(__file__).parents[2] / "docs" / "verification.md").read_text(encoding="utf-8")
 MARKED = [
     pytest.param(problem, id=problem.name, marks=[pytest.mark.slow] if problem.slow else []) for problem in PROBLEMS
 ]
@@ -20,6 +23,18 @@ MARKED = [
 def test_problem_agrees_with_its_closed_form(problem):
     outcome = run(problem)
     assert outcome.passed, f"{outcome.trouble}\n{to_markdown(table((outcome,)))}"
+    assert stated(to_markdown(table((outcome,))), problem.name) == stated(DOCUMENTED, problem.name)
+
+
+def stated(markdown, name):
+    """Return quantity, expected and allowed of a problem's rows in a table; what came out may differ by rounding."""
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in markdown.splitlines() if line.startswith("|")]
+    return [(row[1], row[2], row[5]) for row in rows if row[0] == name]
+
+
+def test_the_documentation_shows_every_problem_and_no_other():
+    names = [line.split("|")[1].strip() for line in DOCUMENTED.splitlines() if line.startswith("|")]
+    assert list(dict.fromkeys(names))[2:] == [problem.name for problem in PROBLEMS]
 
 
 def test_names_are_unique_and_every_problem_says_its_source():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,25 @@ VARIANTS = ("original", "flattened", "scaled")
 def change(**groups: Any) -> Fingertip:
     """Return the preset with some values changed, written as in a study file."""
     return fingertip_from({"preset": "wang2014-2d", **groups}, "finger")
+
+
+def change_solid(**groups: Any) -> Fingertip:
+    """Return the preset in space with some values changed, written as in a study file."""
+    return fingertip_from({"preset": "wang2014-3d", **groups}, "finger")
+
+
+@functools.cache
+def coarse_solid(variant: str = "original") -> Any:
+    """Return a coarse mesh of the preset in space."""
+    from fingerslip.mesh import build_solid
+
+    return build_solid(change_solid(phalanx={"variant": variant}), contact_size=0.8e-3, bulk_size=1.6e-3)
+
+
+def volumes(mesh: Any) -> np.ndarray:
+    """Return the volume of every tetrahedron."""
+    corners = mesh.p[:, mesh.t[:4]].transpose(2, 1, 0)
+    return np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0
 
 
 def shoelace(points: np.ndarray) -> float:

@@ -360,6 +360,22 @@ def test_stopped_study_leaves_finished_runs_alone(long_study: Path, tmp_path: Pa
     assert list((tmp_path / "results").rglob(".*")) == []
 
 
+@pytest.mark.usefixtures("no_report")
+def test_converge_gives_the_events_their_uncertainty(
+    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path
+) -> None:
+    study = block(curvature=2.0)
+    found = invoke("converge", study, "--results", tmp_path / "r", "--workers", "1")
+    assert found.exit_code == 0, found.stderr
+    assert "Numerical uncertainty, run" in found.stdout
+    assert "overall slip (accumulated slip)" in found.stdout
+    again = invoke("converge", study, "--results", tmp_path / "r", "--markdown")
+    assert again.stdout.startswith("## Numerical uncertainty, run")
+    assert "computed" not in again.stderr
+    shown = invoke("show", tmp_path / "r" / "block")
+    assert "After ±" in shown.stdout
+
+
 def test_verify_prints_one_table_and_fails_where_a_check_does(
     invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

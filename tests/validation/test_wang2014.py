@@ -17,7 +17,7 @@ import pytest
 import xarray as xr
 
 from fingerslip.history import read_history
-from fingerslip.report.tables import RunEvents
+from fingerslip.report.tables_events import RunEvents
 from fingerslip.slip import Events
 from fingerslip.study.runner import StudyResult, run_study
 from fingerslip.study.validation.checks import determination

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
@@ -10,7 +12,7 @@ from fingerslip.anatomy.fingertip import Fingertip, SagittalPhalanx
 from fingerslip.anatomy.outline import Curve, at_depth, inward_normal, outline_curve
 from fingerslip.errors import InputError
 
-__all__ = ["phalanx_contour", "reaches_cut"]
+__all__ = ["heights_in_the_middle", "palmar_face", "phalanx_contour", "reaches_cut"]
 
 Floats = NDArray[np.float64]
 
@@ -43,7 +45,8 @@ def reaches_cut(contour: Floats) -> bool:
     return not np.array_equal(contour[0], contour[-1])
 
 
-def _palmar_face(fingertip: Fingertip, x: Floats) -> Floats:
+def palmar_face(fingertip: Fingertip, x: Floats) -> Floats:
+    """Return the heights y [m] of the palmar face in the sagittal section at positions x [m]."""
     bone = fingertip.phalanx.sagittal
     hollow = np.exp(-(((x - bone.concavity_position) / bone.concavity_width) ** 2))
     depth = bone.concavity_depth if fingertip.phalanx.variant == "original" else 0.0
@@ -60,7 +63,7 @@ def _rounded_maximum(first: Floats, second: Floats | float, width: float) -> Flo
 
 def _palmar_limit(fingertip: Fingertip, depth: float, x: Floats) -> Floats:
     """Return the heights y of the palmar curve at `depth` below the skin, behind the lowest point."""
-    curve = outline_curve(fingertip)
+    curve = outline_curve(dataclasses.replace(fingertip, section="sagittal"))
     palmar = curve.arc_length <= 0.0
     points = at_depth(curve, curve.arc_length[palmar], depth)
     return np.interp(x, points[:, 0], points[:, 1])
@@ -71,7 +74,7 @@ def _sagittal(fingertip: Fingertip) -> Floats:
     start, end = -fingertip.sagittal.pad_length, bone.distal_end
     _check_sagittal(fingertip, bone)
     x = np.linspace(start, end - radius, int((end - radius - start) / _SPACING) + 1)
-    palmar = np.column_stack([x, _palmar_face(fingertip, x)])
+    palmar = np.column_stack([x, palmar_face(fingertip, x)])
     angle = np.linspace(0.0, np.pi / 2, 100)
     centre = palmar[-1] + [0.0, radius]
     lower = (centre + radius * np.column_stack([np.sin(angle), -np.cos(angle)]))[1:]
@@ -92,7 +95,7 @@ def _check_sagittal(fingertip: Fingertip, bone: SagittalPhalanx) -> None:
     if bone.distal_end - radius <= start:
         allowed = f"needs a value > {(start + radius) * 1e3:.4g} mm, distal of the proximal cut"
         raise InputError("phalanx.sagittal.distal_end", f"got {bone.distal_end * 1e3:.4g} mm", allowed)
-    face = _palmar_face(fingertip, np.linspace(start, bone.distal_end - radius, 500))
+    face = palmar_face(fingertip, np.linspace(start, bone.distal_end - radius, 500))
     if face.max() >= bone.dorsal_level - radius:
         found = f"got {bone.dorsal_level * 1e3:.4g} mm"
         allowed = f"needs a value > {(face.max() + radius) * 1e3:.4g} mm, above the palmar face"
@@ -108,7 +111,28 @@ def _transverse(fingertip: Fingertip) -> Floats:
     y[palmar] = _transverse_face(fingertip, x[palmar], y[palmar])
     contour = np.column_stack([x, y])
     contour[-1] = contour[0]
-    return contour
+    return contour if fingertip.solid is None else _stretched(fingertip, contour)
+
+
+def _stretched(fingertip: Fingertip, contour: Floats) -> Floats:
+    """Stretch a transverse contour to the height of the sagittal one above the lowest point of the skin."""
+    bone = fingertip.phalanx
+    if bone.sagittal.distal_end <= bone.corner_radius:
+        found, allowed = f"got {bone.sagittal.distal_end * 1e3:.4g} mm", "needs to reach beyond x = 0 in space"
+        raise InputError("phalanx.sagittal.distal_end", found, allowed)
+    lowest, highest = float(palmar_face(fingertip, np.zeros(1))[0]), bone.sagittal.dorsal_level
+    palmar, dorsal = heights_in_the_middle(contour)
+    height = lowest + (contour[:, 1] - palmar) * (highest - lowest) / (dorsal - palmar)
+    return np.column_stack([contour[:, 0], height])
+
+
+def heights_in_the_middle(contour: Floats) -> tuple[float, float]:
+    """Return the heights y [m] at which a closed contour crosses x = 0, the lower one first."""
+    x, y = contour.T
+    crossing = np.flatnonzero((x[:-1] > 0.0) != (x[1:] > 0.0))
+    share = x[crossing] / (x[crossing] - x[crossing + 1])
+    heights = y[crossing] + share * (y[crossing + 1] - y[crossing])
+    return float(heights.min()), float(heights.max())
 
 
 def _transverse_face(fingertip: Fingertip, x: Floats, y: Floats) -> Floats:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Literal
 
+from fingerslip.anatomy.phalanx import Phalanx, SagittalPhalanx, TransversePhalanx
+from fingerslip.anatomy.room import skin_room
+from fingerslip.anatomy.solid import Nail, SolidShape
 from fingerslip.errors import InputError
 from fingerslip.materials import Elastic
 from fingerslip.parameters import Angle, Length, NonNegativeLength, PositiveLength, parameters
@@ -128,107 +131,6 @@ class Layers:
 
 
 @parameters
-class SagittalPhalanx:
-    """Distal phalanx in the section along the finger.
-
-    The palmar face of the `original` is y = `palmar_level` + `concavity_depth` exp(-((x - `concavity_position`)/
-    `concavity_width`)^2), nowhere nearer to the dermis than `minimum_tissue`; that of the `flattened` has no concavity.
-
-    Parameters
-    ----------
-    palmar_level, dorsal_level : float
-        Height y of the palmar and the dorsal face [m].
-    distal_end : float
-        Position x of the distal end [m].
-    concavity_depth, concavity_width, concavity_position : float
-        Shape of the hollow of the palmar face [m].
-    minimum_tissue : float
-        Least thickness of the tissue under the palmar face [m].
-    """
-
-    palmar_level: Length
-    dorsal_level: Length
-    distal_end: Length
-    concavity_depth: NonNegativeLength
-    concavity_width: PositiveLength
-    concavity_position: Length
-    minimum_tissue: PositiveLength
-
-    def __post_init__(self) -> None:
-        height = self.dorsal_level - self.palmar_level
-        if self.concavity_depth >= height:
-            allowed = f"needs a value < {_mm(height)} (dorsal_level - palmar_level)"
-            raise InputError("concavity_depth", f"got {_mm(self.concavity_depth)}", allowed)
-
-
-@parameters
-class TransversePhalanx:
-    """Distal phalanx in the section across the finger: an ellipse about the centre of the finger.
-
-    The palmar face of the `original` is the ellipse raised by `concavity_depth` exp(-(x/`concavity_width`)^2); that of
-    the `flattened` is the ellipse cut off at `palmar_level`.
-
-    Parameters
-    ----------
-    half_width, half_height : float
-        Semi-axes along x and y [m].
-    palmar_level : float
-        Height y of the flat palmar face [m].
-    concavity_depth, concavity_width : float
-        Shape of the hollow of the palmar face [m].
-    """
-
-    half_width: PositiveLength
-    half_height: PositiveLength
-    palmar_level: Length
-    concavity_depth: NonNegativeLength
-    concavity_width: PositiveLength
-
-    def __post_init__(self) -> None:
-        if abs(self.palmar_level) >= self.half_height:
-            allowed = f"needs a value within +-{_mm(self.half_height)} (half_height)"
-            raise InputError("palmar_level", f"got {_mm(self.palmar_level)}", allowed)
-        if self.concavity_depth >= self.half_height:
-            allowed = f"needs a value < {_mm(self.half_height)} (half_height)"
-            raise InputError("concavity_depth", f"got {_mm(self.concavity_depth)}", allowed)
-
-
-@parameters
-class Phalanx:
-    """Distal phalanx: which variant, and its dimensions in either section.
-
-    Parameters
-    ----------
-    variant : {'original', 'flattened', 'scaled'}
-        Concave palmar face; palmar face flat and parallel to the plate; the skin outline scaled inward.
-    rigid : bool
-        Whether the bone is taken as undeformable.
-    tissue_thickness : float
-        Uniform thickness of the tissue around the `scaled` phalanx [m].
-    corner_radius : float
-        Radius of the distal corners in the sagittal section and of the sharp ends of a `scaled` phalanx [m]; half of
-        it rounds the other edges of the palmar face.
-    sagittal : SagittalPhalanx
-        Dimensions along the finger.
-    transverse : TransversePhalanx
-        Dimensions across the finger.
-    """
-
-    variant: Literal["original", "flattened", "scaled"]
-    rigid: bool
-    tissue_thickness: PositiveLength
-    corner_radius: PositiveLength
-    sagittal: SagittalPhalanx
-    transverse: TransversePhalanx
-
-    def __post_init__(self) -> None:
-        height = self.sagittal.dorsal_level - self.sagittal.palmar_level
-        if 2 * self.corner_radius >= height:
-            allowed = f"needs a value < {_mm(height / 2)} (half of dorsal_level - palmar_level)"
-            raise InputError("corner_radius", f"got {_mm(self.corner_radius)}", allowed)
-
-
-@parameters
 class Ridges:
     """Ridges of the epidermis into the dermis, intermediate and limiting ones in turn.
 
@@ -315,11 +217,14 @@ class Fingertip:
     receptors : Receptors
         Depths of the receptors.
     materials : dict of str to Elastic
-        Material of each of `epidermis`, `dermis`, `tissue` and `phalanx`.
+        Material of each of `epidermis`, `dermis`, `tissue` and `phalanx`, and of the `nail` where there is one.
     formulation : {'plane_strain', 'plane_stress'}
         Out-of-plane behaviour of the 2D model.
     depth : float
         Out-of-plane thickness of the 2D model [m].
+    solid : SolidShape, optional
+        What the fingertip in space has beyond its sections. With it the transverse section is the cut x = 0 of the
+        fingertip in space, as the sagittal section is the cut z = 0; without it there are only the sections.
     """
 
     section: Literal["sagittal", "transverse"]
@@ -333,13 +238,16 @@ class Fingertip:
     materials: dict[str, Elastic]
     formulation: Literal["plane_strain", "plane_stress"]
     depth: PositiveLength
+    solid: SolidShape | None = None
 
     def __post_init__(self) -> None:
-        _check_materials(self.materials)
+        _check_materials(self)
+        _check_skin(self)
         _check_ridges(self)
         _check_fingerprint(self)
         _check_receptors(self)
-        _check_outline(self)
+        if self.solid is not None:
+            _check_solid(self, self.solid)
 
     @property
     def outline(self) -> SagittalOutline | TransverseOutline:
@@ -352,9 +260,36 @@ class Fingertip:
         return self.outline.zone
 
 
-def _check_materials(materials: dict[str, Elastic]) -> None:
-    if set(materials) != set(REGIONS):
-        raise InputError("materials", f"has {', '.join(materials) or 'nothing'}", f"needs {', '.join(REGIONS)}")
+def _check_materials(fingertip: Fingertip) -> None:
+    has_nail = fingertip.solid is not None and fingertip.solid.nail is not None
+    needed, given = (*REGIONS, "nail") if has_nail else REGIONS, fingertip.materials
+    if set(given) != set(needed):
+        raise InputError("materials", f"has {', '.join(given) or 'nothing'}", f"needs {', '.join(needed)}")
+
+
+def _check_solid(fingertip: Fingertip, solid: SolidShape) -> None:
+    sagittal, transverse = fingertip.sagittal, fingertip.transverse
+    if abs(sagittal.half_height - transverse.half_height) > 1e-9 * sagittal.half_height:
+        allowed = f"needs {_mm(sagittal.half_height)} (sagittal.half_height): both sections are cuts of one finger"
+        raise InputError("transverse.half_height", f"got {_mm(transverse.half_height)}", allowed)
+    if not -sagittal.pad_length < solid.phalanx.waist_position < 0.0:
+        allowed = f"needs a value between {_mm(-sagittal.pad_length)} (proximal cut) and 0 mm"
+        raise InputError("solid.phalanx.waist_position", f"got {_mm(solid.phalanx.waist_position)}", allowed)
+    if solid.nail is not None:
+        _check_nail(fingertip, solid.nail)
+
+
+def _check_nail(fingertip: Fingertip, nail: Nail) -> None:
+    limits = {
+        "start": (-fingertip.sagittal.pad_length, nail.start, fingertip.sagittal.tip_length),
+        "end": (-fingertip.sagittal.pad_length, nail.end, fingertip.sagittal.tip_length),
+        "half_width": (0.0, nail.half_width, fingertip.transverse.half_width),
+        "thickness": (0.0, nail.thickness, fingertip.layers.skin_thickness),
+    }
+    for name, (least, value, largest) in limits.items():
+        if not least < value < largest:
+            allowed = f"needs a value between {_mm(least)} and {_mm(largest)}"
+            raise InputError(f"solid.nail.{name}", f"got {_mm(value)}", allowed)
 
 
 def _check_ridges(fingertip: Fingertip) -> None:
@@ -367,8 +302,9 @@ def _check_ridges(fingertip: Fingertip) -> None:
             allowed = f"needs a value < {_mm(room)}, above which the ridge pierces the dermis"
             raise InputError(f"ridges.{name}", f"got {_mm(getattr(ridges, name))}", allowed)
     if ridges.mean_height >= layers.epidermis_thickness:
-        allowed = f"needs ridges whose mean height is < {_mm(layers.epidermis_thickness)} (epidermis_thickness)"
-        raise InputError("ridges", f"mean height {_mm(ridges.mean_height)}", allowed)
+        found = f"mean height {_mm(ridges.mean_height)}, (intermediate_height + limiting_height) / 4"
+        mend = "make them lower or the epidermis thicker, which between ridges is thinner by that height"
+        raise InputError("ridges", found, f"needs < {_mm(layers.epidermis_thickness)} (epidermis_thickness)", mend)
 
 
 def _check_fingerprint(fingertip: Fingertip) -> None:
@@ -391,8 +327,9 @@ def _check_receptors(fingertip: Fingertip) -> None:
         raise InputError("receptors.fa_ii_depth", f"got {_mm(receptors.fa_ii_depth)}", allowed)
 
 
-def _check_outline(fingertip: Fingertip) -> None:
-    half_height = fingertip.outline.half_height
-    if fingertip.layers.skin_thickness >= half_height:
-        allowed = f"needs a value < {_mm(half_height)} ({fingertip.section}.half_height)"
-        raise InputError("layers.skin_thickness", f"got {_mm(fingertip.layers.skin_thickness)}", allowed)
+def _check_skin(fingertip: Fingertip) -> None:
+    """Refuse a skin without room; a phalanx that is too large for a skin above FA-II shows with its contour."""
+    thickness, (room, limit) = fingertip.layers.skin_thickness, skin_room(fingertip)
+    if thickness >= fingertip.outline.half_height or thickness >= max(room, fingertip.receptors.fa_ii_depth):
+        mend = f"make the skin thinner or change {limit}"
+        raise InputError("layers.skin_thickness", f"got {_mm(thickness)}", f"needs a value < {_mm(room)}", mend)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,21 +95,19 @@ class Sphere:
 
     def placed(self, points: Array) -> Sphere:
         """Return the ball with its centre, touching `points` (n_points, dim) [m] where none was given."""
-        if self.centre is not None:
-            return self
-        middle = _middle(points)
-        return dataclasses.replace(
-            self, centre=_touching_centre(points - middle, middle, self.unit_normal, self.radius)
-        )
+        return _placed(self, points)
 
     def gap(self, points: Array) -> Array:
         """Return the signed distance [m] of `points` (n_points, dim) [m] from a placed ball, negative inside it."""
-        distance: Array = np.linalg.norm(points - np.asarray(self.centre), axis=1) - self.radius
-        return distance
+        return _round_gap(self, points)
 
     def normals(self, points: Array) -> Array:
         """Return the outward unit normal nearest to each of `points` (n_points, dim), same shape."""
-        return _directions(points - np.asarray(self.centre))
+        return _round_normals(self, points)
+
+    def across(self, vectors: Array) -> Array:
+        """Return the part of vectors (n, dim) that counts as distance from the centre: all of it."""
+        return vectors
 
 
 @parameters
@@ -153,23 +152,18 @@ class Cylinder:
 
     def placed(self, points: Array) -> Cylinder:
         """Return the cylinder with its centre, touching `points` (n_points, dim) [m] where none was given."""
-        if self.centre is not None:
-            return self
-        middle = _middle(points)
-        beside = self._across(points - middle)
-        return dataclasses.replace(self, centre=_touching_centre(beside, middle, self.unit_normal, self.radius))
+        return _placed(self, points)
 
     def gap(self, points: Array) -> Array:
         """Return the signed distance [m] of `points` (n_points, dim) [m] from a placed cylinder, negative inside it."""
-        distance: Array = np.linalg.norm(self._across(points - np.asarray(self.centre)), axis=1) - self.radius
-        return distance
+        return _round_gap(self, points)
 
     def normals(self, points: Array) -> Array:
         """Return the outward unit normal nearest to each of `points` (n_points, dim), same shape."""
-        return _directions(self._across(points - np.asarray(self.centre)))
+        return _round_normals(self, points)
 
-    def _across(self, vectors: Array) -> Array:
-        """Take the part along the axis out of vectors (n, dim)."""
+    def across(self, vectors: Array) -> Array:
+        """Return the part of vectors (n, dim) that counts as distance from the axis: that across it."""
         if self.axis is None:
             return vectors
         axis = _unit(self.axis, "axis")
@@ -177,6 +171,8 @@ class Cylinder:
 
 
 RigidBody = Plane | Cylinder | Sphere
+
+Round = TypeVar("Round", Cylinder, Sphere)
 
 
 def _unit(vector: tuple[float, ...], where: str) -> Array:
@@ -191,14 +187,26 @@ def _check_centre(centre: tuple[float, ...] | None, normal: tuple[float, ...]) -
         raise InputError("centre", f"got {len(centre)} components", f"needs {len(normal)}")
 
 
-def _directions(vectors: Array) -> Array:
-    unit: Array = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
-    return unit
-
-
-def _middle(points: Array) -> Array:
+def _placed(body: Round, points: Array) -> Round:
+    """Return a round body with its centre, below the middle of `points` (n, dim) [m] where none was given."""
+    if body.centre is not None:
+        return body
     middle: Array = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    return middle
+    relative = body.across(points - middle)
+    return dataclasses.replace(body, centre=_touching_centre(relative, middle, body.unit_normal, body.radius))
+
+
+def _round_gap(body: Sphere | Cylinder, points: Array) -> Array:
+    """Return the signed distance [m] of `points` (n, dim) [m] from a placed round body."""
+    distance: Array = np.linalg.norm(body.across(points - np.asarray(body.centre)), axis=1) - body.radius
+    return distance
+
+
+def _round_normals(body: Sphere | Cylinder, points: Array) -> Array:
+    """Return the outward unit normals of a placed round body nearest to `points` (n, dim)."""
+    outward = body.across(points - np.asarray(body.centre))
+    unit: Array = outward / np.linalg.norm(outward, axis=1, keepdims=True)
+    return unit
 
 
 def _touching_centre(relative: Array, middle: Array, normal: Array, radius: float) -> tuple[float, ...]:

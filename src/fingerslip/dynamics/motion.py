@@ -55,21 +55,21 @@ def phase_table(programme: Sequence[Phase]) -> tuple[list[str], Array]:
     return kinds, np.concatenate([[0.0], np.cumsum([phase_duration(phase) for phase in programme])])
 
 
-def body_motion(programme: Sequence[Phase], body: RigidBody) -> Motion:
-    """Turn a programme into the motion of one rigid body.
+def body_motion(programme: Sequence[Phase], body: RigidBody, where: str = "programme") -> Motion:
+    """Turn a programme into the motion of one rigid body; errors call the programme `where`.
 
     Raises
     ------
     InputError
         For a sliding direction that has no part along the surface.
     """
-    travels = [_travel(phase, body, number) for number, phase in enumerate(programme)]
+    travels = [_travel(phase, body, f"{where}.{number}") for number, phase in enumerate(programme)]
     dim = body.dim
     positions = np.concatenate([np.zeros((1, dim)), np.cumsum(np.reshape(travels, (-1, dim)), axis=0)])
     return Motion(phase_table(programme)[1], positions)
 
 
-def _travel(phase: Phase, body: RigidBody, number: int) -> Array:
+def _travel(phase: Phase, body: RigidBody, where: str) -> Array:
     normal = body.unit_normal
     match phase:
         case Press():
@@ -79,13 +79,12 @@ def _travel(phase: Phase, body: RigidBody, number: int) -> Array:
         case Hold():
             return np.zeros_like(normal)
         case Slide():
-            return phase.distance * _direction(phase, body.unit_normal, number)
+            return phase.distance * _direction(phase, body.unit_normal, f"{where}.slide.direction")
 
 
-def _direction(phase: Slide, normal: Array, number: int) -> Array:
+def _direction(phase: Slide, normal: Array, where: str) -> Array:
     if phase.direction is None:
         return sliding_direction(normal)
-    where = f"programme.{number}.slide.direction"
     if len(phase.direction) != normal.size:
         raise InputError(where, f"got {len(phase.direction)} components", f"needs {normal.size}")
     direction = np.asarray(phase.direction, dtype=float)

@@ -20,6 +20,7 @@ from fingerslip.fe.recovery import (
     stress_components,
     von_mises,
 )
+from fingerslip.fe.space import Space, cell_nodes
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.model import Model
 
@@ -178,6 +179,14 @@ def _snapshot_steps(times: Array, interval: float) -> list[int]:
     return sorted(set(np.abs(times[:, None] - wanted).argmin(axis=0).tolist()))
 
 
+def _regions(space: Space) -> NDArray[np.int8]:
+    """Return the index of the region of every cell, -1 for a cell without one."""
+    regions = np.full(space.mesh.nelements, -1, dtype=np.int8)
+    for number, cells in enumerate((space.mesh.subdomains or {}).values()):
+        regions[cells] = number
+    return regions
+
+
 def _coordinates(model: Model, system: System, times: Array, snapshot_times: Array) -> dict[str, Any]:
     kinds, knots = phase_table(model.programmes[0])
     sites, bodies = model.record.sites, [contact.body for contact in model.contacts]
@@ -203,5 +212,7 @@ def _coordinates(model: Model, system: System, times: Array, snapshot_times: Arr
         "contact_area": candidates.area,
         "snapshot_time": snapshot_times,
         "node_position": positions,
+        "cell_nodes": cell_nodes(system.space),
+        "cell_region": _regions(system.space),
     }
     return {name: values[name] for name in COORDINATES}

@@ -147,6 +147,8 @@ def _provenance(stepper: Stepper, count: int, watch: Stopwatch) -> dict[str, obj
         "linear_solver": stepper.condensed.factor.name,
         "condensation": stepper.condensed.description,
         "n_simulated_together": count,
+        "element": system.space.element,
+        "regions": ", ".join(system.space.mesh.subdomains or {}),
         "n_degrees_of_freedom": len(system.free),
         "n_nodes": len(system.space.positions),
         "n_contact_candidates": len(system.candidates.nodes),

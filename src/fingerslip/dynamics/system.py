@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +23,15 @@ from fingerslip.dynamics.loads import Load, model_loads
 from fingerslip.dynamics.motion import Motion, body_motion, largest_approach, phase_table
 from fingerslip.errors import InputError
 from fingerslip.fe.assembly import CellConstants, cell_constants, mass_matrix, stiffness_matrix
-from fingerslip.fe.space import Space, boundary_nodes, build_space, nodal_areas, region_nodes, vector_dofs
+from fingerslip.fe.space import (
+    Space,
+    boundary_nodes,
+    build_space,
+    carrying_nodes,
+    nodal_areas,
+    region_nodes,
+    vector_dofs,
+)
 from fingerslip.mesh.sites import site_nodes
 from fingerslip.model import Contact, Model, QuasiStatic, Slide
 
@@ -33,6 +42,13 @@ Array = NDArray[np.float64]
 # Candidates lie within this many times the way that the plate comes forward: the skin beside the contact
 # bulges towards the plate and rolls onto it while sliding.
 _REACH = 1.5
+
+# Of the soft thickness. A mean strain of a half is small in no sense (the published press is less than a third); one
+# of 99 % leaves nothing that could be a body.
+_LARGEST_SHARE = 0.5
+_WHOLE_SHARE = 0.99
+
+_logger = logging.getLogger("fingerslip.dynamics")
 
 
 @dataclass(frozen=True)
@@ -160,7 +176,7 @@ def build_system(model: Model, twin: System | None = None) -> System:
         return node_operator(nodes, space.dim, space.n_dofs)[:, free]
 
     outsiders = [
-        np.setdiff1d(boundary_nodes(space, contact.boundary), own.nodes)
+        np.setdiff1d(carrying_nodes(space, contact.boundary), own.nodes)
         for contact, own in zip(model.contacts, known.candidates, strict=True)
     ]
     return System(
@@ -208,18 +224,20 @@ def _check(model: Model, space: Space | None = None) -> _Checked:
         contact.body.placed(space.positions[boundary_nodes(space, contact.boundary)]) for contact in model.contacts
     )
     motions = tuple(
-        body_motion(programme, contact.body)
-        for contact, programme in zip(model.contacts, model.programmes, strict=False)
+        body_motion(programme, contact.body, "programme" if contact.programme is None else f"contacts.{n}.programme")
+        for n, (contact, programme) in enumerate(zip(model.contacts, model.programmes, strict=False))
     )
     candidates = tuple(
         _candidates(model, space, number, body, motion)
         for number, (body, motion) in enumerate(zip(bodies, motions, strict=True))
     )
     _check_order(model, bodies, motions, candidates)
+    free = _free_dofs(model, space)
+    _check_depth(model, space, bodies, motions, free)
     return _Checked(
         space=space,
         constants=constants,
-        free=_free_dofs(model, space),
+        free=free,
         loads=model_loads(model, space, constants),
         bodies=bodies,
         motions=motions,
@@ -305,18 +323,29 @@ def _candidates(model: Model, space: Space, number: int, body: RigidBody, motion
         areas,
         body=number,
         reach=automatic if contact.reach is None else contact.reach,
-        penalties=_penalties(model, space, contact),
+        penalties=contact_penalties(model, contact),
         where=f"contacts.{number}",
     )
 
 
-def _penalties(model: Model, space: Space, contact: Contact) -> tuple[float, float]:
-    """Return normal and tangential penalty [Pa/m], automatic ones from the stiffest material under the boundary."""
-    facets = np.asarray(space.mesh.boundaries[contact.boundary])
-    cells = space.mesh.f2t[0, facets]
-    names = [name for name, own in space.mesh.subdomains.items() if np.isin(cells, own).any()]
+def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
+    """Return normal and tangential penalty of a contact [Pa/m].
+
+    Automatic ones follow from the stiffest material under the boundary and the size of its facets.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    contact : Contact
+        One of its contacts.
+    """
+    mesh = model.mesh
+    facets = np.asarray(mesh.boundaries[contact.boundary])
+    cells = mesh.f2t[0, facets]
+    names = [name for name, own in mesh.subdomains.items() if np.isin(cells, own).any()]
     modulus = max(model.materials[name].youngs_modulus for name in names)
-    ends = space.mesh.p[:, space.mesh.facets[:2, facets]]
+    ends = mesh.p[:, mesh.facets[:2, facets]]
     size = float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)))
     automatic = automatic_penalty(modulus, size)
     return contact.normal_penalty or automatic, contact.tangential_penalty or automatic
@@ -341,3 +370,36 @@ def _check_order(
         "needs contact before the first slide",
         "put a press before it that is deeper than the gap",
     )
+
+
+def _check_depth(
+    model: Model, space: Space, bodies: tuple[RigidBody, ...], motions: tuple[Motion, ...], free: NDArray[np.int64]
+) -> None:
+    """Refuse prescribed motion that brings a body through what is held, and warn where strains cannot be small."""
+    held = ~np.isin(vector_dofs(np.arange(len(space.positions)), space.dim), free)
+    for number, (contact, body, motion) in enumerate(zip(model.contacts, bodies, motions, strict=True)):
+        skin = boundary_nodes(space, contact.boundary)
+        stopped: NDArray[np.bool_] = np.all(held[:, np.abs(body.unit_normal) > 1e-9], axis=1)
+        lowest = float(body.gap(space.positions[skin]).min())
+        inner = stopped & ~np.isin(np.arange(len(stopped)), skin)
+        behind = space.positions[inner & (body.gap(space.positions) > lowest)]
+        # Where the contact is held itself, nothing gives way and the penalties take the press up.
+        if stopped[skin].all() or not len(behind):
+            continue
+        thickness = float(body.gap(behind).min()) - lowest
+        left = min(float(body.gap(behind - position).min()) for position in motion.positions)
+        where = "programme" if contact.programme is None else f"contacts.{number}.programme"
+        _judge_depth(where, thickness - left, thickness)
+
+
+def _judge_depth(where: str, depth: float, thickness: float) -> None:
+    between = f"the {thickness * 1e3:.4g} mm between the contact and what the supports hold"
+    if depth > _WHOLE_SHARE * thickness:
+        found = f"presses {depth * 1e3:.4g} mm deep"
+        allowed = f"needs less than {between}"
+        raise InputError(where, found, allowed, "press less deep; strains are taken as small, so stay far below it")
+    if depth > _LARGEST_SHARE * thickness:
+        _logger.warning(
+            "%s: presses %.4g mm deep, %.0f %% of %s; strains are taken as small, so results are rough",
+            *(where, depth * 1e3, 100 * depth / thickness, between),
+        )

@@ -18,7 +18,16 @@ from skfem.quadrature import get_quadrature
 
 from fingerslip.errors import MeshError
 
-__all__ = ["Space", "boundary_nodes", "build_space", "nodal_areas", "region_nodes", "vector_dofs"]
+__all__ = [
+    "Space",
+    "boundary_nodes",
+    "build_space",
+    "carrying_nodes",
+    "cell_nodes",
+    "nodal_areas",
+    "region_nodes",
+    "vector_dofs",
+]
 
 
 @dataclass(frozen=True)
@@ -39,6 +48,11 @@ _TECHNOLOGIES: dict[type, _Technology] = {
     skfem.MeshTet1: _Technology("T4", skfem.ElementTetP1(), 0, 2),
     skfem.MeshTet2: _Technology("T10", skfem.ElementTetP2(), 2, 4),
 }
+
+
+_VTK_HEXAHEDRON = [0, 3, 6, 2, 1, 5, 7, 4]
+# With the first two corners exchanged.
+_VTK_MIRRORED_TETRAHEDRON = {"T4": [1, 0, 2, 3], "T10": [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
 
 
 @dataclass(frozen=True)
@@ -114,6 +128,29 @@ def build_space(mesh: Any) -> Space:
 def vector_dofs(nodes: NDArray[np.integer[Any]], dim: int) -> NDArray[np.int64]:
     """Return the degrees of freedom of `nodes` (n,), shape (n, dim)."""
     return np.asarray(nodes, dtype=np.int64)[:, None] * dim + np.arange(dim)
+
+
+def carrying_nodes(space: Space, boundary: str) -> NDArray[np.int64]:
+    """Return the nodes of a boundary that have an area of their own: corners of quadratic tetrahedra have none."""
+    nodes, areas = boundary_nodes(space, boundary), nodal_areas(space, boundary, 1.0)
+    carrying: NDArray[np.int64] = nodes[areas[nodes] > 1e-9 * areas[nodes].max()]
+    return carrying
+
+
+def cell_nodes(space: Space) -> NDArray[np.int32]:
+    """Return the nodes of every cell, shape (n_cells, n), in the order of VTK and with positive volumes.
+
+    Corners first, then the middles of edges; VTK counts them alike but for the hexahedron.
+    """
+    # Degrees of freedom come node by node, so every dim-th one names a node.
+    nodes = np.asarray(space.full.element_dofs[:: space.dim] // space.dim, dtype=np.int32).T
+    if space.element == "H8":
+        nodes = nodes[:, _VTK_HEXAHEDRON]
+    if space.element in _VTK_MIRRORED_TETRAHEDRON:
+        corners = space.positions[nodes[:, :4]]
+        mirrored = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0.0
+        nodes[mirrored] = nodes[mirrored][:, _VTK_MIRRORED_TETRAHEDRON[space.element]]
+    return np.ascontiguousarray(nodes)
 
 
 def boundary_nodes(space: Space, name: str) -> NDArray[np.int64]:

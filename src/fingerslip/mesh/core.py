@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import itertools
-import threading
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import gmsh
@@ -15,17 +13,15 @@ from numpy.typing import NDArray
 
 from fingerslip.anatomy import reaches_cut
 from fingerslip.errors import MeshError
+from fingerslip.mesh.session import MILLIMETRES, gmsh_session
 from fingerslip.mesh.sizes import GROWTH, MeshSizes, size_at, subdivide
 from fingerslip.mesh.smoothing import smoothed
 
-__all__ = ["CoreMesh", "mesh_core"]
+__all__ = ["CoreMesh", "mesh_core", "mesh_ring"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-# Gmsh's tolerances suit lengths near one, so it works in millimetres.
-_MILLIMETRES = 1e3
-_GMSH_IN_USE = threading.Lock()
 _TURN = np.radians(18.0)
 _FRONTAL, _FRONTAL_FOR_QUADRILATERALS = 6, 8
 
@@ -80,12 +76,46 @@ def mesh_core(contour: Floats, border: Floats, closed: bool, sizes: MeshSizes) -
     """
     quadrilaterals = sizes.element == "Q4"
     contours = _contours(contour, border, closed, sizes)
-    with _gmsh_session() as geometry:
+    with gmsh_session() as geometry:
         surfaces = _draw(geometry, contours)
         _set_sizes(contours.largest, quadrilaterals)
         _generate(geometry, _FRONTAL_FOR_QUADRILATERALS if quadrilaterals else _FRONTAL)
         core = _read(surfaces, 4 if quadrilaterals else 3)
     return _smoothed(core) if quadrilaterals else core
+
+
+def mesh_ring(outer: Floats, inner: Floats | None, largest: float) -> CoreMesh:
+    """Mesh what lies inside a ring of nodes with triangles, all nodes of the rings kept.
+
+    Parameters
+    ----------
+    outer : (n, 2) array
+        Nodes of the outer ring [m], counter-clockwise.
+    inner : (m, 2) array, optional
+        Nodes of the contour of the phalanx in it [m], counter-clockwise.
+    largest : float
+        Largest element size [m].
+
+    Returns
+    -------
+    CoreMesh
+        Cells of `tissue`, and of `phalanx` where there is an inner ring.
+
+    Raises
+    ------
+    MeshError
+        Where Gmsh fails.
+    """
+    with gmsh_session() as geometry:
+        if inner is None:
+            ring = _points(geometry, outer)
+            loop = geometry.add_curve_loop(_polyline(geometry, [*ring, ring[0]]))
+            surfaces = {"tissue": geometry.add_plane_surface(loop).dim_tags[0][1]}
+        else:
+            surfaces = _draw(geometry, _Contours(outer, np.vstack([inner, inner[:1]]), (), largest))
+        _set_sizes(largest, quadrilaterals=False)
+        _generate(geometry, _FRONTAL)
+        return _read(surfaces, 3)
 
 
 def _contours(bone: Floats, border: Floats, closed: bool, sizes: MeshSizes) -> _Contours:
@@ -111,27 +141,6 @@ def _spacing(border: Floats, closed: bool) -> Floats:
     around = length if closed else np.concatenate([length[:1], length, length[-1:]])
     mean: Floats = (around[1:] + around[:-1]) / 2
     return mean
-
-
-class _QuietGeometry(pygmsh.geo.Geometry):  # type: ignore[misc]
-    """Geometry that leaves Python's handling of Ctrl-C alone and reads no configuration of the user's."""
-
-    def __enter__(self) -> _QuietGeometry:
-        gmsh.initialize(readConfigFiles=False, interruptible=False)
-        for option, value in (("General.Terminal", 0), ("General.NumThreads", 1), ("Mesh.RandomSeed", 1)):
-            gmsh.option.setNumber(option, value)
-        gmsh.model.add("section")
-        return self
-
-
-@contextmanager
-def _gmsh_session() -> Iterator[pygmsh.geo.Geometry]:
-    """Open Gmsh for one mesh, one at a time, and close it whatever happens."""
-    with _GMSH_IN_USE:
-        if gmsh.isInitialized():
-            raise MeshError("gmsh", "is already initialised", "needs a Gmsh of its own", "call gmsh.finalize() first")
-        with _QuietGeometry() as geometry:
-            yield geometry
 
 
 def _draw(geometry: pygmsh.geo.Geometry, contours: _Contours) -> dict[str, int]:
@@ -169,7 +178,7 @@ def _draw_notched(geometry: pygmsh.geo.Geometry, contours: _Contours, skin: _Poi
 
 
 def _points(geometry: pygmsh.geo.Geometry, points: Floats) -> list[pygmsh.common.point.Point]:
-    return [geometry.add_point([x * _MILLIMETRES, y * _MILLIMETRES, 0.0]) for x, y in points]
+    return [geometry.add_point([x * MILLIMETRES, y * MILLIMETRES, 0.0]) for x, y in points]
 
 
 def _polyline(geometry: pygmsh.geo.Geometry, points: _Points) -> list[pygmsh.common.line.Line]:
@@ -182,7 +191,7 @@ def _polyline(geometry: pygmsh.geo.Geometry, points: _Points) -> list[pygmsh.com
 
 def _set_sizes(largest: float, quadrilaterals: bool) -> None:
     """Let the sizes grow from all lines to the largest one, by a size field."""
-    size = largest * _MILLIMETRES
+    size = largest * MILLIMETRES
     gmsh.model.geo.synchronize()
     field = gmsh.model.mesh.field.add("Extend")
     gmsh.model.mesh.field.setNumbers(field, "CurvesList", [tag for _, tag in gmsh.model.getEntities(1)])
@@ -222,7 +231,7 @@ def _read(surfaces: dict[str, int], corners: int) -> CoreMesh:
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     row = np.zeros(int(tags.max()) + 1, dtype=np.int64)
     row[tags] = np.arange(len(tags))
-    points = coordinates.reshape(-1, 3)[:, :2] / _MILLIMETRES
+    points = coordinates.reshape(-1, 3)[:, :2] / MILLIMETRES
     cells = {name: row[_cell_nodes(surface, corners)] for name, surface in surfaces.items()}
     used = np.unique(np.concatenate([nodes.ravel() for nodes in cells.values()]))
     return CoreMesh(points[used], {name: np.searchsorted(used, nodes) for name, nodes in cells.items()})

@@ -21,11 +21,22 @@ __all__ = ["read_mesh", "write_mesh"]
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_CONTAINERS = {"quad": skfem.MeshQuad1, "triangle": skfem.MeshTri1, "triangle6": skfem.MeshTri2}
-_CORNERS = {"quad": 4, "triangle": 3, "triangle6": 3}
+_CONTAINERS = {
+    "quad": skfem.MeshQuad1,
+    "triangle": skfem.MeshTri1,
+    "triangle6": skfem.MeshTri2,
+    "tetra": skfem.MeshTet1,
+    "tetra10": skfem.MeshTet2,
+}
+_CORNERS = {"quad": 4, "triangle": 3, "triangle6": 3, "tetra": 4, "tetra10": 4}
 _CLOCKWISE = {"quad": [0, 3, 2, 1], "triangle": [0, 2, 1], "triangle6": [0, 2, 1, 5, 4, 3]}
+_SOLIDS = {"tetra", "tetra10"}
+_QUADRATIC = {"triangle6", "tetra10"}
 _LINES = {"line", "line3"}
+_FACES = {"triangle", "triangle6"}
 _FLAT = 1e-6
+# The edges of ten nodes are 01, 12, 02, 03, 13, 23.
+_INVERTED = {"tetra": [1, 0, 2, 3], "tetra10": [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
 
 
 @dataclass(frozen=True)
@@ -37,14 +48,14 @@ class _Raw:
     points: Floats
     cells: Integers
     regions: dict[str, Integers]
-    lines: dict[str, Integers]
+    facets: dict[str, Integers]
 
 
-def read_mesh(path: str | Path) -> skfem.Mesh2D:
-    """Read a 2D mesh with its named groups from any format that meshio reads.
+def read_mesh(path: str | Path) -> skfem.Mesh:
+    """Read a mesh in the plane or of tetrahedra with its named groups from any format that meshio reads.
 
-    Named groups of cells become regions, named groups of lines become boundaries, inside the mesh too. In a Gmsh file
-    these are its physical groups. Cells drawn clockwise throughout a region are turned round.
+    Named groups of cells become regions, named groups of lines (in space: triangles) become boundaries, inside the mesh
+    too. In a Gmsh file these are its physical groups. Plane cells drawn clockwise throughout a region are turned round.
 
     Parameters
     ----------
@@ -53,14 +64,14 @@ def read_mesh(path: str | Path) -> skfem.Mesh2D:
 
     Returns
     -------
-    skfem.MeshQuad1, skfem.MeshTri1 or skfem.MeshTri2
+    skfem.MeshQuad1, skfem.MeshTri1, skfem.MeshTri2, skfem.MeshTet1 or skfem.MeshTet2
         The mesh with its `subdomains` and `boundaries`.
 
     Raises
     ------
     MeshError
-        Where the file is missing, unreadable, not plane, of mixed or unknown cells, without named groups, or has an
-        inverted or flat cell.
+        Where the file is missing, unreadable, neither plane nor of tetrahedra, of mixed or unknown cells, without named
+        groups, or has an inverted or flat cell.
     """
     file = Path(path)
     data = _load(file)
@@ -68,19 +79,19 @@ def read_mesh(path: str | Path) -> skfem.Mesh2D:
         return _read_own(file, data)
     raw = _without_unused(_raw(file, data))
     mesh = _CONTAINERS[raw.kind](np.ascontiguousarray(raw.points.T), np.ascontiguousarray(_turned(raw).T))
-    boundaries = {name: _facets(raw, mesh, name, pairs) for name, pairs in raw.lines.items()}
+    boundaries = {name: _facets(raw, mesh, name, pairs) for name, pairs in raw.facets.items()}
     return mesh.with_subdomains(raw.regions).with_boundaries(boundaries)
 
 
-def write_mesh(mesh: skfem.Mesh2D, path: str | Path) -> None:
-    """Write a 2D mesh with its named groups, in the format that the file's suffix names.
+def write_mesh(mesh: skfem.Mesh, path: str | Path) -> None:
+    """Write a mesh with its named groups, in the format that the file's suffix names.
 
     A ``.msh`` file is of version 2.2, with regions and boundaries as physical groups that Gmsh shows; other formats
     hold them as cell data that :func:`read_mesh` and scikit-fem read back.
 
     Parameters
     ----------
-    mesh : skfem.MeshQuad1, skfem.MeshTri1 or skfem.MeshTri2
+    mesh : skfem.MeshQuad1, skfem.MeshTri1, skfem.MeshTri2, skfem.MeshTet1 or skfem.MeshTet2
         The mesh.
     path : str or Path
         The file, such as ``finger.msh``, ``finger.vtu`` or ``finger.xdmf``.
@@ -94,7 +105,8 @@ def write_mesh(mesh: skfem.Mesh2D, path: str | Path) -> None:
     if not file.parent.is_dir():
         raise MeshError(str(file), "the folder does not exist", "needs an existing folder")
     data = _physical(file, mesh) if file.suffix == ".msh" else to_meshio(mesh)
-    data.points = np.column_stack([data.points[:, :2], np.zeros(len(data.points))])
+    if mesh.dim() == 2:
+        data.points = np.column_stack([data.points[:, :2], np.zeros(len(data.points))])
     try:
         with _silence():
             meshio.write(file, data, **({"file_format": "gmsh22"} if file.suffix == ".msh" else {}))
@@ -123,10 +135,10 @@ def _load(file: Path) -> meshio.Mesh:
         raise MeshError(str(file), f"cannot be read ({cause})", "needs a file that meshio reads") from error
 
 
-def _read_own(file: Path, data: meshio.Mesh) -> skfem.Mesh2D:
+def _read_own(file: Path, data: meshio.Mesh) -> skfem.Mesh:
     """Read a mesh whose groups scikit-fem has written as cell data."""
     kind = _kind(file, data)
-    raw = _Raw(file, kind, _plane_points(file, data), data.cells_dict[kind], {}, {})
+    raw = _Raw(file, kind, _points(file, kind, data), data.cells_dict[kind], {}, {})
     _check_shapes(raw)
     mesh = from_meshio(data)
     # Reading back sets orientations of inner facets at random; boundaries here have none.
@@ -140,21 +152,28 @@ def _raw(file: Path, data: meshio.Mesh) -> _Raw:
     cells = np.vstack([block.data for block in data.cells if block.type == kind])
     cells, same = _unique_cells(cells, _CORNERS[kind])
     regions = {name: np.unique(same[_members(data, {kind}, blocks)]) for name, blocks in groups.items()}
-    nodes = np.vstack([np.empty((0, 2), dtype=int)] + [b.data[:, :2] for b in data.cells if b.type in _LINES])
-    lines = {name: nodes[_members(data, _LINES, blocks)] for name, blocks in groups.items()}
-    regions, lines = ({n: g for n, g in found.items() if len(g)} for found in (regions, lines))
-    if not regions and not lines:
-        allowed = "needs named groups of cells (regions) and of lines (boundaries)"
+    flat, corners = (_FACES, 3) if kind in _SOLIDS else (_LINES, 2)
+    nodes = np.vstack([np.empty((0, corners), dtype=int)] + [b.data[:, :corners] for b in data.cells if b.type in flat])
+    facets = {name: nodes[_members(data, flat, blocks)] for name, blocks in groups.items()}
+    regions, facets = ({n: g for n, g in found.items() if len(g)} for found in (regions, facets))
+    if not regions and not facets:
+        sides = "triangles" if kind in _SOLIDS else "lines"
+        allowed = f"needs named groups of cells (regions) and of {sides} (boundaries)"
         raise MeshError(str(file), "has no named groups", allowed, "name them, in Gmsh as physical groups")
-    return _Raw(file, kind, _plane_points(file, data), cells, regions, lines)
+    return _Raw(file, kind, _points(file, kind, data), cells, regions, facets)
 
 
 def _kind(file: Path, data: meshio.Mesh) -> str:
-    kinds = {str(block.type) for block in data.cells if block.dim >= 2 and len(block.data)}
+    highest = max((block.dim for block in data.cells if len(block.data)), default=0)
+    kinds = {str(block.type) for block in data.cells if block.dim == max(highest, 2) and len(block.data)}
     if len(kinds) != 1 or not kinds <= set(_CONTAINERS):
         found = f"has cells of type {', '.join(sorted(kinds))}" if kinds else "has no cells"
         raise MeshError(str(file), found, f"needs cells of one of the types {', '.join(_CONTAINERS)}")
     return kinds.pop()
+
+
+def _points(file: Path, kind: str, data: meshio.Mesh) -> Floats:
+    return np.asarray(data.points, dtype=float) if kind in _SOLIDS else _plane_points(file, data)
 
 
 def _plane_points(file: Path, data: meshio.Mesh) -> Floats:
@@ -208,13 +227,17 @@ def _without_unused(raw: _Raw) -> _Raw:
     used = np.unique(raw.cells)
     new = np.full(len(raw.points), -1)
     new[used] = np.arange(len(used))
-    lines = {name: new[pairs] for name, pairs in raw.lines.items()}
-    return _Raw(raw.path, raw.kind, raw.points[used], new[raw.cells], raw.regions, lines)
+    facets = {name: new[nodes] for name, nodes in raw.facets.items()}
+    return _Raw(raw.path, raw.kind, raw.points[used], new[raw.cells], raw.regions, facets)
 
 
 def _signed_areas(raw: _Raw) -> tuple[Floats, Floats]:
-    """Return of each cell the least and the largest corner area, relative to its size squared."""
+    """Return of each cell the least and the largest corner area, relative to its size squared; in space its volume."""
     corners = raw.points[raw.cells[:, : _CORNERS[raw.kind]]]
+    if raw.kind in _SOLIDS:
+        edges = corners[:, 1:] - corners[:, :1]
+        volume = np.linalg.det(edges) / np.maximum(np.linalg.norm(edges, axis=2).max(axis=1), 1e-300) ** 3
+        return volume, volume
     ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     cross = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
     size = np.sum(ahead**2, axis=2).max(axis=1)
@@ -233,6 +256,8 @@ def _check_shapes(raw: _Raw) -> None:
 def _turned(raw: _Raw) -> Integers:
     """Return all cells counter-clockwise; a region drawn clockwise is turned round, a mixture is an error."""
     _check_shapes(raw)
+    if raw.kind in _SOLIDS:  # the sign of tetrahedra says nothing here: scikit-fem sorts their corners
+        return raw.cells
     clockwise = _signed_areas(raw)[0] < 0
     covered = np.zeros(len(raw.cells), dtype=bool)
     covered[np.concatenate([np.empty(0, dtype=int), *raw.regions.values()])] = True
@@ -247,31 +272,40 @@ def _turned(raw: _Raw) -> Integers:
 
 
 def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
-    x, y = raw.points[raw.cells[cell, : _CORNERS[raw.kind]]].mean(axis=0) * 1e3
-    found = f"cell {cell} at x = {x:.4g} mm, y = {y:.4g} mm is {what}"
-    return MeshError(str(raw.path), found, "needs cells with positive area")
+    centre = raw.points[raw.cells[cell, : _CORNERS[raw.kind]]].mean(axis=0) * 1e3
+    place = ", ".join(f"{axis} = {value:.4g} mm" for axis, value in zip("xyz", centre, strict=False))
+    needed = "volume" if raw.kind in _SOLIDS else "area"
+    return MeshError(str(raw.path), f"cell {cell} at {place} is {what}", f"needs cells with positive {needed}")
 
 
-def _facets(raw: _Raw, mesh: skfem.Mesh2D, name: str, pairs: Integers) -> Integers:
-    """Return the facets between pairs of nodes."""
-    corner = _corner_numbers(raw)
-    count = mesh.p.shape[1]
-    known = mesh.facets[0].astype(np.int64) * count + mesh.facets[1]
+def _facets(raw: _Raw, mesh: skfem.Mesh, name: str, nodes: Integers) -> Integers:
+    """Return the facets between (n, 2) nodes in the plane or (n, 3) nodes in space."""
+    wanted = np.sort(_corner_numbers(raw)[nodes], axis=1)
+    known = _keys(mesh, np.sort(mesh.facets, axis=0).T)
     order = np.argsort(known)
-    wanted = np.sort(corner[pairs], axis=1)
-    key = wanted[:, 0] * count + wanted[:, 1]
+    key = _keys(mesh, wanted)
     place = order[np.minimum(np.searchsorted(known, key, sorter=order), len(known) - 1)]
-    if np.any(known[place] != key) or np.any(pairs < 0):
-        found = f"boundary '{name}' has lines that are no edge of a cell"
-        raise MeshError(str(raw.path), found, "needs edges of cells")
+    if np.any(known[place] != key) or np.any(nodes < 0):
+        what, sides = (
+            ("triangles that are no face", "faces") if raw.kind in _SOLIDS else ("lines that are no edge", "edges")
+        )
+        raise MeshError(str(raw.path), f"boundary '{name}' has {what} of a cell", f"needs {sides} of cells")
     return np.unique(place).astype(np.int32)
+
+
+def _keys(mesh: skfem.Mesh, nodes: Integers) -> Integers:
+    """Return one number for each row of nodes, given in order."""
+    key = nodes[:, 0].astype(np.int64)
+    for column in nodes.T[1:]:
+        key = key * mesh.p.shape[1] + column
+    return key
 
 
 def _corner_numbers(raw: _Raw) -> Integers:
     """Return the number that scikit-fem gave to each corner node of the file; it puts middle nodes last."""
     number = np.full(len(raw.points), -1)
     corners = np.unique(raw.cells[:, : _CORNERS[raw.kind]])
-    number[corners] = np.arange(len(corners)) if raw.kind == "triangle6" else corners
+    number[corners] = np.arange(len(corners)) if raw.kind in _QUADRATIC else corners
     return number
 
 
@@ -284,20 +318,26 @@ def _physical(file: Path, mesh: skfem.Mesh2D) -> meshio.Mesh:
             raise MeshError(str(file), f"region '{name}' shares cells with another", "needs separate regions in .msh")
         tag[cells] = number
     first = len(regions) + 1
-    lines = [mesh.facets[:, np.asarray(facets)].T for facets in boundaries.values()]
-    line_tags = [np.full(len(nodes), number, dtype=np.int32) for number, nodes in enumerate(lines, start=first)]
-    names = {name: np.array([number, 2]) for number, name in enumerate(regions, start=1)}
-    names |= {name: np.array([number, 1]) for number, name in enumerate(boundaries, start=first)}
+    facets = [mesh.facets[:, np.asarray(members)].T for members in boundaries.values()]
+    facet_tags = [np.full(len(nodes), number, dtype=np.int32) for number, nodes in enumerate(facets, start=first)]
+    names = {name: np.array([number, mesh.dim()]) for number, name in enumerate(regions, start=1)}
+    names |= {name: np.array([number, mesh.dim() - 1]) for number, name in enumerate(boundaries, start=first)}
     own = to_meshio(mesh, encode_cell_data=False)
-    cells = [(own.cells[0].type, _counter_clockwise(own))] + ([("line", np.vstack(lines))] if lines else [])
-    tags = [tag] + ([np.concatenate(line_tags)] if lines else [])
+    flat = "line" if mesh.dim() == 2 else "triangle"
+    cells = [(own.cells[0].type, _counter_clockwise(own))] + ([(flat, np.vstack(facets))] if facets else [])
+    tags = [tag] + ([np.concatenate(facet_tags)] if facets else [])
     data = {"gmsh:physical": tags, "gmsh:geometrical": [np.maximum(t, 1) for t in tags]}
     return meshio.Mesh(own.points, cells, cell_data=data, field_data=names)
 
 
 def _counter_clockwise(data: meshio.Mesh) -> Integers:
-    """Return the cells counter-clockwise; scikit-fem sorts the corners of triangles."""
+    """Return the cells counter-clockwise and with positive volume; scikit-fem sorts the corners of simplices."""
     kind, nodes = data.cells[0].type, np.array(data.cells[0].data)
+    if kind in _SOLIDS:
+        corners = data.points[nodes[:, :4]]
+        inverted = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0
+        nodes[inverted] = nodes[inverted][:, _INVERTED[kind]]
+        return nodes
     x, y = np.moveaxis(data.points[nodes[:, : _CORNERS[kind]], :2], 2, 0)
     clockwise = np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1) < 0
     nodes[clockwise] = nodes[clockwise][:, _CLOCKWISE[kind]]

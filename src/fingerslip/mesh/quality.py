@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,6 +63,7 @@ class QualityLimits:
 
 
 _QUADRILATERALS = QualityLimits(0.25, np.radians(15.0), np.radians(165.0), 10.0)
+_TETRAHEDRA = QualityLimits(0.02, np.radians(4.0), np.radians(174.0), 8.0)
 _TRIANGLES = QualityLimits(0.25, np.radians(15.0), np.radians(140.0), 5.0)
 
 
@@ -77,6 +79,8 @@ class _CellQuality:
 
 def quality_limits(mesh: skfem.Mesh2D) -> QualityLimits:
     """Return the limits for the cells of a mesh."""
+    if mesh.dim() == 3:
+        return _TETRAHEDRA
     return _QUADRILATERALS if mesh.t.shape[0] == 4 else _TRIANGLES
 
 
@@ -128,9 +132,10 @@ def _poor_cell(mesh: skfem.Mesh2D, cell: int, found: str, allowed: str) -> MeshE
 
 
 def _place(mesh: skfem.Mesh2D, cell: int) -> str:
-    x, y = mesh.p[:, mesh.t[:, cell]].mean(axis=1) * 1e3
+    centre = mesh.p[:, mesh.t[:, cell]].mean(axis=1) * 1e3
+    place = ", ".join(f"{axis} = {value:.4g} mm" for axis, value in zip("xyz", centre, strict=False))
     region = next((name for name, cells in (mesh.subdomains or {}).items() if cell in cells), "mesh")
-    return f"{region} cell {cell} at x = {x:.4g} mm, y = {y:.4g} mm"
+    return f"{region} cell {cell} at {place}"
 
 
 def _row(name: str, quality: _CellQuality, cells: NDArray[np.int64]) -> QualityRow:
@@ -144,7 +149,40 @@ def _row(name: str, quality: _CellQuality, cells: NDArray[np.int64]) -> QualityR
     )
 
 
-def _cell_quality(mesh: skfem.Mesh2D) -> _CellQuality:
+def _cell_quality(mesh: skfem.Mesh) -> _CellQuality:
+    return _tetrahedron_quality(mesh) if mesh.dim() == 3 else _plane_quality(mesh)
+
+
+def _tetrahedron_quality(mesh: skfem.Mesh3D) -> _CellQuality:
+    """Measure tetrahedra by their dihedral angles; scikit-fem sorts their corners, so their sign says nothing."""
+    corners = mesh.p[:, mesh.t[:4]].transpose(2, 1, 0)
+    edges = np.stack([corners[:, b] - corners[:, a] for a, b in itertools.combinations(range(4), 2)], axis=1)
+    length = np.linalg.norm(edges, axis=2)
+    volume = np.abs(np.linalg.det(edges[:, :3])) / 6.0
+    # The scaled Jacobian of a corner: six volumes over its three edges, 1 / sqrt(2) in a regular tetrahedron.
+    at_corner = [[0, 1, 2], [0, 3, 4], [1, 3, 5], [2, 4, 5]]
+    jacobian = np.stack([6.0 * volume / np.prod(length[:, edge], axis=1) for edge in at_corner]).min(axis=0)
+    angle = _dihedral_angles(corners)
+    return _CellQuality(
+        np.sqrt(2.0) * jacobian, angle.min(axis=0), angle.max(axis=0), length.max(axis=1) / length.min(axis=1)
+    )
+
+
+def _dihedral_angles(corners: Floats) -> Floats:
+    """Return the (6, cells) angles between the faces of tetrahedra of (cells, 4, 3) corners."""
+    angles = []
+    for first, second in itertools.combinations(range(4), 2):
+        other = [corner for corner in range(4) if corner not in (first, second)]
+        along = corners[:, second] - corners[:, first]
+        along = along / np.linalg.norm(along, axis=1, keepdims=True)
+        arms = [corners[:, corner] - corners[:, first] for corner in other]
+        across = [arm - np.sum(arm * along, axis=1, keepdims=True) * along for arm in arms]
+        sine = np.linalg.norm(np.cross(*across), axis=1)
+        angles.append(np.arctan2(sine, np.sum(across[0] * across[1], axis=1)))
+    return np.stack(angles)
+
+
+def _plane_quality(mesh: skfem.Mesh2D) -> _CellQuality:
     corners = mesh.p[:, mesh.t]
     ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     length = np.linalg.norm(ahead, axis=0)

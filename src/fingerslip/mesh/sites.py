@@ -19,6 +19,12 @@ Floats = NDArray[np.float64]
 
 RECEPTOR_KINDS = ("FA-I", "SA-I", "FA-II", "SA-II")
 
+# FA-II alone have a depth of their own, so they alone can end up in the phalanx.
+_MENDS = {
+    "FA-II": "the tissue is thinner than receptors.fa_ii_depth there: make that smaller or the tissue thicker, or "
+    "leave FA-II out of record.receptors"
+}
+
 
 @parameters
 class Site:
@@ -144,4 +150,5 @@ def _outside(site: Site, distance: float, reach: float) -> InputError:
     place = ", ".join(f"{axis} = {1e3 * value:.4g} mm" for axis, value in zip("xyz", site.position, strict=False))
     found = f"{place} is {distance * 1e3:.3g} mm from the nearest node of "
     found += f"'{site.region}'" if site.region else "the mesh"
-    return InputError(f"site {site.name}", found, f"needs <= {reach * 1e3:.3g} mm, the element size there")
+    allowed = f"needs <= {reach * 1e3:.3g} mm, the element size there"
+    return InputError(f"site {site.name}", found, allowed, _MENDS.get(site.kind, "move it"))

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.parameters import PositiveLength, parameters
 
-__all__ = ["GROWTH", "MeshSizes", "graded", "size_at", "subdivide"]
+__all__ = ["GROWTH", "MeshSizes", "SolidSizes", "graded", "size_at", "subdivide"]
 
 Floats = NDArray[np.float64]
 
@@ -41,9 +41,38 @@ class MeshSizes:
     element: Literal["Q4", "T3", "T6"] = "Q4"
 
     def __post_init__(self) -> None:
-        if self.bulk_size < self.contact_size:
-            found = f"got {self.bulk_size * 1e3:.4g} mm"
-            raise InputError("bulk_size", found, f"needs >= {self.contact_size * 1e3:.4g} mm (contact_size)")
+        _check_order(self.contact_size, self.bulk_size)
+
+
+@parameters
+class SolidSizes:
+    """Element sizes and element type of a fingertip in space.
+
+    Parameters
+    ----------
+    element : {'T4', 'T10'}
+        Linear or quadratic tetrahedra.
+    contact_size : float
+        Size along the skin that can touch [m].
+    bulk_size : float
+        Largest size, far from the contact [m].
+    contact_reach : float
+        Height above the lowest point up to which the skin is meshed at `contact_size` [m].
+    """
+
+    element: Literal["T4", "T10"] = "T4"
+    contact_size: PositiveLength = 0.28e-3
+    bulk_size: PositiveLength = 0.65e-3
+    contact_reach: PositiveLength = 1.5e-3
+
+    def __post_init__(self) -> None:
+        _check_order(self.contact_size, self.bulk_size)
+
+
+def _check_order(contact_size: float, bulk_size: float) -> None:
+    if bulk_size < contact_size:
+        found = f"got {bulk_size * 1e3:.4g} mm"
+        raise InputError("bulk_size", found, f"needs >= {contact_size * 1e3:.4g} mm (contact_size)")
 
 
 def graded(positions: Floats, sizes: Floats) -> Floats:

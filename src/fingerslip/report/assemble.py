@@ -7,10 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
+import numpy as np
 import skfem
 import xarray as xr
 
 from fingerslip.anatomy import PresetValue
+from fingerslip.report.assemble_solid import is_solid, solid_overview, solid_pictures, solid_scene
 from fingerslip.report.figures import (
     acceleration_figure,
     acceleration_overview_figure,
@@ -24,10 +26,12 @@ from fingerslip.report.figures import (
     slip_maps_figure,
     strain_energy_density_figure,
 )
+from fingerslip.report.figures_convergence import convergence_figure
 from fingerslip.report.figures_section import receptor_positions
 from fingerslip.report.page import Picture, Report, ReportSection, parameters_table
 from fingerslip.report.published import PublishedSet
-from fingerslip.report.tables import (
+from fingerslip.report.tables_convergence import convergence_table
+from fingerslip.report.tables_events import (
     WAYS,
     RunEvents,
     compare_table,
@@ -36,7 +40,7 @@ from fingerslip.report.tables import (
     statements_table,
     ways_table,
 )
-from fingerslip.slip import Events, EventSettings, acceleration_peaks
+from fingerslip.slip import RECEPTOR_KINDS, Convergence, Events, EventSettings, acceleration_peaks
 
 __all__ = ["StudyResults", "definitions", "study_report"]
 
@@ -66,6 +70,8 @@ class StudyResults:
         What made the results.
     settings : EventSettings
         The constants that the events were found with.
+    convergences : mapping of str to mapping of str to Convergence
+        What refinement gave, by label of the run and key of the number; runs that were not refined are left out.
     """
 
     title: str
@@ -76,6 +82,7 @@ class StudyResults:
     parameters: tuple[PresetValue, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     settings: EventSettings = field(default_factory=EventSettings)
+    convergences: Mapping[str, Mapping[str, Convergence]] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def events(self) -> dict[str, Events]:
@@ -94,12 +101,14 @@ def study_report(results: StudyResults) -> Report:
     Returns
     -------
     Report
-        Sections: slip events and how they are defined, comparison with published values, the runs side by side,
+        Sections: slip events and how they are defined, comparison with published values, numerical
+        uncertainty where it was studied, the runs side by side,
         the section, the parameters with the assumed ones first, and each run in detail (folded, the first twelve).
     """
     sections = (
         _events_section(results),
         _comparison_section(results),
+        _convergence_section(results),
         _overview_section(results),
         _section_section(results),
         _parameters_section(results),
@@ -154,20 +163,35 @@ def _comparison_section(results: StudyResults) -> ReportSection:
     return ReportSection("Beside published values", notes, tuple(table for table in (*beside, *said) if table.rows))
 
 
+def _convergence_section(results: StudyResults) -> ReportSection:
+    found = dict(list(results.convergences.items())[:_PANELS_AT_MOST])
+    tables = tuple(convergence_table(quantities.values(), label) for label, quantities in found.items())
+    said = "How the slip events move as the element size, the time step and the contact compliance go to zero."
+    pictures = tuple(
+        Picture(f"{label}-convergence", said, convergence_figure(quantities, label))
+        for label, quantities in found.items()
+    )
+    return ReportSection("Numerical uncertainty", (), tables, pictures, folded=True)
+
+
 def _overview_section(results: StudyResults) -> ReportSection:
     pictures = [*_swept_pictures(results)]
     histories = dict(list(results.histories.items())[:_PANELS_AT_MOST])
     if len(histories) > 1:
         events = results.events
+        if any(is_solid(history) for history in histories.values()):
+            pictures.append(solid_overview(histories))
+        else:
+            said = "Where and when the surface sticks and slips."
+            pictures.append(Picture("slip-maps", said, slip_maps_figure(histories, events)))
         pictures += [
-            Picture("slip-maps", "Where and when the surface sticks and slips.", slip_maps_figure(histories, events)),
             Picture(
                 "forces",
                 "Tangential over normal force and the area fraction that slips at each time.",
                 force_overview_figure(histories, events),
             ),
         ]
-        if all("site" in history.coords for history in histories.values()):
+        if all(_has_receptors(history) for history in histories.values()):
             pictures.append(_peaks_picture(histories, results))
     return ReportSection("The runs side by side", (), (), tuple(pictures))
 
@@ -204,16 +228,22 @@ def _merged(references: Sequence[PublishedSet]) -> PublishedSet | None:
 
 
 def _section_section(results: StudyResults) -> ReportSection:
+    shown = {label: results.histories[label] for label in results.meshes if label in results.histories}
     pictures = [
         Picture(
             f"section-{label}",
             f"Layers, elements, receptors and plate of {label}, before the plate moves.",
-            section_figure(mesh, receptor_positions(results.histories[label]), title=label),
+            section_figure(results.meshes[label], receptor_positions(history), title=label),
         )
-        for label, mesh in results.meshes.items()
-        if label in results.histories
+        for label, history in shown.items()
+        if not is_solid(history)
     ]
-    return ReportSection("The section", (), (), tuple(pictures))
+    pictures += [
+        Picture(f"scene-{label}", f"Layers, elements and plate of {label}, cut open.", solid_scene(history, label))
+        for label, history in shown.items()
+        if is_solid(history) and history.sizes.get("snapshot_time", 0)
+    ]
+    return ReportSection("The fingertip", (), (), tuple(pictures))
 
 
 def _parameters_section(results: StudyResults) -> ReportSection:
@@ -223,26 +253,35 @@ def _parameters_section(results: StudyResults) -> ReportSection:
 
 def _run_section(results: StudyResults, run: RunEvents) -> ReportSection:
     history, label, events = results.histories[run.label], run.label, run.events
-    pictures = [
+    pictures = solid_pictures(history, events, label) if is_solid(history) else _plane_pictures(history, events, label)
+    said = "Forces, their ratio, and the slipping area."
+    pictures.append(Picture(f"{label}-forces", said, force_figure(history, events, label)))
+    tables = [ways_table(run)]
+    if _has_receptors(history):
+        tables.append(peaks_table(acceleration_peaks(history, results.settings.peaks)))
+        pictures += _receptor_pictures(history, events, label)
+    balance = energy_figure(history, label)
+    pictures.append(Picture(f"{label}-energy", "Where the work of the plate goes.", balance))
+    return ReportSection(f"Run {label}", (), tuple(tables), tuple(pictures), folded=True)
+
+
+def _plane_pictures(history: xr.Dataset, events: Events, label: str) -> list[Picture]:
+    return [
         Picture(
             f"{label}-slip-map",
             "Where and when the surface sticks and slips.",
             slip_maps_figure({label: history}, {label: events}),
         ),
-        Picture(f"{label}-forces", "Forces, their ratio, and the slipping area.", force_figure(history, events, label)),
         Picture(
             f"{label}-displacement",
             "Displacement of nodes over the contact, against the plate's.",
             contact_displacement_figure(history, events, label),
         ),
     ]
-    tables = [ways_table(events)]
-    if "site" in history.coords:
-        tables.append(peaks_table(acceleration_peaks(history, results.settings.peaks)))
-        pictures += _receptor_pictures(history, events, label)
-    balance = energy_figure(history, label)
-    pictures.append(Picture(f"{label}-energy", "Where the work of the plate goes.", balance))
-    return ReportSection(f"Run {label}", (), tuple(tables), tuple(pictures), folded=True)
+
+
+def _has_receptors(history: xr.Dataset) -> bool:
+    return "site" in history.coords and bool(np.isin(history["site_kind"].values, RECEPTOR_KINDS).any())
 
 
 def _receptor_pictures(history: xr.Dataset, events: Events, label: str) -> list[Picture]:

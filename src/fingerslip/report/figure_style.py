@@ -10,13 +10,14 @@ from typing import Any, ParamSpec, TypeVar
 
 import matplotlib as mpl
 import numpy as np
+import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fingerslip.slip import SlideWindow, SlipEvents
+from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
 
 __all__ = [
     "AREA_COLOURS",
@@ -29,6 +30,8 @@ __all__ = [
     "MARKED_EVENTS",
     "ORANGE",
     "PURPLE",
+    "RECEPTOR_COLOURS",
+    "REGION_COLOURS",
     "SKY",
     "VERMILLION",
     "YELLOW",
@@ -36,9 +39,12 @@ __all__ = [
     "columns_for",
     "event_keys",
     "figure_grid",
+    "limit_to_slides",
     "mark_events",
+    "mark_run",
     "mark_slide",
     "name_events",
+    "region_colours",
     "shown_until",
     "styled",
     "titled",
@@ -56,6 +62,14 @@ EVENT_NAMES: Mapping[str, str] = MappingProxyType(
 EVENT_COLOURS: Mapping[str, str] = MappingProxyType(
     {"incipient": GREEN, "noticed": SKY, "three_quarter": PURPLE, "overall": VERMILLION}
 )
+
+RECEPTOR_COLOURS: Mapping[str, str] = MappingProxyType(
+    {"FA-I": BLUE, "SA-I": VERMILLION, "FA-II": GREEN, "SA-II": PURPLE}
+)
+REGION_COLOURS: Mapping[str, str] = MappingProxyType(
+    {"epidermis": "#e3a57c", "dermis": "#f2cfae", "skin": "#ecc09b", "tissue": "#faeedd", "phalanx": "#c9ced3"}
+)
+_OTHER_COLOURS = ("#d9e6f2", "#dcefe2", "#efe2f0", "#f4f0d8")
 
 MARKED_EVENTS = ("incipient", "three_quarter", "overall")
 
@@ -107,6 +121,14 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
             return draw(*args, **values)
 
     return drawn
+
+
+def region_colours(names: Sequence[str]) -> dict[str, str]:
+    """Return a colour for every region, those of a fingertip first and from outside inwards."""
+    ordered = sorted(names, key=lambda name: list(REGION_COLOURS).index(name) if name in REGION_COLOURS else 99)
+    others = [name for name in ordered if name not in REGION_COLOURS]
+    extra = {name: _OTHER_COLOURS[place % len(_OTHER_COLOURS)] for place, name in enumerate(others)}
+    return {name: REGION_COLOURS.get(name) or extra[name] for name in ordered}
 
 
 def figure_grid(
@@ -188,6 +210,38 @@ def mark_events(axes: Axes, events: SlipEvents, names: Sequence[str] = MARKED_EV
 def mark_slide(axes: Axes, start: float) -> None:
     """Draw a vertical line at the start of the slide [s], on a panel with time from left to right."""
     axes.axvline(start, color=GREY, linewidth=1.0, linestyle=(0, (1, 1.5)), zorder=3)
+
+
+def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents | None) -> None:
+    """Draw vertical lines at the start of a run's slide, and at its events where they are known."""
+    window = slide_window(history)
+    if window is not None:
+        mark_slide(axes, window.start)
+    if events is not None:
+        mark_events(axes, events)
+
+
+def limit_to_slides(
+    axes: Axes, histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], before: float = 0.06
+) -> None:
+    """Show the slides of some runs until a while after overall slip; all panels that share the axis follow.
+
+    Parameters
+    ----------
+    axes : Axes
+        A panel with time in seconds from left to right.
+    histories : mapping of str to xarray.Dataset
+        Histories by the runs' labels.
+    events : mapping of str to Events
+        Their events, as far as they are known.
+    before : float, optional
+        Time shown before the slides, as a share of what follows [-].
+    """
+    windows = [window for history in histories.values() if (window := slide_window(history)) is not None]
+    end = shown_until(windows, [events[label].slip if label in events else None for label in histories])
+    if end is not None:
+        start = min(window.start for window in windows)
+        axes.set_xlim(max(0.0, start - before * (end - start)), end)
 
 
 def name_events(

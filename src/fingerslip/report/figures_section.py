@@ -18,24 +18,22 @@ from numpy.typing import NDArray
 
 from fingerslip.report.figure_style import (
     BLACK,
-    BLUE,
-    GREEN,
-    PURPLE,
-    VERMILLION,
+    RECEPTOR_COLOURS,
+    REGION_COLOURS,
     add_legend,
     figure_grid,
+    region_colours,
     styled,
     titled,
 )
 
 __all__ = ["receptor_positions", "section_figure"]
 
-_REGION_COLOURS: Mapping[str, str] = MappingProxyType(
-    {"epidermis": "#e3a57c", "dermis": "#f2cfae", "tissue": "#faeedd", "phalanx": "#c9ced3"}
-)
-_OTHER_COLOURS = ("#d9e6f2", "#dcefe2", "#efe2f0", "#f4f0d8")
 _RECEPTOR_MARKS: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {"FA-I": ("o", BLUE), "SA-I": ("^", VERMILLION), "FA-II": ("s", GREEN), "SA-II": ("D", PURPLE)}
+    {
+        kind: (mark, RECEPTOR_COLOURS[kind])
+        for kind, mark in (("FA-I", "o"), ("SA-I", "^"), ("FA-II", "s"), ("SA-II", "D"))
+    }
 )
 _ZOOM_WIDTH = 3.2e-3
 
@@ -83,7 +81,7 @@ def section_figure(
     moved = {kind: _moved(mesh, places, points) for kind, places in receptors.items()}
     lowest = points[np.argmin(points[:, 1])]
     level = float(lowest[1]) if plate is None else plate
-    colours = _colours(mesh)
+    colours = region_colours(tuple(mesh.subdomains or {}))
     for axes, line in ((whole, 0.12), (close, 0.3)):
         _draw_regions(axes, mesh, points, colours, line)
         axes.axhline(1e3 * level, color=BLACK, linewidth=1.6, zorder=3)
@@ -105,14 +103,6 @@ def _moved(mesh: skfem.Mesh, places: NDArray[np.float64], points: NDArray[np.flo
     return moved
 
 
-def _colours(mesh: skfem.Mesh) -> dict[str, str]:
-    names = list(mesh.subdomains or {})
-    ordered = sorted(names, key=lambda name: list(_REGION_COLOURS).index(name) if name in _REGION_COLOURS else 99)
-    others = [name for name in ordered if name not in _REGION_COLOURS]
-    extra = {name: _OTHER_COLOURS[place % len(_OTHER_COLOURS)] for place, name in enumerate(others)}
-    return {name: _REGION_COLOURS.get(name) or extra[name] for name in ordered}
-
-
 def _draw_regions(
     axes: Axes, mesh: skfem.Mesh, points: NDArray[np.float64], colours: Mapping[str, str], line: float
 ) -> None:
@@ -120,7 +110,7 @@ def _draw_regions(
     regions: Mapping[str, NDArray[np.int64]] = mesh.subdomains or {"body": np.arange(mesh.t.shape[1])}
     for name, cells in regions.items():
         polygons = 1e3 * points[corners[cells]]
-        colour = colours.get(name, _OTHER_COLOURS[0])
+        colour = colours.get(name, REGION_COLOURS["tissue"])
         axes.add_collection(PolyCollection(list(polygons), facecolor=colour, edgecolor="#7d6b5d", linewidth=line))
 
 

@@ -26,10 +26,9 @@ from fingerslip.report.figure_style import (
     columns_for,
     event_keys,
     figure_grid,
-    mark_events,
-    mark_slide,
+    limit_to_slides,
+    mark_run,
     name_events,
-    shown_until,
     styled,
     titled,
 )
@@ -83,9 +82,9 @@ def acceleration_figure(history: xr.Dataset, events: Events | None = None, title
     peaks = acceleration_peaks(history)
     for axes, kind in zip(panels, RECEPTOR_KINDS, strict=True):
         _draw_areas(axes, signals, "acceleration", kind)
-        _mark_all(axes, history, events)
+        mark_run(axes, history, events.acceleration if events else None)
         axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
-    _limit(panels[0], {title: history}, {title: events} if events else {})
+    limit_to_slides(panels[0], {title: history}, {title: events} if events else {})
     _name(panels[:1], history, events.acceleration if events else None)
     _fit_after_transition(panels[0], signals, peaks)
     add_legend(figure, _area_keys())
@@ -122,8 +121,9 @@ def acceleration_overview_figure(
     for axes, (label, history) in zip(panels, histories.items(), strict=True):
         _draw_peak_signal(axes, history, settings)
         axes.set_title(label)
-        _mark_all(axes, history, events.get(label))
-    _limit(panels[0], histories, events)
+        own = events.get(label)
+        mark_run(axes, history, own.acceleration if own else None)
+    limit_to_slides(panels[0], histories, events)
     keys: dict[str, Artist] = {
         "largest over the receptors": Line2D([], [], color=BLUE, linewidth=1.0),
         "peak that counts": Line2D([], [], color=BLACK, marker="o", markersize=4, linestyle=""),
@@ -157,7 +157,7 @@ def strain_energy_density_figure(history: xr.Dataset, events: Events | None = No
     for axes, kind in zip(panels, RECEPTOR_KINDS, strict=True):
         _draw_areas(axes, signals, "strain_energy_density", kind)
         axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
-        _mark_slip(axes, history, events)
+        mark_run(axes, history, events.slip if events else None)
         axes.set_ylim(bottom=0.0)
         axes.set_xlim(float(signals["time"][0]), float(signals["time"][-1]))
     _name(panels[:2], history, events.slip if events else None)
@@ -197,7 +197,7 @@ def force_figure(history: xr.Dataset, events: Events | None = None, title: str =
     panels[1].legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
     panels[1].set_ylabel("ratio, fraction")
     for axes in panels:
-        _mark_slip(axes, history, events)
+        mark_run(axes, history, events.slip if events else None)
         axes.set_xlim(times[0], times[-1])
     _name(panels[:1], history, events.slip if events else None)
     return figure
@@ -221,8 +221,9 @@ def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[s
     for axes, (label, history) in zip(panels, histories.items(), strict=True):
         _draw_ratios(axes, history)
         axes.set_title(label)
-        _mark_slip(axes, history, events.get(label))
-    _limit(panels[0], histories, events)
+        own = events.get(label)
+        mark_run(axes, history, own.slip if own else None)
+    limit_to_slides(panels[0], histories, events)
     handles, names = panels[0].get_legend_handles_labels()
     add_legend(figure, {**dict(zip(names, handles, strict=True)), **event_keys()})
     return figure
@@ -309,31 +310,6 @@ def _forces(history: xr.Dataset) -> tuple[NDArray[np.float64], NDArray[np.float6
     """Return normal and tangential force of the first body on the finger [N]."""
     force = history["body_force"].values[:, 0]
     return force @ history["body_normal"].values[0], force @ plate_tangent(history)
-
-
-def _mark_all(axes: Axes, history: xr.Dataset, events: Events | None) -> None:
-    window = slide_window(history)
-    if window is not None:
-        mark_slide(axes, window.start)
-    if events is not None:
-        mark_events(axes, events.acceleration)
-
-
-def _mark_slip(axes: Axes, history: xr.Dataset, events: Events | None) -> None:
-    window = slide_window(history)
-    if window is not None:
-        mark_slide(axes, window.start)
-    if events is not None:
-        mark_events(axes, events.slip)
-
-
-def _limit(axes: Axes, histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> None:
-    """Show the slides until a while after overall slip; all panels follow."""
-    windows = [window for history in histories.values() if (window := slide_window(history)) is not None]
-    end = shown_until(windows, [events[label].slip if label in events else None for label in histories])
-    if end is not None:
-        start = min(window.start for window in windows)
-        axes.set_xlim(max(0.0, start - 0.06 * (end - start)), end)
 
 
 def _name(panels: Sequence[Axes], history: xr.Dataset, events: SlipEvents | None) -> None:

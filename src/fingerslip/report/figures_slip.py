@@ -20,8 +20,9 @@ from fingerslip.report.figure_style import (
     columns_for,
     event_keys,
     figure_grid,
+    limit_to_slides,
     mark_events,
-    mark_slide,
+    mark_run,
     name_events,
     shown_until,
     styled,
@@ -60,8 +61,9 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, E
     for axes, (label, history) in zip(panels, histories.items(), strict=True):
         _draw_states(axes, history)
         axes.set_title(label)
-        _mark(axes, history, events.get(label))
-    _limit(panels[0], histories, events)
+        own = events.get(label)
+        mark_run(axes, history, own.slip if own else None)
+    limit_to_slides(panels[0], histories, events, before=0.3)
     patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATE_COLOURS.items()}
     add_legend(figure, {**patches, **event_keys()})
     return figure
@@ -129,23 +131,6 @@ def _draw_states(axes: Axes, history: xr.Dataset) -> None:
         rasterized=True,
     )
     axes.grid(visible=False)
-
-
-def _mark(axes: Axes, history: xr.Dataset, events: Events | None) -> None:
-    window = slide_window(history)
-    if window is not None:
-        mark_slide(axes, window.start)
-    if events is not None:
-        mark_events(axes, events.slip)
-
-
-def _limit(axes: Axes, histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> None:
-    """Show the time round the slides; all panels follow."""
-    windows = [window for history in histories.values() if (window := slide_window(history)) is not None]
-    end = shown_until(windows, [events[label].slip if label in events else None for label in histories])
-    if end is not None:
-        start = min(window.start for window in windows)
-        axes.set_xlim(max(0.0, start - 0.3 * (end - start)), end)
 
 
 def _borders(centres: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -25,7 +25,7 @@ from fingerslip.report.figure_style import (
     styled,
 )
 from fingerslip.report.published import PublishedSet
-from fingerslip.report.tables import WAYS, RunEvents
+from fingerslip.report.tables_events import WAYS, RunEvents
 from fingerslip.slip import SlipEvents
 
 __all__ = ["event_times_figure", "latency_figure"]

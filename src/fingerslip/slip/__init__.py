@@ -20,6 +20,7 @@ from fingerslip.slip.fractions import (
     slipping_fraction,
     stick_ratio,
 )
+from fingerslip.slip.patch import Patch, contact_patch, patch_series, surface_strain_rates, surface_strains
 from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, peak_signal
 from fingerslip.slip.receptors import (
     AREAS,
@@ -28,36 +29,48 @@ from fingerslip.slip.receptors import (
     receptor_signals,
     receptors_in_areas,
 )
+from fingerslip.slip.refinement import ORDERS, Convergence, Refinement, Series, combine, refine
 from fingerslip.slip.settings import EventSettings, PeakSettings
 from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing
 
 __all__ = [
     "AREAS",
+    "ORDERS",
     "RECEPTOR_KINDS",
+    "Convergence",
     "EventSettings",
     "Events",
+    "Patch",
     "Peak",
     "PeakSettings",
     "PeakTable",
+    "Refinement",
+    "Series",
     "SlideWindow",
     "SlipEvents",
     "acceleration_events",
     "acceleration_peaks",
     "accumulated_slip",
+    "combine",
     "contact_area",
     "contact_edges",
+    "contact_patch",
     "displacement_events",
     "events_from_mapping",
     "events_mapping",
     "find_events",
+    "patch_series",
     "peak_signal",
     "receptor_signals",
     "receptors_in_areas",
+    "refine",
     "relative_displacement",
     "slide_window",
     "slip_events",
     "slipped_fraction",
     "slipping_fraction",
     "stick_ratio",
+    "surface_strain_rates",
+    "surface_strains",
     "sustained_crossing",
 ]

@@ -32,9 +32,19 @@ AREAS = ("A", "B")
 
 
 def plate_tangent(history: xr.Dataset, body: int = 0) -> NDArray[np.float64]:
-    """Return the unit tangent of a rigid body in 2D: its normal turned clockwise, (1, 0) for a plate below."""
-    normal = history["body_normal"].values[body]
-    return np.array([normal[1], -normal[0]], dtype=float)
+    """Return the unit tangent of a rigid body: its normal turned clockwise in 2D, (1, 0) for a plate below.
+
+    In space it is the direction in which the body goes furthest along its surface, and x along it where it does not.
+    """
+    normal = np.asarray(history["body_normal"].values[body], dtype=float)
+    if normal.size == 2:
+        return np.array([normal[1], -normal[0]])
+    ways = np.asarray(history["body_displacement"].values[:, body], dtype=float)
+    along = np.vstack([np.eye(3)[:1], ways - np.outer(ways @ normal, normal)])
+    along[0] -= normal[0] * normal
+    furthest = along[1:][np.linalg.norm(along[1:], axis=1).argmax()]
+    direction = furthest if np.linalg.norm(furthest) > 0.0 else along[0]
+    return np.asarray(direction / np.linalg.norm(direction))
 
 
 def contact_edges(history: xr.Dataset, time: float | None = None, body: int = 0) -> tuple[float, float] | None:
@@ -88,8 +98,10 @@ def receptors_in_areas(
         Names of sites, nearest to the edge first; pairs without a receptor are left out, and it is empty
         where nothing touches or no site is recorded.
     """
+    if "site" not in history.coords or not history.sizes["site"]:
+        return MappingProxyType({})
     edges = contact_edges(history, time)
-    if edges is None or "site" not in history.coords:
+    if edges is None:
         return MappingProxyType({})
     names, site_kinds = history["site"].values, history["site_kind"].values
     distance = np.abs(_along(history)[:, None] - np.asarray(edges))

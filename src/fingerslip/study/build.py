@@ -8,31 +8,37 @@ import json
 import re
 import signal
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fingerslip.anatomy import Fingertip
 from fingerslip.contact.bodies import Plane
-from fingerslip.contact.friction import Coulomb
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import read_mesh
+from fingerslip.mesh.scans import SurfaceMesh, mesh_scan
 from fingerslip.mesh.section import build_section
 from fingerslip.mesh.sites import Site, receptor_sites
-from fingerslip.model import Contact, Model, Recording
+from fingerslip.mesh.sizes import SolidSizes
+from fingerslip.mesh.solid import mesh_solid
+from fingerslip.mesh.solid_sites import solid_receptor_sites
+from fingerslip.model import Contact, Hold, Model, Phase, Press, Recording
 from fingerslip.parameters import as_mapping
-from fingerslip.study.spec import ContactSettings, MeshFile, Study
+from fingerslip.study.scans import scan_key
+from fingerslip.study.settings import ContactSettings, MeshFile, ProgrammeEntry
+from fingerslip.study.spec import Study
 from fingerslip.study.sweep import Run
 
 __all__ = ["build_mesh", "build_model", "located", "mesh_key"]
 
-# What a model calls otherwise than a study file, as patterns at the start of a place.
-_STUDY_NAMES = {
-    r"^Model\.?": "",
-    r"^contacts\.0\.body\.": "contact.",
-    r"^contacts\.0\.friction\.coefficient": "contact.friction_coefficient",
-    r"^contacts\.0": "contact",
-}
+# A file in millimetres that is read as metres is a thousand times too large.
+_LARGEST_FINGER = 0.2
+_LARGE_BODY = 1.0
+_LARGEST_RATIO = 1000.0
+
+_CONTACT_PLACE = re.compile(r"contacts\.(\d+)(?:\.(.*))?")
 
 
 def build_mesh(run: Run) -> Any:
@@ -56,8 +62,12 @@ def build_mesh(run: Run) -> Any:
     settings = run.study.mesh
     try:
         if isinstance(settings, MeshFile):
-            return read_mesh(settings.file)
+            return _plausible(read_mesh(settings.file).scaled(settings.scale), run.study)
+        if isinstance(settings, SurfaceMesh):
+            return mesh_scan(settings).mesh
         with _broken_pipes_as_errors():
+            if isinstance(settings, SolidSizes):
+                return mesh_solid(_fingertip(run), settings)
             return build_section(
                 _fingertip(run),
                 contact_size=settings.contact_size,
@@ -66,7 +76,7 @@ def build_mesh(run: Run) -> Any:
                 element=settings.element,
             )
     except InputError as error:
-        raise located(error, run.where) from None
+        raise located(error, run.where, run.study) from None
 
 
 def mesh_key(run: Run) -> str:
@@ -80,11 +90,14 @@ def mesh_key(run: Run) -> str:
     settings = run.study.mesh
     if isinstance(settings, MeshFile):
         try:
-            return hashlib.sha256(Path(settings.file).read_bytes()).hexdigest()
+            content = Path(settings.file).read_bytes()
+            return hashlib.sha256(content + (settings.length_unit or "").encode()).hexdigest()
         except OSError as error:
             raise InputError(
                 f"{run.where}: mesh.file", f"cannot read {settings.file} ({error.strerror})", "needs a mesh file"
             ) from None
+    if isinstance(settings, SurfaceMesh):
+        return scan_key(settings, run.where)
     shape = {key: value for key, value in as_mapping(_fingertip(run)).items() if key not in ("materials", "receptors")}
     return hashlib.sha256(json.dumps([shape, as_mapping(settings)], sort_keys=True).encode()).hexdigest()
 
@@ -110,34 +123,78 @@ def build_model(run: Run, mesh: Any = None) -> Model:
         Where the values of the run do not fit together.
     """
     study = run.study
+    formulation = study.formulation or ("solid" if _in_space(run) else _fingertip(run).formulation)
     try:
         return Model(
             mesh=build_mesh(run) if mesh is None else mesh,
             materials=_materials(run),
-            formulation=study.formulation or _fingertip(run).formulation,
-            depth=study.depth or _fingertip(run).depth,
-            supports=_supports(run),
+            formulation=formulation,
+            depth=study.depth or (1.0 if formulation == "solid" else _fingertip(run).depth),
+            supports=_supports(run, "xyz" if formulation == "solid" else "xy"),
             tractions=dict(study.tractions),
-            contacts=() if study.contact is None else (_contact(study.contact),),
-            programme=tuple(entry.phase for entry in study.programme),
-            time=study.time,
+            contacts=tuple(_contact(run, settings) for settings in study.all_contacts),
+            programme=_phases(study.programme),
+            time=study.time.stepping,
             damping=study.damping,
             integration=study.integration,
             record=_recording(run),
+            gravity=study.gravity,
+            initial_velocity=study.initial_velocity,
         )
     except InputError as error:
-        raise located(error, run.where) from None
+        raise located(error, run.where, study) from None
 
 
-def located(error: InputError, where: str) -> InputError:
-    """Return the error with the name of the run in front of its place, unless it is there already."""
+def located(error: InputError, where: str, study: Study | None = None) -> InputError:
+    """Return the error with the name of the run in front of its place, and the place as the study file calls it.
+
+    Parameters
+    ----------
+    error : InputError
+        An error of the model; one that names the run already is returned as it is.
+    where : str
+        Name of the run.
+    study : Study, optional
+        The study, which says how its contacts are written; without it there is one contact, in its short form.
+    """
     source = where.partition(" (")[0]
     if error.where.startswith(source):
         return error
-    place = error.where
-    for model_name, study_name in _STUDY_NAMES.items():
-        place = re.sub(model_name, study_name, place)
+    place = _study_place(re.sub(r"^Model\.?", "", error.where), study)
     return type(error)(f"{where}: {place}" if place else where, error.found, error.allowed, error.mend)
+
+
+def _study_place(place: str, study: Study | None) -> str:
+    """Return how a study file calls a place of its model or of its fingertip."""
+    match = _CONTACT_PLACE.match(place)
+    if match is None:
+        return f"fingertip.{place}" if study is not None and _is_of_fingertip(place, study) else place
+    number, inside = int(match[1]), match[2] or ""
+    several = study is not None and study.contact is None
+    settings = study.all_contacts[number] if study is not None else None
+    contact = f"contacts.{number}" if several else "contact"
+    return f"{contact}.{_name_inside(inside, settings)}" if inside else contact
+
+
+def _is_of_fingertip(place: str, study: Study) -> bool:
+    """Tell whether the value at a place is the fingertip's: the study itself does not give it."""
+    key, _, rest = place.partition(".")
+    if study.fingertip is None or key not in Fingertip.__dataclass_fields__:
+        return False
+    if key == "materials":
+        return rest.partition(".")[0] not in study.materials
+    return getattr(study, key, None) is None
+
+
+def _name_inside(inside: str, settings: ContactSettings | None) -> str:
+    """Return how a study file calls a place inside a contact of a model."""
+    if inside == "friction.coefficient" and (settings is None or settings.friction is None):
+        return "friction_coefficient"
+    of_body = inside in ("offset", "centre") or inside.startswith("body.")
+    if not of_body:
+        return inside
+    field = inside.removeprefix("body.")
+    return field if settings is None or settings.body is None else f"body.{settings.body.shape}.{field}"
 
 
 @contextlib.contextmanager
@@ -150,6 +207,26 @@ def _broken_pipes_as_errors() -> Iterator[None]:
             signal.signal(signal.SIGPIPE, signal.SIG_IGN)
 
 
+def _plausible(mesh: Any, study: Study) -> Any:
+    """Return the mesh, or refuse one whose file is most likely not in metres."""
+    settings, extent, way = study.mesh, float(np.ptp(mesh.p, axis=1).max()), _longest_way(study)
+    body = max(_LARGE_BODY, _LARGEST_RATIO * way) if way > 0.0 else np.inf
+    largest = body if study.fingertip is None else _LARGEST_FINGER
+    if isinstance(settings, MeshFile) and settings.length_unit is None and extent > largest:
+        beside = "a fingertip" if study.fingertip else f"a body that is touched over {way * 1e3:.4g} mm"
+        found = f"the body is {extent:.4g} m large, too large for {beside}"
+        mend = "write 'length_unit: mm' beside 'file' for a file in millimetres, 'length_unit: m' if it is that large"
+        raise InputError("mesh.file", found, "needs coordinates in metres", mend)
+    return mesh
+
+
+def _longest_way(study: Study) -> float:
+    """Return the longest way of a phase [m]; 0 where no body moves."""
+    own = [entry for contact in study.all_contacts for entry in contact.programme or ()]
+    moving = [phase for phase in _phases((*study.programme, *own)) if not isinstance(phase, Hold)]
+    return max((phase.depth if isinstance(phase, Press) else phase.distance for phase in moving), default=0.0)
+
+
 def _fingertip(run: Run) -> Fingertip:
     assert run.fingertip is not None  # a study without a fingertip says all this itself
     return run.fingertip
@@ -159,30 +236,44 @@ def _materials(run: Run) -> Mapping[str, Any]:
     return {**(run.fingertip.materials if run.fingertip else {}), **run.study.materials}
 
 
-def _supports(run: Run) -> Mapping[str, Any]:
+def _supports(run: Run, axes: str) -> Mapping[str, Any]:
     if run.study.supports or run.fingertip is None:
         return dict(run.study.supports)
-    return {"phalanx" if run.fingertip.phalanx.rigid else "phalanx_dorsal": ("x", "y")}
+    return {"phalanx" if run.fingertip.phalanx.rigid else "phalanx_dorsal": tuple(axes)}
 
 
-def _contact(settings: ContactSettings) -> Contact:
+def _in_space(run: Run) -> bool:
+    return isinstance(run.study.mesh, SolidSizes)
+
+
+def _contact(run: Run, settings: ContactSettings) -> Contact:
+    body = settings.rigid_body
+    if _in_space(run) and settings.body is None and len(settings.normal) == 2:
+        body = Plane((*settings.normal, 0.0), settings.offset)
     return Contact(
         boundary=settings.boundary,
-        body=Plane(normal=settings.normal, offset=settings.offset),
-        friction=Coulomb(settings.friction_coefficient),
+        body=body,
+        friction=settings.law,
         normal_penalty=settings.normal_penalty,
         tangential_penalty=settings.tangential_penalty,
         reach=settings.reach,
+        programme=None if settings.programme is None else _phases(settings.programme),
+        drive=settings.drive,
     )
+
+
+def _phases(entries: Sequence[ProgrammeEntry]) -> tuple[Phase, ...]:
+    return tuple(entry.phase for entry in entries)
 
 
 def _recording(run: Run) -> Recording:
     wanted = run.study.record
-    sites = (*_receptors(run.study, run.fingertip), *wanted.sites)
+    sites = (*_receptors(run), *wanted.sites)
     return Recording(sites=sites, snapshots_every=wanted.snapshots_every)
 
 
-def _receptors(study: Study, fingertip: Fingertip | None) -> tuple[Site, ...]:
-    if fingertip is None or not study.record.receptors:
+def _receptors(run: Run) -> tuple[Site, ...]:
+    if run.fingertip is None or not run.study.record.receptors:
         return ()
-    return tuple(site for site in receptor_sites(fingertip) if site.kind in study.record.receptors)
+    sites = solid_receptor_sites(run.fingertip) if _in_space(run) else receptor_sites(run.fingertip)
+    return tuple(site for site in sites if site.kind in run.study.record.receptors)

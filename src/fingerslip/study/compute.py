@@ -26,7 +26,7 @@ from fingerslip.study.store import mapping_text, new_folder, write_text, writing
 from fingerslip.study.sweep import Run
 from fingerslip.study.yaml import write_mapping
 
-__all__ = ["Job", "compute", "mesh_hash"]
+__all__ = ["Job", "compute", "mesh_hash", "mesh_size"]
 
 _LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 _logger = logging.getLogger("fingerslip.study")
@@ -84,7 +84,7 @@ def compute(job: Job, progress: Callable[[float], None]) -> None:
         write_history(history, folder / "history.nc")
         with writing(folder):
             write_mapping(job.run.resolved(), folder / "run.yaml", comment="fingerslip run run.yaml repeats this run")
-            write_snapshots(history, job.model.mesh, folder)
+            write_snapshots(history, folder)
         write_text(folder / "events.json", mapping_text(_result(job, history, seconds)))
 
 
@@ -96,11 +96,16 @@ def mesh_hash(mesh: Any) -> str:
     return digest.hexdigest()
 
 
+def mesh_size(mesh: Any) -> float:
+    """Return the representative element size N^(-1/dim) of a mesh of N cells, for the ratio of two meshes of a body."""
+    return float(mesh.t.shape[1] ** (-1.0 / mesh.dim()))
+
+
 def _simulate(job: Job, progress: Callable[[float], None]) -> Any:
     try:
         return simulate(job.model, progress=progress)
     except InputError as error:
-        raise located(error, job.run.where) from None
+        raise located(error, job.run.where, job.run.study) from None
 
 
 def _result(job: Job, history: Any, seconds: float) -> Mapping[str, Any]:
@@ -116,6 +121,7 @@ def _result(job: Job, history: Any, seconds: float) -> Mapping[str, Any]:
         ],
         "numbers": key_numbers(history),
         "mesh_hash": mesh_hash(job.model.mesh),
+        "mesh_size": mesh_size(job.model.mesh),
         "wall_time_s": round(seconds, 3),
         "versions": versions(),
     }

@@ -6,10 +6,18 @@ import numpy as np
 import xarray as xr
 
 from fingerslip.history import phase_times
+from fingerslip.slip import contact_area
 
 __all__ = ["key_numbers"]
 
-_CONTACT = ("penetration_max_m", "elastic_slip_max_m", "normal_traction_max_Pa", "slip_distance_max_m")
+_FORCES = ("normal_force_max_N", "normal_force_end_N", "friction_force_max_N", "friction_force_ratio_end_of_slide")
+_CONTACT = (
+    "contact_area_max_m2",
+    "penetration_max_m",
+    "elastic_slip_max_m",
+    "normal_traction_max_Pa",
+    "slip_distance_max_m",
+)
 
 
 def key_numbers(history: xr.Dataset) -> dict[str, float | int | None]:
@@ -29,9 +37,9 @@ def key_numbers(history: xr.Dataset) -> dict[str, float | int | None]:
 
 
 def _forces(history: xr.Dataset) -> dict[str, float | int | None]:
-    """Normal force at its largest and at the end; friction force over normal force at the end of the slide."""
+    """Largest and last normal force, largest friction force, and friction over normal force at the end of the slide."""
     if history.sizes.get("body", 0) == 0:
-        return {"normal_force_max_N": None, "normal_force_end_N": None, "friction_force_ratio_end_of_slide": None}
+        return dict.fromkeys(_FORCES)
     force, unit = history["body_force"].values[:, 0, :], history["body_normal"].values[0]
     normal = force @ unit
     tangential = np.linalg.norm(force - normal[:, None] * unit, axis=1)
@@ -43,16 +51,18 @@ def _forces(history: xr.Dataset) -> dict[str, float | int | None]:
     return {
         "normal_force_max_N": float(normal.max()),
         "normal_force_end_N": float(normal[-1]),
+        "friction_force_max_N": float(tangential.max()),
         "friction_force_ratio_end_of_slide": ratio,
     }
 
 
 def _contact(history: xr.Dataset) -> dict[str, float | int | None]:
-    """Deepest penetration, largest elastic slip and traction, and most slip of a contact node."""
+    """Largest area in contact, and the largest penetration, elastic slip, traction and slip of a contact node."""
     if history.sizes.get("contact_node", 0) == 0:
         return dict.fromkeys(_CONTACT)
     penalty = history.attrs.get("tangential_penalty", np.inf)
     return {
+        "contact_area_max_m2": float(contact_area(history).max()),
         "penetration_max_m": float(max(-history["gap"].values.min(), 0.0)),
         "elastic_slip_max_m": float(np.linalg.norm(history["tangential_traction"].values, axis=-1).max() / penalty),
         "normal_traction_max_Pa": float(history["normal_traction"].values.max()),

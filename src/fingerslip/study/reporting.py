@@ -16,15 +16,17 @@ from fingerslip.report.assemble import StudyResults, study_report
 from fingerslip.report.figures import save_figure
 from fingerslip.report.page import write_page
 from fingerslip.report.published import published
-from fingerslip.report.tables import RunEvents, Table, compare_table, events_table, flatten
-from fingerslip.slip import events_from_mapping
+from fingerslip.report.tables import Table
+from fingerslip.report.tables_events import RunEvents, compare_table, events_table, flatten
+from fingerslip.slip import Convergence, events_from_mapping
 from fingerslip.study.build import build_mesh
 from fingerslip.study.spec import read_study
 from fingerslip.study.store import new_folder, read_result
 from fingerslip.study.sweep import expand
+from fingerslip.study.uncertainties import read_convergences, read_uncertainties
 from fingerslip.study.yaml import read_mapping
 
-__all__ = ["StoredStudy", "event_tables", "read_manifest", "read_stored", "report_key", "write_report"]
+__all__ = ["StoredStudy", "event_tables", "read_manifest", "read_stored", "report_key", "stored_run", "write_report"]
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,8 @@ def read_stored(folder: str | Path) -> StoredStudy:
     manifest = read_manifest(folder)
     if not manifest:
         raise ResultError(f"{folder}: holds no results of a study; needs a folder that fingerslip run wrote")
-    runs = tuple(_stored_run(folder / name) for name in manifest["runs"])
+    known = read_uncertainties(folder, _identities(manifest))
+    runs = tuple(stored_run(folder / name, known.get(name, {})) for name in manifest["runs"])
     return StoredStudy(folder, manifest["title"], tuple(manifest["compare"]), runs)
 
 
@@ -93,9 +96,14 @@ def event_tables(runs: Sequence[RunEvents], compare: Sequence[str]) -> tuple[Tab
     return (events_table(runs), *(table for table in beside if table.rows))
 
 
-def report_key(title: str, compare: Sequence[str], identities: Mapping[str, str]) -> str:
+def report_key(
+    title: str,
+    compare: Sequence[str],
+    identities: Mapping[str, str],
+    uncertainties: Mapping[str, Mapping[str, float]],
+) -> str:
     """Return a hash of all that a report shows, so that an unchanged one is not made again."""
-    text = json.dumps([title, list(compare), dict(identities)], sort_keys=True)
+    text = json.dumps([title, list(compare), dict(identities), dict(uncertainties)], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -116,6 +124,7 @@ def write_report(stored: StoredStudy) -> None:
             meshes=_meshes(stored, manifest),
             references=tuple(published(name) for name in stored.compare),
             parameters=_parameters(stored.runs),
+            convergences=_convergences(stored.folder, manifest),
             provenance={name: str(value) for name, value in flatten(manifest).items() if not name.startswith("runs.")},
         )
     )
@@ -136,6 +145,15 @@ def _meshes(stored: StoredStudy, manifest: Mapping[str, Any]) -> dict[str, Any]:
     return meshes
 
 
+def _convergences(folder: Path, manifest: Mapping[str, Any]) -> dict[str, Mapping[str, Convergence]]:
+    found = read_convergences(folder, _identities(manifest))
+    return {name: one.quantities for name, one in found.items()}
+
+
+def _identities(manifest: Mapping[str, Any]) -> dict[str, str]:
+    return {name: str(run["identity"]) for name, run in manifest["runs"].items()}
+
+
 def _parameters(runs: Sequence[RunEvents]) -> tuple[PresetValue, ...]:
     """Return the preset's parameters with their sources, as the first run has them."""
     values = runs[0].values
@@ -143,9 +161,23 @@ def _parameters(runs: Sequence[RunEvents]) -> tuple[PresetValue, ...]:
     return preset_table(str(name)) if name in preset_names() else ()
 
 
-def _stored_run(folder: Path) -> RunEvents:
+def stored_run(folder: Path, uncertainty: Mapping[str, float]) -> RunEvents:
+    """Read the events of a finished run back.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the run.
+    uncertainty : mapping of str to float
+        Numerical uncertainty of its events, as far as it is known.
+
+    Raises
+    ------
+    ResultError
+        Where there is no finished run.
+    """
     result = read_result(folder)
     if result is None:
         raise ResultError(f"{folder}: holds no finished run; run the study again")
     values = flatten(read_mapping(folder / "run.yaml"))
-    return RunEvents(folder.name, result["swept"], events_from_mapping(result["events_s"]), values)
+    return RunEvents(folder.name, result["swept"], events_from_mapping(result["events_s"]), values, uncertainty)

@@ -10,7 +10,7 @@ from typing import Any
 from fingerslip.dynamics.system import check_model
 from fingerslip.errors import FingerslipError, InputError
 from fingerslip.report.published import published
-from fingerslip.report.tables import RunEvents
+from fingerslip.report.tables_events import RunEvents
 from fingerslip.study.build import build_mesh, build_model, located, mesh_key
 from fingerslip.study.compute import Job
 from fingerslip.study.pool import compute_all
@@ -20,8 +20,19 @@ from fingerslip.study.spec import Study, read_study
 from fingerslip.study.store import clean_stale, identity, read_result, remove_empty
 from fingerslip.study.summary import run_events, write_manifest, write_summary
 from fingerslip.study.sweep import Run, expand
+from fingerslip.study.uncertainties import read_uncertainties
 
-__all__ = ["Plan", "StudyFailedError", "StudyResult", "plan_study", "prepare", "run_studies", "run_study"]
+__all__ = [
+    "Plan",
+    "StudyFailedError",
+    "StudyResult",
+    "compute_jobs",
+    "plan_study",
+    "prepare",
+    "run_studies",
+    "run_study",
+    "write_up",
+]
 
 
 @dataclass(frozen=True)
@@ -209,9 +220,13 @@ def _execute(
     unchanged = tuple(run.name for run in plan.runs if run.name not in to_compute)
     for name in unchanged:
         progress.say(f"{plan.source.stem}/{name}: unchanged")
-    failures = _compute(plan, jobs, workers, progress)
+    try:
+        failures = compute_jobs(plan, jobs, workers, progress)
+    except KeyboardInterrupt:
+        _write_tables(plan, plan.finished(), report="")
+        raise
     computed = tuple(name for name in to_compute if name not in failures)
-    result = StudyResult(plan.folder, plan.study.compare, _write_up(plan), computed, unchanged)
+    result = StudyResult(plan.folder, plan.study.compare, write_up(plan), computed, unchanged)
     return result, {f"{plan.source.stem}/{name}": error for name, error in failures.items()}
 
 
@@ -239,33 +254,64 @@ def _job(plan: Plan, run: Run, meshes: dict[str, Any]) -> Job:
     try:
         check_model(model)
     except InputError as error:
-        raise located(error, run.where) from None
+        raise located(error, run.where, run.study) from None
     return Job(run, model, plan.identities[run.name], plan.folder / run.name)
 
 
-def _compute(plan: Plan, jobs: Sequence[Job], workers: int, progress: StudyProgress) -> dict[str, FingerslipError]:
-    """Compute the jobs; what is unfinished at the end is removed, also after Ctrl-C."""
+def compute_jobs(plan: Plan, jobs: Sequence[Job], workers: int, progress: StudyProgress) -> dict[str, FingerslipError]:
+    """Compute jobs of a study; what is unfinished at the end is removed, also after Ctrl-C.
+
+    Parameters
+    ----------
+    plan : Plan
+        The study.
+    jobs : sequence of Job
+        What to compute.
+    workers : int
+        How many at once.
+    progress : StudyProgress
+        Is told how far they are.
+
+    Returns
+    -------
+    dict
+        The error of each job that failed, by the name of its run.
+    """
     made = [folder for folder in (plan.folder, *plan.folder.parents) if not folder.exists()]
     clean_stale(plan.folder)
     if not jobs:
         return {}
     try:
         return compute_all(jobs, workers, progress)
-    except KeyboardInterrupt:
-        _write_tables(plan, plan.finished(), report="")
-        raise
     finally:
         clean_stale(plan.folder)
         remove_empty(*made)
 
 
-def _write_up(plan: Plan) -> tuple[RunEvents, ...]:
-    """Write summary, report and manifest of the runs that are finished."""
+def write_up(plan: Plan) -> tuple[RunEvents, ...]:
+    """Write summary, report and manifest of the runs that are finished.
+
+    Parameters
+    ----------
+    plan : Plan
+        The study.
+
+    Returns
+    -------
+    tuple of RunEvents
+        The finished runs, with their uncertainties where they are known.
+
+    Raises
+    ------
+    ResultError
+        Where something cannot be written.
+    """
     finished = plan.finished()
     if not finished:
         return ()
     identities = {name: plan.identities[name] for name in finished}
-    key = report_key(plan.study.title, plan.study.compare, identities)
+    known = read_uncertainties(plan.folder, identities)
+    key = report_key(plan.study.title, plan.study.compare, identities, known)
     current = read_manifest(plan.folder).get("report") == key and (plan.folder / "report.html").is_file()
     runs = _write_tables(plan, finished, report=key if current else "")
     if not current:
@@ -275,7 +321,10 @@ def _write_up(plan: Plan) -> tuple[RunEvents, ...]:
 
 
 def _write_tables(plan: Plan, finished: Mapping[str, Mapping[str, Any]], report: str) -> tuple[RunEvents, ...]:
-    runs = tuple(run_events(run, finished[run.name]) for run in plan.runs if run.name in finished)
+    known = read_uncertainties(plan.folder, plan.identities)
+    runs = tuple(
+        run_events(run, finished[run.name], known.get(run.name, {})) for run in plan.runs if run.name in finished
+    )
     if runs:
         write_summary(runs, plan.folder / "summary.csv")
         write_manifest(plan.source, plan.study, finished, report, plan.folder / "manifest.json")

@@ -5,147 +5,51 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 import pydantic
 
 from fingerslip.anatomy import Fingertip, fingertip_from
 from fingerslip.errors import InputError
 from fingerslip.materials import Elastic, RayleighDamping
-from fingerslip.mesh.sites import Site
+from fingerslip.mesh.scans import SurfaceMesh
 from fingerslip.mesh.sizes import MeshSizes
-from fingerslip.model import Hold, Lift, Phase, Press, Slide, TimeStepping
+from fingerslip.model import Component, Formulation, Integration
 from fingerslip.parameters import (
-    Duration,
-    NonNegativeNumber,
     PositiveLength,
-    SignedLength,
-    Stiffness,
+    SignedAcceleration,
+    SignedSpeed,
     as_mapping,
     from_mapping,
     json_schema,
     parameters,
 )
+from fingerslip.study.scans import beside
+from fingerslip.study.settings import (
+    ContactSettings,
+    MeshFile,
+    MeshSettings,
+    ProgrammeEntry,
+    RecordSettings,
+    RefinementSettings,
+    TimeSettings,
+    TractionSettings,
+)
 from fingerslip.study.yaml import read_mapping
-from fingerslip.units import Unit
 
 __all__ = [
     "ContactSettings",
     "MeshFile",
     "ProgrammeEntry",
     "RecordSettings",
+    "RefinementSettings",
     "Study",
+    "TimeSettings",
     "parse_study",
     "read_study",
     "study_fingertip",
     "study_mapping",
     "study_schema",
-]
-
-SignedPressure = Annotated[float, Unit("Pa", "kPa")]
-Component = Literal["x", "y"]
-ReceptorKind = Literal["FA-I", "SA-I", "FA-II", "SA-II"]
-Formulation = Literal["plane_strain", "plane_stress"]
-
-
-@parameters
-class MeshFile:
-    """A mesh that is read instead of built.
-
-    Parameters
-    ----------
-    file : str
-        Path of the mesh file, relative to the study file.
-    """
-
-    file: str
-
-
-@parameters
-class ContactSettings:
-    """Contact with the rigid plate.
-
-    Parameters
-    ----------
-    friction_coefficient : float
-        Coulomb friction coefficient [-].
-    boundary : str
-        Boundary of the mesh that may touch the plate.
-    normal : tuple of float
-        Normal of the plate, towards the body.
-    offset : float, optional
-        Start of the plate along its normal [m]; without it the plate starts where it just touches.
-    normal_penalty, tangential_penalty : float, optional
-        Contact stiffness per area [Pa/m].
-    reach : float, optional
-        Distance from the plate within which the boundary may come to touch it [m].
-    """
-
-    friction_coefficient: NonNegativeNumber
-    boundary: str = "skin"
-    normal: tuple[float, ...] = (0.0, 1.0)
-    offset: SignedLength | None = None
-    normal_penalty: Stiffness | None = None
-    tangential_penalty: Stiffness | None = None
-    reach: PositiveLength | None = None
-
-
-@parameters
-class ProgrammeEntry:
-    """One phase of the programme, under the key that says its kind.
-
-    Parameters
-    ----------
-    press, hold, slide, lift : Press, Hold, Slide, Lift
-        The phase; exactly one of them.
-    """
-
-    press: Press | None = None
-    hold: Hold | None = None
-    slide: Slide | None = None
-    lift: Lift | None = None
-
-    def __post_init__(self) -> None:
-        kinds = [field.name for field in dataclasses.fields(self) if getattr(self, field.name) is not None]
-        if len(kinds) != 1:
-            raise InputError("", f"has {' and '.join(kinds) or 'no phase'}", "needs one of press, hold, slide, lift")
-
-    @property
-    def phase(self) -> Phase:
-        """The phase itself."""
-        phase = self.press or self.hold or self.slide or self.lift
-        assert phase is not None  # held by __post_init__
-        return phase
-
-
-@parameters
-class RecordSettings:
-    """What a run records beside the contact, the forces and the energies.
-
-    Parameters
-    ----------
-    receptors : tuple of {'FA-I', 'SA-I', 'FA-II', 'SA-II'}
-        Kinds of mechanoreceptors of the fingertip at which the motion is recorded.
-    sites : tuple of Site
-        Further places.
-    snapshots_every : float
-        Time between snapshots of the whole mesh [s]; 0 for none.
-    """
-
-    receptors: tuple[ReceptorKind, ...] = ()
-    sites: tuple[Site, ...] = ()
-    snapshots_every: Duration = 0.0
-
-
-def _mesh_kind(value: object) -> str:
-    if isinstance(value, Mapping):
-        return "MeshFile" if "file" in value else "MeshSizes"
-    return type(value).__name__ if isinstance(value, MeshFile) else "MeshSizes"
-
-
-MeshSettings = Annotated[
-    Annotated[MeshFile, pydantic.Tag("MeshFile")] | Annotated[MeshSizes, pydantic.Tag("MeshSizes")],
-    pydantic.Discriminator(_mesh_kind),
 ]
 
 
@@ -155,60 +59,80 @@ class Study:
 
     Parameters
     ----------
-    time : TimeStepping
-        Step, numerical damping and end.
+    time : TimeSettings
+        Step, scheme, numerical damping and end.
     title : str
         What the study shows.
     fingertip : mapping, optional
         `preset` and the values that differ from it.
-    mesh : MeshSizes or MeshFile
-        Element sizes, or `file` for a mesh that is read.
+    mesh : MeshSizes, SolidSizes, MeshFile or SurfaceMesh
+        Element sizes of the section; with `element` T4 or T10 those of the fingertip in space; or `file` for a mesh
+        that is read, or `skin` and more for one built from the surfaces of a scan.
     contact : ContactSettings, optional
-        Contact with the plate.
+        Contact with one rigid body, a plate where nothing else is said.
+    contacts : tuple of ContactSettings
+        Contacts with several bodies, instead of `contact`.
     programme : tuple of ProgrammeEntry
-        Motion of the plate.
+        Motion of the bodies that have none of their own.
     damping : RayleighDamping
         Material damping.
-    integration : {'selective', 'full'}
-        Integration of quadrilaterals in plane strain.
+    integration : {'selective', 'full', 'nodal'}
+        How the dilatational part is integrated; see :class:`~fingerslip.model.Model`.
     record : RecordSettings
         What is recorded.
     materials : mapping of str to Elastic
         Materials by region; they go before those of the fingertip.
-    supports : mapping of str to tuple of {'x', 'y'}
+    supports : mapping of str to tuple of {'x', 'y', 'z'}
         Fixed boundaries or regions; without them the phalanx of the fingertip is held.
-    tractions : mapping of str to tuple of float
-        Dead loads on boundaries [Pa].
-    formulation : {'plane_strain', 'plane_stress'}, optional
-        The two-dimensional assumption; without it that of the fingertip.
+    tractions : mapping of str to tuple of float or Traction
+        Dead loads on boundaries [Pa], constant, or `value` with a `ramp` over time.
+    gravity : tuple of float, optional
+        Acceleration of gravity [m/s^2].
+    initial_velocity : tuple of float, optional
+        Velocity of the whole deformable body at the start [m/s].
+    formulation : {'plane_strain', 'plane_stress', 'solid'}, optional
+        The two-dimensional assumption, or 'solid' in space; without it that of the fingertip.
     depth : float, optional
-        Out-of-plane depth [m]; without it that of the fingertip.
+        Out-of-plane depth [m], not in space; without it that of the fingertip.
     sweep : mapping of str to tuple
         Values by dotted path; the runs are all combinations, the first path varies slowest.
     compare : tuple of str
         Published tables that the results are shown beside.
+    converge : RefinementSettings
+        How ``fingerslip converge`` refines the runs.
     """
 
-    time: TimeStepping
+    time: TimeSettings
     title: str = ""
     fingertip: Mapping[str, Any] | None = None
     mesh: MeshSettings = MeshSizes()
     contact: ContactSettings | None = None
+    contacts: tuple[ContactSettings, ...] = ()
     programme: tuple[ProgrammeEntry, ...] = ()
     damping: RayleighDamping = RayleighDamping()
-    integration: Literal["selective", "full"] = "selective"
+    integration: Integration = "selective"
     record: RecordSettings = RecordSettings()
     materials: Mapping[str, Elastic] = pydantic.Field(default_factory=dict)
     supports: Mapping[str, tuple[Component, ...]] = pydantic.Field(default_factory=dict)
-    tractions: Mapping[str, tuple[SignedPressure, ...]] = pydantic.Field(default_factory=dict)
+    tractions: Mapping[str, TractionSettings] = pydantic.Field(default_factory=dict)
+    gravity: tuple[SignedAcceleration, ...] | None = None
+    initial_velocity: tuple[SignedSpeed, ...] | None = None
     formulation: Formulation | None = None
     depth: PositiveLength | None = None
     sweep: Mapping[str, tuple[Any, ...]] = pydantic.Field(default_factory=dict)
     compare: tuple[str, ...] = ()
+    converge: RefinementSettings = RefinementSettings()
 
     def __post_init__(self) -> None:
         _check_sweep(self.sweep)
         _check_body(self)
+        if self.contact is not None and self.contacts:
+            raise InputError("contacts", "stands beside contact", "needs one of the two", "move contact into contacts")
+
+    @property
+    def all_contacts(self) -> tuple[ContactSettings, ...]:
+        """The contacts, whether one or several."""
+        return self.contacts if self.contact is None else (self.contact,)
 
 
 def _check_sweep(sweep: Mapping[str, tuple[Any, ...]]) -> None:
@@ -227,9 +151,10 @@ def _check_body(study: Study) -> None:
     """Hold that a study without a fingertip says itself what a fingertip would say."""
     if study.fingertip is not None:
         return
-    if not isinstance(study.mesh, MeshFile):
+    if not isinstance(study.mesh, MeshFile | SurfaceMesh):
         raise InputError("fingertip", "is missing", "needs a preset, or mesh.file for a body that is no fingertip")
-    for name in ("materials", "formulation", "depth"):
+    needed = ("materials", "formulation") if study.formulation == "solid" else ("materials", "formulation", "depth")
+    for name in needed:
         if not getattr(study, name):
             raise InputError(name, "is missing", "needs a value where there is no fingertip")
     if study.record.receptors:
@@ -276,7 +201,10 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     study = from_mapping(Study, mapping, str(source))
     study_fingertip(study, str(source))
     if isinstance(study.mesh, MeshFile):
-        return dataclasses.replace(study, mesh=MeshFile(str((source.parent / study.mesh.file).resolve())))
+        file = str((source.parent / study.mesh.file).resolve())
+        return dataclasses.replace(study, mesh=dataclasses.replace(study.mesh, file=file))
+    if isinstance(study.mesh, SurfaceMesh):
+        return dataclasses.replace(study, mesh=beside(study.mesh, source.parent))
     return study
 
 

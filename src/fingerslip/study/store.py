@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.errors import ResultError
+from fingerslip.mesh.scans import SurfaceMesh
 from fingerslip.study.build import mesh_key
 from fingerslip.study.spec import MeshFile
 from fingerslip.study.sweep import Run
@@ -32,16 +33,16 @@ __all__ = [
 ]
 
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
-RESULT_FORMAT = 2
+RESULT_FORMAT = 3
 
 _FULL = {errno.ENOSPC, errno.EDQUOT}
 _DAY = 86400.0
 
 
 def identity(run: Run) -> str:
-    """Return the hash of everything that decides the result of a run: its values, its mesh file, the program."""
+    """Return the hash of everything that decides the result of a run: its values, its mesh files, the program."""
     values = {key: value for key, value in run.resolved().items() if key != "title"}
-    if isinstance(run.study.mesh, MeshFile):
+    if isinstance(run.study.mesh, MeshFile | SurfaceMesh):
         values["mesh"] = {"hash": mesh_key(run)}
     made_by = {"format": RESULT_FORMAT, "version": metadata.version("fingerslip")}
     text = json.dumps([made_by, values], sort_keys=True)

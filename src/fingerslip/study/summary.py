@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fingerslip.report.tables import RunEvents, flatten, summary_table, to_csv
+from fingerslip.report.tables import to_csv
+from fingerslip.report.tables_events import RunEvents, flatten, summary_table
 from fingerslip.slip import events_from_mapping
 from fingerslip.study.provenance import commit, versions
 from fingerslip.study.spec import Study
@@ -16,7 +17,7 @@ from fingerslip.study.sweep import Run
 __all__ = ["run_events", "write_manifest", "write_summary"]
 
 
-def run_events(run: Run, result: Mapping[str, Any]) -> RunEvents:
+def run_events(run: Run, result: Mapping[str, Any], uncertainty: Mapping[str, float]) -> RunEvents:
     """Return the events of a finished run, with all its values.
 
     Parameters
@@ -25,8 +26,11 @@ def run_events(run: Run, result: Mapping[str, Any]) -> RunEvents:
         The run.
     result : mapping
         What is stored of it, as :func:`~fingerslip.study.store.read_result` reads it.
+    uncertainty : mapping of str to float
+        Numerical uncertainty of its events, as far as it is known.
     """
-    return RunEvents(run.name, run.swept, events_from_mapping(result["events_s"]), flatten(run.resolved()))
+    events = events_from_mapping(result["events_s"])
+    return RunEvents(run.name, run.swept, events, flatten(run.resolved()), uncertainty)
 
 
 def write_summary(runs: Sequence[RunEvents], path: Path) -> None:

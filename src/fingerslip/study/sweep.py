@@ -20,7 +20,7 @@ from fingerslip.study.spec import Study, parse_study, study_fingertip, study_map
 __all__ = ["Run", "expand", "known_paths"]
 
 _LONGEST_NAME = 100
-_NOT_SWEPT = ("title", "sweep", "compare")
+_NOT_SWEPT = ("title", "sweep", "compare", "converge")
 
 
 @dataclass(frozen=True)

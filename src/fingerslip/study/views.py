@@ -10,12 +10,15 @@ from typing import Any
 from fingerslip.anatomy import preset_header, preset_names, preset_table
 from fingerslip.errors import InputError
 from fingerslip.parameters import walk_quantities
-from fingerslip.report.tables import Column, Table, flatten, ways_table
+from fingerslip.report.tables import Column, Table
+from fingerslip.report.tables_events import RunEvents, flatten, ways_table
 from fingerslip.slip import events_from_mapping
 from fingerslip.study.reporting import event_tables, read_stored
 from fingerslip.study.spec import Study, read_study
 from fingerslip.study.store import read_result
+from fingerslip.study.uncertainties import read_uncertainties
 from fingerslip.study.yaml import read_mapping
+from fingerslip.units import Unit
 
 __all__ = ["presets_table", "show"]
 
@@ -93,7 +96,7 @@ def _own_rows(study: Study, given: Mapping[str, Any]) -> Iterator[Row]:
         absent = value is None or value in ((), {}, "")
         if absent or any(path == other or other.startswith(f"{path}.") for other in given):
             continue
-        yield path, unit.format(value) if unit else _text(value), "default", ""
+        yield path, _text(value, unit), "default", ""
 
 
 def _swept(row: Row, study: Study) -> Row:
@@ -103,10 +106,12 @@ def _swept(row: Row, study: Study) -> Row:
     return path, ", ".join(_text(value) for value in study.sweep[path]), f"{_STUDY_FILE}, swept", note
 
 
-def _text(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    return ", ".join(_text(item) for item in value) if isinstance(value, list | tuple) else str(value)
+def _text(value: object, unit: Unit | None = None) -> str:
+    if isinstance(value, list | tuple):
+        return ", ".join(_text(item, unit) for item in value)
+    if unit is not None and isinstance(value, int | float):
+        return unit.format(value)
+    return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _show_result(folder: Path) -> tuple[Table, ...]:
@@ -116,8 +121,10 @@ def _show_result(folder: Path) -> tuple[Table, ...]:
         return event_tables(stored.runs, stored.compare)
     numbers = tuple((name, value) for name, value in result["numbers"].items())
     versions = ", ".join(f"{name} {version}" for name, version in result["versions"].items())
+    uncertainty = read_uncertainties(folder.parent, {folder.name: result["identity"]}).get(folder.name, {})
+    events = RunEvents(folder.name, result["swept"], events_from_mapping(result["events_s"]), {}, uncertainty)
     return (
-        ways_table(events_from_mapping(result["events_s"]), f"Slip events of {folder}"),
+        ways_table(events, f"Slip events of {folder}"),
         Table("Key numbers", (Column("name"), Column("value")), numbers, f"{result['wall_time_s']} s with {versions}"),
         _swept_table(result),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fingerslip.errors import InputError
-from fingerslip.verification import blocks, condensed, dynamics, elements, friction, line, sphere
+from fingerslip.verification import blocks, condensed, creep, dynamics, elements, fingertip, friction, line, sphere
 from fingerslip.verification.problem import Problem
 
 __all__ = ["PROBLEMS", "choose"]
@@ -16,8 +16,10 @@ PROBLEMS: tuple[Problem, ...] = (
     *dynamics.PROBLEMS,
     *blocks.PROBLEMS,
     *friction.PROBLEMS,
+    *creep.PROBLEMS,
     *line.PROBLEMS,
     *sphere.PROBLEMS,
+    *fingertip.PROBLEMS,
 )
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import fingerslip as fs
+from fingerslip.contact.active import solve_contact
 from fingerslip.contact.solver import ContactSolution
 from fingerslip.dynamics import condensation
 from fingerslip.dynamics import step as step_module
@@ -76,6 +79,25 @@ def test_a_residual_that_is_no_number_is_an_error_too(monkeypatch):
     monkeypatch.setattr(step_module, "solve_contact", broken)
     with pytest.raises(fs.ConvergenceError):
         fs.simulate(push_and_slide())
+
+
+@pytest.mark.parametrize("residual", [0.99e-10, 1.01e-10])
+def test_the_residual_that_the_solver_states_decides(monkeypatch, residual):
+    """The solver is asked for more than what a step has to have, and the forces themselves are not looked at."""
+    asked = []
+
+    def stated(compliance, free, friction, start, tolerance, *, work):
+        asked.append(tolerance)
+        solution, work = solve_contact(compliance, free, friction, start, tolerance, work=work)
+        return replace(solution, residual=residual), work
+
+    monkeypatch.setattr(step_module, "solve_contact", stated)
+    if residual > 1e-10:
+        with pytest.raises(fs.ConvergenceError):
+            fs.simulate(push_and_slide())
+    else:
+        assert fs.simulate(push_and_slide())["normal_traction"].values.any()
+    assert set(asked) == {1e-12}
 
 
 def march(model):

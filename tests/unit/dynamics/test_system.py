@@ -28,6 +28,14 @@ def contact(**changes):
         ({"contacts": contact(body=fs.Plane(offset=1e-3))}, "contacts.0.offset: the plate starts 1 mm inside the body"),
         ({"contacts": contact(body=fs.Plane(offset=-1.0))}, "no node of the boundary is within 0.6 mm of the plate"),
         ({"contacts": contact(body=fs.Plane(normal=(0, 0, 1)))}, "contacts.0.body.normal: got 3 components, needs 2"),
+        (
+            {"programme": (fs.Press(4.5e-3, 1e-3),)},
+            "programme: presses 4.5 mm deep, needs less than the 4 mm between the contact and what the supports hold",
+        ),
+        (
+            {"contacts": contact(programme=(fs.Press(2e-3, 1e-3), fs.Lift(1e-3, 1e-3), fs.Press(3e-3, 1e-3)))},
+            "contacts.0.programme: presses 4 mm deep",
+        ),
         ({"programme": (fs.Slide(1e-3, 1e-3), fs.Press(1e-3, 1e-3))}, "slides before the plate touches"),
         ({"programme": (fs.Press(1e-3, 1e-3), fs.Slide(1e-3, 1e-3, (0.0, 1.0)))}, "needs a direction along the plate"),
         ({"record": fs.Recording(sites=(fs.Site("far", "", (1.0, 1.0)),))}, "site far: x = 1000 mm"),
@@ -40,6 +48,29 @@ def test_models_that_cannot_be_computed_are_refused_by_the_check_and_by_the_buil
         with pytest.raises(InputError) as caught:
             refuse(model)
         assert message in str(caught.value)
+
+
+def test_a_press_that_strains_the_body_too_much_is_warned_of(caplog):
+    check_model(push_and_slide(programme=(fs.Press(1.9e-3, 1e-3),)))
+    assert not caplog.records
+    check_model(push_and_slide(programme=(fs.Press(2.1e-3, 1e-3),)))
+    assert "presses 2.1 mm deep, 52 % of the 4 mm" in caplog.text
+
+
+def test_supports_that_let_the_body_go_along_the_normal_do_not_stop_a_press():
+    check_model(push_and_slide(programme=(fs.Press(4.5e-3, 1e-3),), supports={"top": ("x",)}))
+
+
+def test_what_is_held_behind_the_plate_does_not_stop_it():
+    """The plate presses the top; the held bottom corner is on its other side from the start."""
+    mesh = pad("Q4").with_boundaries({"foot": lambda x: x[1] < 1.1e-3})
+    plate = contact(boundary="top", body=fs.Plane(normal=(0, 1), offset=3.9e-3), programme=(fs.Press(0.2e-3, 1e-3),))
+    check_model(push_and_slide(mesh=mesh, contacts=plate, supports={"foot": ("x", "y")}))
+
+
+def test_a_body_that_is_held_along_the_normal_as_a_whole_has_no_soft_thickness():
+    supports = {"bulk": ("y",), "top": ("x", "y")}
+    check_model(push_and_slide(programme=(fs.Press(4.5e-3, 1e-3),), supports=supports))
 
 
 def test_a_body_pressed_by_tractions_may_slide_at_once():

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import meshio
 import numpy as np
 import pytest
+import pyvista
 import skfem
 
 from fingerslip.errors import MeshError
-from fingerslip.fe.space import boundary_nodes, build_space, nodal_areas, region_nodes, vector_dofs
+from fingerslip.fe.space import boundary_nodes, build_space, cell_nodes, nodal_areas, region_nodes, vector_dofs
+from fingerslip.verification.meshes import box
 from problems.blocks import ELEMENTS, distorted, rectangle
 
 
@@ -147,3 +150,24 @@ def test_a_quadrilateral_with_a_corner_pushed_in_is_refused():
     points = np.array([[0.0, 1.0, 0.45, 0.0], [0.0, 0.0, 0.45, 1.0]])
     with pytest.raises(MeshError, match=r"cell 0 at .* is inverted or flat"):
         build_space(skfem.MeshQuad1(points, np.array([[0], [1], [2], [3]])))
+
+
+@pytest.mark.parametrize(
+    ("element", "kind"),
+    [
+        ("H8", "hexahedron"),
+        ("T4", "tetra"),
+        ("T10", "tetra10"),
+        ("Q4", "quad"),
+        ("T3", "triangle"),
+        ("T6", "triangle6"),
+    ],
+)
+def test_cells_in_the_order_of_vtk_fill_the_body(element: str, kind: str) -> None:
+    mesh = box(element, *(np.linspace(0.0, 1.0, 4),) * (2 if element in ELEMENTS else 3))
+    space = build_space(mesh)
+    points = np.pad(space.positions, ((0, 0), (0, 3 - space.dim)))
+    grid = pyvista.from_meshio(meshio.Mesh(points, [(kind, cell_nodes(space))]))
+    sizes = grid.compute_cell_sizes(length=False)["Volume" if space.dim == 3 else "Area"]
+    assert sizes.sum() == pytest.approx(1.0)
+    assert (sizes > 0.0).all()

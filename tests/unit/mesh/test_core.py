@@ -11,7 +11,7 @@ from fingerslip.anatomy.outline import arc_length_at_cut
 from fingerslip.errors import MeshError
 from fingerslip.mesh import MeshSizes, build_section
 from fingerslip.mesh import core as core_module
-from fingerslip.mesh.core import mesh_core
+from fingerslip.mesh.core import mesh_core, mesh_ring
 from unit.fingers import change, shoelace
 
 
@@ -27,17 +27,6 @@ def test_gmsh_is_closed_after_success_failure_and_interruption(monkeypatch):
         with pytest.raises(seen):
             build_section(preset("wang2014-2d"))
         assert not gmsh.isInitialized()
-
-
-def test_gmsh_that_someone_else_uses_is_left_alone():
-    gmsh.initialize(readConfigFiles=False)
-    gmsh.option.setNumber("General.Terminal", 0)
-    try:
-        with pytest.raises(MeshError, match="already initialised"):
-            build_section(preset("wang2014-2d"))
-        assert gmsh.isInitialized()
-    finally:
-        gmsh.finalize()
 
 
 def test_building_prints_nothing(capfd):
@@ -99,3 +88,18 @@ def test_the_bulk_size_is_the_largest_size():
         core, _, _ = made(bulk_size=bulk)
         largest = np.sqrt(max(cell_areas(core, name).max() for name in core.cells))
         assert 0.6 * bulk < largest < 1.5 * bulk
+
+
+def test_ring_is_filled_and_keeps_its_nodes():
+    angle = np.linspace(0.0, 2 * np.pi, 49)[:-1]
+    outer = 4e-3 * np.column_stack([np.cos(angle), np.sin(angle)])
+    inner = 0.5 * outer[::2]
+    core = mesh_ring(outer, inner, 1e-3)
+    areas = {name: cell_areas(core, name).sum() for name in core.cells}
+    assert areas["phalanx"] == pytest.approx(shoelace(inner), rel=1e-9)
+    assert areas["tissue"] == pytest.approx(shoelace(outer) - shoelace(inner), rel=1e-9)
+    rings = np.vstack([outer, inner])
+    assert np.linalg.norm(rings[:, None] - core.points, axis=2).min(axis=1).max() < 1e-12
+    whole = mesh_ring(outer, None, 1e-3)
+    assert set(whole.cells) == {"tissue"}
+    assert cell_areas(whole, "tissue").sum() == pytest.approx(shoelace(outer), rel=1e-9)

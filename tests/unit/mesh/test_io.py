@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import gmsh
@@ -12,6 +13,7 @@ import skfem
 
 from fingerslip.anatomy import preset
 from fingerslip.errors import MeshError
+from fingerslip.fe.space import build_space
 from fingerslip.mesh import build_section, read_mesh, write_mesh
 
 
@@ -240,3 +242,33 @@ def test_shipped_meshes_are_read(path):
     mesh = read_mesh(path)
     assert mesh.subdomains
     assert mesh.boundaries
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".vtu"])
+@pytest.mark.parametrize("kind", [skfem.MeshTet1, skfem.MeshTet2])
+def test_tetrahedra_go_out_and_come_back(kind, suffix, tmp_path):
+    block = skfem.MeshTet1().refined(2).with_subdomains({"low": lambda x: x[2] < 0.5, "high": lambda x: x[2] > 0.5})
+    block = block.with_boundaries({"plate": lambda x: x[2] == 0.0})
+    inside = np.flatnonzero((block.p[2, block.facets] == 0.5).all(axis=0)).astype(np.int32)
+    mesh = block if kind is skfem.MeshTet1 else skfem.MeshTet2.from_mesh(block)
+    mesh = dataclasses.replace(mesh, _subdomains=block.subdomains, _boundaries={**block.boundaries, "middle": inside})
+    file = tmp_path / f"block{suffix}"
+    write_mesh(mesh, file)
+    back = read_mesh(file)
+    assert type(back) is kind
+    assert np.allclose(back.doflocs, mesh.doflocs)
+    for name in ("plate", "middle"):
+        assert np.array_equal(np.sort(back.boundaries[name]), np.sort(mesh.boundaries[name]))
+    for name in ("low", "high"):
+        assert np.array_equal(np.sort(back.subdomains[name]), np.sort(mesh.subdomains[name]))
+    assert build_space(back).n_dofs == 3 * mesh.doflocs.shape[1]
+
+
+def test_flat_tetrahedron_is_named(tmp_path):
+    points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 1.0, 0.0]])
+    cells = [("tetra", np.array([[0, 1, 2, 3], [0, 1, 2, 4]]))]
+    tags = {"gmsh:physical": [np.array([1, 1])], "gmsh:geometrical": [np.array([1, 1])]}
+    mesh = meshio.Mesh(points, cells, cell_data=tags, field_data={"block": np.array([1, 3])})
+    meshio.write(tmp_path / "flat.msh", mesh, file_format="gmsh22")
+    with pytest.raises(MeshError, match=r"cell 1 at x = 500 mm, y = 500 mm, z = 0 mm is inverted or flat, .* volume"):
+        read_mesh(tmp_path / "flat.msh")

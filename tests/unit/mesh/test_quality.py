@@ -92,3 +92,22 @@ def test_the_region_of_the_worst_cell_is_named():
         check_quality(mesh)
     low, long = quality_table(mesh)
     assert (low.region, low.aspect_ratio, long.aspect_ratio) == ("low", 1.0, 12.0)
+
+
+def tetrahedron(*corners):
+    return skfem.MeshTet1(np.array(corners, dtype=float).T.copy(), np.array([[0], [1], [2], [3]]))
+
+
+def test_regular_tetrahedron_is_best_and_the_corner_of_a_cube_known():
+    (row,) = quality_table(tetrahedron((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)))
+    assert (row.scaled_jacobian, row.aspect_ratio) == (pytest.approx(1.0), pytest.approx(1.0))
+    assert (row.smallest_angle, row.largest_angle) == (pytest.approx(np.arccos(1 / 3)), pytest.approx(np.arccos(1 / 3)))
+    (row,) = quality_table(tetrahedron((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)))
+    assert np.degrees([row.smallest_angle, row.largest_angle]) == pytest.approx([54.7356, 90.0], abs=1e-3)
+    assert row.scaled_jacobian == pytest.approx(np.sqrt(2) * 0.5)
+
+
+def test_sliver_is_refused_with_its_place():
+    sliver = tetrahedron((0, 0, 0), (1, 0, 0.03), (1, 1, 0), (0, 1, 0.03))
+    with pytest.raises(MeshError, match=r"cell 0 at x = 500 mm, y = 500 mm, z = 15 mm: smallest angle in degrees"):
+        check_quality(sliver)

@@ -92,6 +92,7 @@ def test_site_by_coordinates_from_a_file():
             "site far: x = 0 mm, y = -8 mm is 1.5 mm from the nearest node of the mesh",
         ),
         (Site("deep", "probe", (0.0, -2e-3), "epidermis"), "from the nearest node of 'epidermis', needs <="),
+        (Site("FA-II-01", "FA-II", (0.0, -1e-3), "tissue"), "thinner than receptors.fa_ii_depth .* or leave FA-II out"),
         (Site("nail", "probe", (0.0, 0.0), "nail"), "region 'nail' is not in the mesh, it has: epidermis, dermis"),
     ],
 )

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.sizes import GROWTH, MeshSizes, graded, size_at, subdivide
+from fingerslip.mesh.sizes import GROWTH, MeshSizes, SolidSizes, graded, size_at, subdivide
 
 LINE = np.linspace(0.0, 10.0, 2001)
 
@@ -90,3 +90,11 @@ def test_parts_of_a_straight_line_are_no_longer_than_wanted() -> None:
     middles = np.cumsum(parts) - parts / 2
     assert np.all(parts <= (0.2 + 0.1 * middles) * 1.01)
     assert np.all(parts >= (0.2 + 0.1 * middles) * 0.9)
+
+
+def test_sizes_in_space_are_those_of_the_published_mesh_and_in_order():
+    assert SolidSizes() == SolidSizes("T4", 0.28e-3, 0.65e-3, 1.5e-3)
+    with pytest.raises(InputError, match=r"bulk_size: got 0.2 mm, needs >= 0.28 mm"):
+        SolidSizes(bulk_size=0.2e-3)
+    with pytest.raises(InputError, match="element"):
+        SolidSizes(element="T6")

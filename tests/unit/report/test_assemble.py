@@ -12,8 +12,8 @@ from fingerslip.report import assemble
 from fingerslip.report.assemble import StudyResults, definitions, study_report
 from fingerslip.report.page import render_page
 from fingerslip.report.published import published
-from fingerslip.report.tables import RunEvents
-from fingerslip.slip import Events, EventSettings, find_events
+from fingerslip.report.tables_events import RunEvents
+from fingerslip.slip import Convergence, Events, EventSettings, Series, find_events
 from unit.report.pages import checked
 from unit.synthetic import Process, make
 
@@ -40,7 +40,7 @@ def test_standard_report_has_its_sections_and_figures() -> None:
         "Slip events",
         "Beside published values",
         "The runs side by side",
-        "The section",
+        "The fingertip",
         "Parameters and their sources",
         "Run 0.4",
         "Run 0.6",
@@ -90,9 +90,22 @@ def test_a_value_that_is_the_same_in_all_runs_is_not_drawn() -> None:
     assert [picture.name for section in report.sections for picture in section.pictures] == []
 
 
+def test_refined_runs_have_a_section_of_their_own() -> None:
+    series = Series("step", (1.0, 0.5, 0.25), (1.7, 1.65, 1.625))
+    names = ("slip.incipient", "slip.three_quarter", "slip.overall")
+    found = {name: Convergence(name, "s", 1.7, {"step": series}) for name in names}
+    runs = (RunEvents("a", {}, Events()), RunEvents("b", {}, Events()))
+    report = study_report(StudyResults("r", runs, {}, convergences={"b": found}))
+    (section,) = (section for section in report.sections if section.title == "Numerical uncertainty")
+    assert [picture.name for picture in section.pictures] == ["b-convergence"]
+    assert len(section.tables) == 1
+    without = study_report(StudyResults("r", runs, {}))
+    assert "Numerical uncertainty" not in [section.title for section in without.sections]
+
+
 def test_a_long_study_has_twelve_runs_in_detail(monkeypatch: pytest.MonkeyPatch) -> None:
     section = assemble.ReportSection
-    table = assemble.ways_table(Events())
+    table = assemble.ways_table(RunEvents("r", {}, Events()))
     monkeypatch.setattr(assemble, "_run_section", lambda _, run: section(f"Run {run.label}", (), (table,)))
     monkeypatch.setattr(assemble, "_overview_section", lambda _: section("overview"))
     history = make(Process())

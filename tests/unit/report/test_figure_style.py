@@ -14,7 +14,9 @@ from fingerslip.report.figure_style import (
     columns_for,
     event_keys,
     figure_grid,
+    limit_to_slides,
     mark_events,
+    mark_run,
     mark_slide,
     name_events,
     shown_until,
@@ -22,7 +24,7 @@ from fingerslip.report.figure_style import (
     titled,
 )
 from fingerslip.report.figures import energy_figure
-from fingerslip.slip import SlideWindow, SlipEvents
+from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
 from unit.report.figures import HISTORY, marked, panels
 
 
@@ -74,6 +76,24 @@ def test_events_that_happened_are_marked_in_their_colours() -> None:
     assert marked(axes) == [1.0, 1.5, 1.7]
     colours = {float(line.get_xdata()[0]): line.get_color() for line in axes.lines}
     assert (colours[1.5], colours[1.7]) == (EVENT_COLOURS["incipient"], EVENT_COLOURS["overall"])
+
+
+def test_run_is_marked_at_its_slide_and_its_events() -> None:
+    start = slide_window(HISTORY).start
+    _, (axes,) = figure_grid(1, 1, (3.0, 2.0), "", ("", ""))
+    mark_run(axes, HISTORY, None)
+    assert marked(axes) == [start]
+    mark_run(axes, HISTORY, SlipEvents(overall=start + 0.5))
+    assert marked(axes) == [start, start, start + 0.5]
+
+
+def test_time_shown_begins_a_share_before_the_slides() -> None:
+    window = slide_window(HISTORY)
+    _, (axes,) = figure_grid(1, 1, (3.0, 2.0), "", ("", ""))
+    limit_to_slides(axes, {"run": HISTORY}, {}, before=0.3)
+    assert axes.get_xlim() == pytest.approx((window.start - 0.3 * (window.end - window.start), window.end))
+    limit_to_slides(axes, {"run": HISTORY}, {"run": Events(slip=SlipEvents(overall=window.start + 0.1))}, before=0.0)
+    assert axes.get_xlim() == pytest.approx((window.start, window.start + 0.135))
 
 
 def test_names_stand_beside_their_lines_and_apart_from_each_other() -> None:

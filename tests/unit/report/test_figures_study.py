@@ -7,7 +7,7 @@ import pytest
 
 from fingerslip.report.figures_study import event_times_figure, latency_figure
 from fingerslip.report.published import published
-from fingerslip.report.tables import RunEvents
+from fingerslip.report.tables_events import RunEvents
 from fingerslip.slip import Events, SlipEvents
 from unit.report.figures import panels, words
 

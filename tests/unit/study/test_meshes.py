@@ -48,8 +48,10 @@ def test_mesh_of_a_study_goes_to_the_name_of_the_study(
 
 
 def test_what_is_neither_a_study_nor_a_preset_is_refused() -> None:
-    with pytest.raises(InputError, match="did you mean 'wang2014-2d'"):
-        save_mesh("wang2014-3d")
+    with pytest.raises(InputError, match=r"mesh wang2014-2e: is neither .*; did you mean 'wang2014-2d'"):
+        save_mesh("wang2014-2e")
+    with pytest.raises(InputError, match=r"mesh nix: is neither a preset nor a study file, .*; presets: wang2014-2d"):
+        save_mesh("nix")
 
 
 def test_a_place_that_cannot_be_written_is_named(write_study: Write, tmp_path: Path) -> None:

@@ -76,8 +76,8 @@ def test_without_body_and_contact_their_numbers_are_none() -> None:
     bare = HISTORY.drop_dims(["body", "contact_node"])
     numbers = key_numbers(bare)
     assert numbers["records"] == 401
-    of_contact = [name for name in numbers if name.endswith(("_N", "_m", "_Pa", "slide"))]
-    assert len(of_contact) == 7
+    of_contact = [name for name in numbers if name.endswith(("_N", "_m", "_m2", "_Pa", "slide"))]
+    assert len(of_contact) == 9
     assert all(numbers[name] is None for name in of_contact)
 
 

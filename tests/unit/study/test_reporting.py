@@ -12,7 +12,7 @@ import pytest
 
 from fingerslip.errors import ResultError
 from fingerslip.report import figures
-from fingerslip.report.tables import RunEvents
+from fingerslip.report.tables_events import RunEvents
 from fingerslip.slip import Events, SlipEvents
 from fingerslip.study import reporting, runner
 from fingerslip.study.reporting import event_tables, read_manifest, read_stored, report_key, write_report
@@ -68,16 +68,17 @@ def test_tables_beside_published_values_only_where_runs_meet_their_conditions() 
 
 
 def test_key_of_a_report_changes_with_all_that_it_shows() -> None:
-    base = ("title", ["a"], {"run": "1"})
+    base = ("title", ["a"], {"run": "1"}, {"run": {"slip.overall": 0.1}})
     keys = {
         report_key(*base),
         report_key("other", *base[1:]),
-        report_key("title", [], {"run": "1"}),
-        report_key("title", ["a"], {"run": "2"}),
-        report_key("title", ["a"], {"other": "1"}),
+        report_key("title", [], *base[2:]),
+        report_key("title", ["a"], {"run": "2"}, base[3]),
+        report_key("title", ["a"], {"other": "1"}, base[3]),
+        report_key(*base[:3], {}),
     }
-    assert len(keys) == 5
-    assert report_key("t", [], {"a": "1", "b": "2"}) == report_key("t", [], {"b": "2", "a": "1"})
+    assert len(keys) == 6
+    assert report_key("t", [], {"a": "1", "b": "2"}, {}) == report_key("t", [], {"b": "2", "a": "1"}, {})
 
 
 def test_report_has_a_picture_file_for_every_figure_and_one_section_for_the_one_mesh(

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.fe.space import build_space
+from fingerslip.fe.space import build_space, cell_nodes
 from fingerslip.history import make_history
 from fingerslip.study.snapshots import write_snapshots
 from problems.blocks import ELEMENTS, distorted
@@ -28,19 +28,21 @@ def history_on(mesh: object) -> xr.Dataset:
         "component": ["x", "y"],
         "snapshot_time": TIMES,
         "node_position": space.positions,
+        "cell_nodes": cell_nodes(space),
+        "cell_region": np.zeros(mesh.nelements, dtype=np.int8),
         "snapshot_displacement": nodal[0],
         "snapshot_velocity": nodal[1],
         "snapshot_strain_energy_density": cells[0],
         "snapshot_von_mises": cells[1],
     }
-    return make_history(values, {})
+    return make_history(values, {"element": space.element})
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_values_come_back_at_their_nodes_and_cells(element: str, tmp_path: Path) -> None:
     mesh = distorted(element)
     history = history_on(mesh)
-    write_snapshots(history, mesh, tmp_path)
+    write_snapshots(history, tmp_path)
     for place in range(len(TIMES)):
         grid = meshio.read(tmp_path / f"snapshot_{place:04d}.vtu")
         np.testing.assert_array_equal(grid.points[:, :2], history["node_position"])
@@ -58,7 +60,7 @@ def test_values_come_back_at_their_nodes_and_cells(element: str, tmp_path: Path)
 def test_cells_are_those_of_the_mesh(element: str, kind: str, tmp_path: Path) -> None:
     """VTK puts the middle nodes of a triangle on the sides 01, 12 and 20, in this order."""
     mesh = distorted(element)
-    write_snapshots(history_on(mesh), mesh, tmp_path)
+    write_snapshots(history_on(mesh), tmp_path)
     grid = meshio.read(tmp_path / "snapshot_0000.vtu")
     (block,) = grid.cells
     assert block.type == kind
@@ -74,7 +76,7 @@ def test_cells_are_those_of_the_mesh(element: str, kind: str, tmp_path: Path) ->
 
 def test_collection_names_every_file_with_its_time(tmp_path: Path) -> None:
     mesh = distorted("Q4")
-    write_snapshots(history_on(mesh), mesh, tmp_path)
+    write_snapshots(history_on(mesh), tmp_path)
     entries = list(ET.parse(tmp_path / "snapshots.pvd").getroot().iter("DataSet"))
     assert [float(entry.get("timestep")) for entry in entries] == TIMES
     assert [entry.get("file") for entry in entries] == [f"snapshot_{place:04d}.vtu" for place in range(3)]
@@ -83,5 +85,5 @@ def test_collection_names_every_file_with_its_time(tmp_path: Path) -> None:
 
 def test_without_snapshots_nothing_is_written(tmp_path: Path) -> None:
     mesh = distorted("Q4")
-    write_snapshots(history_on(mesh).drop_dims("snapshot_time"), mesh, tmp_path)
+    write_snapshots(history_on(mesh).drop_dims("snapshot_time"), tmp_path)
     assert list(tmp_path.iterdir()) == []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import yaml
 from fingerslip.errors import InputError
 from fingerslip.model import Press, Slide
 from fingerslip.study.spec import MeshFile, Study, parse_study, read_study, study_mapping, study_schema
+from fingerslip.study.sweep import expand
 from unit.study.block import block_values
 
 FINGER = """
@@ -29,6 +31,7 @@ time: {step: 5 ms, alpha: -0.05}
 record: {receptors: [FA-I, SA-I], snapshots_every: 50 ms}
 """
 SOURCE = Path("studies/x.yaml")
+STUDIES = sorted((Path(__file__).parents[3] / "studies").glob("*.yaml"))
 
 
 def finger() -> dict[str, Any]:
@@ -67,7 +70,11 @@ def test_written_study_reads_back_the_same() -> None:
     [
         ("contact.friction_coefficient", -0.2, "contact.friction_coefficient: got -0.2, needs a number >= 0"),
         ("contact.friction_coefficient", "much", "contact.friction_coefficient: got 'much', needs a number"),
-        ("contact.friction_coefficient", None, "contact.friction_coefficient: is missing, needs a value"),
+        (
+            "contact.friction_coefficient",
+            None,
+            "contact.friction_coefficient: is missing, needs a value; or give another law in friction",
+        ),
         ("time.step", None, "time.step: is missing, needs a value"),
         ("time.step", "0 ms", "time.step: got '0 ms', needs a value > 0"),
         ("time.step", "-1 ms", "time.step: got '-1 ms', needs a value > 0"),
@@ -88,7 +95,7 @@ def test_written_study_reads_back_the_same() -> None:
             "mesh.contact_size: got '3 kg', needs a unit of [m]; write for example '3 mm'",
         ),
         ("mesh.bulk_size", "0.1 mm", "mesh.bulk_size: got 0.1 mm, needs >= 0.15 mm (contact_size)"),
-        ("mesh", {"file": "a.msh", "x": 1}, "mesh.x: is not known, may be one of file"),
+        ("mesh", {"file": "a.msh", "x": 1}, "mesh.x: is not known, may be one of file, length_unit"),
         ("mesh", "a.msh", "mesh: got 'a.msh', needs keys and values"),
         ("programme", "press", "programme: got 'press', needs a list"),
         ("programme.0", {"push": {}}, "programme.0.push: is not known, may be one of press, hold, slide, lift"),
@@ -107,7 +114,10 @@ def test_written_study_reads_back_the_same() -> None:
         (
             "fingertip.preset",
             "wang2014",
-            "fingertip.preset: 'wang2014' is not known, needs one of wang2014-2d; did you mean 'wang2014-2d'?",
+            (
+                "fingertip.preset: 'wang2014' is not known, needs one of wang2014-2d, wang2014-3d; "
+                "did you mean 'wang2014-3d'?"
+            ),
         ),
         (
             "fingertip.phalanx.variant",
@@ -140,7 +150,8 @@ def test_mistake_is_named_with_its_mend(path: str, value: object, message: str) 
     ("path", "nearest"),
     [
         ("tme", "time"),
-        ("contact.frction", "friction_coefficient"),
+        ("contact.frction", "friction"),
+        ("contact.friction_coeficient", "friction_coefficient"),
         ("fingertip.phalanx.varant", "variant"),
         ("programme.0.press.dept", "depth"),
     ],
@@ -185,3 +196,26 @@ def test_reading_changes_nothing_in_its_argument() -> None:
     before = copy.deepcopy(values)
     parse_study(values, SOURCE)
     assert values == before
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
+def test_shipped_study_is_read_and_read_back(path: Path) -> None:
+    for run in expand(read_study(path), path):
+        again = parse_study(run.resolved(), path)
+        assert (again.all_contacts, again.programme, again.time) == (
+            run.study.all_contacts,
+            run.study.programme,
+            run.study.time,
+        )
+
+
+def test_examples_of_the_documentation_are_read(tmp_path: Path) -> None:
+    """The page shows a study in parts: together they are one, and every one of its runs is right."""
+    text = (Path(__file__).parents[3] / "docs" / "studies.md").read_text(encoding="utf-8")
+    short, *parts = (yaml.safe_load(block) for block in re.findall(r"```yaml\n(.*?)```", text, re.DOTALL))
+    parse_study(finger() | short, SOURCE)
+    whole: dict[str, Any] = {}
+    for part in parts:
+        whole |= part
+    source = tmp_path / "x.yaml"
+    assert len(expand(parse_study(whole, source), source)) == 8

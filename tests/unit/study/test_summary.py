@@ -76,8 +76,9 @@ def stored(seconds: float, events: Events | None = None) -> dict[str, Any]:
 def test_events_of_a_run_come_with_all_its_values(write_study: Write) -> None:
     first = plan_study(write_study()).runs[0]
     events = Events(slip=SlipEvents(incipient=1.0, overall=1.5))
-    found = run_events(first, stored(1.0, events))
+    found = run_events(first, stored(1.0, events), {"slip.overall": 0.1})
     assert (found.label, found.swept, found.events) == (NAMES[0], {"contact.friction_coefficient": 0.2}, events)
+    assert found.uncertainty == {"slip.overall": 0.1}
     assert found.values["contact.friction_coefficient"] == 0.2
     assert found.values["programme.0.press.depth"] == "0.0001 m"
     assert found.values["materials.block.poisson_ratio"] == 0.3

@@ -84,7 +84,7 @@ def test_paths_with_one_last_name_are_told_apart() -> None:
 @pytest.mark.parametrize(
     ("path", "mend"),
     [
-        ("contact.friction", "did you mean 'contact.friction_coefficient'?"),
+        ("contact.coefficient", "did you mean 'contact.friction_coefficient'?"),
         ("phalanx.variant", "did you mean 'fingertip.phalanx.variant'?"),
         ("fingertip.phalanx.varient", "did you mean 'fingertip.phalanx.variant'?"),
         ("time.stp", "did you mean 'time.step'?"),

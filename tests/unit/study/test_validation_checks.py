@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from fingerslip.report.published import published
-from fingerslip.report.tables import RunEvents
+from fingerslip.report.tables_events import RunEvents
 from fingerslip.slip import Events, Peak, PeakTable, SlipEvents
 from fingerslip.study.validation.checks import CHECKS, PHALANX_CHECKS, determination
 from fingerslip.study.validation.evidence import FINGERPRINT, FRICTION, VARIANT, VARIANTS, Evidence

@@ -8,14 +8,24 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.study.validation import STUDIES
-from fingerslip.study.validation.evidence import FRICTION, VARIANT, Evidence
+from fingerslip.study.validation.evidence import FRICTION, REFINED, Evidence
 
 ROOT = Path(__file__).parents[3]
 
 
-def test_spread_is_not_known_where_a_run_lacks_the_number(evidence: Evidence) -> None:
-    assert evidence.spread({VARIANT: "original"}, lambda one: one.way if "2 mm" in str(one.run.swept) else None) is None
-    assert evidence.spread({VARIANT: "other"}, lambda one: one.way) is None
+def test_spread_is_the_range_over_the_refinements(evidence: Evidence) -> None:
+    spread = evidence.spread_of(lambda one: one.phalanges("wang2014_table2")[0].run.events.slip.overall)
+    assert spread == pytest.approx(0.01, abs=1e-3)
+
+
+def test_spread_is_not_known_without_refinements_or_where_one_lacks_the_number(evidence: Evidence) -> None:
+    assert Evidence(evidence.measured).spread_of(lambda _: 1.0) is None
+    first = evidence.measured["wang2014_table2"]
+    assert evidence.spread_of(lambda one: 1.0 if one.measured["wang2014_table2"] is first else None) is None
+
+
+def test_refined_studies_are_among_the_shipped_ones() -> None:
+    assert set(REFINED) <= set(STUDIES)
 
 
 def test_run_that_is_not_there_is_named(evidence: Evidence) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.report.tables import RunEvents
+from fingerslip.report.tables_events import RunEvents
 from fingerslip.slip import EventSettings, SlideWindow, find_events, slide_window
 from fingerslip.study.validation.measures import (
     centre_after_edge,

@@ -21,12 +21,12 @@ STATEMENT = PublishedValue(
 )
 
 
-def verdict(ours: float | None, spread: float | None = None, resolution: float | None = 0.01) -> str:
-    return number_row("q", TIME, ours, spread, resolution=resolution).verdict
+def verdict(ours: float | None, uncertainty: float | None = None, resolution: float | None = 0.01) -> str:
+    return number_row("q", TIME, ours, uncertainty, resolution=resolution).verdict
 
 
 @pytest.mark.parametrize(
-    ("ours", "spread", "expected"),
+    ("ours", "uncertainty", "expected"),
     [
         (1.73, None, "agrees"),
         (1.7301, None, "misses"),
@@ -36,8 +36,10 @@ def verdict(ours: float | None, spread: float | None = None, resolution: float |
         (None, 0.5, "not found"),
     ],
 )
-def test_number_agrees_within_resolution_or_spread(ours: float | None, spread: float | None, expected: str) -> None:
-    assert verdict(ours, spread) == expected
+def test_number_agrees_within_resolution_or_uncertainty(
+    ours: float | None, uncertainty: float | None, expected: str
+) -> None:
+    assert verdict(ours, uncertainty) == expected
 
 
 def test_number_without_resolution_is_not_judged() -> None:
@@ -67,7 +69,7 @@ def test_statement_is_no_number() -> None:
 @pytest.mark.parametrize(("holds", "expected"), [(True, "holds"), (False, "fails"), (None, "not found")])
 def test_statement_has_its_number_and_its_words(holds: bool | None, expected: str) -> None:
     row = statement_row(STATEMENT, 0.025, 0.007, holds)
-    assert (row.quantity, row.statement, row.ours, row.spread) == ("B less A", "A first.", 0.025, 0.007)
+    assert (row.quantity, row.statement, row.ours, row.uncertainty) == ("B less A", "A first.", 0.025, 0.007)
     assert (row.verdict, row.published, row.difference) == (expected, None, None)
 
 

@@ -31,19 +31,22 @@ def test_only_the_original_row_from_accumulated_slip_is_calibrated(evidence: Evi
     assert [row.basis for row in rows_of(evidence)[:5]] == ["calibrated"] * 5
 
 
-def test_rows_have_our_values_and_their_spread(evidence: Evidence) -> None:
+def test_rows_have_our_values_and_their_uncertainty(evidence: Evidence) -> None:
     rows = {row.quantity: row for row in rows_of(evidence)}
     overall = rows["overall slip, flattened (accumulated slip)"]
     assert overall.ours == pytest.approx(1.715, abs=3e-3)
-    assert overall.spread == pytest.approx(0.01, abs=1e-3)
+    assert overall.uncertainty == 0.01
     assert overall.verdict == "agrees"
     assert rows["overall slip, scaled (accumulated slip)"].verdict == "misses"
     assert rows["height of the overall slip peak, original"].verdict == "not judged"
-    assert rows["overall slip, scaled, plane strain (accumulated slip)"].spread is None
+    assert rows["overall slip, scaled, plane strain (accumulated slip)"].uncertainty is None
+    assert rows["height of the overall slip peak, original"].uncertainty == 2.0
+    way = rows["way of the plate at overall slip / (friction x depth), scaled (accumulated slip)"]
+    assert way.uncertainty == pytest.approx(0.01 * 3.0 / (0.6 * 1.5))
 
 
 def test_statements_about_the_phalanges_have_a_spread(evidence: Evidence) -> None:
-    spreads = {row.statement: row.spread for row in rows_of(evidence) if row.statement}
+    spreads = {row.statement: row.uncertainty for row in rows_of(evidence) if row.statement}
     named = {value.id: value.statement for value in published("wang2014-qualitative").values}
     assert spreads[named["edges-first"]] == pytest.approx(0.75 * 0.01, abs=1e-3)
     assert spreads[named["linear-in-friction"]] is None

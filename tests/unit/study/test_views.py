@@ -111,8 +111,8 @@ def test_result_of_a_run_has_events_numbers_and_swept_values(write_study: Write,
 
 
 def test_what_is_not_there_is_answered_with_what_is(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"show wang2014-3d: is not there.*presets: wang2014-2d"):
-        show("wang2014-3d")
+    with pytest.raises(InputError, match=r"show wang2013: is not there.*presets: wang2014-2d"):
+        show("wang2013")
     with pytest.raises(ResultError, match="holds no results of a study"):
         show(str(tmp_path))
     with pytest.raises(InputError, match=r"gone\.yaml: is not there"):

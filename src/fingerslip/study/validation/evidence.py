@@ -2,29 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
+from fingerslip.report.tables_events import RunEvents
+from fingerslip.study.converge import converge, level_folders
 from fingerslip.study.progress import StudyProgress
-from fingerslip.study.runner import run_studies
+from fingerslip.study.reporting import stored_run
+from fingerslip.study.runner import plan_study, run_studies
 from fingerslip.study.validation.measures import Measures, measure
 
-__all__ = ["FINGERPRINT", "FRICTION", "STUDIES", "TABLE2", "VARIANT", "VARIANTS", "Evidence", "gather"]
+__all__ = [
+    "FINGERPRINT",
+    "FORMULATION",
+    "FRICTION",
+    "REFINED",
+    "SECTION",
+    "STUDIES",
+    "TABLE2",
+    "VARIANT",
+    "VARIANTS",
+    "Evidence",
+    "gather",
+]
 
 TABLE2 = "wang2014_table2"
-_SPREAD = "wang2014_spread"
+FORMULATION = "wang2014_formulation"
+SECTION = "wang2014_section"
 
 #: Names of the shipped studies that `validate` runs.
-STUDIES = (
-    TABLE2,
-    "wang2014_friction",
-    "wang2014_fingerprint",
-    "wang2014_formulation",
-    "wang2014_section",
-    _SPREAD,
+STUDIES = (TABLE2, "wang2014_friction", "wang2014_fingerprint", FORMULATION, SECTION)
+#: What it refines for the uncertainties: studies, and the value that their runs have.
+REFINED: Mapping[str, Mapping[str, object]] = MappingProxyType(
+    {
+        TABLE2: {},
+        FORMULATION: {"fingertip.formulation": "plane_strain"},
+        SECTION: {"fingertip.section": "transverse"},
+    }
 )
 VARIANT = "fingertip.phalanx.variant"
 FINGERPRINT = "fingertip.fingerprint.enabled"
@@ -40,13 +58,16 @@ class Evidence:
     ----------
     measured : mapping of str to tuple of Measures
         The runs by name of the study.
+    refined : tuple of tuple of Measures
+        The runs of Table 2 once more, with another mesh, step, contact stiffness or numerical damping in each tuple.
     """
 
     measured: Mapping[str, tuple[Measures, ...]]
+    refined: tuple[tuple[Measures, ...], ...] = ()
 
     def select(self, study: str, conditions: Mapping[str, object]) -> tuple[Measures, ...]:
         """Return the runs of a study whose values, by dotted path, are these."""
-        return tuple(one for one in self.measured[study] if _meets(one, conditions))
+        return tuple(one for one in self.measured[study] if _meets(one.run.all_values, conditions))
 
     def one(self, study: str, conditions: Mapping[str, object]) -> Measures:
         """Return the run of a study whose values are these.
@@ -68,30 +89,10 @@ class Evidence:
         """Return the runs with the original, the flattened and the scaled phalanx, in this order."""
         return tuple(self.one(study, {VARIANT: variant, **(conditions or {})}) for variant in VARIANTS)
 
-    def spread(self, conditions: Mapping[str, object], read: Callable[[Measures], float | None]) -> float | None:
-        """Return largest less smallest of a number over contact meshes and time steps.
-
-        Parameters
-        ----------
-        conditions : mapping of str to object
-            Which runs, such as one phalanx.
-        read : callable
-            Reads the number of a run.
-
-        Returns
-        -------
-        float or None
-            None where a run does not have that number.
-        """
-        return _range([read(one) for one in self.select(_SPREAD, conditions)])
-
     def spread_of(self, check: Callable[[Evidence], float | None]) -> float | None:
-        """Return largest less smallest of what `check` gives for the three phalanges, over meshes and time steps."""
-        settings: dict[tuple[object, ...], list[Measures]] = {}
-        for one in self.measured[_SPREAD]:
-            key = tuple(value for path, value in one.run.swept.items() if path != VARIANT)
-            settings.setdefault(key, []).append(one)
-        return _range([check(Evidence({TABLE2: tuple(phalanges)})) for phalanges in settings.values()])
+        """Return largest less smallest of what `check` gives for Table 2 over all refinements; None without them."""
+        everything = (self.measured[TABLE2], *self.refined) if self.refined else ()
+        return _range([check(Evidence({TABLE2: runs})) for runs in everything])
 
 
 def gather(
@@ -101,7 +102,7 @@ def gather(
     workers: int = 2,
     progress: StudyProgress | None = None,
 ) -> Evidence:
-    """Run the shipped studies, as far as they are not finished, and measure all runs.
+    """Run and refine the shipped studies, as far as they are not finished, and measure all runs.
 
     Parameters
     ----------
@@ -123,13 +124,28 @@ def gather(
     ResultError
         Where results cannot be written or read back.
     """
-    paths = [_study_file(Path(studies), name) for name in STUDIES]
-    outcomes = run_studies(paths, results_dir=results, workers=workers, progress=progress)
+    paths = {name: _study_file(Path(studies), name) for name in STUDIES}
+    for name, conditions in REFINED.items():
+        chosen = [run.name for run in plan_study(paths[name], results).runs if _meets(run.swept, conditions)]
+        converge(paths[name], results_dir=results, only=chosen, workers=workers, progress=progress)
+    outcomes = run_studies(tuple(paths.values()), results_dir=results, workers=workers, progress=progress)
     measured = {
-        name: tuple(measure(run, read_history(outcome.folder / run.label / "history.nc")) for run in outcome.runs)
+        name: tuple(_measured(outcome.folder / run.label, run) for run in outcome.runs)
         for name, outcome in zip(STUDIES, outcomes, strict=True)
     }
-    return Evidence(measured)
+    return Evidence(measured, _refined(paths[TABLE2], results))
+
+
+def _refined(study: Path, results: str | Path) -> tuple[tuple[Measures, ...], ...]:
+    """Measure the refined runs of a study, level by level."""
+    return tuple(
+        tuple(_measured(folder, stored_run(folder, {})) for folder in folders)
+        for folders in level_folders(study, results).values()
+    )
+
+
+def _measured(folder: Path, run: RunEvents) -> Measures:
+    return measure(run, read_history(folder / "history.nc"))
 
 
 def _study_file(folder: Path, name: str) -> Path:
@@ -140,9 +156,8 @@ def _study_file(folder: Path, name: str) -> Path:
     return path
 
 
-def _meets(measures: Measures, conditions: Mapping[str, object]) -> bool:
-    values: Iterator[bool] = (measures.run.all_values.get(path) == value for path, value in conditions.items())
-    return all(values)
+def _meets(values: Mapping[str, object], conditions: Mapping[str, object]) -> bool:
+    return all(values.get(path) == value for path, value in conditions.items())
 
 
 def _range(values: Sequence[float | None]) -> float | None:

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import OPEN
-from fingerslip.report.tables import RunEvents
+from fingerslip.report.tables_events import RunEvents
 from fingerslip.slip import (
     RECEPTOR_KINDS,
     EventSettings,

@@ -33,9 +33,10 @@ TIME_RESOLUTION = 0.010
 _ROUNDING = 1e-9
 _COMMAND = "fingerslip validate --markdown > results/reference/validation.md"
 _NOTE = (
-    "Difference is ours less published. Spread is the largest less the smallest of ours over contact meshes and time "
-    "steps. A number agrees when it differs by no more than the larger of the published resolution (10 ms) and the "
-    "spread; peak heights are not judged. A dash: the event did not happen, or there is nothing to give."
+    "Difference is ours less published. Uncertainty is the numerical one of ours over meshes, time steps, contact "
+    "stiffness and numerical damping (fingerslip converge), for a statement the range over these. A number "
+    "agrees when it differs by no more than the larger of the published resolution (10 ms) and the uncertainty; peak "
+    "heights are not judged. A dash: the event did not happen, or there is nothing to give."
 )
 
 
@@ -55,9 +56,9 @@ class Row:
         Our value; None where the event did not happen.
     difference : float or None
         Ours less published; from the nearer end of a range, 0 within it.
-    spread : float or None
-        Largest less smallest of ours over contact meshes and time steps; None where it was not measured, or the
-        event did not happen in all of these runs.
+    uncertainty : float or None
+        Numerical uncertainty of ours, for a statement its range over the refinements; None where it was not measured,
+        or the event did not happen in all of these runs.
     verdict : {'agrees', 'misses', 'not found', 'not judged', 'holds', 'fails'}
         What follows.
     basis : {'calibrated', 'predicted'}
@@ -73,7 +74,7 @@ class Row:
     published: float | tuple[float, float] | None
     ours: float | None
     difference: float | None
-    spread: float | None
+    uncertainty: float | None
     verdict: Verdict
     basis: Basis
     unit: str = ""
@@ -84,7 +85,7 @@ def number_row(
     quantity: str,
     value: PublishedValue,
     ours: float | None,
-    spread: float | None,
+    uncertainty: float | None,
     *,
     resolution: float | None,
     basis: Basis = "predicted",
@@ -97,8 +98,8 @@ def number_row(
         What it is, and how it is read.
     value : PublishedValue
         A published value or range.
-    ours, spread : float or None
-        Our value and its spread, in the published unit.
+    ours, uncertainty : float or None
+        Our value and its numerical uncertainty, in the published unit.
     resolution : float or None
         Resolution of the published value; None for one that is not judged.
     basis : {'calibrated', 'predicted'}, optional
@@ -107,14 +108,18 @@ def number_row(
     if value.value is None:
         raise ValueError(f"{value.id} is no number")
     difference = None if ours is None else difference_from(ours, value.span or (value.value, value.value))
-    verdict = _verdict(difference, spread, resolution)
-    return Row(quantity, value.source, value.span or value.value, ours, difference, spread, verdict, basis, value.unit)
+    verdict = _verdict(difference, uncertainty, resolution)
+    return Row(
+        quantity, value.source, value.span or value.value, ours, difference, uncertainty, verdict, basis, value.unit
+    )
 
 
-def statement_row(value: PublishedValue, ours: float | None, spread: float | None, holds: bool | None) -> Row:
+def statement_row(value: PublishedValue, ours: float | None, uncertainty: float | None, holds: bool | None) -> Row:
     """Hold the number that a check gave against a published statement; `holds` is None where it could not be told."""
     verdict: Verdict = "not found" if holds is None else "holds" if holds else "fails"
-    return Row(value.check, value.source, None, ours, None, spread, verdict, "predicted", value.unit, value.statement)
+    return Row(
+        value.check, value.source, None, ours, None, uncertainty, verdict, "predicted", value.unit, value.statement
+    )
 
 
 def difference_from(ours: float, span: tuple[float, float]) -> float:
@@ -139,7 +144,7 @@ def rows_table(rows: Sequence[Row]) -> Table:
         Column("quantity"),
         Column("source"),
         Column("published"),
-        *(Column(name, digits=3) for name in ("ours", "difference", "spread")),
+        *(Column(name, digits=3) for name in ("ours", "difference", "uncertainty")),
         Column("unit"),
         Column("verdict"),
         Column("basis"),
@@ -153,18 +158,18 @@ def rows_markdown(rows: Sequence[Row]) -> str:
     return f"# {table.title}\n\nMade by `{_COMMAND}`.\n{table.note}\n\n{to_markdown(table)}"
 
 
-def _verdict(difference: float | None, spread: float | None, resolution: float | None) -> Verdict:
+def _verdict(difference: float | None, uncertainty: float | None, resolution: float | None) -> Verdict:
     """Apply the one rule: see the note of the table."""
     if difference is None:
         return "not found"
     if resolution is None:
         return "not judged"
-    return "agrees" if abs(difference) <= max(resolution, spread or 0.0) + _ROUNDING else "misses"
+    return "agrees" if abs(difference) <= max(resolution, uncertainty or 0.0) + _ROUNDING else "misses"
 
 
 def _cells(row: Row) -> tuple[str | float | None, ...]:
     named = f"{row.statement} ({row.quantity})" if row.statement else row.quantity
-    numbers = (row.ours, row.difference, row.spread)
+    numbers = (row.ours, row.difference, row.uncertainty)
     return (named, row.source, _published(row), *numbers, row.unit, row.verdict, row.basis)
 
 

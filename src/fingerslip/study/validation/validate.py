@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from functools import partial
 from pathlib import Path
 
 from fingerslip.report.published import PublishedValue, published
-from fingerslip.report.tables import WAYS
+from fingerslip.report.tables_events import WAYS, RunEvents
 from fingerslip.study.progress import StudyProgress
 from fingerslip.study.validation.checks import CHECKS, PHALANX_CHECKS, Finding
-from fingerslip.study.validation.evidence import TABLE2, VARIANT, Evidence, gather
-from fingerslip.study.validation.measures import Measures
+from fingerslip.study.validation.evidence import FORMULATION, SECTION, TABLE2, VARIANT, Evidence, gather
 from fingerslip.study.validation.rows import TIME_RESOLUTION, Basis, Row, number_row, statement_row
 
 __all__ = ["rows_of", "validate"]
 
 # The plate's way in one published resolution at 3 mm/s, over a friction coefficient of 0.6 times 1.5 mm.
 _WAY_RESOLUTION = TIME_RESOLUTION * 3.0 / (0.6 * 1.5)
+_WAY_PER_SECOND = _WAY_RESOLUTION / TIME_RESOLUTION
 # Latency and way of the original phalanx are arithmetic on the calibrated moments, so they are no predictions either.
 _CALIBRATED = ("incipient", "three_quarter", "overall", "latency", "overall_way_over_friction_depth")
 _OTHER_MODELS = (
-    ("wang2014_formulation", "fingertip.formulation", "plane_strain"),
-    ("wang2014_section", "fingertip.section", "transverse"),
+    (FORMULATION, "fingertip.formulation", "plane_strain"),
+    (SECTION, "fingertip.section", "transverse"),
 )
 
 
@@ -83,38 +82,30 @@ def _event_rows(evidence: Evidence, way: str) -> Iterator[Row]:
     for value in (*published("wang2014-table2").values, *middle):
         variant = str(value.conditions[VARIANT])
         basis = _basis(value) if way == "slip" else "predicted"
-        read = partial(_event, way=way, name=value.quantity)
+        run = evidence.one(TABLE2, {VARIANT: variant}).run
         name = f"{_words(value.quantity)}, {variant} ({WAYS[way]})"
-        yield _nominal_row(evidence, value, name, read, resolution=TIME_RESOLUTION, basis=basis)
+        yield _event_row(name, value, run, way, basis)
 
 
 def _way_rows(evidence: Evidence) -> Iterator[Row]:
     """Yield the plate's way at overall slip in units of friction times indentation."""
     for value in published("wang2014-derived").values:
+        ours = evidence.one(TABLE2, {VARIANT: value.conditions[VARIANT]})
+        error = ours.run.uncertainty.get("slip.overall")
+        uncertainty = None if error is None else error * _WAY_PER_SECOND
         name = f"way of the plate at overall slip / (friction x depth), {value.conditions[VARIANT]} (accumulated slip)"
-        yield _nominal_row(evidence, value, name, _way, resolution=_WAY_RESOLUTION, basis=_basis(value))
+        yield number_row(name, value, ours.way, uncertainty, resolution=_WAY_RESOLUTION, basis=_basis(value))
 
 
 def _height_rows(evidence: Evidence) -> Iterator[Row]:
     """Yield the heights of the peaks, which are not judged: they depend on mesh, step and numerical damping."""
     for value in published("wang2014-peak-acceleration").values:
+        ours = evidence.one(TABLE2, {VARIANT: value.conditions[VARIANT]})
+        incipient = value.quantity == "incipient_peak"
+        peak = ours.incipient_peak if incipient else ours.overall_peak
+        uncertainty = None if incipient else ours.run.uncertainty.get("peak_height")
         name = f"height of the {_words(value.quantity)} peak, {value.conditions[VARIANT]}"
-        yield _nominal_row(evidence, value, name, partial(_height, name=value.quantity), resolution=None)
-
-
-def _nominal_row(
-    evidence: Evidence,
-    value: PublishedValue,
-    name: str,
-    read: Callable[[Measures], float | None],
-    *,
-    resolution: float | None,
-    basis: Basis = "predicted",
-) -> Row:
-    """Hold a number of the nominal run of a phalanx against the published one."""
-    phalanx = {VARIANT: value.conditions[VARIANT]}
-    ours = read(evidence.one(TABLE2, phalanx))
-    return number_row(name, value, ours, evidence.spread(phalanx, read), resolution=resolution, basis=basis)
+        yield number_row(name, value, None if peak is None else peak.height, uncertainty, resolution=None)
 
 
 def _other_model_rows(evidence: Evidence, study: str, path: str, choice: str) -> Iterator[Row]:
@@ -123,17 +114,23 @@ def _other_model_rows(evidence: Evidence, study: str, path: str, choice: str) ->
         if value.quantity != "overall":
             continue
         variant = value.conditions[VARIANT]
-        ours = evidence.one(study, {VARIANT: variant, path: choice}).run.events.slip.overall
+        run = evidence.one(study, {VARIANT: variant, path: choice}).run
         name = f"overall slip, {variant}, {choice.replace('_', ' ')} (accumulated slip)"
-        yield number_row(name, value, ours, None, resolution=TIME_RESOLUTION)
+        yield _event_row(name, value, run, "slip", "predicted")
+
+
+def _event_row(name: str, value: PublishedValue, run: RunEvents, way: str, basis: Basis) -> Row:
+    ours: float | None = getattr(getattr(run.events, way), value.quantity)
+    uncertainty = run.uncertainty.get(f"{way}.{value.quantity}")
+    return number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION, basis=basis)
 
 
 def _statement_rows(evidence: Evidence) -> Iterator[Row]:
     for value in published("wang2014-qualitative").values:
         check = CHECKS[value.id]
         finding = check(evidence)
-        spread = evidence.spread_of(_number_of(check)) if value.id in PHALANX_CHECKS else None
-        yield statement_row(value, finding.number, spread, finding.holds)
+        uncertainty = evidence.spread_of(_number_of(check)) if value.id in PHALANX_CHECKS else None
+        yield statement_row(value, finding.number, uncertainty, finding.holds)
 
 
 def _number_of(check: Callable[[Evidence], Finding]) -> Callable[[Evidence], float | None]:
@@ -143,20 +140,6 @@ def _number_of(check: Callable[[Evidence], Finding]) -> Callable[[Evidence], flo
 def _basis(value: PublishedValue) -> Basis:
     is_calibrated = value.conditions[VARIANT] == "original" and value.quantity in _CALIBRATED
     return "calibrated" if is_calibrated else "predicted"
-
-
-def _way(measures: Measures) -> float | None:
-    return measures.way
-
-
-def _event(measures: Measures, way: str, name: str) -> float | None:
-    time: float | None = getattr(getattr(measures.run.events, way), name)
-    return time
-
-
-def _height(measures: Measures, name: str) -> float | None:
-    peak = measures.incipient_peak if name == "incipient_peak" else measures.overall_peak
-    return None if peak is None else peak.height
 
 
 def _words(quantity: str) -> str:

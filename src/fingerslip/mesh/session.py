@@ -1,0 +1,54 @@
+"""Gmsh opened for one mesh at a time, and closed whatever happens."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import gmsh
+import pygmsh
+
+from fingerslip.errors import MeshError
+
+__all__ = ["MILLIMETRES", "gmsh_session", "length_unit"]
+
+MILLIMETRES = 1e3
+"""Gmsh's tolerances suit lengths near one, so it works in millimetres."""
+
+_GMSH_IN_USE = threading.Lock()
+
+
+def length_unit(largest: float) -> float:
+    """Return the length [m] that Gmsh takes as one where the largest element size is `largest` [m].
+
+    On surfaces that are given as triangles Gmsh makes no element larger than one, whatever size it is told.
+    """
+    return 2.0 * largest
+
+
+class _QuietGeometry(pygmsh.geo.Geometry):  # type: ignore[misc]
+    """Geometry that leaves Python's handling of Ctrl-C alone and reads no configuration of the user's."""
+
+    def __enter__(self) -> _QuietGeometry:
+        gmsh.initialize(readConfigFiles=False, interruptible=False)
+        for option, value in (("General.Terminal", 0), ("General.NumThreads", 1), ("Mesh.RandomSeed", 1)):
+            gmsh.option.setNumber(option, value)
+        gmsh.model.add("fingertip")
+        return self
+
+
+@contextmanager
+def gmsh_session() -> Iterator[pygmsh.geo.Geometry]:
+    """Open Gmsh for one mesh, one at a time, and close it whatever happens.
+
+    Raises
+    ------
+    MeshError
+        Where somebody else has opened Gmsh in this process.
+    """
+    with _GMSH_IN_USE:
+        if gmsh.isInitialized():
+            raise MeshError("gmsh", "is already initialised", "needs a Gmsh of its own", "call gmsh.finalize() first")
+        with _QuietGeometry() as geometry:
+            yield geometry

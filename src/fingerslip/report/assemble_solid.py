@@ -1,0 +1,80 @@
+"""The pictures that a report shows of runs in space."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from fingerslip.report.figure_style import figure_grid, styled
+from fingerslip.report.figures_cut import cut_frames_figure
+from fingerslip.report.figures_patch import (
+    reference_nodes_figure,
+    slip_frames_figure,
+    stick_ratio_figure,
+    surface_strain_figure,
+)
+from fingerslip.report.page import Picture
+from fingerslip.report.scene import SceneOptions
+from fingerslip.report.viewer import still
+from fingerslip.slip import Events
+
+__all__ = ["is_solid", "solid_overview", "solid_pictures", "solid_scene"]
+
+
+def is_solid(history: xr.Dataset) -> bool:
+    """Tell whether a history is one in space."""
+    return bool(history.sizes["component"] == len("xyz"))
+
+
+def solid_overview(histories: Mapping[str, xr.Dataset]) -> Picture:
+    """Return the picture that compares runs in space."""
+    said = "Sticking share of the contact against tangential over normal force, during the slide."
+    return Picture("stick-ratio", said, stick_ratio_figure(histories))
+
+
+def solid_pictures(history: xr.Dataset, events: Events, label: str) -> list[Picture]:
+    """Return the pictures of one run in space.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        Its history.
+    events : Events
+        Its slip events.
+    label : str
+        Its name.
+    """
+    pictures = [
+        Picture(
+            f"{label}-slip-frames",
+            "Where the contact sticks and slips, seen from below.",
+            slip_frames_figure(history, events, title=label),
+        ),
+        Picture(
+            f"{label}-stick-ratio", "Stick ratio against the tangential force.", stick_ratio_figure({label: history})
+        ),
+        Picture(
+            f"{label}-surface-strain",
+            "Green-Lagrange strain of the skin along the slide, and its rate.",
+            surface_strain_figure(history, events, title=label),
+        ),
+    ]
+    if any(str(kind).endswith("surface") for kind in history["site_kind"].values):
+        said = "Reference nodes on the surfaces of skin and tissue."
+        pictures.append(Picture(f"{label}-reference-nodes", said, reference_nodes_figure(history, events, label)))
+    if history.sizes.get("snapshot_time", 0):
+        said = "von Mises stress inside the finger, on a cut along it."
+        pictures.append(Picture(f"{label}-cut", said, cut_frames_figure(history, events)))
+    return pictures
+
+
+@styled
+def solid_scene(history: xr.Dataset, title: str) -> Figure:
+    """Return a figure of the layers, cut open, at the start; the history needs snapshots."""
+    options = SceneOptions(scalar="region", cut="z", edges=True)
+    figure, (axes,) = figure_grid(1, 1, (7.0, 5.2), title, ("", ""))
+    axes.imshow(still(history, 0.0, options))
+    axes.set_axis_off()
+    return figure

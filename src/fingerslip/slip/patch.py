@@ -1,0 +1,187 @@
+"""The contact patch in space: its triangles, its stick zone and annulus of slip, and the strains of the skin on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.spatial import Delaunay
+
+from fingerslip.errors import InputError
+from fingerslip.history import OPEN, SLIP
+from fingerslip.slip.fractions import contact_area, stick_ratio
+from fingerslip.slip.receptors import plate_tangent
+
+__all__ = ["Patch", "contact_patch", "patch_series", "surface_strain_rates", "surface_strains", "triangle_states"]
+
+Floats = NDArray[np.float64]
+
+# Triangles that bridge a hole or a hollow of the contact have longer sides than its own, which are alike.
+_LONGEST_SIDE = 3.0
+_STRAINS = ("along", "across", "shear")
+
+
+@dataclass(frozen=True)
+class Patch:
+    """The contact candidates of a plate, joined by triangles.
+
+    Parameters
+    ----------
+    nodes : (n,) array of int
+        Rows of the contact candidates in the history.
+    places : (n, 2) array
+        Reference coordinates along and across the slide [m].
+    triangles : (m, 3) array of int
+        Corners as rows of `places`.
+    axes : (2, 3) array
+        Unit vectors along and across the slide, in the plate.
+    """
+
+    nodes: NDArray[np.int64]
+    places: Floats
+    triangles: NDArray[np.int64]
+    axes: Floats
+
+
+def contact_patch(history: xr.Dataset, body: int = 0) -> Patch:
+    """Join the contact candidates of a plate by triangles, Delaunay's in the plate's plane.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history in space.
+    body : int, optional
+        The rigid body.
+
+    Raises
+    ------
+    InputError
+        For a history in the plane, or with fewer than three candidates.
+    """
+    if history.sizes["component"] != 3:
+        raise InputError("history", "is two-dimensional", "needs a history in space")
+    nodes = np.flatnonzero(history["contact_body"].values == body)
+    if nodes.size < 3:
+        raise InputError("history", f"has {nodes.size} contact candidates on body {body}", "needs three and more")
+    tangent, normal = plate_tangent(history, body), history["body_normal"].values[body]
+    axes = np.array([tangent, np.cross(tangent, normal)])
+    places = history["contact_position"].values[nodes] @ axes.T
+    triangles = Delaunay(places).simplices
+    sides = np.linalg.norm(places[triangles] - places[np.roll(triangles, 1, axis=1)], axis=2)
+    kept = sides.max(axis=1) <= _LONGEST_SIDE * np.median(sides)
+    return Patch(nodes, places, np.asarray(triangles[kept], dtype=np.int64), axes)
+
+
+def patch_series(history: xr.Dataset, body: int = 0) -> xr.Dataset:
+    """Return the measures of the contact patch over time that optical studies of fingertips report.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history.
+    body : int, optional
+        The rigid body; areas are those of all bodies.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``contact_area`` and ``stick_area`` [m^2], ``stick_ratio`` [-], ``annulus_width`` of the slipping annulus of a
+        round patch with these areas [m], ``normal_force`` and ``tangential_force`` [N] and their ``force_ratio`` [-];
+        what does not exist without contact is missing there.
+    """
+    area, ratio = contact_area(history), stick_ratio(history)
+    stuck = (area * ratio.fillna(0.0)).rename("stick_area")
+    force = history["body_force"].values[:, body]
+    normal = force @ history["body_normal"].values[body]
+    tangential = np.linalg.norm(force - normal[:, None] * history["body_normal"].values[body], axis=1)
+    over = np.full(normal.shape, np.nan)
+    np.divide(tangential, normal, out=over, where=normal > 1e-9 * normal.max())
+    series = {
+        "contact_area": (area.values, "m^2", "area in contact"),
+        "stick_area": (stuck.values, "m^2", "area that sticks"),
+        "stick_ratio": (ratio.values, "1", "stick ratio"),
+        "annulus_width": (
+            np.sqrt(area.values / np.pi) - np.sqrt(stuck.values / np.pi),
+            "m",
+            "width of the slipping annulus of a round patch",
+        ),
+        "normal_force": (normal, "N", "normal force on the plate"),
+        "tangential_force": (tangential, "N", "tangential force on the plate"),
+        "force_ratio": (over, "1", "tangential over normal force"),
+    }
+    return xr.Dataset(
+        {name: ("time", values, {"units": unit, "long_name": said}) for name, (values, unit, said) in series.items()},
+        {"time": history["time"]},
+    )
+
+
+def surface_strains(history: xr.Dataset, patch: Patch | None = None) -> xr.DataArray:
+    """Return the Green-Lagrange strains of the skin surface on the contact patch.
+
+    With F the map of a triangle's reference plane onto its present one, E = (F^T F - I)/2. The components are along
+    the slide, across it, and their shear E_12 (not doubled), in the reference plane of each triangle.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history in space.
+    patch : Patch, optional
+        The patch; that of the first body without it.
+
+    Returns
+    -------
+    xarray.DataArray
+        Dimensions (time, triangle, strain_component) [-]; coordinates `along` and `across` of the triangles' centres
+        [m] and `touching` (time, triangle), whether all corners are in contact.
+    """
+    patch = patch or contact_patch(history)
+    reference = history["contact_position"].values[patch.nodes][patch.triangles]
+    local = _local_edges(reference, patch.axes[0])
+    displacement = history["contact_displacement"].values[:, patch.nodes][:, patch.triangles]
+    edges = (reference[:, 1:] - reference[:, :1]) + (displacement[:, :, 1:] - displacement[:, :, :1])
+    # Rows of `edges` are the images of the rows of `local`.
+    gradient = np.linalg.solve(local, edges)
+    metric = gradient @ np.swapaxes(gradient, -1, -2)
+    strains = 0.5 * (metric - np.eye(2))
+    values = np.stack([strains[..., 0, 0], strains[..., 1, 1], strains[..., 0, 1]], axis=-1)
+    state = history["contact_state"].values[:, patch.nodes][:, patch.triangles]
+    centres = patch.places[patch.triangles].mean(axis=1)
+    return xr.DataArray(
+        values,
+        dims=("time", "triangle", "strain_component"),
+        coords={
+            "time": history["time"].values,
+            "strain_component": list(_STRAINS),
+            "along": ("triangle", centres[:, 0]),
+            "across": ("triangle", centres[:, 1]),
+            "touching": (("time", "triangle"), (state != OPEN).all(axis=-1)),
+        },
+        name="surface_strain",
+        attrs={"units": "1", "long_name": "Green-Lagrange strain of the skin surface"},
+    )
+
+
+def surface_strain_rates(strains: xr.DataArray) -> xr.DataArray:
+    """Return the rates of surface strains, by central differences between records [1/s]."""
+    rates = strains.copy(data=np.gradient(strains.values, strains["time"].values, axis=0))
+    return rates.rename("surface_strain_rate").assign_attrs(units="1/s", long_name="rate of the surface strain")
+
+
+def _local_edges(reference: Floats, along: Floats) -> Floats:
+    """Return two edges of each triangle (m, 3, 3) in its own plane, the first axis along the slide; (m, 2, 2)."""
+    edges = reference[:, 1:] - reference[:, :1]
+    normal = np.cross(edges[:, 0], edges[:, 1])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    first = along - (normal @ along)[:, None] * normal
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    second = np.cross(normal, first)
+    return np.stack([np.einsum("mek,mk->me", edges, first), np.einsum("mek,mk->me", edges, second)], axis=-1)
+
+
+def triangle_states(history: xr.Dataset, patch: Patch, step: int) -> NDArray[np.int8]:
+    """Return the state of each triangle at a record: open where a corner is, slip where one slips, else stick."""
+    corners = history["contact_state"].values[step, patch.nodes][patch.triangles]
+    states = np.where((corners == SLIP).any(axis=1), SLIP, corners.max(axis=1))
+    return np.where((corners == OPEN).any(axis=1), OPEN, states).astype(np.int8)

@@ -1,0 +1,97 @@
+"""Refinement of the fingertip of the shipped two-dimensional study in mesh, time step and contact stiffness."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+
+from fingerslip.anatomy import preset
+from fingerslip.contact.bodies import Plane
+from fingerslip.contact.friction import Coulomb
+from fingerslip.dynamics.system import contact_penalties
+from fingerslip.mesh.section import build_section
+from fingerslip.model import Contact, Model, Press, Slide, TimeStepping
+from fingerslip.slip import ORDERS, Events, Refinement, Series, find_events, refine
+from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solved
+
+__all__ = ["PROBLEMS"]
+
+_SIZES = (0.12e-3, 0.28e-3)
+_MESHES = (1.0, 2.0 / 3.0, 0.5)
+_STEPS = (1.0, 0.5, 0.25)
+_COMPLIANCES = (1.0, 0.25, 0.0625)
+# All published slip times are multiples of this [s].
+_RESOLUTION = 0.010
+
+
+def _model(mesh_factor: float = 1.0, step_factor: float = 1.0) -> Model:
+    finger = preset("wang2014-2d")
+    return Model(
+        mesh=build_section(finger, contact_size=mesh_factor * _SIZES[0], bulk_size=mesh_factor * _SIZES[1]),
+        materials=finger.materials,
+        formulation=finger.formulation,
+        depth=finger.depth,
+        supports={"phalanx": ("x", "y")},
+        contacts=(Contact("skin", Plane(normal=(0.0, 1.0)), Coulomb(0.6)),),
+        programme=(Press(1.5e-3, 1.5e-3), Slide(distance=3e-3, speed=3e-3)),
+        time=TimeStepping(5e-3 * step_factor, -0.41421),
+    )
+
+
+def _softer(model: Model, compliance: float) -> Model:
+    (contact,) = model.contacts
+    normal, tangential = contact_penalties(model, contact)
+    stiff = dataclasses.replace(contact, normal_penalty=normal / compliance, tangential_penalty=tangential / compliance)
+    return dataclasses.replace(model, contacts=(stiff,))
+
+
+def _refinement() -> tuple[Check, ...]:
+    """Hold the uncertainty of the slip times against the resolution of the published ones, and show an order.
+
+    The penalties act in first order; overall slip as read from displacement shows it, because it is not rounded to
+    steps. That a node lets go between two contact nodes or two records leaves no clean order with mesh and step.
+    """
+    base = _model()
+    events = {
+        "mesh": [find_events(solved(_model(mesh_factor=factor))) for factor in _MESHES],
+        "step": [find_events(solved(_model(step_factor=factor))) for factor in _STEPS],
+        "penalty": [find_events(solved(_softer(base, factor))) for factor in _COMPLIANCES],
+    }
+    checks = [
+        absolute(f"{name} slip: uncertainty over the {setting} [s]", 0.0, _error(found), _RESOLUTION)
+        for setting, runs in events.items()
+        for name, read in (("three-quarter", _three_quarter), ("overall", _overall))
+        for found in [_found(setting, runs, read)]
+    ]
+    order = _found("penalty", events["penalty"], lambda one: one.displacement.overall).order
+    return (*checks, absolute("overall slip: observed order in the contact compliance", 1.0, order or 0.0, 0.2))
+
+
+def _found(setting: str, runs: Sequence[Events], read: Callable[[Events], float | None]) -> Refinement:
+    sizes = {"mesh": _MESHES, "step": _STEPS, "penalty": _COMPLIANCES}[setting]
+    return refine(Series(setting, sizes, tuple(read(one) for one in runs)), ORDERS[setting])
+
+
+def _error(found: Refinement) -> float:
+    if found.uncertainty is None:
+        raise VerificationError("a slip event did not happen at every level of refinement")
+    return found.uncertainty
+
+
+def _three_quarter(events: Events) -> float | None:
+    return events.slip.three_quarter
+
+
+def _overall(events: Events) -> float | None:
+    return events.slip.overall
+
+
+PROBLEMS = (
+    Problem(
+        "fingertip-refinement",
+        "Slip times of the fingertip of Table 2, refined in mesh, step and contact stiffness",
+        "Richardson's extrapolation, grid convergence index",
+        True,
+        _refinement,
+    ),
+)

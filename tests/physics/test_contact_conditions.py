@@ -1,0 +1,216 @@
+"""Signorini's and Coulomb's conditions, one by one and to the stated residual, on problems of every kind.
+
+The solver states how far its forces r are from their projection, e relative to the largest force F. What that means
+for gaps and slips y = W r + q follows here from the conditions themselves, without the projection: with the
+compliance w of a node's own direction, min(r_n, y_n / w_n) is zero up to e F, and so on. An answer that is not
+solved may be anything, but its stated residual must say so: then :func:`advance` raises.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import fingerslip as fs
+from fingerslip.contact.solver import solve_friction
+from fingerslip.dynamics.simulate import step_times
+from fingerslip.dynamics.step import advance, first_state
+from fingerslip.dynamics.stepper import Stopwatch, build_steppers
+from fingerslip.dynamics.system import build_system
+from fingerslip.verification.meshes import box
+
+TOLERANCE = 1e-10
+ROUNDING = 1e-13
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A body's compliance, the compliance of the penalties, the free motion and the friction coefficients."""
+
+    body: np.ndarray
+    penalty: np.ndarray
+    free: np.ndarray
+    friction: np.ndarray
+
+    @property
+    def compliance(self):
+        return self.body + np.diag(self.penalty.ravel())
+
+    def solution(self):
+        start = np.zeros_like(self.free)
+        return solve_friction(self.compliance, self.free, self.friction, start, TOLERANCE)
+
+
+MOTIONS = {
+    "any": lambda rng, shape: rng.normal(size=shape),
+    "open": lambda rng, shape: np.abs(rng.normal(size=shape)) + np.eye(1, shape[1]),
+    "pressed": lambda rng, shape: 0.1 * rng.normal(size=shape) - np.eye(1, shape[1]),
+    "dragged": lambda rng, shape: 0.1 * rng.normal(size=shape) - np.eye(1, shape[1]) + 30 * np.eye(1, shape[1], 1),
+}
+
+
+def made(seed, dim, count, *, decades, friction, motion):
+    """Return a problem whose body has eigenvalues over `decades`, with penalties over six decades node by node."""
+    rng = np.random.default_rng(seed)
+    vectors = np.linalg.qr(rng.normal(size=(count * dim, count * dim)))[0]
+    body = (vectors * 10.0 ** rng.uniform(-decades, 0.0, count * dim)) @ vectors.T
+    penalty = 10.0 ** np.repeat(rng.uniform(-6.0, 0.0, (count, 2)), [1, dim - 1], axis=1)
+    coefficients = friction * rng.uniform(0.5, 1.0, count)
+    return Problem(0.5 * (body + body.T), penalty, MOTIONS[motion](rng, (count, dim)), coefficients)
+
+
+def problems(most, motions=tuple(MOTIONS)):
+    return st.builds(
+        made,
+        seed=st.integers(0, 2**31),
+        dim=st.sampled_from([2, 3]),
+        count=st.integers(1, 12),
+        decades=st.floats(0.0, 14.0),
+        friction=st.sampled_from([0.0, 0.3, most]) | st.floats(0.0, most),
+        motion=st.sampled_from(motions),
+    )
+
+
+def assert_conditions(problem, solution):
+    """Check all conditions to the stated residual and the rounding of W r + q."""
+    compliance, forces, friction = problem.compliance, solution.forces, problem.friction
+    count, dim = forces.shape
+    motion = (compliance @ forces.ravel()).reshape(count, dim) + problem.free
+    rounding = (np.abs(compliance) @ np.abs(forces).ravel()).reshape(count, dim) + np.abs(problem.free)
+    own = np.diag(compliance).reshape(count, dim)
+    own = np.column_stack([own[:, 0], own[:, 1:].mean(axis=1)])
+    close = max(solution.residual, ROUNDING) * np.abs(forces).max() + ROUNDING * rounding.max(axis=1) / own.min(axis=1)
+    assert_signorini(problem, forces[:, 0], motion[:, 0], close, own[:, 0])
+    for node in range(count):
+        limit = friction[node] * max(forces[node, 0], 0.0)
+        margin = (np.sqrt(2.0) + friction[node]) * close[node]
+        assert_coulomb(forces[node, 1:], motion[node, 1:] / own[node, 1], limit, margin)
+
+
+def assert_signorini(problem, normal, gap, close, own):
+    """No tension, no gap where there is force, and the penalty law between force and penetration."""
+    assert (normal >= -close).all(), "tension"
+    assert (np.abs(np.minimum(normal, gap / own)) <= close).all(), "force and gap"
+    penetration = np.maximum(problem.penalty[:, 0] * normal - gap, 0.0)
+    assert (np.abs(problem.penalty[:, 0] * normal - penetration) <= 2 * own * close).all(), "penalty law"
+
+
+def assert_coulomb(traction, slip, limit, margin):
+    """Check one node; `slip` is in units of force, over the node's own compliance."""
+    size, way = np.linalg.norm(traction), np.linalg.norm(slip)
+    assert size <= limit + margin, "outside the cone"
+    if way <= margin:
+        return
+    assert size >= limit - margin, "slip within the cone"
+    if size > 10 * margin:
+        along = slip @ traction / size
+        assert along <= margin, "slip along the traction"
+        across = np.linalg.norm(slip - along * traction / size)
+        assert across <= margin * (1 + 2 * way / size), "slip beside the traction"
+
+
+@settings(max_examples=300, deadline=None, derandomize=True)
+@given(problems(5.0))
+def test_every_answer_is_as_good_as_it_says(problem):
+    solution = problem.solution()
+    assert np.isfinite(solution.forces).all()
+    assert_conditions(problem, solution)
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(problems(0.9, ("any", "open", "pressed")))
+def test_ordinary_friction_is_solved_however_bad_the_matrix(problem):
+    """But for bodies of arbitrary coupling that are dragged far: of those about one in 400 is not."""
+    assert problem.solution().residual <= TOLERANCE
+
+
+@settings(max_examples=50, deadline=None, derandomize=True)
+@given(problems(5.0, ("open",)))
+def test_nodes_that_are_open_stay_free(problem):
+    solution = problem.solution()
+    assert solution.residual == 0.0
+    assert not solution.forces.any()
+
+
+@pytest.mark.parametrize("change", ["tension", "too much friction", "turned", "half the force", "let go"])
+def test_the_conditions_refuse_wrong_answers(change):
+    """Each changes one node of a right answer in one way; the stated residual stays as it was."""
+    problem = made(3, 3, 6, decades=2.0, friction=0.5, motion="dragged")
+    right = problem.solution()
+    assert_conditions(problem, right)
+    forces = right.forces.copy()
+    node = int(np.argmax(forces[:, 0]))
+    match change:
+        case "tension":
+            forces[node, 0] *= -1.0
+        case "too much friction":
+            forces[node, 1:] *= 1.001
+        case "turned":
+            forces[node, 1:] = forces[node, 1:] @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+        case "half the force":
+            forces[node] *= 0.5
+        case _:
+            forces[node] = 0.0
+    with pytest.raises(AssertionError):
+        assert_conditions(problem, type(right)(forces, right.residual, right.iterations, right.worst))
+
+
+def pressed_block(element, friction, penalties):
+    """Return a block that is pressed and dragged in long steps."""
+    grid, plane = np.linspace(0.0, 8e-3, 5), element != "H8"
+    normal = (0.0, 1.0) if plane else (0.0, 0.0, 1.0)
+    contact = fs.Contact(
+        "bottom", fs.Plane(normal), fs.Coulomb(friction), normal_penalty=penalties[0], tangential_penalty=penalties[1]
+    )
+    return fs.Model(
+        mesh=box(element, grid, grid[:3]) if plane else box(element, grid, grid[:2], grid[:3]),
+        materials={"bulk": fs.Elastic(34e3, 0.4, 1000.0)},
+        formulation="plane_strain" if plane else "solid",
+        supports={"top": ("x", "y") if plane else ("x", "y", "z")},
+        contacts=(contact,),
+        programme=(fs.Press(0.4e-3, 4e-3), fs.Slide(1.6e-3, 8e-3)),
+        time=fs.TimeStepping(0.02),
+    )
+
+
+def states(model):
+    """Yield the state before and after every step, until the end or until a step is not solved."""
+    system, times = build_system(model), step_times(model)
+    stepper, bodies = build_steppers([system], model.time, model.damping)[0], system.motions[0].displacement(times)
+    state = first_state(stepper)
+    for number in range(1, times.size):
+        try:
+            (after,) = advance([stepper], [state], float(times[number]), [bodies[number : number + 1]], Stopwatch())
+        except fs.ConvergenceError:
+            return
+        yield system.candidates, state.interface, after.interface
+        state = after
+
+
+@settings(max_examples=40, deadline=None, derandomize=True)
+@given(
+    st.sampled_from(["Q4", "T6", "H8"]),
+    st.sampled_from([0.0, 0.5, 5.0]) | st.floats(0.0, 5.0),
+    st.tuples(st.floats(4.0, 10.0), st.floats(4.0, 10.0)),
+)
+def test_a_step_keeps_the_conditions_or_raises(element, friction, decades):
+    """Penalties over six decades; gap and slip of the recorded interface, not of the problem that was solved."""
+    model = pressed_block(element, friction, tuple(10.0**decade for decade in decades))
+    for candidates, before, after in states(model):
+        force, length = np.abs(after.forces).max(), 1e-3
+        normal, gap = after.forces[:, 0], after.relative[:, 0]
+        law = candidates.normal_stiffness * np.maximum(-gap, 0.0)
+        close = 1e-8 * force + 1e-12 * length * candidates.normal_stiffness
+        assert (normal >= 0.0).all()
+        assert (np.abs(normal - law) <= close).all()
+        stiffness = candidates.tangential_stiffness
+        traction = after.forces[:, 1:]
+        elastic = (traction - before.forces[:, 1:]) / stiffness[:, None]
+        slip = (after.relative - before.relative)[:, 1:] + elastic
+        for node in np.flatnonzero(normal > 0.0):
+            margin = 1e-8 * force + 1e-12 * length * stiffness[node]
+            assert_coulomb(traction[node], slip[node] * stiffness[node], friction * normal[node], margin)

@@ -1,0 +1,39 @@
+"""A history in space whose fields are known: a block of two layers pressed flat, pushed sideways."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from fingerslip.contact.bodies import Plane
+from fingerslip.contact.friction import Coulomb
+from fingerslip.dynamics.simulate import simulate
+from fingerslip.materials import Elastic
+from fingerslip.mesh.sites import Site
+from fingerslip.model import Contact, Model, Press, Recording, Slide, TimeStepping
+from fingerslip.verification.meshes import box
+
+
+def block_history(element: str = "T4") -> xr.Dataset:
+    """Return the history of a 10 mm block on a plate, skin below 3 mm and tissue above."""
+    axes = (np.linspace(0.0, 10e-3, 5),) * (3 if element in {"T4", "T10", "H8"} else 2)
+    layers = {"skin": lambda centre: centre[-1] < 3e-3, "tissue": lambda centre: centre[-1] >= 3e-3}
+    mesh = box(element, *axes, regions=layers)
+    dim = mesh.dim()
+    up = (0.0,) * (dim - 1) + (1.0,)
+    solid = dim == 3
+    return simulate(
+        Model(
+            mesh=mesh,
+            materials={name: Elastic(youngs_modulus=50e3, poisson_ratio=0.3, density=1000.0) for name in layers},
+            formulation="solid" if solid else "plane_strain",
+            supports={"top": ("x", "y", "z")[:dim]},
+            contacts=(Contact("bottom", Plane(normal=up), Coulomb(0.5)),),
+            programme=(
+                Press(0.5e-3, 10e-3),
+                Slide(distance=1e-3, speed=20e-3, direction=(1.0,) + (0.0,) * (dim - 1) if solid else None),
+            ),
+            time=TimeStepping(10e-3),
+            record=Recording((Site("deep", "FA-II", (5e-3,) * dim),), snapshots_every=50e-3),
+        )
+    )

@@ -1,0 +1,109 @@
+"""The contact patch of blocks whose motion is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fingerslip.errors import InputError
+from fingerslip.history import OPEN, SLIP, STICK
+from fingerslip.slip.patch import (
+    contact_patch,
+    patch_series,
+    surface_strain_rates,
+    surface_strains,
+    triangle_states,
+)
+from unit.report.scenes import block_history
+
+ROTATION = np.array([[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]])
+
+
+@pytest.fixture(scope="module")
+def history() -> xr.Dataset:
+    return block_history()
+
+
+def moved(history: xr.Dataset, gradient: np.ndarray) -> xr.Dataset:
+    """Return the history with the displacement (F - I) X, growing from nothing to all of it over time."""
+    share = np.linspace(0.0, 1.0, history.sizes["time"])
+    full = history["contact_position"].values @ (gradient - np.eye(3)).T
+    return history.assign(contact_displacement=history["contact_displacement"].copy(data=share[:, None, None] * full))
+
+
+def test_triangles_cover_the_patch_once(history: xr.Dataset) -> None:
+    patch = contact_patch(history)
+    a, b, c = np.swapaxes(patch.places[patch.triangles], 0, 1)
+    first, second = b - a, c - a
+    areas = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+    assert areas.sum() == pytest.approx(100e-6)
+    assert patch.axes @ patch.axes.T == pytest.approx(np.eye(2))
+    assert patch.axes[0] == pytest.approx([1.0, 0.0, 0.0])  # along the slide
+
+
+def test_stretch_and_shear_give_their_green_lagrange_strains(history: xr.Dataset) -> None:
+    stretch = np.diag([1.2, 0.9, 1.0])
+    strains = surface_strains(moved(history, stretch)).isel(time=-1)
+    assert strains.sel(strain_component="along").values == pytest.approx((1.2**2 - 1.0) / 2.0)
+    assert strains.sel(strain_component="across").values == pytest.approx((0.9**2 - 1.0) / 2.0)
+    assert strains.sel(strain_component="shear").values == pytest.approx(0.0, abs=1e-12)
+    shear = np.eye(3)
+    shear[0, 1] = 0.1
+    sheared = surface_strains(moved(history, shear)).isel(time=-1)
+    # Its sign is that of the side on which the axis across lies; the normal part is quadratic.
+    assert np.abs(sheared.sel(strain_component="shear").values) == pytest.approx(0.05)
+    assert sheared.sel(strain_component="across").values == pytest.approx(0.005)
+
+
+def test_a_turn_strains_nothing(history: xr.Dataset) -> None:
+    strains = surface_strains(moved(history, ROTATION)).isel(time=-1)
+    assert strains.values == pytest.approx(0.0, abs=1e-12)
+
+
+def test_rates_are_strains_over_time(history: xr.Dataset) -> None:
+    gradient = np.diag([1.0 + 1e-6, 1.0, 1.0])
+    rates = surface_strain_rates(surface_strains(moved(history, gradient)))
+    duration = float(history["time"][-1] - history["time"][0])
+    assert rates.sel(strain_component="along").values == pytest.approx(1e-6 / duration, rel=1e-5)
+    assert rates.attrs["units"] == "1/s"
+
+
+def test_series_of_a_patch_that_half_slips(history: xr.Dataset) -> None:
+    state = np.full(history["contact_state"].shape, STICK, dtype=np.int8)
+    areas = history["contact_area"].values
+    slipping = history["contact_position"].values[:, 0] > 5e-3
+    state[:, slipping] = SLIP
+    state[0] = OPEN
+    series = patch_series(history.assign(contact_state=history["contact_state"].copy(data=state)))
+    assert series["contact_area"].values[1:] == pytest.approx(areas.sum())
+    assert series["stick_area"].values[1:] == pytest.approx(areas[~slipping].sum())
+    assert np.isnan(series["stick_ratio"].values[0])
+    width = np.sqrt(areas.sum() / np.pi) - np.sqrt(areas[~slipping].sum() / np.pi)
+    assert series["annulus_width"].values[1:] == pytest.approx(width)
+    assert series["annulus_width"].values[0] == 0.0
+
+
+def test_friction_stays_within_its_limit_and_nears_it_as_less_sticks(history: xr.Dataset) -> None:
+    series = patch_series(history).isel(time=slice(1, None))
+    assert float(series["force_ratio"].max()) <= 0.5 * (1.0 + 1e-9)
+    assert float(series["force_ratio"][-1]) > 0.4
+    assert float(series["stick_ratio"][-1]) < 0.5 < float(series["stick_ratio"].max())
+
+
+def test_a_triangle_slips_where_a_corner_does(history: xr.Dataset) -> None:
+    patch = contact_patch(history)
+    state = np.full(history["contact_state"].shape, STICK, dtype=np.int8)
+    state[:, patch.nodes[patch.triangles[0, 0]]] = SLIP
+    state[:, patch.nodes[patch.triangles[-1, 0]]] = OPEN
+    states = triangle_states(history.assign(contact_state=history["contact_state"].copy(data=state)), patch, 0)
+    around = (patch.triangles == patch.triangles[0, 0]).any(axis=1)
+    open_ = (patch.triangles == patch.triangles[-1, 0]).any(axis=1)
+    assert (states[open_] == OPEN).all()
+    assert (states[around & ~open_] == SLIP).all()
+    assert (states[~around & ~open_] == STICK).all()
+
+
+def test_a_section_has_no_patch() -> None:
+    with pytest.raises(InputError, match="two-dimensional"):
+        contact_patch(block_history("Q4"))

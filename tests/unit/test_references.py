@@ -1,0 +1,54 @@
+"""Every work that code, studies or docs cite stands in the list of references."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+REFERENCES = ROOT / "docs" / "references.md"
+_NAME = r"[A-Z][a-z]{2,}"
+_CITATION = re.compile(rf"({_NAME})((?:, {_NAME})*(?: (?:&|and) {_NAME})?(?: et al\.)?),? \(?((?:18|19|20)\d\d)\b")
+# Words that stand before a year without being a name.
+_NO_NAMES = {"Journal"}
+
+
+def plain(text: str) -> str:
+    """Return text without accents."""
+    return unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
+
+
+def citations() -> Iterator[tuple[str, str, Path]]:
+    """Yield the first name, the year and the file of every citation."""
+    for folder, pattern in (("src/fingerslip", "*.py"), ("docs", "*.md"), ("studies", "*.yaml")):
+        for path in (path for path in (ROOT / folder).rglob(pattern) if path != REFERENCES):
+            for name, _, year in _CITATION.findall(plain(path.read_text(encoding="utf-8"))):
+                if name not in _NO_NAMES:
+                    yield name, year, path
+
+
+def test_every_citation_is_in_the_list() -> None:
+    entries = plain(REFERENCES.read_text(encoding="utf-8")).split("\n- ")[1:]
+    missing = {
+        f"{name} {year} ({path.relative_to(ROOT)})"
+        for name, year, path in citations()
+        if not any(name in entry.split(year)[0] for entry in entries if year in entry)
+    }
+    assert not missing
+
+
+def test_citations_are_found() -> None:
+    found = {(name, year) for name, year, _ in citations()}
+    assert {("Hilber", "1977"), ("Cattaneo", "1938"), ("Wang", "2014"), ("Barrea", "2018")} <= found
+
+
+def test_every_key_of_the_bibliography_is_listed() -> None:
+    """Each paper that a value names as its source can be looked up."""
+    bibliography = (ROOT / "src" / "fingerslip" / "references.bib").read_text(encoding="utf-8")
+    entries = plain(REFERENCES.read_text(encoding="utf-8")).lower().split("\n- ")[1:]
+    keys = re.findall(r"@\w+\{([a-z]+)(\d{4}),", bibliography)
+    assert len(keys) == bibliography.count("@")
+    for name, year in keys:
+        assert any(name in entry.split(year)[0] for entry in entries if year in entry), f"{name}{year}"
