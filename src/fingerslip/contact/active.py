@@ -117,7 +117,8 @@ def _problem(compliance: Compliance, free: Array, friction: Array) -> _Problem:
 def _solve_on_work_set(
     problem: _Problem, start: Array, tolerance: float, work: WorkSet | None
 ) -> tuple[ContactSolution, WorkSet]:
-    work, forces, iterations = _first_work_set(problem, start, work), start, 0
+    guess = start if work is None else _carried_on(work.before, start)
+    work, forces, iterations = _first_work_set(problem, start, work), guess, 0
     for _ in range(_ROUNDS):
         forces, work, used = _solve_there(problem, work, forces, tolerance)
         found, iterations = problem.check(forces), iterations + used
@@ -127,7 +128,17 @@ def _solve_on_work_set(
     if work.nodes.size > _TOO_MANY * _wanted(found):
         work = _work_set(problem, found)
     worst = int(np.argmax(np.abs(found.residual).max(axis=1)))
+    work = replace(work, before=start)
     return ContactSolution(found.forces, found.relative_residual, iterations, worst), work
+
+
+def _carried_on(before: Array | None, last: Array) -> Array:
+    """Return the forces as they would be if they went on as in the last step; open nodes stay open."""
+    if before is None:
+        return last
+    guess = 2.0 * last - before
+    guess[(last[:, 0] <= 0.0) | (guess[:, 0] <= 0.0)] = 0.0
+    return guess
 
 
 def _first_work_set(problem: _Problem, start: Array, work: WorkSet | None) -> WorkSet:

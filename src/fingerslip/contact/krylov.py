@@ -48,6 +48,8 @@ class WorkSet:
         rho W in single precision [-].
     factor : tuple, optional
         LU factors of a Newton matrix.
+    before : (n_c, dim) array, optional
+        Forces of all nodes one step before the last [N].
     """
 
     nodes: NDArray[np.int64]
@@ -55,6 +57,7 @@ class WorkSet:
     scale: Array
     scaled: Single
     factor: Any = None
+    before: Array | None = None
 
 
 def newton_krylov(

@@ -34,8 +34,10 @@ Contact = Callable[[Array], Array]
 
 _COLUMNS_AT_ONCE = 256
 _SPARSE_BELOW = 0.25
-# Entries of the full columns up to which they are quicker than a second substitution (measured, see the benchmark).
-_COLUMNS_UP_TO = 4_000_000
+# Size m n of the columns up to which they are quicker than a second substitution (measured): in the plane, where
+# rows of A are shorter and columns fill less, this many times larger.
+_COLUMNS_UP_TO, _IN_PLANE = 6_000_000, 12
+_ROW_IN_PLANE = 30
 # How often the compliance is there at most: turned into frames, and what Newton's method takes of it.
 _COPIES = 5
 
@@ -152,7 +154,8 @@ def condense(matrix: sparse.csr_matrix, local: sparse.csr_matrix, later: int = 0
     InputError
         Where the memory will not suffice.
     """
-    if local.shape[0] * matrix.shape[0] <= _COLUMNS_UP_TO:
+    largest = _COLUMNS_UP_TO * (_IN_PLANE if matrix.nnz < _ROW_IN_PLANE * matrix.shape[0] else 1)
+    if local.shape[0] * matrix.shape[0] <= largest:
         return _condense_by_columns(matrix, local)
     return _condense_by_schur(matrix, local, later)
 

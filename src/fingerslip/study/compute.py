@@ -6,14 +6,14 @@ import contextlib
 import hashlib
 import logging
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from fingerslip.dynamics.simulate import simulate
+from fingerslip.dynamics.simulate import simulate, simulate_together
 from fingerslip.errors import InputError
 from fingerslip.history import write_history
 from fingerslip.model import Model
@@ -26,7 +26,7 @@ from fingerslip.study.store import mapping_text, new_folder, write_text, writing
 from fingerslip.study.sweep import Run
 from fingerslip.study.yaml import write_mapping
 
-__all__ = ["Job", "compute", "mesh_hash", "mesh_size"]
+__all__ = ["Job", "compute", "compute_together", "mesh_hash", "mesh_size"]
 
 _LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 _logger = logging.getLogger("fingerslip.study")
@@ -73,11 +73,34 @@ def compute(job: Job, progress: Callable[[float], None]) -> None:
     ResultError
         Where the folder cannot be written.
     """
-    with new_folder(job.folder) as folder, _log(folder / "log.txt"):
-        started = time.perf_counter()
-        _logger.info("run %s of %s, identity %s", job.run.name, job.run.where, job.identity)
-        history = _simulate(job, progress)
-        seconds = time.perf_counter() - started
+    compute_together([job], progress)
+
+
+def compute_together(jobs: Sequence[Job], progress: Callable[[float], None]) -> None:
+    """Simulate runs that share a matrix and write their folders, all whole or none; see :func:`compute`.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        What to compute.
+    progress : callable
+        Gets the fraction done of all of them, from 0 to 1; what it raises ends the runs.
+    """
+    with contextlib.ExitStack() as stack:
+        folders = [stack.enter_context(new_folder(job.folder)) for job in jobs]
+        with contextlib.ExitStack() as logs:
+            for job, folder in zip(jobs, folders, strict=True):
+                logs.enter_context(_log(folder / "log.txt"))
+                _logger.info("run %s of %s, identity %s", job.run.name, job.run.where, job.identity)
+            started = time.perf_counter()
+            histories = _simulate(jobs, progress)
+            seconds = time.perf_counter() - started
+        for job, folder, history in zip(jobs, folders, histories, strict=True):
+            _write(job, folder, history, seconds)
+
+
+def _write(job: Job, folder: Path, history: Any, seconds: float) -> None:
+    with _log(folder / "log.txt"):
         _logger.info("simulated %d records in %.1f s", history.sizes["time"], seconds)
         for name, value in (history.attrs | key_numbers(history)).items():
             _logger.info("%s: %s", name, value)
@@ -101,11 +124,13 @@ def mesh_size(mesh: Any) -> float:
     return float(mesh.t.shape[1] ** (-1.0 / mesh.dim()))
 
 
-def _simulate(job: Job, progress: Callable[[float], None]) -> Any:
+def _simulate(jobs: Sequence[Job], progress: Callable[[float], None]) -> Sequence[Any]:
     try:
-        return simulate(job.model, progress=progress)
+        if len(jobs) == 1:
+            return [simulate(jobs[0].model, progress=progress)]
+        return simulate_together([job.model for job in jobs], progress=progress)
     except InputError as error:
-        raise located(error, job.run.where, job.run.study) from None
+        raise located(error, jobs[0].run.where, jobs[0].run.study) from None
 
 
 def _result(job: Job, history: Any, seconds: float) -> Mapping[str, Any]:

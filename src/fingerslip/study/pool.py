@@ -8,15 +8,16 @@ import os
 import queue
 import signal
 import threading
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
 from fingerslip.errors import FingerslipError, ResultError
-from fingerslip.study.compute import Job, compute
+from fingerslip.study.compute import Job
 from fingerslip.study.progress import StudyProgress
 from fingerslip.study.threads import single_threads
+from fingerslip.study.together import compute_group, groups
 
 __all__ = ["WorkerLostError", "compute_all"]
 
@@ -62,34 +63,40 @@ def compute_all(jobs: Sequence[Job], workers: int, progress: StudyProgress) -> F
         After Ctrl-C, when nothing unfinished is left.
     """
     progress.begin([job.run.name for job in jobs])
-    if min(workers, len(jobs)) <= 1:
-        return _compute_here(jobs, progress)
+    parts = groups(jobs, workers)
+    if min(workers, len(parts)) <= 1:
+        return _compute_here(parts, progress)
     with single_threads():
-        return _compute_apart(jobs, min(workers, len(jobs)), progress)
+        return _compute_apart(parts, min(workers, len(parts)), progress)
 
 
-def _compute_here(jobs: Sequence[Job], progress: StudyProgress) -> Failures:
+def _compute_here(parts: Sequence[Sequence[Job]], progress: StudyProgress) -> Failures:
     failures: Failures = {}
-    for job in jobs:
-        name = job.run.name
-        try:
-            compute(job, lambda fraction, name=name: progress.advance(name, fraction))  # type: ignore[misc]
-        except FingerslipError as error:
-            failures[name] = error
-        except MemoryError:
-            failures[name] = _out_of_memory(job)
-        progress.finish(name, "failed" if name in failures else "done")
+    for jobs in parts:
+        found = compute_group(jobs, progress.advance)
+        failures |= _told(jobs, found, progress)
     return failures
 
 
-def _compute_apart(jobs: Sequence[Job], workers: int, progress: StudyProgress) -> Failures:
+def _told(jobs: Sequence[Job], found: Mapping[str, Exception], progress: StudyProgress) -> Failures:
+    """Tell that jobs are done or have failed, and return the errors to keep."""
+    failures: Failures = {}
+    for job in jobs:
+        error = found.get(job.run.name)
+        if error is not None:
+            failures[job.run.name] = error if isinstance(error, FingerslipError) else _out_of_memory(job)
+        progress.finish(job.run.name, "failed" if error else "done")
+    return failures
+
+
+def _compute_apart(parts: Sequence[Sequence[Job]], workers: int, progress: StudyProgress) -> Failures:
     context = multiprocessing.get_context("spawn")
     news, stop = context.Queue(), context.Event()
     pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(news, stop))
     try:
         with _interrupts_ignored():
             # The workers start here and inherit this: a Ctrl-C while they import is the parent's alone to answer.
-            futures = {pool.submit(_compute_in_worker, job): job for job in jobs}
+            futures = {pool.submit(_compute_in_worker, jobs): jobs for jobs in parts}
         return _follow(futures, news, progress)
     finally:
         stop.set()
@@ -97,7 +104,7 @@ def _compute_apart(jobs: Sequence[Job], workers: int, progress: StudyProgress) -
         news.close()
 
 
-def _follow(futures: Mapping[Future[None], Job], news: Any, progress: StudyProgress) -> Failures:
+def _follow(futures: Mapping[Future[Any], Sequence[Job]], news: Any, progress: StudyProgress) -> Failures:
     """Wait for all jobs and pass on how far they are."""
     failures: Failures = {}
     waiting = set(futures)
@@ -105,11 +112,7 @@ def _follow(futures: Mapping[Future[None], Job], news: Any, progress: StudyProgr
         done, waiting = wait(waiting, timeout=_SECONDS_BETWEEN_LOOKS, return_when=FIRST_COMPLETED)
         _pass_on(news, progress)
         for future in done:
-            job = futures[future]
-            error = _failure(future, job)
-            if error is not None:
-                failures[job.run.name] = error
-            progress.finish(job.run.name, "failed" if error else "done")
+            failures |= _told(futures[future], _found(future, futures[future]), progress)
     return failures
 
 
@@ -120,17 +123,13 @@ def _pass_on(news: Any, progress: StudyProgress) -> None:
             progress.advance(name, fraction)
 
 
-def _failure(future: Future[None], job: Job) -> FingerslipError | None:
-    """Return what went wrong in a job; anything that is no error of fingerslip is raised."""
+def _found(future: Future[Any], jobs: Sequence[Job]) -> Mapping[str, Exception]:
+    """Return what went wrong in a worker's jobs; anything that is no error of fingerslip is raised."""
     try:
-        future.result()
-    except FingerslipError as error:
-        return error
+        found: Mapping[str, Exception] = future.result()
     except BrokenProcessPool:
-        return WorkerLostError()
-    except MemoryError:
-        return _out_of_memory(job)
-    return None
+        return {job.run.name: WorkerLostError() for job in jobs}
+    return found
 
 
 def _out_of_memory(job: Job) -> ResultError:
@@ -169,14 +168,11 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _compute_in_worker(job: Job) -> None:
-    compute(job, _tell(job.run.name))
+def _compute_in_worker(jobs: Sequence[Job]) -> Mapping[str, Exception]:
+    return compute_group(jobs, _tell)
 
 
-def _tell(name: str) -> Callable[[float], None]:
-    def tell(fraction: float) -> None:
-        if _stop.is_set():
-            raise _StoppedError
-        _news.put((name, fraction))
-
-    return tell
+def _tell(name: str, fraction: float) -> None:
+    if _stop.is_set():
+        raise _StoppedError
+    _news.put((name, fraction))

@@ -17,7 +17,7 @@ import pytest
 
 from fingerslip.errors import ConvergenceError, FingerslipError, ResultError
 from fingerslip.history import read_history
-from fingerslip.study import pool
+from fingerslip.study import pool, together
 from fingerslip.study.pool import WorkerLostError, compute_all
 from fingerslip.study.progress import SilentProgress
 from fingerslip.study.runner import run_study
@@ -60,7 +60,8 @@ class Telling(SilentProgress):
 
 
 def job(name: str) -> Any:
-    return SimpleNamespace(run=SimpleNamespace(name=name, where=f"x.yaml ({name})"))
+    small = SimpleNamespace(mesh=SimpleNamespace(p=np.zeros((2, 9))))
+    return SimpleNamespace(run=SimpleNamespace(name=name, where=f"x.yaml ({name})"), model=small)
 
 
 NOT_SOLVED = ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
@@ -74,7 +75,7 @@ def test_failures_in_this_process_are_kept_by_name_and_the_others_go_on(monkeypa
         if ends[one.run.name] is not None:
             raise ends[one.run.name]
 
-    monkeypatch.setattr(pool, "compute", compute)
+    monkeypatch.setattr(together, "compute", compute)
     progress = Telling()
     failures = compute_all([job(name) for name in ends], 1, progress)
     assert failures["a"] is NOT_SOLVED
@@ -93,7 +94,7 @@ def test_what_is_no_error_of_the_package_ends_the_study(monkeypatch: pytest.Monk
     def broken(*_: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr(pool, "compute", broken)
+    monkeypatch.setattr(together, "compute", broken)
     with pytest.raises(ZeroDivisionError):
         compute_all([job("a")], 1, SilentProgress())
 
@@ -103,24 +104,25 @@ def test_no_more_processes_than_runs_and_none_for_a_single_one(
     monkeypatch: pytest.MonkeyPatch, workers: int, count: int, apart: int
 ) -> None:
     started: list[int] = []
-    monkeypatch.setattr(pool, "compute", lambda *_: None)
+    monkeypatch.setattr(together, "compute", lambda *_: None)
     monkeypatch.setattr(pool, "_compute_apart", lambda _, number, __: started.append(number) or {})
     assert compute_all([job(str(number)) for number in range(count)], workers, SilentProgress()) == {}
     assert sum(started) == apart
 
 
-def finished(outcome: BaseException | None) -> Future[None]:
-    future: Future[None] = Future()
-    if outcome is None:
-        future.set_result(None)
+def finished(outcome: BaseException | dict[str, Exception]) -> Future[Any]:
+    future: Future[Any] = Future()
+    if isinstance(outcome, dict):
+        future.set_result(outcome)
     else:
         future.set_exception(outcome)
     return future
 
 
 def test_failures_of_workers_are_told_by_the_name_of_the_run() -> None:
-    outcomes = {"a": None, "b": NOT_SOLVED, "c": BrokenProcessPool(), "d": MemoryError()}
-    futures = {finished(outcome): job(name) for name, outcome in outcomes.items()}
+    """Of the two runs that one worker computes together, one fails."""
+    outcomes = {"ab": {"b": NOT_SOLVED}, "c": BrokenProcessPool(), "d": {"d": MemoryError()}}
+    futures = {finished(outcome): [job(name) for name in names] for names, outcome in outcomes.items()}
     news: queue.Queue[tuple[str, float]] = queue.Queue()
     news.put(("a", 0.25))
     progress = Telling()
@@ -136,7 +138,7 @@ def test_failures_of_workers_are_told_by_the_name_of_the_run() -> None:
 
 def test_an_unknown_error_of_a_worker_is_raised() -> None:
     with pytest.raises(ZeroDivisionError):
-        pool._follow({finished(ZeroDivisionError()): job("a")}, queue.Queue(), SilentProgress())
+        pool._follow({finished(ZeroDivisionError()): [job("a")]}, queue.Queue(), SilentProgress())
 
 
 @pytest.mark.parametrize("stopping", [False, True])
@@ -144,13 +146,12 @@ def test_a_worker_tells_how_far_it_is_until_it_has_to_stop(monkeypatch: pytest.M
     news: queue.Queue[tuple[str, float]] = queue.Queue()
     monkeypatch.setattr(pool, "_news", news)
     monkeypatch.setattr(pool, "_stop", SimpleNamespace(is_set=lambda: stopping))
-    tell = pool._tell("a")
     if stopping:
         with pytest.raises(pool._StoppedError):
-            tell(0.5)
+            pool._tell("a", 0.5)
         assert news.empty()
     else:
-        tell(0.5)
+        pool._tell("a", 0.5)
         assert news.get() == ("a", 0.5)
 
 

@@ -1,0 +1,44 @@
+"""A stand-in for a fingertip in space of any number of nodes: a half-ellipsoid, pressed and slid on a plate."""
+
+from __future__ import annotations
+
+import numpy as np
+import skfem
+
+PRESS_DEPTH, PRESS_SPEED, SLIDE_SPEED = 2e-3, 4e-3, 5e-3
+_HALF_WIDTH, _HALF_LENGTH, _HEIGHT = 8e-3, 10e-3, 8e-3
+
+
+def pad_mesh(nodes: int) -> skfem.MeshTet1:
+    """Return linear tetrahedra with about `nodes` nodes, finer below; boundaries `skin` and `top`.
+
+    The block of 16 by 20 by 8 mm is bulged below to an ellipsoid, held at its flat upper side.
+    """
+    per_length = (nodes / (8 * _HALF_WIDTH * _HALF_LENGTH * _HEIGHT / 2)) ** (1 / 3)
+    counts = [round(length * per_length) + 1 for length in (2 * _HALF_WIDTH, 2 * _HALF_LENGTH, _HEIGHT)]
+    x, y = np.linspace(-_HALF_WIDTH, _HALF_WIDTH, counts[0]), np.linspace(-_HALF_LENGTH, _HALF_LENGTH, counts[1])
+    height = np.linspace(0.0, 1.0, counts[2])
+    block = skfem.MeshTet.init_tensor(x, y, 0.6 * height + 0.4 * height**2)
+    outside = np.minimum((block.p[0] / 8.6e-3) ** 2 + (block.p[1] / 11.5e-3) ** 2, 0.96)
+    points = np.vstack([block.p[:2], -_HEIGHT * np.sqrt(1.0 - outside) * (1.0 - block.p[2])])
+    top = block.facets_satisfying(lambda p: p[2] > 1.0 - 1e-9, boundaries_only=True)
+    skin = np.setdiff1d(block.boundary_facets(), block.facets_satisfying(lambda p: p[2] > 1e-9))
+    mesh = skfem.MeshTet(points, block.t).with_boundaries({"top": top, "skin": skin})
+    return mesh.with_subdomains({"pulp": np.arange(mesh.nelements)})
+
+
+def pad_model(mesh: skfem.MeshTet1, *, steps: int, direction: float = 0.0, friction: float = 0.6):
+    """Return the model: press by 2 mm in 100 steps of 5 ms, then slide at 5 mm/s in a direction [rad]."""
+    import fingerslip as fs
+
+    duration = 5e-3 * steps - PRESS_DEPTH / PRESS_SPEED
+    slide = fs.Slide(max(duration, 5e-3) * SLIDE_SPEED, SLIDE_SPEED, (np.cos(direction), np.sin(direction), 0.0))
+    return fs.Model(
+        mesh=mesh,
+        materials={"pulp": fs.Elastic(34e3, 0.48, 1000.0)},
+        formulation="solid",
+        supports={"top": ("x", "y", "z")},
+        contacts=(fs.Contact("skin", fs.Plane(normal=(0.0, 0.0, 1.0)), fs.Coulomb(friction)),),
+        programme=(fs.Press(PRESS_DEPTH, PRESS_SPEED), slide),
+        time=fs.TimeStepping(5e-3, end=5e-3 * steps),
+    )
