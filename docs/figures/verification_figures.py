@@ -5,6 +5,7 @@ Run it in the repository's folder: python docs/figures/verification_figures.py
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import matplotlib as mpl
@@ -12,7 +13,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 
-from fingerslip.verification import blocks, line, sphere
+from fingerslip.report.tables import to_markdown
+from fingerslip.verification import blocks, line, locking, sphere
 
 mpl.use("Agg")
 plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False})
@@ -39,12 +41,13 @@ def line_contact() -> None:
     x, pressure, traction, _ = line.ordered(history)
     fine = np.linspace(-1.3, 1.3, 1001)
     _, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.2), sharey=True)
-    half_width, peak = line.closed_form(float(history["body_force"].values[20, 0, 1]))
+    half_width, peak = line.closed_form(float(history["body_force"].values[line.STEPS, 0, 1]))
     left.plot(fine, line.semicircle(fine, 1.0), color=GREY, label="Hertz")
-    mark(left, x / half_width, pressure[20] / peak, BLUE, "computed")
+    mark(left, x / half_width, pressure[line.STEPS] / peak, BLUE, "computed")
     left.set(xlabel="x / a", ylabel="p / p$_0$", xlim=(-1.3, 1.3))
     left.legend(loc="upper right", fontsize=8)
-    for step, colour in ((24, BLUE), (28, RED), (32, "#1b7837")):
+    for wanted, colour in ((0.3, BLUE), (0.6, RED), (0.9, "#1b7837")):
+        step = line.nearest_step(history, wanted)
         tangential, normal = history["body_force"].values[step, 0]
         half_width, peak = line.closed_form(float(normal))
         ratio = float(tangential / (line.MU * normal))
@@ -143,7 +146,34 @@ def springs() -> None:
     save("springs")
 
 
+def element_errors() -> None:
+    """Errors of the elements over their unknowns; prints the table beside it."""
+    colours = {"Q4": BLUE, "H8": BLUE, "T3": RED, "T4": RED, "T6": "#1b7837", "T10": "#1b7837"}
+    _, panels = plt.subplots(1, 2, figsize=(8.0, 4.2), sharey=True)
+    for dim, axes in zip((2, 3), panels, strict=True):
+        for kind in (kind for kind in locking.KINDS if kind.dim == dim):
+            for ratio, line_style in zip(locking.RATIOS, (":", "-"), strict=True):
+                levels = locking.levels(kind, ratio)
+                axes.loglog(
+                    [level.unknowns for level in levels],
+                    [level.error for level in levels],
+                    ls=line_style,
+                    marker="x" if kind.locks else "o",
+                    markersize=4,
+                    lw=1.2,
+                    color=colours[kind.element] if kind.integration != "nodal" else "#e08214",
+                    label=kind.name if ratio == locking.RATIOS[1] else None,
+                )
+        axes.set(xlabel="unknowns", title=f"{'plane strain' if dim == 2 else 'slice in space'}")
+        axes.legend(fontsize=8, loc="lower left", title="dotted ν = 0.48, full ν = 0.4999", title_fontsize=8)
+    panels[0].set_ylabel("error in L$_2$ / displacement")
+    panels[1].tick_params(labelleft=True)
+    save("locking")
+    sys.stdout.write(to_markdown(locking.error_table()))
+
+
 if __name__ == "__main__":
+    element_errors()
     line_contact()
     ball()
     cycle()

@@ -9,11 +9,13 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.report.tables import to_markdown
+from fingerslip.verification import locking
 from fingerslip.verification.catalogue import PROBLEMS, choose
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Outcome, Problem, VerificationError, absolute, relative, run, solved, table
 
 DOCUMENTED = (Path(__file__).parents[2] / "docs" / "verification.md").read_text(encoding="utf-8")
+RESULTS = DOCUMENTED.partition("## Results")[2]
 MARKED = [
     pytest.param(problem, id=problem.name, marks=[pytest.mark.slow] if problem.slow else []) for problem in PROBLEMS
 ]
@@ -23,7 +25,7 @@ MARKED = [
 def test_problem_agrees_with_its_closed_form(problem):
     outcome = run(problem)
     assert outcome.passed, f"{outcome.trouble}\n{to_markdown(table((outcome,)))}"
-    assert stated(to_markdown(table((outcome,))), problem.name) == stated(DOCUMENTED, problem.name)
+    assert stated(to_markdown(table((outcome,))), problem.name) == stated(RESULTS, problem.name)
 
 
 def stated(markdown, name):
@@ -33,8 +35,22 @@ def stated(markdown, name):
 
 
 def test_the_documentation_shows_every_problem_and_no_other():
-    names = [line.split("|")[1].strip() for line in DOCUMENTED.splitlines() if line.startswith("|")]
+    names = [line.split("|")[1].strip() for line in RESULTS.splitlines() if line.startswith("|")]
     assert list(dict.fromkeys(names))[2:] == [problem.name for problem in PROBLEMS]
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [pytest.param(kind, id=kind.name, marks=[pytest.mark.slow] if kind.dim == 3 else []) for kind in locking.KINDS],
+)
+@pytest.mark.parametrize("ratio", locking.RATIOS)
+def test_the_documentation_shows_the_errors_of_the_elements(kind, ratio):
+    """To the two digits that it shows."""
+    (row,) = (line for line in DOCUMENTED.splitlines() if line.startswith(f"| {kind.name} | {ratio} |"))
+    shown = [tuple(map(float, cell.strip(" )").split(" ("))) for cell in row.split("|")[3:7]]
+    np.testing.assert_allclose(
+        shown, [(level.error, level.unknowns) for level in locking.levels(kind, ratio)], rtol=0.06
+    )
 
 
 def test_names_are_unique_and_every_problem_says_its_source():

@@ -23,7 +23,7 @@ from fingerslip.mesh.section import build_section
 from fingerslip.mesh.sites import Site, receptor_sites
 from fingerslip.mesh.sizes import SolidSizes
 from fingerslip.mesh.solid import mesh_solid
-from fingerslip.mesh.solid_sites import solid_receptor_sites
+from fingerslip.mesh.solid_sites import reference_sites, solid_receptor_sites
 from fingerslip.model import Contact, Hold, Model, Phase, Press, Recording
 from fingerslip.parameters import as_mapping
 from fingerslip.study.scans import scan_key
@@ -268,8 +268,16 @@ def _phases(entries: Sequence[ProgrammeEntry]) -> tuple[Phase, ...]:
 
 def _recording(run: Run) -> Recording:
     wanted = run.study.record
-    sites = (*_receptors(run), *wanted.sites)
+    sites = (*_receptors(run), *_reference_nodes(run), *wanted.sites)
     return Recording(sites=sites, snapshots_every=wanted.snapshots_every)
+
+
+def _reference_nodes(run: Run) -> tuple[Site, ...]:
+    if not run.study.record.reference_nodes:
+        return ()
+    if run.fingertip is None or not _in_space(run):
+        raise InputError("record.reference_nodes", "without a fingertip in space", "needs mesh.element T4 or T10")
+    return reference_sites(run.fingertip)
 
 
 def _receptors(run: Run) -> tuple[Site, ...]:

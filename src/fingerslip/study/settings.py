@@ -271,6 +271,9 @@ class RecordSettings:
     ----------
     receptors : tuple of {'FA-I', 'SA-I', 'FA-II', 'SA-II'}
         Kinds of mechanoreceptors of the fingertip at which the motion is recorded.
+    reference_nodes : bool
+        Whether the reference nodes h1 to h7 and v1 to v7 on the skin and on the tissue are recorded; of the fingertip
+        in space.
     sites : tuple of Site
         Further places.
     snapshots_every : float
@@ -278,6 +281,7 @@ class RecordSettings:
     """
 
     receptors: tuple[ReceptorKind, ...] = ()
+    reference_nodes: bool = False
     sites: tuple[Site, ...] = ()
     snapshots_every: Duration = 0.0
 

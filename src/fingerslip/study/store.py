@@ -33,7 +33,7 @@ __all__ = [
 ]
 
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
-RESULT_FORMAT = 3
+RESULT_FORMAT = 4
 
 _FULL = {errno.ENOSPC, errno.EDQUOT}
 _DAY = 86400.0

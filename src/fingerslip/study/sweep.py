@@ -173,6 +173,10 @@ def _labels(paths: Sequence[str]) -> dict[str, str]:
 
 
 def _slug(value: object) -> str:
+    if isinstance(value, list | tuple):
+        return "_".join(_slug(item) for item in value)
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return f"{value:g}"
     text = str(value).lower() if isinstance(value, bool) else str(value)
     compact = re.sub(r"(?<=\d)\s+(?=[A-Za-z])", "", text).replace("/", "-per-").replace("µ", "u")
     return re.sub(r"[^A-Za-z0-9.+-]+", "-", compact).strip("-.") or "value"

@@ -5,13 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fingerslip.errors import InputError
-from fingerslip.verification import blocks, condensed, creep, dynamics, elements, fingertip, friction, line, sphere
+from fingerslip.verification import (
+    blocks,
+    condensed,
+    creep,
+    dynamics,
+    elements,
+    fingertip,
+    friction,
+    line,
+    locking,
+    sphere,
+)
 from fingerslip.verification.problem import Problem
 
 __all__ = ["PROBLEMS", "choose"]
 
 PROBLEMS: tuple[Problem, ...] = (
     *elements.PROBLEMS,
+    *locking.PROBLEMS,
     *condensed.PROBLEMS,
     *dynamics.PROBLEMS,
     *blocks.PROBLEMS,

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
+from fingerslip.dynamics.simulate import simulate
 from fingerslip.dynamics.system import build_system, check_model
 from fingerslip.errors import InputError, MeshError
+from fingerslip.verification.meshes import box
 from problems.blocks import rectangle
 from problems.pushed import pad, push_and_slide
 
@@ -123,6 +125,25 @@ def test_candidates_are_within_one_and_a_half_times_the_way_of_the_plate():
     positions, outside = system.space.positions, system.outsiders[0].nodes
     assert len(outside) + len(system.candidates.nodes) == 9
     assert (positions[outside, 1] - positions[:, 1].min() > 1.5 * 0.4e-3).all()
+
+
+def test_corners_of_quadratic_tetrahedra_may_follow_their_neighbours_into_the_plate():
+    """They have no tributary area, so that no penalty holds them back: they are neither candidates nor outsiders."""
+    axes = [np.linspace(0.0, 1.0, 2)] * 3
+    plate = fs.Contact(boundary="bottom", body=fs.Plane((0.0, 0.0, 1.0)), friction=fs.Coulomb(0.5), reach=1.0)
+    model = fs.Model(
+        mesh=box("T10", *axes),
+        materials={"bulk": fs.Elastic(1e5, 0.3, 1000.0)},
+        formulation="solid",
+        supports={"top": ("x", "y", "z")},
+        contacts=(plate,),
+        programme=(fs.Press(0.01, 0.01),),
+        time=fs.QuasiStatic(0.5),
+    )
+    system = build_system(model)
+    assert len(system.candidates.nodes) == 5, "the mid-side nodes of two triangles"
+    assert system.outsiders[0].nodes.size == 0
+    assert simulate(model)["body_force"].values[-1, 0, 2] > 0.0
 
 
 @pytest.mark.parametrize("element", ["Q4", "T6"])

@@ -42,6 +42,7 @@ def evidence() -> Evidence:
             "wang2014_formulation": tuple(
                 run({"fingertip.formulation": "plane_strain", VARIANT: variant}) for variant in VARIANTS
             ),
+            "wang2014_3d": (run({}),),
             "wang2014_section": tuple(
                 run({"fingertip.section": "transverse", VARIANT: variant}) for variant in VARIANTS
             ),

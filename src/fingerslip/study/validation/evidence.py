@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +11,7 @@ from types import MappingProxyType
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.report.tables_events import RunEvents
+from fingerslip.slip import PeakSettings, acceleration_events
 from fingerslip.study.converge import converge, level_folders
 from fingerslip.study.progress import StudyProgress
 from fingerslip.study.reporting import stored_run
@@ -22,6 +24,7 @@ __all__ = [
     "FRICTION",
     "REFINED",
     "SECTION",
+    "SOLID",
     "STUDIES",
     "TABLE2",
     "VARIANT",
@@ -33,9 +36,10 @@ __all__ = [
 TABLE2 = "wang2014_table2"
 FORMULATION = "wang2014_formulation"
 SECTION = "wang2014_section"
+SOLID = "wang2014_3d"
 
 #: Names of the shipped studies that `validate` runs.
-STUDIES = (TABLE2, "wang2014_friction", "wang2014_fingerprint", FORMULATION, SECTION)
+STUDIES = (TABLE2, "wang2014_friction", "wang2014_fingerprint", FORMULATION, SECTION, SOLID)
 #: What it refines for the uncertainties: studies, and the value that their runs have.
 REFINED: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
@@ -132,7 +136,10 @@ def gather(
     measured = {
         name: tuple(_measured(outcome.folder / run.label, run) for run in outcome.runs)
         for name, outcome in zip(STUDIES, outcomes, strict=True)
+        if name != SOLID
     }
+    solid = outcomes[STUDIES.index(SOLID)]
+    measured[SOLID] = tuple(_measured_in_space(solid.folder / run.label, run) for run in solid.runs)
     return Evidence(measured, _refined(paths[TABLE2], results))
 
 
@@ -146,6 +153,13 @@ def _refined(study: Path, results: str | Path) -> tuple[tuple[Measures, ...], ..
 
 def _measured(folder: Path, run: RunEvents) -> Measures:
     return measure(run, read_history(folder / "history.nc"))
+
+
+def _measured_in_space(folder: Path, run: RunEvents) -> Measures:
+    """Measure a run in space, whose acceleration peaks the paper reads at the reference nodes of the skin."""
+    history = read_history(folder / "history.nc")
+    peaks = acceleration_events(history, PeakSettings(kinds=("skin surface",)))
+    return Measures(dataclasses.replace(run, events=dataclasses.replace(run.events, acceleration=peaks)))
 
 
 def _study_file(folder: Path, name: str) -> Path:

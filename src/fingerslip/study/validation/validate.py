@@ -9,7 +9,7 @@ from fingerslip.report.published import PublishedValue, published
 from fingerslip.report.tables_events import WAYS, RunEvents
 from fingerslip.study.progress import StudyProgress
 from fingerslip.study.validation.checks import CHECKS, PHALANX_CHECKS, Finding
-from fingerslip.study.validation.evidence import FORMULATION, SECTION, TABLE2, VARIANT, Evidence, gather
+from fingerslip.study.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, VARIANT, Evidence, gather
 from fingerslip.study.validation.rows import TIME_RESOLUTION, Basis, Row, number_row, statement_row
 
 __all__ = ["rows_of", "validate"]
@@ -71,6 +71,7 @@ def rows_of(evidence: Evidence) -> tuple[Row, ...]:
         *_way_rows(evidence),
         *_height_rows(evidence),
         *(row for model in _OTHER_MODELS for row in _other_model_rows(evidence, *model)),
+        *_solid_rows(evidence),
         *_statement_rows(evidence),
     )
     return tuple(sorted(rows, key=lambda row: row.basis != "calibrated"))
@@ -117,6 +118,14 @@ def _other_model_rows(evidence: Evidence, study: str, path: str, choice: str) ->
         run = evidence.one(study, {VARIANT: variant, path: choice}).run
         name = f"overall slip, {variant}, {choice.replace('_', ' ')} (accumulated slip)"
         yield _event_row(name, value, run, "slip", "predicted")
+
+
+def _solid_rows(evidence: Evidence) -> Iterator[Row]:
+    """Yield the moments of the fingertip in space, in the way in which the paper reads each."""
+    (measures,) = evidence.measured[SOLID]
+    for value in published("wang2014-solid").values:
+        name = f"{_words(value.quantity)}, fingertip in space ({WAYS[value.way]})"
+        yield _event_row(name, value, measures.run, value.way, "predicted")
 
 
 def _event_row(name: str, value: PublishedValue, run: RunEvents, way: str, basis: Basis) -> Row:
