@@ -60,18 +60,18 @@ HEADER = (
 
 
 def models(case: Case, mesh, steps: int):
-    from solids import pad_model
+    from solids import model
 
     if case.name == "directions":
-        return [pad_model(mesh, steps=steps, direction=2 * np.pi * k / TOGETHER) for k in range(TOGETHER)]
+        return [model(mesh, steps=steps, direction=2 * np.pi * k / TOGETHER) for k in range(TOGETHER)]
     if case.name == "frictions":
-        return [pad_model(mesh, steps=steps, friction=0.2 + 0.1 * k) for k in range(TOGETHER)]
-    return [pad_model(mesh, steps=steps)]
+        return [model(mesh, steps=steps, friction=0.2 + 0.1 * k) for k in range(TOGETHER)]
+    return [model(mesh, steps=steps)]
 
 
 def measure(case: Case) -> Timing:
     """Simulate a small pad for the compiled code, then the one that is asked for."""
-    from solids import pad_mesh
+    from solids import finger_mesh, pad_mesh
 
     import fingerslip as fs
 
@@ -79,7 +79,7 @@ def measure(case: Case) -> Timing:
     with missing if case.name == "fallback" else mock.MagicMock():
         fs.simulate_together(models(case, pad_mesh(4000), 5))
         start = time.perf_counter()
-        mesh = pad_mesh(case.nodes)
+        mesh = pad_mesh(case.nodes) if case.nodes else finger_mesh()
         meshed = time.perf_counter() - start
         given = models(case, mesh, case.steps)
         start, processor = time.perf_counter(), time.process_time()
@@ -103,7 +103,7 @@ def measure(case: Case) -> Timing:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--nodes", type=int, default=34_000)
+    parser.add_argument("--nodes", type=int, default=34_000, help="of the stand-in; 0 for the fingertip of the preset")
     parser.add_argument("--steps", type=int, default=300, help="steps of 5 ms; the first 100 press")
     parser.add_argument("--cases", choices=CASES, nargs="+", default=list(CASES))
     options = parser.parse_args()

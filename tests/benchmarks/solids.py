@@ -1,4 +1,4 @@
-"""A stand-in for a fingertip in space of any number of nodes: a half-ellipsoid, pressed and slid on a plate."""
+"""The fingertip of the preset, and a stand-in of any number of nodes: a half-ellipsoid, pressed and slid on a plate."""
 
 from __future__ import annotations
 
@@ -27,18 +27,28 @@ def pad_mesh(nodes: int) -> skfem.MeshTet1:
     return mesh.with_subdomains({"pulp": np.arange(mesh.nelements)})
 
 
-def pad_model(mesh: skfem.MeshTet1, *, steps: int, direction: float = 0.0, friction: float = 0.6):
+def finger_mesh() -> skfem.MeshTet1:
+    """Return the fingertip of the preset `wang2014-3d` at its default sizes, 130,000 linear tetrahedra."""
+    import fingerslip as fs
+
+    return fs.build_solid(fs.preset("wang2014-3d"))
+
+
+def model(mesh: skfem.MeshTet1, *, steps: int, direction: float = 0.0, friction: float = 0.6):
     """Return the model: press by 2 mm in 100 steps of 5 ms, then slide at 5 mm/s in a direction [rad]."""
     import fingerslip as fs
 
-    duration = 5e-3 * steps - PRESS_DEPTH / PRESS_SPEED
-    slide = fs.Slide(max(duration, 5e-3) * SLIDE_SPEED, SLIDE_SPEED, (np.cos(direction), np.sin(direction), 0.0))
+    is_pad = "pulp" in mesh.subdomains
+    along, across = np.cos(direction), np.sin(direction)
+    duration = max(5e-3 * steps - PRESS_DEPTH / PRESS_SPEED, 5e-3)
+    towards = (along, across, 0.0) if is_pad else (along, 0.0, across)
+    slide = fs.Slide(duration * SLIDE_SPEED, SLIDE_SPEED, towards)
     return fs.Model(
         mesh=mesh,
-        materials={"pulp": fs.Elastic(34e3, 0.48, 1000.0)},
+        materials={"pulp": fs.Elastic(34e3, 0.48, 1000.0)} if is_pad else fs.preset("wang2014-3d").materials,
         formulation="solid",
-        supports={"top": ("x", "y", "z")},
-        contacts=(fs.Contact("skin", fs.Plane(normal=(0.0, 0.0, 1.0)), fs.Coulomb(friction)),),
+        supports={"top" if is_pad else "phalanx": ("x", "y", "z")},
+        contacts=(fs.Contact("skin", fs.Plane((0.0, 0.0, 1.0) if is_pad else (0.0, 1.0, 0.0)), fs.Coulomb(friction)),),
         programme=(fs.Press(PRESS_DEPTH, PRESS_SPEED), slide),
         time=fs.TimeStepping(5e-3, end=5e-3 * steps),
     )

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.compliance import Compliance
-from fingerslip.contact.krylov import WorkSet, newton_krylov
+from fingerslip.contact.krylov import Start, WorkSet, newton_krylov
 from fingerslip.contact.projection import project, step_lengths
 from fingerslip.contact.solver import ContactSolution, solve_friction
 
@@ -30,6 +30,8 @@ _SPARE_SHARE, _SPARE_NODES = 0.1, 20
 _TOO_MANY = 1.5
 # On the work set, so that the last projection and the other nodes keep the residual below the tolerance.
 _FINER = 0.1
+# Relative residual of the first Newton direction, from the last step's forces and from nearly solved ones.
+_ROUGH, _FINE = 0.1, 1e-4
 
 
 @dataclass(frozen=True)
@@ -117,16 +119,29 @@ def _problem(compliance: Compliance, free: Array, friction: Array) -> _Problem:
 def _solve_on_work_set(
     problem: _Problem, start: Array, tolerance: float, work: WorkSet | None
 ) -> tuple[ContactSolution, WorkSet]:
-    guess = start if work is None else _carried_on(work.before, start)
-    work, forces, iterations = _first_work_set(problem, start, work), guess, 0
-    for _ in range(_ROUNDS):
-        forces, work, used = _solve_there(problem, work, forces, tolerance)
-        found, iterations = problem.check(forces), iterations + used
-        if found.relative_residual <= tolerance or np.isin(np.flatnonzero(found.touching), work.nodes).all():
+    found = problem.check(start if work is None else _carried_on(work.before, start))
+    if work is None:
+        work = _work_set(problem, found, None)
+    elif problem.compliance.frames is not None:
+        # The frames have turned since the last step.
+        work = _gathered(problem, work.nodes, work)
+    iterations, solved = 0, True
+    for round_number in range(_ROUNDS):
+        if not np.isin(np.flatnonzero(found.touching), work.nodes).all():
+            work = _work_set(problem, found, work)
+        elif not solved:
+            found, used = _solve_robustly(problem, work, found, tolerance)
+            iterations += used
+        roughest = _ROUGH if round_number == 0 else _FINE
+        before = found.relative_residual
+        found, work, solved, used = _solve_there(problem, work, found, tolerance, roughest)
+        iterations += used
+        if found.relative_residual <= tolerance:
             break
-        work = _work_set(problem, found)
+        # Rounding aside, what Newton's method says must be true.
+        solved = solved and found.relative_residual < 0.5 * before
     if work.nodes.size > _TOO_MANY * _wanted(found):
-        work = _work_set(problem, found)
+        work = _work_set(problem, found, work)
     worst = int(np.argmax(np.abs(found.residual).max(axis=1)))
     work = replace(work, before=start)
     return ContactSolution(found.forces, found.relative_residual, iterations, worst), work
@@ -141,27 +156,28 @@ def _carried_on(before: Array | None, last: Array) -> Array:
     return guess
 
 
-def _first_work_set(problem: _Problem, start: Array, work: WorkSet | None) -> WorkSet:
-    if work is None or not start[:, 0].any():
-        return _work_set(problem, problem.check(start))
-    if problem.compliance.frames is not None:
-        # The frames have turned since the last step.
-        return replace(_gathered(problem, work.nodes), factor=work.factor)
-    return work
-
-
-def _solve_there(problem: _Problem, work: WorkSet, start: Array, tolerance: float) -> tuple[Array, WorkSet, int]:
-    """Solve on the work set; the other nodes get no force."""
+def _solve_there(
+    problem: _Problem, work: WorkSet, found: _Check, tolerance: float, roughest: float
+) -> tuple[_Check, WorkSet, bool, int]:
+    """Go on with Newton's method on the work set; the other nodes have no force."""
     nodes = work.nodes
-    free, friction = problem.free[nodes], problem.friction[nodes]
-    goal = _FINER * tolerance
-    own, work, solved, iterations = newton_krylov(work, free, friction, start[nodes], (goal, problem.least))
-    if not solved:
-        again = solve_friction(work.block, free, friction, own, goal)
-        own, iterations = again.forces, iterations + again.iterations
-    forces = np.zeros_like(start)
+    start = Start(found.forces[nodes], found.trial[nodes], _FINER * tolerance, problem.least, roughest)
+    own, work, solved, iterations = newton_krylov(work, problem.friction[nodes], start)
+    return problem.check(_scattered(own, nodes, found.forces)), work, solved, iterations
+
+
+def _solve_robustly(problem: _Problem, work: WorkSet, found: _Check, tolerance: float) -> tuple[_Check, int]:
+    """Solve on the work set with the compiled solver, which has sweeps where Newton's method stalls."""
+    nodes = work.nodes
+    block, free, friction = problem.compliance.block(nodes), problem.free[nodes], problem.friction[nodes]
+    own = solve_friction(block, free, friction, found.forces[nodes], _FINER * tolerance)
+    return problem.check(_scattered(own.forces, nodes, found.forces)), own.iterations
+
+
+def _scattered(own: Array, nodes: NDArray[np.int64], like: Array) -> Array:
+    forces = np.zeros_like(like)
     forces[nodes] = own
-    return forces, work, iterations
+    return forces
 
 
 def _wanted(found: _Check) -> int:
@@ -170,12 +186,16 @@ def _wanted(found: _Check) -> int:
     return min(len(found.forces), touching + int(_SPARE_SHARE * touching) + _SPARE_NODES)
 
 
-def _work_set(problem: _Problem, found: _Check) -> WorkSet:
+def _work_set(problem: _Problem, found: _Check, old: WorkSet | None) -> WorkSet:
     """Take the touching nodes and the nearest open ones."""
     order = np.argsort(-found.trial[:, 0] / problem.scale[:, 0] - np.where(found.touching, np.inf, 0.0))
-    return _gathered(problem, np.sort(order[: _wanted(found)]))
+    return _gathered(problem, np.sort(order[: _wanted(found)]), old)
 
 
-def _gathered(problem: _Problem, nodes: NDArray[np.int64]) -> WorkSet:
-    block, scale = problem.compliance.block(nodes), problem.scale[nodes]
-    return WorkSet(nodes, block, scale, (scale.reshape(-1, 1) * block).astype(np.float32))
+def _gathered(problem: _Problem, nodes: NDArray[np.int64], old: WorkSet | None) -> WorkSet:
+    """Make a work set; the factor of an old one goes on to serve."""
+    scale = problem.scale[nodes]
+    scaled = (scale.reshape(-1, 1) * problem.compliance.block(nodes)).astype(np.float32)
+    if old is None or old.factor is None:
+        return WorkSet(nodes, scale, scaled)
+    return WorkSet(nodes, scale, scaled, old.factor.moved_to(nodes, scale.shape[1]), old.lost, old.before)

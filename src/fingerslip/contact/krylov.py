@@ -2,8 +2,11 @@
 
 The Newton matrix I - G (I - rho W) of :mod:`fingerslip.contact.solver` changes little from one iteration, and
 from one time step, to the next: a few nodes begin to touch or to slip. Its factor is therefore kept as a
-preconditioner, in single precision, and made anew when GMRES begins to need many iterations. Directions may
-be rough: only the residual, in double precision, says what is solved.
+preconditioner, in single precision, until the iterations that it costs more have cost as much as a new one.
+
+What is solved here is rough by the rounding of single precision: what the directions do to the slip is known from
+GMRES without another product. The caller computes the residual of the forces that come out in double precision,
+over all candidates, and comes back with it where that is not small enough yet.
 """
 
 from __future__ import annotations
@@ -18,7 +21,7 @@ from scipy import linalg
 
 from fingerslip.contact.projection import derivative, project
 
-__all__ = ["WorkSet", "newton_krylov"]
+__all__ = ["Factor", "Start", "WorkSet", "newton_krylov"]
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -27,9 +30,49 @@ _NEWTON_LIMIT = 60
 _SEARCH_LIMIT = 12
 _SUFFICIENT = 1e-4
 _KRYLOV_LIMIT = 60
-# A factorisation costs about as much as this many iterations beyond the few that a fresh factor needs.
-_STALE_AFTER = 18
+# Iterations of one solution with a fresh factor, and the unknowns per iteration that a factorisation costs.
+_FRESH, _UNKNOWNS_PER_ITERATION = 3, 50
 _ROUGHEST, _FINEST = 0.1, 1e-5
+# What single precision leaves of the residual with which a call begins.
+_REACHABLE = 1e-6
+
+
+@dataclass(frozen=True)
+class Factor:
+    """Factors of an earlier Newton matrix, perhaps of other nodes.
+
+    Parameters
+    ----------
+    triangles : tuple
+        LU factors of the transpose.
+    nodes : (j,) array
+        The nodes that it was made for.
+    kept : (j * dim,) array of bool
+        Which of its unknowns are in the present work set.
+    places : array
+        Where these are there.
+    """
+
+    triangles: Any
+    nodes: NDArray[np.int64]
+    kept: NDArray[np.bool_]
+    places: NDArray[np.int64]
+
+    def solve(self, vector: Single) -> Single:
+        """Return the factored inverse times a vector; unknowns that are not among the factor's own stay."""
+        given = np.zeros(self.kept.size, dtype=np.float32)
+        given[self.kept] = vector[self.places]
+        found = linalg.lu_solve(self.triangles, given, trans=1, overwrite_b=True, check_finite=False)
+        out = vector.copy()
+        out[self.places] = found[self.kept]
+        return out
+
+    def moved_to(self, nodes: NDArray[np.int64], dim: int) -> Factor:
+        """Return the same factor for another work set of ascending `nodes` (k,)."""
+        place = np.minimum(np.searchsorted(nodes, self.nodes), nodes.size - 1)
+        kept = nodes[place] == self.nodes
+        places = (place[kept][:, None] * dim + np.arange(dim)).ravel()
+        return replace(self, kept=np.repeat(kept, dim), places=places)
 
 
 @dataclass(frozen=True)
@@ -39,44 +82,63 @@ class WorkSet:
     Parameters
     ----------
     nodes : (k,) array
-        The nodes.
-    block : (k * dim, k * dim) array
-        W among them [m/N].
+        The nodes, ascending.
     scale : (k, dim) array
         Step lengths rho [N/m].
     scaled : (k * dim, k * dim) array
-        rho W in single precision [-].
-    factor : tuple, optional
-        LU factors of a Newton matrix.
+        rho W among them in single precision [-].
+    factor : Factor, optional
+        Of an earlier Newton matrix.
+    lost : int
+        Iterations that a fresh factor would have saved.
     before : (n_c, dim) array, optional
         Forces of all nodes one step before the last [N].
     """
 
     nodes: NDArray[np.int64]
-    block: Array
     scale: Array
     scaled: Single
-    factor: Any = None
+    factor: Factor | None = None
+    lost: int = 0
     before: Array | None = None
 
 
-def newton_krylov(
-    work: WorkSet, free: Array, friction: Array, start: Array, goal: tuple[float, float]
-) -> tuple[Array, WorkSet, bool, int]:
-    """Iterate until the residual is small enough or the line search stalls.
+@dataclass(frozen=True)
+class Start:
+    """Where Newton's method begins, and where it is to end.
+
+    Parameters
+    ----------
+    forces : (k, dim) array
+        [N].
+    trial : (k, dim) array
+        z = r - rho y of these forces [N].
+    goal : float
+        Residual at which to stop, relative to the largest force [-].
+    least : float
+        What counts as the largest force at least [N].
+    roughest : float
+        Relative residual of the first direction [-].
+    """
+
+    forces: Array
+    trial: Array
+    goal: float
+    least: float = 0.0
+    roughest: float = _ROUGHEST
+
+
+def newton_krylov(work: WorkSet, friction: Array, start: Start) -> tuple[Array, WorkSet, bool, int]:
+    """Iterate until the residual is small enough, or as small as single precision makes it, or the search stalls.
 
     Parameters
     ----------
     work : WorkSet
         The nodes.
-    free : (k, dim) array
-        q of these nodes [m].
     friction : (k,) array
         Friction coefficients [-].
-    start : (k, dim) array
-        First guess of the forces [N].
-    goal : tuple of float
-        Residual at which to stop, relative to the largest force [-], and what counts as that force at least [N].
+    start : Start
+        Where to begin.
 
     Returns
     -------
@@ -85,79 +147,83 @@ def newton_krylov(
     work : WorkSet
         The nodes, with the newest factor.
     solved : bool
-        Whether the residual is small enough.
+        Whether the residual became small enough; it is that of single precision.
     iterations : int
         Newton iterations.
     """
-    forces, (tolerance, least) = start, goal
-    trial, residual = _evaluate(work, free, friction, forces)
-    merit, before = float(np.sum(residual**2)), np.inf
+    forces, trial = start.forces, start.trial
+    residual = forces - project(trial, friction)
+    reachable = _REACHABLE * float(np.abs(residual).max())
+    merit, exactness = float(np.sum(residual**2)), start.roughest
     for iteration in range(_NEWTON_LIMIT):
-        if np.abs(residual).max() <= tolerance * max(np.abs(forces).max(), least):
+        enough = max(start.goal * max(float(np.abs(forces).max()), start.least), reachable)
+        if np.abs(residual).max() <= enough:
             # The last projection puts sliding nodes on the cone exactly, and leaves open ones without any force.
             return forces - residual, work, True, iteration
-        # As exact as the last iteration was successful (Eisenstat & Walker 1996).
-        exactness = min(max(0.9 * merit / before, _FINEST), _ROUGHEST)
-        direction, work = _direction(work, friction, trial, residual, exactness)
-        length, found, new = 1.0, forces, (trial, residual)
+        direction, change, work = _direction(work, friction, trial, residual, exactness)
+        length, new = 1.0, residual
         for _ in range(_SEARCH_LIMIT):
-            found = forces + length * direction
-            new = _evaluate(work, free, friction, found)
-            if float(np.sum(new[1] ** 2)) <= (1.0 - 2.0 * _SUFFICIENT * length) * merit:
+            new = forces + length * direction - project(trial + length * change, friction)
+            if float(np.sum(new**2)) <= (1.0 - 2.0 * _SUFFICIENT * length) * merit:
                 break
             length *= 0.5
-        if not float(np.sum(new[1] ** 2)) < merit:
-            return forces, work, False, iteration + 1
-        forces, (trial, residual) = found, new
-        merit, before = float(np.sum(residual**2)), merit
-    return forces, work, False, _NEWTON_LIMIT
-
-
-def _evaluate(work: WorkSet, free: Array, friction: Array, forces: Array) -> tuple[Array, Array]:
-    """Return the trial forces z and the residual r - P(z)."""
-    trial = forces - work.scale * ((work.block @ forces.ravel()).reshape(forces.shape) + free)
-    return trial, forces - project(trial, friction)
+        if not float(np.sum(new**2)) < merit:
+            return forces - residual, work, False, iteration + 1
+        forces, trial, residual = forces + length * direction, trial + length * change, new
+        before, merit = merit, float(np.sum(residual**2))
+        # As exact as the last iteration was successful (Eisenstat & Walker 1996), but not more than the goal needs.
+        needed = 0.1 * enough / (float(np.abs(residual).max()) or 1.0)
+        exactness = min(max(0.9 * merit / before, needed, _FINEST), _ROUGHEST)
+    return forces - residual, work, False, _NEWTON_LIMIT
 
 
 def _direction(
     work: WorkSet, friction: Array, trial: Array, residual: Array, exactness: float
-) -> tuple[Array, WorkSet]:
-    """Solve (I - G (I - rho W)) d = -residual to a relative `exactness`."""
+) -> tuple[Array, Array, WorkSet]:
+    """Solve (I - G (I - rho W)) d = -residual to a relative `exactness`; return also what d does to the trial force."""
     slopes = _slopes(trial, friction).astype(np.float32)
     size = float(np.linalg.norm(residual))
     right = (-residual.ravel() / size).astype(np.float32)
-    if work.factor is None:
+    if work.factor is None or work.lost * _UNKNOWNS_PER_ITERATION > right.size:
         work = _factorised(work, slopes)
-    found, used = _gmres(work, slopes, right, exactness)
-    if used > _STALE_AFTER:
+    found, moved, used = _gmres(work, slopes, right, exactness)
+    if used == _KRYLOV_LIMIT and work.lost:
         work = _factorised(work, slopes)
-        if used >= _KRYLOV_LIMIT:
-            found, _ = _gmres(work, slopes, right, exactness)
-    direction: Array = size * found.astype(np.float64).reshape(residual.shape)
+        found, moved, used = _gmres(work, slopes, right, exactness)
+    direction = size * found.astype(np.float64).reshape(residual.shape)
     # What is open loses its force to the last digit.
     is_open = trial[:, 0] <= 0.0
     direction[is_open] = -residual[is_open]
-    return direction, work
+    change = direction - size * moved.astype(np.float64).reshape(residual.shape)
+    return direction, change, replace(work, lost=work.lost + max(used - _FRESH, 0))
 
 
 def _factorised(work: WorkSet, slopes: Single) -> WorkSet:
     matrix = _newton_matrix(slopes, work.scaled)
     # In place, the transpose's factors: LAPACK wants columns.
-    return replace(work, factor=linalg.lu_factor(matrix.T, overwrite_a=True, check_finite=False))
+    triangles = linalg.lu_factor(matrix.T, overwrite_a=True, check_finite=False)
+    size = len(matrix)
+    factor = Factor(triangles, work.nodes, np.ones(size, dtype=bool), np.arange(size))
+    return replace(work, factor=factor, lost=0)
 
 
-def _gmres(work: WorkSet, slopes: Single, right: Single, exactness: float) -> tuple[Single, int]:
-    """Solve by GMRES, preconditioned from the right so that its residual is the true one; `right` has length one."""
+def _gmres(work: WorkSet, slopes: Single, right: Single, exactness: float) -> tuple[Single, Single, int]:
+    """Solve by GMRES, preconditioned from the right so that its residual is the true one; `right` has length one.
+
+    Returns the solution d, rho W d, and the number of iterations.
+    """
+    assert work.factor is not None
     basis = np.zeros((_KRYLOV_LIMIT + 1, right.size), dtype=np.float32)
-    ready = np.zeros((_KRYLOV_LIMIT, right.size), dtype=np.float32)
+    ready, moved = (np.zeros((_KRYLOV_LIMIT, right.size), dtype=np.float32) for _ in range(2))
     columns = np.zeros((_KRYLOV_LIMIT + 1, _KRYLOV_LIMIT))
     target = np.eye(_KRYLOV_LIMIT + 1, 1).ravel()
     basis[0] = right
     weights: Array = np.zeros(0)
     used = 0
     for used in range(1, _KRYLOV_LIMIT + 1):
-        ready[used - 1] = linalg.lu_solve(work.factor, basis[used - 1], trans=1, check_finite=False)
-        image = _apply(slopes, work.scaled, ready[used - 1])
+        ready[used - 1] = work.factor.solve(basis[used - 1])
+        moved[used - 1] = work.scaled @ ready[used - 1]
+        image = _image(slopes, ready[used - 1], moved[used - 1])
         for _ in range(2):
             parts = basis[:used] @ image
             image -= (parts @ basis[:used]).astype(np.float32)
@@ -168,13 +234,13 @@ def _gmres(work: WorkSet, slopes: Single, right: Single, exactness: float) -> tu
         if np.linalg.norm(target[: used + 1] - equations @ weights) <= exactness or length <= 1e-6:
             break
         basis[used] = image / np.float32(length)
-    found: Single = weights.astype(np.float32) @ ready[:used]
-    return found, used
+    shares = weights.astype(np.float32)
+    return shares @ ready[:used], shares @ moved[:used], used
 
 
-def _apply(slopes: Single, scaled: Single, vector: Single) -> Single:
-    """Return (I - G (I - rho W)) v."""
-    inner = (vector - scaled @ vector).reshape(slopes.shape[:2])
+def _image(slopes: Single, vector: Single, moved: Single) -> Single:
+    """Return (I - G (I - rho W)) v from v and rho W v."""
+    inner = (vector - moved).reshape(slopes.shape[:2])
     outer: Single = vector - np.einsum("aij,aj->ai", slopes, inner).ravel()
     return outer
 

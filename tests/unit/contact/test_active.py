@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -90,12 +92,12 @@ def test_frames_that_turn_are_followed():
     found, work = solve_contact(turning, free, friction, np.zeros_like(free), TOLERANCE)
     exact = solve_friction(turning.matrix, free, friction, np.zeros_like(free), TOLERANCE)
     np.testing.assert_allclose(found.forces, exact.forces, atol=1e-8 * np.abs(exact.forces).max())
-    again, _ = solve_contact(turning, free, friction, found.forces, TOLERANCE, work=work)
-    assert again.iterations <= 2
+    again, _ = solve_contact(turning, free, friction, found.forces, TOLERANCE, work=replace(work, before=None))
+    assert again.iterations == 0
 
 
 def test_where_newton_stalls_the_robust_solver_goes_on(monkeypatch):
-    monkeypatch.setattr(active, "newton_krylov", lambda *given: (given[3], given[0], False, 3))
+    monkeypatch.setattr(active, "newton_krylov", lambda work, _, start: (start.forces, work, False, 3))
     compliance, free, friction = half_space(10, 0.5, 0.2)
     found, _ = solve_contact(compliance, free, friction, np.zeros_like(free), TOLERANCE)
     assert found.residual <= TOLERANCE
@@ -104,7 +106,7 @@ def test_where_newton_stalls_the_robust_solver_goes_on(monkeypatch):
 
 def test_a_wrong_answer_is_never_passed_off(monkeypatch):
     """If all fails the residual, over all candidates, says so."""
-    monkeypatch.setattr(active, "newton_krylov", lambda *given: (given[3] + 1.0, given[0], False, 1))
+    monkeypatch.setattr(active, "newton_krylov", lambda work, _, start: (start.forces + 1.0, work, False, 1))
     monkeypatch.setattr(active, "solve_friction", lambda *given: ContactSolution(0 * given[1] + 1.0, 0.0, 1, 0))
     compliance, free, friction = half_space(10, 0.5, 0.2)
     found, _ = solve_contact(compliance, free, friction, np.zeros_like(free), TOLERANCE)
