@@ -9,9 +9,11 @@ half of the substitution, y = L^-1 b; the halfway vector becomes y + w Y r, and 
 acceleration. With Cholesky factors Y and Z are the same and sparse, because a column fills only along its path
 through the elimination tree.
 
-*By the Schur complement.* For many contact rows these columns are larger than the factors, and dearer to multiply
-with than a second substitution is. The compliance is then the inverse of the Schur complement on the contact
-degrees of freedom, and a step is two substitutions: of b, and of b + w B^T r.
+*By the Schur complement.* For many contact rows these columns are larger than the factors. Then only the unknowns
+that the contact does not depend on are factorised, and C, the inverse of the Schur complement on the others, is
+stored: it is their part of A^-1. The forward half leaves the right-hand side c of the Schur complement; B C c is
+the local part without contact forces, C (c + w B^T r) what the contact's own unknowns become, and the backward half
+gives all others.
 """
 
 from __future__ import annotations
@@ -23,8 +25,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.linalg import blas
 
-from fingerslip.dynamics.factor import Factor, factor_bytes, factorise, inverse_block
+from fingerslip.dynamics.factor import Factor, SchurFactor, factorise, factorise_around, schur_bytes
 from fingerslip.dynamics.memory import require_memory
 
 __all__ = ["ByColumns", "BySchur", "Condensed", "condense"]
@@ -34,11 +37,11 @@ Contact = Callable[[Array], Array]
 
 _COLUMNS_AT_ONCE = 256
 _SPARSE_BELOW = 0.25
-# Size m n of the columns up to which they are quicker than a second substitution (measured): in the plane, where
+# Size m n of the columns up to which they are quicker than the Schur complement (measured): in the plane, where
 # rows of A are shorter and columns fill less, this many times larger.
 _COLUMNS_UP_TO, _IN_PLANE = 6_000_000, 12
 _ROW_IN_PLANE = 30
-# How often the compliance is there at most: turned into frames, and what Newton's method takes of it.
+# How often the compliance is there at most: as it is, turned into frames, and what Newton's method takes of it.
 _COPIES = 5
 
 
@@ -46,8 +49,8 @@ class Condensed(Protocol):
     """A factorised effective matrix, condensed onto contact rows."""
 
     @property
-    def factor(self) -> Factor:
-        """The factorised matrix A, shape (n, n)."""
+    def solver(self) -> str:
+        """Name of the library that factorised."""
 
     @property
     def description(self) -> str:
@@ -93,6 +96,11 @@ class ByColumns:
     backward_rows: Array | sparse.csr_matrix
     description = "columns, one substitution a step"
 
+    @property
+    def solver(self) -> str:
+        """Name of the library that factorised."""
+        return self.factor.name
+
     def solve(self, right_hand_side: Array, weight: float, contact: Contact) -> tuple[Array, Array]:
         """Solve with one substitution; see :class:`Condensed`."""
         halfway = self.factor.forward(right_hand_side)
@@ -104,30 +112,53 @@ class ByColumns:
 
 @dataclass(frozen=True)
 class BySchur:
-    """Condensed by the Schur complement: a second substitution instead of stored columns.
+    """Condensed by the Schur complement: one substitution, and two products with a matrix of the contact's size.
 
     Parameters
     ----------
-    factor : Factor
-        The factorised matrix A, shape (n, n).
-    local : sparse matrix, shape (m, n)
-        B.
+    factor : SchurFactor
+        Of all unknowns but those that the local displacements depend on.
+    places : (p,) array
+        These.
+    inverse : (p, p) array
+        C, symmetric.
+    rows : sparse matrix, shape (m, p), or None
+        B on them; None where it is the identity.
     """
 
-    factor: Factor
-    local: sparse.csr_matrix
-    description = "Schur complement, two substitutions a step"
+    factor: SchurFactor
+    places: NDArray[np.int64]
+    inverse: Array
+    rows: sparse.csr_matrix | None
+
+    @property
+    def solver(self) -> str:
+        """Name of the library that factorised."""
+        return self.factor.name
+
+    @property
+    def description(self) -> str:
+        """How it is condensed, and what a step costs."""
+        substitutions = "one substitution" if self.factor.substitutions == 1 else "two substitutions"
+        return f"Schur complement, {substitutions} a step"
 
     def solve(self, right_hand_side: Array, weight: float, contact: Contact) -> tuple[Array, Array]:
-        """Solve with two substitutions; see :class:`Condensed`."""
-        solution = self._solved(right_hand_side)
-        forces = contact(self.local @ solution)
+        """Solve with one substitution; see :class:`Condensed`."""
+        halfway = self.factor.forward(right_hand_side)
+        condensed = halfway[self.places]
+        solution = _symmetric_times(self.inverse, condensed)
+        forces = contact(solution if self.rows is None else self.rows @ solution)
         if forces.any():
-            solution = self._solved(right_hand_side + weight * (self.local.T @ forces))
-        return solution, forces
+            given = forces if self.rows is None else self.rows.T @ forces
+            solution = _symmetric_times(self.inverse, condensed + weight * given)
+        halfway[self.places] = solution
+        return self.factor.backward(halfway), forces
 
-    def _solved(self, right_hand_side: Array) -> Array:
-        return self.factor.backward(self.factor.forward(right_hand_side))
+
+def _symmetric_times(matrix: Array, given: Array) -> Array:
+    """Return the product of a symmetric matrix with a vector, of which half is read, or with columns."""
+    product: Array = blas.dsymv(1.0, matrix.T, given) if given.ndim == 1 else matrix @ given
+    return product
 
 
 def condense(matrix: sparse.csr_matrix, local: sparse.csr_matrix, later: int = 0) -> tuple[Condensed, Array]:
@@ -147,7 +178,7 @@ def condense(matrix: sparse.csr_matrix, local: sparse.csr_matrix, later: int = 0
     condensed : Condensed
         What solves.
     compliance : (m, m) array
-        B A^-1 B^T.
+        B A^-1 B^T. `condensed` may need it unchanged.
 
     Raises
     ------
@@ -173,22 +204,14 @@ def _condense_by_columns(matrix: sparse.csr_matrix, local: sparse.csr_matrix) ->
 def _condense_by_schur(matrix: sparse.csr_matrix, local: sparse.csr_matrix, later: int) -> tuple[Condensed, Array]:
     """Take the compliance from the Schur complement on all unknowns that the local displacements depend on."""
     places = np.unique(local.indices).astype(np.int64)
-    of_factors, of_schur = factor_bytes(matrix, places)
-    dense = 8 * local.shape[0] ** 2
-    if of_schur + dense > of_factors + _COPIES * dense:
-        require_memory({"factors": of_schur, "compliance": dense, "history": later})
-    else:
-        require_memory({"factors": of_factors, "compliance": _COPIES * dense, "history": later})
-    compliance = _between(sparse.csr_matrix(local[:, places]), inverse_block(matrix, places))
-    return BySchur(factorise(matrix), local), compliance
-
-
-def _between(rows: sparse.csr_matrix, block: Array) -> Array:
-    """Return rows @ block @ rows.T; the block itself where the rows pick its unknowns in order."""
-    identity = sparse.identity(len(block), format="csr")
+    dense = 8 * max(local.shape[0], places.size) ** 2
+    require_memory({"factors": schur_bytes(matrix, places), "compliance": _COPIES * dense, "history": later})
+    factor, inverse = factorise_around(matrix, places)
+    rows = sparse.csr_matrix(local[:, places])
+    identity = sparse.identity(places.size, format="csr")
     if rows.shape == identity.shape and (rows != identity).nnz == 0:
-        return block
-    return np.ascontiguousarray(rows @ (rows @ block).T)
+        return BySchur(factor, places, inverse, None), inverse
+    return BySchur(factor, places, inverse, rows), np.ascontiguousarray(rows @ (rows @ inverse).T)
 
 
 def _map_columns(function: Callable[[Array], Array], columns: sparse.csc_matrix) -> sparse.csc_matrix:

@@ -14,18 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
 
-from fingerslip.dynamics.pardiso import PardisoFactor, pardiso_available, pardiso_bytes, pardiso_schur
-from fingerslip.dynamics.superlu import SuperLUFactor, superlu_bytes, superlu_schur
+from fingerslip.dynamics.pardiso import PardisoFactor, PardisoSchurFactor, pardiso_available, pardiso_schur_bytes
+from fingerslip.dynamics.superlu import SuperLUFactor, SuperLUSchurFactor, superlu_schur_bytes
 from fingerslip.errors import FingerslipError
 
 __all__ = [
     "Factor",
     "PardisoFactor",
+    "PardisoSchurFactor",
+    "SchurFactor",
     "SuperLUFactor",
-    "factor_bytes",
+    "SuperLUSchurFactor",
     "factorise",
-    "inverse_block",
+    "factorise_around",
     "pardiso_available",
+    "schur_bytes",
 ]
 
 Array = NDArray[np.float64]
@@ -48,6 +51,19 @@ class Factor(Protocol):
         """Return z = U^-T b, so that b . x = z . y; equals `forward` where U is the transpose of L."""
 
 
+class SchurFactor(Protocol):
+    """All unknowns factorised but those at some places; the places' own come in between the halves."""
+
+    name: str
+    substitutions: int
+
+    def forward(self, right_hand_side: Array) -> Array:
+        """Eliminate: return a vector that holds, at the places, the right-hand side of the Schur complement."""
+
+    def backward(self, halfway: Array) -> Array:
+        """Return the solution from a halfway vector that holds, at the places, the solution there."""
+
+
 def factorise(matrix: sparse.csr_matrix) -> Factor:
     """Factorise with the fastest solver that is installed.
 
@@ -59,28 +75,32 @@ def factorise(matrix: sparse.csr_matrix) -> Factor:
     return PardisoFactor(matrix) if pardiso_available() else SuperLUFactor(matrix)
 
 
-def inverse_block(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> Array:
-    """Return the part of A^-1 among some unknowns, as the inverse of A's Schur complement on them.
+def factorise_around(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> tuple[SchurFactor, Array]:
+    """Factorise all unknowns but some.
 
     Parameters
     ----------
     matrix : scipy.sparse.csr_matrix
         A, symmetric positive definite, shape (n, n).
     places : (m,) array
-        The unknowns, ascending.
+        The unknowns that are left, ascending.
 
     Returns
     -------
-    (m, m) array
-        Exactly symmetric. For thousands of unknowns this is many times quicker than solving for the columns.
+    factor : SchurFactor
+        Eliminates the others, and substitutes what was found at the places.
+    inverse : (m, m) array
+        The inverse of the Schur complement, which is the part of A^-1 among the places; exactly symmetric. For
+        thousands of unknowns this is many times quicker than solving for its columns.
     """
-    schur = pardiso_schur(matrix, places) if pardiso_available() else superlu_schur(matrix, places)
-    return _inverted(schur)
+    schur = np.zeros((places.size, places.size))
+    factor = (PardisoSchurFactor if pardiso_available() else SuperLUSchurFactor)(matrix, places, schur)
+    return factor, _inverted(schur)
 
 
-def factor_bytes(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> tuple[int, int]:
-    """Return the memory that `factorise` and `inverse_block` need [bytes], before they take it."""
-    return pardiso_bytes(matrix, places) if pardiso_available() else superlu_bytes(matrix, places)
+def schur_bytes(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> int:
+    """Return the memory that `factorise_around` needs [bytes], before it takes it."""
+    return (pardiso_schur_bytes if pardiso_available() else superlu_schur_bytes)(matrix, places)
 
 
 def _inverted(matrix: Array) -> Array:

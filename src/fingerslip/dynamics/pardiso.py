@@ -13,14 +13,16 @@ from scipy import sparse
 
 from fingerslip.errors import FingerslipError
 
-__all__ = ["PardisoFactor", "pardiso_available", "pardiso_bytes", "pardiso_schur"]
+__all__ = ["PardisoFactor", "PardisoSchurFactor", "pardiso_available", "pardiso_schur_bytes"]
 
 Array = NDArray[np.float64]
 
 _SPD = 2
 _ANALYSE, _FACTORISE, _FORWARD, _BACKWARD, _RELEASE = 11, 22, 331, 333, -1
 _OUT_OF_MEMORY = -2
-_SCHUR, _RETURN_SCHUR = 35, 1
+_NOT_DEFINITE = "the matrix is not positive definite"
+_SCHUR, _RETURN_SCHUR_KEEP_FACTORS = 35, 2
+_PARALLEL, _TWO_LEVELS = 23, 1
 
 
 def pardiso_available() -> bool:
@@ -32,39 +34,23 @@ def pardiso_available() -> bool:
     return True
 
 
-def pardiso_schur(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> Array:
-    """Return the Schur complement of a symmetric positive definite matrix on some unknowns, shape (m, m).
-
-    It comes out of a factorisation of all other unknowns, which is released again.
-    """
+def pardiso_schur_bytes(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> int:
+    """Return the memory that factors around some unknowns take, with their Schur complement [bytes]."""
     call, none = _schur_call(matrix, places), np.zeros(matrix.shape[0])
-    schur = np.zeros((places.size, places.size))
     try:
         call(_ANALYSE, none)
-        call(_FACTORISE, none, schur)
+        return 1024 * int(max(call.settings[14], call.settings[15] + call.settings[16]))
     finally:
         call(_RELEASE, none)
-    return schur
-
-
-def pardiso_bytes(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> tuple[int, int]:
-    """Return the memory that factors take, and those on the way to a Schur complement, from their analysis."""
-    found = []
-    for call in (_PardisoCall(matrix), _schur_call(matrix, places)):
-        none = np.zeros(matrix.shape[0])
-        try:
-            call(_ANALYSE, none)
-            found.append(1024 * int(max(call.settings[14], call.settings[15] + call.settings[16])))
-        finally:
-            call(_RELEASE, none)
-    return found[0], found[1]
 
 
 def _schur_call(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> _PardisoCall:
     call = _PardisoCall(matrix)
     call.order = np.zeros(matrix.shape[0], dtype=np.int32)
     call.order[places] = 1
-    call.settings[_SCHUR] = _RETURN_SCHUR
+    call.settings[_SCHUR] = _RETURN_SCHUR_KEEP_FACTORS
+    # With a Schur complement, substitutions use several threads only so (measured).
+    call.settings[_PARALLEL] = _TWO_LEVELS
     return call
 
 
@@ -90,6 +76,40 @@ class PardisoFactor:
     def transposed_backward(self, right_hand_side: Array) -> Array:
         """Return L^-1 b: the factors are each other's transposes."""
         return self.forward(right_hand_side)
+
+
+class PardisoSchurFactor:
+    """Factors of all unknowns but some, and the Schur complement on these, by one factorisation.
+
+    Parameters
+    ----------
+    matrix : scipy.sparse.csr_matrix
+        Symmetric positive definite, shape (n, n).
+    places : (m,) array
+        The unknowns that are left, ascending.
+    schur : (m, m) array
+        Takes the Schur complement.
+    """
+
+    name = "MKL PARDISO"
+    substitutions = 1
+
+    def __init__(self, matrix: sparse.csr_matrix, places: NDArray[np.int64], schur: Array) -> None:
+        # Of unknowns without neighbours, PARDISO does not look at the sign here.
+        if not (matrix.diagonal() > 0.0).all():
+            raise FingerslipError(f"MKL PARDISO: {_NOT_DEFINITE}")
+        self._call, none = _schur_call(matrix, places), np.zeros(matrix.shape[0])
+        self._call(_ANALYSE, none)
+        self._call(_FACTORISE, none, schur)
+        weakref.finalize(self, self._call, _RELEASE, none)
+
+    def forward(self, right_hand_side: Array) -> Array:
+        """Eliminate: return a vector that holds, at the places, the right-hand side of the Schur complement."""
+        return self._call(_FORWARD, right_hand_side)
+
+    def backward(self, halfway: Array) -> Array:
+        """Return the solution from a halfway vector that holds, at the places, the solution there."""
+        return self._call(_BACKWARD, halfway)
 
 
 class _PardisoCall:
@@ -135,7 +155,7 @@ class _PardisoCall:
             ctypes.byref(error),
         )
         if error.value:
-            reason = "memory ran out" if error.value == _OUT_OF_MEMORY else "the matrix is not positive definite"
+            reason = "memory ran out" if error.value == _OUT_OF_MEMORY else _NOT_DEFINITE
             raise FingerslipError(f"MKL PARDISO: error {error.value} in phase {phase}; {reason}")
         return found
 

@@ -119,7 +119,7 @@ def _simulate(
         ]
     with watch.part("factorisation"):
         steppers = build_steppers(systems, models[0].time, models[0].damping, sum(own.nbytes for own in recorders))
-    _logger.info("%s, %s", steppers[0].condensed.factor.name, steppers[0].condensed.description)
+    _logger.info("%s, %s", steppers[0].condensed.solver, steppers[0].condensed.description)
     with watch.part("stepping"), single_dense_thread():
         march(steppers, recorders, times, watch, progress)
     return tuple(
@@ -144,7 +144,7 @@ def _provenance(stepper: Stepper, count: int, watch: Stopwatch) -> dict[str, obj
         "title": "fingerslip history",
         "fingerslip_version": version("fingerslip"),
         "python_version": platform.python_version(),
-        "linear_solver": stepper.condensed.factor.name,
+        "linear_solver": stepper.condensed.solver,
         "condensation": stepper.condensed.description,
         "n_simulated_together": count,
         "element": system.space.element,

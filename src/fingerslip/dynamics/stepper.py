@@ -104,13 +104,13 @@ def build_steppers(
     local, rows = _joint_rows(systems)
     condensed, compliance = condense(sparse.csr_matrix(effective), local, later)
     # A force at the end of the step has the weight 1 + alpha, a unit of the unknown the displacement factor.
-    compliance *= weight * scheme.displacement_factor
+    factor = weight * scheme.displacement_factor
     known: dict[bytes, tuple[Compliance, Array | None]] = {}
     steppers = []
     for system, own in zip(systems, rows, strict=True):
         key = _key(system)
         if key not in known:
-            known[key] = _own_compliance(system, compliance, own)
+            known[key] = _own_compliance(system, compliance, own, factor)
         steppers.append(Stepper(system, scheme, damping, condensed, own, *known[key]))
     return steppers
 
@@ -132,12 +132,14 @@ def _components(nodes: NDArray[np.int64], dim: int) -> NDArray[np.int64]:
     return components
 
 
-def _own_compliance(system: System, joint: Array, rows: NDArray[np.int64]) -> tuple[Compliance, Array | None]:
+def _own_compliance(
+    system: System, joint: Array, rows: NDArray[np.int64], factor: float
+) -> tuple[Compliance, Array | None]:
     """Return the compliance of a system's candidates, in their frames where these stay, and these frames."""
     candidates = system.candidates
     stiffness = [candidates.normal_stiffness] + [candidates.tangential_stiffness] * (system.space.dim - 1)
-    own = joint if rows.size == len(joint) else np.ascontiguousarray(joint[np.ix_(rows, rows)])
-    compliance = Compliance(own, 1.0 / np.column_stack(stiffness))
+    own = joint if rows.size == len(joint) else joint[np.ix_(rows, rows)]
+    compliance = Compliance(factor * own, 1.0 / np.column_stack(stiffness))
     if not system.surfaces.flat:
         return compliance, None
     frames = _flat_frames(system)

@@ -11,7 +11,7 @@ from scipy.sparse import linalg
 from fingerslip.dynamics.ordering import nested_dissection
 from fingerslip.errors import FingerslipError
 
-__all__ = ["SuperLUFactor", "superlu_bytes", "superlu_schur"]
+__all__ = ["SuperLUFactor", "SuperLUSchurFactor", "superlu_schur_bytes"]
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,55 @@ class SuperLUFactor:
         return self.backward(right_hand_side)
 
 
-def superlu_schur(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> Array:
+class SuperLUSchurFactor:
+    """Factors of all unknowns but some, and the Schur complement on these; each half is a solution of its own.
+
+    Parameters
+    ----------
+    matrix : scipy.sparse.csr_matrix
+        Symmetric positive definite, shape (n, n).
+    places : (m,) array
+        The unknowns that are left, ascending.
+    schur : (m, m) array
+        Takes the Schur complement.
+    """
+
+    name = "SuperLU"
+    substitutions = 2
+
+    def __init__(self, matrix: sparse.csr_matrix, places: NDArray[np.int64], schur: Array) -> None:
+        schur[:] = _schur(matrix, places)
+        self._places, self._others = places, np.setdiff1d(np.arange(matrix.shape[0]), places)
+        self._coupling = sparse.csr_matrix(matrix[places][:, self._others])
+        self._factor = SuperLUFactor(sparse.csr_matrix(matrix[self._others][:, self._others]))
+
+    def forward(self, right_hand_side: Array) -> Array:
+        """Eliminate: return a vector that holds, at the places, the right-hand side of the Schur complement."""
+        halfway = np.array(right_hand_side)
+        halfway[self._places] -= self._coupling @ self._factor.backward(halfway[self._others])
+        return halfway
+
+    def backward(self, halfway: Array) -> Array:
+        """Return the solution from a halfway vector that holds, at the places, the solution there."""
+        solution = np.array(halfway)
+        given = halfway[self._others] - self._coupling.T @ halfway[self._places]
+        solution[self._others] = self._factor.backward(given)
+        return solution
+
+
+def superlu_schur_bytes(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> int:
+    """Return about what memory factors around some unknowns take, by counting the entries of all factors."""
+    order = _last(matrix, places)
+    entries = [_entries(matrix, order), _entries(matrix, order[: order.size - places.size])]
+    return 2 * max((_BYTES_PER_ENTRY + _BYTES_OF_COPY) * entries[0], _BYTES_PER_ENTRY * entries[1])
+
+
+def _entries(matrix: sparse.csr_matrix, order: NDArray[np.int64]) -> int:
+    ordered = sparse.csr_matrix(matrix[order][:, order])
+    return int(_count_entries(ordered.indptr, ordered.indices))
+
+
+def _schur(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> Array:
     """Return the Schur complement of a symmetric positive definite matrix on some unknowns, shape (m, m).
 
     With these unknowns eliminated last, it is the product of the last blocks of both factors.
@@ -63,13 +111,6 @@ def superlu_schur(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> Array
     lower, upper = (part[size - count :, size - count :].toarray() for part in (factors.L, factors.U))
     schur: Array = (lower @ upper)[np.ix_(last, last)]
     return 0.5 * (schur + schur.T)
-
-
-def superlu_bytes(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> tuple[int, int]:
-    """Return about what memory factors take, and those on the way to a Schur complement, by counting their entries."""
-    orders = nested_dissection(matrix), _last(matrix, places)
-    entries = [_count_entries(ordered.indptr, ordered.indices) for ordered in (matrix[o][:, o] for o in orders)]
-    return 2 * _BYTES_PER_ENTRY * entries[0], 2 * (_BYTES_PER_ENTRY + _BYTES_OF_COPY) * entries[1]
 
 
 def _last(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> NDArray[np.int64]:

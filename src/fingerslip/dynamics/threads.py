@@ -3,24 +3,36 @@
 from __future__ import annotations
 
 import contextlib
+import os
 from collections.abc import Iterator
 
 from threadpoolctl import ThreadpoolController, threadpool_limits
 
 from fingerslip.dynamics.factor import pardiso_available
 
-__all__ = ["single_dense_thread", "suitable_threads"]
+__all__ = ["allowed_threads", "single_dense_thread", "suitable_threads"]
 
 # Below this many degrees of freedom the threads of BLAS and PARDISO wait for each other longer than they work.
 _WORTH_THREADS = 60_000
 
 
+def allowed_threads() -> int:
+    """Return how many threads large systems use: as many as the environment says, else as there are cores."""
+    for name in ("MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+        with contextlib.suppress(KeyError, ValueError):
+            return max(int(os.environ[name]), 1)
+    with contextlib.suppress(AttributeError):
+        # Containers and job queues leave a process fewer cores than the machine has.
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
 @contextlib.contextmanager
 def suitable_threads(n_dofs: int) -> Iterator[None]:
     """Compute the block with one thread where the system is small, and with all that are allowed where it is large."""
-    # A limit reaches only libraries that are loaded.
+    # A limit reaches only libraries that are loaded. Others, as Gmsh, change the number behind our back.
     pardiso_available()
-    with threadpool_limits(limits=1) if n_dofs < _WORTH_THREADS else contextlib.nullcontext():
+    with threadpool_limits(limits=1 if n_dofs < _WORTH_THREADS else allowed_threads()):
         yield
 
 

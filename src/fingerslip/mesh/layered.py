@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
+import tempfile
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -157,18 +159,20 @@ def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, Intege
     extent = np.ptp(points, axis=0)
     nodes, background, wanted = _size_field(points, bodies, sizes)
     try:
-        found, cells = pytetwild.tetrahedralize(  # type: ignore[attr-defined]
-            points,
-            triangles.astype(np.int32),
-            edge_length_abs=sizes.bulk_size,
-            epsilon=float(sizes.tolerance / np.linalg.norm(extent)),
-            # Which cells are inside is decided layer by layer.
-            disable_filtering=True,
-            bg_vertices=nodes,
-            bg_tets=background,
-            bg_values=wanted,
-            num_threads=1,
-        )
+        # fTetWild leaves a file in the working directory.
+        with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+            found, cells = pytetwild.tetrahedralize(  # type: ignore[attr-defined]
+                points,
+                triangles.astype(np.int32),
+                edge_length_abs=sizes.bulk_size,
+                epsilon=float(sizes.tolerance / np.linalg.norm(extent)),
+                # Which cells are inside is decided layer by layer.
+                disable_filtering=True,
+                bg_vertices=nodes,
+                bg_tets=background,
+                bg_values=wanted,
+                num_threads=1,
+            )
     except (RuntimeError, ValueError) as error:
         mend = "decimate the surfaces or write a larger tolerance"
         raise MeshError(

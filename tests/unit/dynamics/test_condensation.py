@@ -125,13 +125,17 @@ def test_the_schur_complement_gives_what_columns_give(columns, by_schur):
     solution, forces = condensed.solve(right, 0.7, lambda free: 2.0 - 5.0 * free)
     np.testing.assert_allclose(matrix @ solution, right + 0.7 * (local.T @ forces), atol=1e-10)
     np.testing.assert_allclose(forces, 2.0 - 5.0 * (local @ np.linalg.solve(matrix.toarray(), right)), atol=1e-10)
+    assert condensed.solver in ("MKL PARDISO", "SuperLU")
+    assert ("one substitution" in condensed.description) == (condensed.solver == "MKL PARDISO")
 
 
 def test_nodes_that_are_picked_as_they_are_need_no_copy_of_the_compliance(by_schur):
     matrix = positive_definite(60)
     local = sparse.csr_matrix((np.ones(9), (np.arange(9), 3 + 5 * np.arange(9))), shape=(9, 60))
     exact = np.linalg.inv(matrix.toarray())[3:48:5, 3:48:5]
-    np.testing.assert_allclose(condense(matrix, local)[1], exact, atol=1e-12 * np.abs(exact).max())
+    condensed, compliance = condense(matrix, local)
+    assert compliance is condensed.inverse
+    np.testing.assert_allclose(compliance, exact, atol=1e-12 * np.abs(exact).max())
 
 
 def test_columns_are_kept_only_while_they_are_small(monkeypatch):

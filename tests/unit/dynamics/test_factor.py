@@ -9,9 +9,18 @@ import pytest
 from scipy import sparse
 
 from fingerslip.dynamics import factor as factor_module
-from fingerslip.dynamics.factor import PardisoFactor, SuperLUFactor, factorise, inverse_block
+from fingerslip.dynamics.factor import (
+    PardisoFactor,
+    PardisoSchurFactor,
+    SuperLUFactor,
+    SuperLUSchurFactor,
+    factorise,
+    factorise_around,
+)
 from fingerslip.errors import FingerslipError
 from unit.dynamics.matrices import FACTORS, needs_mkl, positive_definite
+
+SCHUR_FACTORS = [pytest.param(PardisoSchurFactor, marks=needs_mkl), SuperLUSchurFactor]
 
 
 @pytest.mark.parametrize("factor", FACTORS)
@@ -77,19 +86,49 @@ def test_pardiso_is_taken_where_it_is_installed():
 
 
 @pytest.mark.parametrize("available", [pytest.param(True, marks=needs_mkl), False])
-@pytest.mark.parametrize("count", [1, 7, 60, 300])
+@pytest.mark.parametrize("count", [1, 7, 59, 300])
 def test_the_inverse_among_some_unknowns_is_that_of_the_whole(available, count, monkeypatch):
-    """300 of 700 unknowns, or all 60, in places that are spread over the matrix."""
+    """300 of 700 unknowns, or all but one of 60, in places that are spread over the matrix."""
     monkeypatch.setattr(factor_module, "pardiso_available", lambda: available)
     monkeypatch.setattr(factor_module, "_MIRRORED_AT_ONCE", 64)
     size = 700 if count == 300 else 60
     matrix = positive_definite(size)
     places = np.sort(np.random.default_rng(1).permutation(size)[:count])
     exact = np.linalg.inv(matrix.toarray())[np.ix_(places, places)]
-    found = inverse_block(matrix, places)
+    _, found = factorise_around(matrix, places)
     np.testing.assert_allclose(found, exact, atol=1e-11 * np.abs(exact).max())
     np.testing.assert_array_equal(found, found.T)
     assert found.flags.c_contiguous
+
+
+@pytest.mark.parametrize("factor", SCHUR_FACTORS)
+def test_schur_complement_is_that_of_dense_elimination(factor):
+    matrix, places = positive_definite(80), np.array([3, 4, 17, 40, 79])
+    dense, others = matrix.toarray(), np.setdiff1d(np.arange(80), places)
+    coupling = dense[np.ix_(others, places)]
+    exact = dense[np.ix_(places, places)] - coupling.T @ np.linalg.solve(dense[np.ix_(others, others)], coupling)
+    found = np.zeros((5, 5))
+    factor(matrix, places, found)
+    np.testing.assert_allclose(found, exact, atol=1e-12 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("factor", SCHUR_FACTORS)
+@pytest.mark.parametrize("columns", [(), (1,), (3,)])
+def test_halves_around_some_unknowns_are_a_solution(factor, columns):
+    """Between them stands the dense problem: whatever is put in for its unknowns, the others follow."""
+    matrix, places, schur = positive_definite(80), np.array([3, 4, 17, 40, 79]), np.zeros((5, 5))
+    right = np.random.default_rng(2).normal(size=(80, *columns))
+    given = right.copy()
+    factors = factor(matrix, places, schur)
+    halfway = factors.forward(given)
+    np.testing.assert_array_equal(given, right)
+    exact = np.linalg.solve(matrix.toarray(), right)
+    np.testing.assert_allclose(np.linalg.solve(schur, halfway[places]), exact[places], atol=1e-11)
+    halfway[places] += 1.0
+    moved = factors.backward(halfway)
+    others = np.setdiff1d(np.arange(80), places)
+    np.testing.assert_allclose((matrix @ moved)[others], right[others], atol=1e-11)
+    np.testing.assert_array_equal(moved[places], halfway[places])
 
 
 def test_an_indefinite_schur_complement_is_refused():

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from fingerslip.dynamics.threads import single_dense_thread, suitable_threads
+from fingerslip.dynamics.threads import allowed_threads, single_dense_thread, suitable_threads
 
 
 def counts() -> set[int]:
@@ -35,9 +37,24 @@ def test_the_threads_come_back_after_a_failure() -> None:
     assert counts() == {2}
 
 
-def test_a_large_system_keeps_its_threads() -> None:
-    with suitable_threads(1_000_000):
+@pytest.mark.parametrize("before", [1, 2])
+def test_a_large_system_takes_what_is_allowed_whatever_was_set(before, monkeypatch) -> None:
+    """Gmsh sets the number of threads of others to its own."""
+    monkeypatch.setenv("MKL_NUM_THREADS", "2")
+    with threadpool_limits(limits=before), suitable_threads(1_000_000):
         assert counts() == {2}
+
+
+def test_what_the_user_sets_in_the_environment_is_allowed(monkeypatch) -> None:
+    for name in ("MKL_NUM_THREADS", "OMP_NUM_THREADS"):
+        monkeypatch.delenv(name, raising=False)
+    assert 1 <= allowed_threads() <= (os.cpu_count() or 1)
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    assert allowed_threads() == 3
+    monkeypatch.setenv("MKL_NUM_THREADS", "5")
+    assert allowed_threads() == 5
+    monkeypatch.setenv("MKL_NUM_THREADS", "many")
+    assert allowed_threads() == 3
 
 
 def test_dense_products_take_one_thread_while_mkl_keeps_its_own() -> None:

@@ -37,8 +37,10 @@ def example() -> dict[str, Any]:
     """What the example of the page leaves, run as it is printed."""
     (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "surfaces.md").read_text(encoding="utf-8"), re.DOTALL)
     names: dict[str, Any] = {}
+    before = set(ROOT.iterdir())
     with contextlib.chdir(ROOT):
         exec(compile(code, "surfaces.md", "exec"), names)
+    names["left_behind"] = set(ROOT.iterdir()) - before
     return names
 
 
@@ -54,6 +56,10 @@ def test_files_are_what_the_script_makes(tmp_path: Path):
         assert made.triangles.shape == shipped.triangles.shape
         assert made.area == pytest.approx(shipped.area, rel=1e-6)
         assert (MESHES / name).stat().st_size < 200_000
+
+
+def test_meshing_leaves_no_files_behind(example):
+    assert not example["left_behind"]
 
 
 def test_repairs_are_reported(scan):
