@@ -135,7 +135,8 @@ def run(
     studies: Studies,
     results: Results = Path("results"),
     workers: Annotated[
-        int, typer.Option("--workers", metavar="N", min=1, help="Runs computed side by side, each on one core.")
+        int,
+        typer.Option("--workers", metavar="N", min=1, help="Cores to use: runs side by side, or one large run on all."),
     ] = 2,
     force: Annotated[bool, typer.Option("--force", help="Compute finished runs again too.")] = False,
 ) -> None:
@@ -143,9 +144,6 @@ def run(
 
     Runs that are finished with the same inputs are not computed again; an interrupted study goes on where it stopped.
     """
-    from fingerslip.study.threads import prefer_single_thread
-
-    prefer_single_thread()
     from fingerslip.study.progress import progress_for
     from fingerslip.study.runner import StudyFailedError, run_studies
 
@@ -178,7 +176,8 @@ def converge(
     ] = None,
     results: Results = Path("results"),
     workers: Annotated[
-        int, typer.Option("--workers", metavar="N", min=1, help="Runs computed side by side, each on one core.")
+        int,
+        typer.Option("--workers", metavar="N", min=1, help="Cores to use: runs side by side, or one large run on all."),
     ] = 2,
     markdown: Annotated[bool, typer.Option("--markdown", help="Print the tables in Markdown.")] = False,
 ) -> None:
@@ -186,9 +185,6 @@ def converge(
 
     Orders, limits and uncertainties are shown and written; tables and reports of the studies then carry them.
     """
-    from fingerslip.study.threads import prefer_single_thread
-
-    prefer_single_thread()
     from fingerslip.report.tables import to_markdown
     from fingerslip.study import converge as refinement
     from fingerslip.study.progress import progress_for
@@ -275,7 +271,8 @@ def validate(
     ),
     results: Results = Path("results"),
     workers: Annotated[
-        int, typer.Option("--workers", metavar="N", min=1, help="Runs computed side by side, each on one core.")
+        int,
+        typer.Option("--workers", metavar="N", min=1, help="Cores to use: runs side by side, or one large run on all."),
     ] = 2,
     as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
     markdown: Annotated[bool, typer.Option("--markdown", help="Print the table as a page in Markdown.")] = False,
@@ -284,9 +281,6 @@ def validate(
 
     Misses stay in the table and are no error. The first time takes some minutes.
     """
-    from fingerslip.study.threads import prefer_single_thread
-
-    prefer_single_thread()
     import json
 
     from fingerslip.study import validation

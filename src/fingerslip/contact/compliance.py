@@ -75,7 +75,7 @@ class Compliance:
         return turned
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _rows_times(body, forces):  # type: ignore[no-untyped-def]
     """Return body @ forces without reading the columns of nodes that carry none: the matrix is symmetric."""
     count, dim = forces.shape

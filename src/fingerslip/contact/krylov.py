@@ -62,7 +62,9 @@ class Factor:
         """Return the factored inverse times a vector; unknowns that are not among the factor's own stay."""
         given = np.zeros(self.kept.size, dtype=np.float32)
         given[self.kept] = vector[self.places]
-        found = linalg.lu_solve(self.triangles, given, trans=1, overwrite_b=True, check_finite=False)
+        factors, pivots = self.triangles
+        # SciPy's wrapper counts the pivots up and down again in place: threads that share a factor need their own.
+        found = linalg.lu_solve((factors, pivots.copy()), given, trans=1, overwrite_b=True, check_finite=False)
         out = vector.copy()
         out[self.places] = found[self.kept]
         return out
@@ -245,7 +247,7 @@ def _image(slopes: Single, vector: Single, moved: Single) -> Single:
     return outer
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _slopes(trial, friction):  # type: ignore[no-untyped-def]
     """Return G of every node, the derivative of its projection, shape (k, dim, dim); zero where it is open."""
     count, dim = trial.shape
@@ -256,7 +258,7 @@ def _slopes(trial, friction):  # type: ignore[no-untyped-def]
     return slopes
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _newton_matrix(slopes, scaled):  # type: ignore[no-untyped-def]
     """Return I - G (I - rho W) from G and rho W."""
     count, dim = slopes.shape[:2]

@@ -8,7 +8,7 @@ import numpy as np
 __all__ = ["derivative", "project", "project_node", "step_lengths"]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def step_lengths(diagonal):  # type: ignore[no-untyped-def]
     """Return rho, the inverse diagonal of W (n_c, dim), normal and mean tangential for each node."""
     scale = np.empty_like(diagonal)
@@ -18,7 +18,7 @@ def step_lengths(diagonal):  # type: ignore[no-untyped-def]
     return scale
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def project_node(trial, friction, out):  # type: ignore[no-untyped-def]
     """Project one node's trial force on the Coulomb cone section at its own normal part."""
     out[:] = 0.0
@@ -31,7 +31,7 @@ def project_node(trial, friction, out):  # type: ignore[no-untyped-def]
     out[1:] = factor * trial[1:]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def project(trial, friction):  # type: ignore[no-untyped-def]
     """Project the trial forces (n_c, dim) of all nodes."""
     out = np.empty_like(trial)
@@ -40,7 +40,7 @@ def project(trial, friction):  # type: ignore[no-untyped-def]
     return out
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def derivative(trial, friction, block):  # type: ignore[no-untyped-def]
     """Write the derivative of the projection of a touching node's trial force into `block`."""
     dim = trial.size

@@ -114,7 +114,7 @@ def friction_residual(compliance: Array, free: Array, friction_coefficient: Arra
     return residual
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _active_product(compliance, forces):  # type: ignore[no-untyped-def]
     """Return W r, skipping nodes without force: W is symmetric, so its rows serve as columns."""
     count, dim = forces.shape
@@ -126,14 +126,14 @@ def _active_product(compliance, forces):  # type: ignore[no-untyped-def]
     return out.reshape(count, dim)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _evaluate(compliance, free, friction, scale, forces):  # type: ignore[no-untyped-def]
     """Return the trial forces z and the residual r - P(z)."""
     trial = forces - scale * (_active_product(compliance, forces) + free)
     return trial, forces - project(trial, friction)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _newton_step(compliance, friction, scale, forces, trial, residual):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Solve (I - G (I - rho W)) d = -residual, G the projection's derivative, on the touching nodes only."""
     dim = forces.shape[1]
@@ -170,7 +170,7 @@ def _newton_step(compliance, friction, scale, forces, trial, residual):  # type:
     return step
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _sweep(compliance, free, friction, scale, forces):  # type: ignore[no-untyped-def]
     """One projected Gauss-Seidel sweep, in place."""
     count, dim = forces.shape
@@ -187,7 +187,7 @@ def _sweep(compliance, free, friction, scale, forces):  # type: ignore[no-untype
                 forces[i, k] = new[k]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _newton(compliance, free, friction, scale, forces, goal):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Iterate until the residual is below `goal` or the line search stalls; return forces and iterations."""
     trial, residual = _evaluate(compliance, free, friction, scale, forces)
@@ -213,7 +213,7 @@ def _newton(compliance, free, friction, scale, forces, goal):  # type: ignore[no
     return forces, _NEWTON_LIMIT
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _solve(compliance, free, friction, start, tolerance):  # type: ignore[no-untyped-def]
     count, dim = free.shape
     scale = step_lengths(np.diag(compliance).copy().reshape(count, dim))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from fingerslip.dynamics.factor import factorise
 from fingerslip.dynamics.scheme import Predictor, predict
 from fingerslip.dynamics.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system import System
+from fingerslip.dynamics.threads import allowed_threads
 from fingerslip.errors import ConvergenceError
 
 __all__ = ["State", "advance", "first_state"]
@@ -161,13 +163,12 @@ def advance(
     steps: list[_ContactStep] = []
 
     def contact(given: Array) -> Array:
-        unknown = given.reshape(len(given), len(begun))
-        forces = np.zeros_like(unknown)
         with watch.part("contact"):
-            for number, (stepper, start) in enumerate(zip(steppers, begun, strict=True)):
-                rows = (stepper.rows, number)
-                steps.append(_solve_contact(stepper, start, unknown[rows].reshape(start.moved.shape)))
-                forces[rows] = np.einsum("cij,ci->cj", steps[-1].frames, steps[-1].solution.forces).ravel()
+            unknown = given.reshape(len(given), len(begun))
+            steps.extend(_solve_contacts(steppers, begun, unknown))
+            forces = np.zeros_like(unknown)
+            for number, (stepper, step) in enumerate(zip(steppers, steps, strict=True)):
+                forces[stepper.rows, number] = np.einsum("cij,ci->cj", step.frames, step.solution.forces).ravel()
         return forces.reshape(given.shape)
 
     with watch.part("solve"):
@@ -237,6 +238,19 @@ def _right_hand_side(stepper: Stepper, state: State, predicted: Predictor, load:
         force = force + damping.mass * (system.mass @ predicted.velocity)
     total: Array = stepper.force_weight * (load - force) + stepper.scheme.alpha * state.unbalance
     return total
+
+
+def _solve_contacts(steppers: Sequence[Stepper], begun: Sequence[_Begun], unknown: Array) -> list[_ContactStep]:
+    """Find the contact forces of all motions, side by side where they are several: most of it is compiled."""
+    tasks = [
+        (stepper, start, unknown[stepper.rows, number].reshape(start.moved.shape))
+        for number, (stepper, start) in enumerate(zip(steppers, begun, strict=True))
+    ]
+    threads = min(len(tasks), allowed_threads())
+    if threads == 1:
+        return [_solve_contact(*task) for task in tasks]
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(lambda task: _solve_contact(*task), tasks))
 
 
 def _solve_contact(stepper: Stepper, start: _Begun, unknown: Array) -> _ContactStep:

@@ -13,7 +13,7 @@ from fingerslip.dynamics.factor import pardiso_available
 __all__ = ["allowed_threads", "single_dense_thread", "suitable_threads"]
 
 # Below this many degrees of freedom the threads of BLAS and PARDISO wait for each other longer than they work.
-_WORTH_THREADS = 60_000
+_WORTH_THREADS = 15_000
 
 
 def allowed_threads() -> int:

@@ -16,7 +16,7 @@ from typing import Any
 from fingerslip.errors import FingerslipError, ResultError
 from fingerslip.study.compute import Job
 from fingerslip.study.progress import StudyProgress
-from fingerslip.study.threads import single_threads
+from fingerslip.study.threads import limited_threads
 from fingerslip.study.together import compute_group, groups
 
 __all__ = ["WorkerLostError", "compute_all"]
@@ -48,7 +48,8 @@ def compute_all(jobs: Sequence[Job], workers: int, progress: StudyProgress) -> F
     jobs : sequence of Job
         What to compute.
     workers : int
-        How many at once; with one of them, or one job, this process computes.
+        Cores to use: so many are computed at once, or those that there are with several threads each; with one of
+        them, or one job, this process computes.
     progress : StudyProgress
         Is told how far they are.
 
@@ -63,11 +64,10 @@ def compute_all(jobs: Sequence[Job], workers: int, progress: StudyProgress) -> F
         After Ctrl-C, when nothing unfinished is left.
     """
     progress.begin([job.run.name for job in jobs])
-    parts = groups(jobs, workers)
-    if min(workers, len(parts)) <= 1:
-        return _compute_here(parts, progress)
-    with single_threads():
-        return _compute_apart(parts, min(workers, len(parts)), progress)
+    parts = groups(jobs)
+    at_once = max(min(workers, len(parts)), 1)
+    with limited_threads(workers // at_once):
+        return _compute_here(parts, progress) if at_once == 1 else _compute_apart(parts, at_once, progress)
 
 
 def _compute_here(parts: Sequence[Sequence[Job]], progress: StudyProgress) -> Failures:

@@ -6,9 +6,9 @@ import contextlib
 import os
 from collections.abc import Iterator
 
-__all__ = ["prefer_single_thread", "single_threads"]
+__all__ = ["limited_threads", "prefer_single_thread"]
 
-_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def prefer_single_thread() -> None:
@@ -21,10 +21,10 @@ def prefer_single_thread() -> None:
 
 
 @contextlib.contextmanager
-def single_threads() -> Iterator[None]:
-    """Have the processes that are started in this block use one thread each."""
+def limited_threads(count: int) -> Iterator[None]:
+    """Have the simulations of this block, and processes that are started in it, use at most `count` threads each."""
     before = {name: os.environ.get(name) for name in _VARIABLES}
-    os.environ.update(dict.fromkeys(_VARIABLES, "1"))
+    os.environ.update({name: str(_fewer(count, value)) for name, value in before.items()})
     try:
         yield
     finally:
@@ -33,3 +33,7 @@ def single_threads() -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
+
+
+def _fewer(count: int, given: str | None) -> int:
+    return min(count, int(given)) if given is not None and given.isdecimal() and int(given) > 0 else count

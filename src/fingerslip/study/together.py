@@ -13,21 +13,19 @@ from fingerslip.study.compute import Job, compute, compute_together
 __all__ = ["compute_group", "groups"]
 
 # Unknowns from which a factorisation is worth sharing, and runs whose histories are kept at once.
-_LARGE = 20_000
+_LARGE = 15_000
 _MOST = 8
 
 Tell = Callable[[str, float], None]
 
 
-def groups(jobs: Sequence[Job], workers: int) -> list[list[Job]]:
-    """Put jobs into groups that are computed together; every worker gets its share of them.
+def groups(jobs: Sequence[Job]) -> list[list[Job]]:
+    """Put jobs into groups that are computed together; one alone uses all cores.
 
     Parameters
     ----------
     jobs : sequence of Job
         What to compute.
-    workers : int
-        How many groups are computed at once.
     """
     alike: list[list[Job]] = []
     for job in jobs:
@@ -36,8 +34,12 @@ def groups(jobs: Sequence[Job], workers: int) -> list[list[Job]]:
             alike.append([job])
         else:
             known.append(job)
-    most = min(_MOST, math.ceil(len(jobs) / max(workers, 1)))
-    return [group[start : start + most] for group in alike for start in range(0, len(group), most)]
+    return [part for group in alike for part in _even_parts(group)]
+
+
+def _even_parts(group: list[Job]) -> list[list[Job]]:
+    size = math.ceil(len(group) / math.ceil(len(group) / _MOST))
+    return [group[start : start + size] for start in range(0, len(group), size)]
 
 
 def _is_large(job: Job) -> bool:

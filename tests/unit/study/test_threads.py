@@ -6,9 +6,9 @@ import os
 
 import pytest
 
-from fingerslip.study.threads import prefer_single_thread, single_threads
+from fingerslip.study.threads import limited_threads, prefer_single_thread
 
-NAMES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+NAMES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 @pytest.fixture(autouse=True)
@@ -26,10 +26,17 @@ def test_one_thread_is_a_wish_that_the_user_may_overrule() -> None:
 
 
 @pytest.mark.parametrize("error", [None, ZeroDivisionError])
-def test_workers_get_one_thread_and_the_environment_comes_back(error: type[Exception] | None) -> None:
+@pytest.mark.parametrize(("count", "mkl"), [(1, "1"), (2, "2"), (8, "3")])
+def test_threads_are_limited_and_the_environment_comes_back(
+    error: type[Exception] | None, count: int, mkl: str
+) -> None:
+    """What the user set lower stays."""
+
     def use() -> None:
-        with single_threads():
-            assert {os.environ[name] for name in NAMES} == {"1"}
+        with limited_threads(count):
+            assert {name: os.environ[name] for name in NAMES} == dict.fromkeys(NAMES, str(count)) | {
+                "MKL_NUM_THREADS": mkl
+            }
             if error:
                 raise error
 

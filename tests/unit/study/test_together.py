@@ -40,19 +40,19 @@ def test_runs_that_share_a_matrix_make_a_group() -> None:
     model = push_and_slide()
     stiff = dataclasses.replace(model, materials={"bulk": fs.Elastic(1e6, 0.3, 1000.0)})
     jobs = [job("a", model), job("b", stiff), job("c", push_and_slide(friction=0.9)), job("d", stiff)]
-    assert names(groups(jobs, 1)) == ["ac", "bd"]
+    assert names(groups(jobs)) == ["ac", "bd"]
 
 
 @pytest.mark.usefixtures("all_are_large")
 @pytest.mark.parametrize(
-    ("workers", "parts"), [(1, ["abcdefgh", "ij"]), (2, ["abcde", "fghij"]), (20, list("abcdefghij"))]
+    ("together_are", "parts"), [("abcdefgh", ["abcdefgh"]), ("abcdefghij", ["abcde", "fghij"]), ("a", ["a"])]
 )
-def test_every_worker_has_its_share_and_no_group_is_too_large(workers: int, parts: list[str]) -> None:
-    assert names(groups([job(name) for name in "abcdefghij"], workers)) == parts
+def test_no_group_is_too_large(together_are: str, parts: list[str]) -> None:
+    assert names(groups([job(name) for name in together_are])) == parts
 
 
 def test_small_runs_stay_apart() -> None:
-    assert names(groups([job("a"), job("b")], 1)) == ["a", "b"]
+    assert names(groups([job("a"), job("b")])) == ["a", "b"]
 
 
 NOT_SOLVED = fs.ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
