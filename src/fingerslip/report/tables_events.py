@@ -38,7 +38,7 @@ class RunEvents:
     label : str
         Its name.
     swept : mapping of str to object
-        The swept values by dotted path.
+        The swept values by dotted path; lists and mappings become text, as `1, 0, 1`.
     events : Events
         Its slip events.
     values : mapping of str to object
@@ -53,6 +53,9 @@ class RunEvents:
     values: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     uncertainty: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "swept", {path: _scalar(value) for path, value in self.swept.items()})
+
     def time(self, way: str, event: str, factor: float = 1.0) -> Cell:
         """Return an event's time, or its latency, times `factor`, with its uncertainty where that is known."""
         time: float | None = getattr(getattr(self.events, way), event)
@@ -65,6 +68,15 @@ class RunEvents:
     def all_values(self) -> dict[str, Any]:
         """Every known value by dotted path."""
         return {**self.values, **self.swept}
+
+
+def _scalar(value: object) -> object:
+    """Return numbers and words as they are, and lists and mappings as text that tables and axes can show."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {_scalar(part)}" for name, part in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(str(_scalar(part)) for part in value)
+    return value
 
 
 def flatten(mapping: Mapping[str, Any]) -> dict[str, Any]:

@@ -45,6 +45,15 @@ def test_histories_are_those_of_single_simulations(way, monkeypatch):
         assert_same(fs.simulate(model), history)
 
 
+def test_several_threads_find_the_same_contact_forces(monkeypatch):
+    """The contact problems of different motions are solved side by side, by factors that they share at first."""
+    monkeypatch.setattr("fingerslip.contact.active._FEW", 0)
+    one_thread = simulate_together(models())
+    monkeypatch.setenv("MKL_NUM_THREADS", "4")
+    for alone, beside in zip(one_thread, simulate_together(models()), strict=True):
+        assert_same(alone, beside)
+
+
 def test_motions_are_computed_once_until_they_part(monkeypatch):
     """Three directions press alike for 0.05 s, ten steps; then there are three motions, two of them twins."""
     numbers, advance = [], march.advance

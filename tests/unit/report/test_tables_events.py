@@ -158,3 +158,12 @@ def test_known_uncertainties_stand_beside_their_times() -> None:
     (row,) = csv.DictReader(io.StringIO(to_csv(summary_table([known]))))
     assert (row["overall_s"], row["slip_overall_uncertainty_s"]) == ("1.75", "0.0123")
     assert not any("peak" in name for name in row)
+
+
+def test_swept_lists_and_mappings_become_text_that_tables_can_show() -> None:
+    """Directions are lists and friction laws mappings; numbers stay numbers."""
+    given = {"slide.direction": [1, 0, -1], "contact.friction": {"law": "kinetic", "drop": [0.1, 0.2]}, "depth": 0.6}
+    run = RunEvents("run", given, EVENTS)
+    assert run.swept == {"slide.direction": "1, 0, -1", "contact.friction": "law kinetic, drop 0.1, 0.2", "depth": 0.6}
+    assert "1, 0, -1" in to_markdown(events_table([run]))
+    hash(tuple(run.swept.values()))
