@@ -47,7 +47,7 @@ def model(mesh: skfem.MeshTet1, *, steps: int, direction: float = 0.0, friction:
         mesh=mesh,
         materials={"pulp": fs.Elastic(34e3, 0.48, 1000.0)} if is_pad else fs.preset("wang2014-3d").materials,
         formulation="solid",
-        supports={"top" if is_pad else "phalanx": ("x", "y", "z")},
+        supports={"top" if is_pad else "phalanx_dorsal": ("x", "y", "z")},
         contacts=(fs.Contact("skin", fs.Plane((0.0, 0.0, 1.0) if is_pad else (0.0, 1.0, 0.0)), fs.Coulomb(friction)),),
         programme=(fs.Press(PRESS_DEPTH, PRESS_SPEED), slide),
         time=fs.TimeStepping(5e-3, end=5e-3 * steps),

@@ -61,8 +61,8 @@ class SolidSizes:
     """
 
     element: Literal["T4", "T10"] = "T4"
-    contact_size: PositiveLength = 0.28e-3
-    bulk_size: PositiveLength = 0.65e-3
+    contact_size: PositiveLength = 0.45e-3
+    bulk_size: PositiveLength = 0.55e-3
     contact_reach: PositiveLength = 1.5e-3
 
     def __post_init__(self) -> None:

@@ -93,8 +93,8 @@ def test_parts_of_a_straight_line_are_no_longer_than_wanted() -> None:
 
 
 def test_sizes_in_space_are_those_of_the_published_mesh_and_in_order():
-    assert SolidSizes() == SolidSizes("T4", 0.28e-3, 0.65e-3, 1.5e-3)
-    with pytest.raises(InputError, match=r"bulk_size: got 0.2 mm, needs >= 0.28 mm"):
+    assert SolidSizes() == SolidSizes("T4", 0.45e-3, 0.55e-3, 1.5e-3)
+    with pytest.raises(InputError, match=r"bulk_size: got 0.2 mm, needs >= 0.45 mm"):
         SolidSizes(bulk_size=0.2e-3)
     with pytest.raises(InputError, match="element"):
         SolidSizes(element="T6")
