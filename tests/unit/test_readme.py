@@ -1,13 +1,18 @@
-"""The README's example runs as it is printed."""
+"""The examples of README and docs/solid.md run as they are printed."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
-README = Path(__file__).parents[2] / "README.md"
+from fingerslip.history import OPEN
+
+ROOT = Path(__file__).parents[2]
+README, SOLID = ROOT / "README.md", ROOT / "docs" / "solid.md"
 
 
 def test_python_example_finds_overall_slip(capsys: pytest.CaptureFixture[str]) -> None:
@@ -19,3 +24,23 @@ def test_python_example_finds_overall_slip(capsys: pytest.CaptureFixture[str]) -
     assert abs(last[0]) == pytest.approx(0.6 * last[1], rel=1e-6)
     assert 1.0 < names["events"].overall < 3.0  # type: ignore[attr-defined]
     assert "overall slip at" in capsys.readouterr().out
+
+
+def test_example_in_space_slips_and_has_what_the_page_names(capsys: pytest.CaptureFixture[str]) -> None:
+    (example,) = re.findall(r"```python\n(.*?)```", SOLID.read_text(encoding="utf-8"), re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(compile(example, "solid.md", "exec"), names)
+    series, events = names["series"], names["events"]
+    last = names["history"].isel(time=-1)
+    tangential = np.linalg.norm(last["tangential_traction"].values, axis=-1)
+    touching = last["contact_state"].values != OPEN
+    assert tangential[touching] == pytest.approx(0.6 * last["normal_traction"].values[touching], rel=1e-6)
+    # The nodes' frictions are not quite parallel, so their sum stays a little below the limit.
+    assert 0.599 < float(series["force_ratio"][-1]) < 0.6
+    assert float(series["stick_ratio"][-1]) == 0.0
+    assert 0.25 < events.incipient < events.three_quarter < events.overall < 1.0
+    assert f"overall slip at {events.overall:.2f} s" in capsys.readouterr().out
+    assert names["rates"].dims == names["strains"].dims == ("time", "triangle", "strain_component")
+    # The skin in the middle of the contact goes along with the plate until it slips, and not to its end.
+    assert 1e-3 < float(names["middle"][-1]) < 6e-3
+    assert f"{names['history'].sizes['node']:,} nodes" in SOLID.read_text(encoding="utf-8")

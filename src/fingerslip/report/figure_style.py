@@ -74,7 +74,7 @@ _OTHER_COLOURS = ("#d9e6f2", "#dcefe2", "#efe2f0", "#f4f0d8")
 MARKED_EVENTS = ("incipient", "three_quarter", "overall")
 
 _SLIDE = "slide starts"
-_LABEL_GAP = 0.26  # inch
+_LABEL_GAP = 0.4  # inch
 _SHOWN_AFTER = 0.35  # of the time from the start of the slide to overall slip
 _LEAST_WIDTH = 6.6  # inch
 _KEY_WIDTH, _LETTER_WIDTH = 0.5, 0.07  # inch

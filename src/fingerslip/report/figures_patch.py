@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import cycle
 
 import numpy as np
 import xarray as xr
+from matplotlib import colormaps
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PolyCollection
@@ -16,7 +19,17 @@ from matplotlib.patches import Patch as Swatch
 from numpy.typing import NDArray
 
 from fingerslip.history import OPEN, SLIP, STICK
-from fingerslip.report.figure_style import BLACK, add_legend, figure_grid, mark_events, mark_slide, styled
+from fingerslip.report.figure_style import (
+    BLACK,
+    GREY,
+    add_legend,
+    event_keys,
+    figure_grid,
+    mark_events,
+    mark_slide,
+    styled,
+    titled,
+)
 from fingerslip.slip import (
     Events,
     Patch,
@@ -34,6 +47,9 @@ __all__ = ["reference_nodes_figure", "slip_frames_figure", "stick_ratio_figure",
 Floats = NDArray[np.float64]
 
 _STATES = {OPEN: "#e9edf0", STICK: "#1f5a8c", SLIP: "#f0a202"}
+_STRAIN_NAMES = {"along": "strain along the slide", "across": "strain across the slide", "shear": "shear strain"}
+_LINE_STYLES = ("-", (0, (4, 1.5)), (0, (1, 1)), (0, (6, 1.5, 1, 1.5)))
+_JERK = 0.05  # s
 _STATE_NAMES = {STICK: "sticks", SLIP: "slips", OPEN: "open"}
 _PLACE_LABELS = ("along the slide [mm]", "across the slide [mm]")
 _FRAMES = 9
@@ -54,9 +70,10 @@ def slip_frames_figure(
     events : Events, optional
         Slip events, which are named above the frame that follows them.
     times : sequence of float, optional
-        Moments [s]; without them nine, evenly from the start of the slide to its end or 0.1 s after overall slip.
+        Moments [s]; without them nine from the start of the slide to its end or shortly after overall slip, among
+        them the records at which the events have just happened.
     title : str, optional
-        Title of the figure.
+        What tells this figure from its like, such as the name of the run.
 
     Returns
     -------
@@ -64,8 +81,8 @@ def slip_frames_figure(
         A panel for each moment.
     """
     patch = contact_patch(history)
-    moments = _moments(history, events, _FRAMES) if times is None else np.asarray(times, dtype=float)
-    shown = title or "Stick and slip of the contact, seen from below"
+    moments = _with_events(history, events) if times is None else np.asarray(times, dtype=float)
+    shown = titled("Stick and slip of the contact, seen from below", title)
     figure, panels = figure_grid(len(moments), 3, _panel(history, patch, 2.6), shown, _PLACE_LABELS)
     for axes, moment, before in zip(panels, moments, [None, *moments[:-1]], strict=True):
         step = _step(history, moment)
@@ -91,7 +108,7 @@ def surface_strain_figure(
     component : {'along', 'across', 'shear'}, optional
         Strain along the slide, across it, or shear.
     title : str, optional
-        Title of the figure.
+        What tells this figure from its like, such as the name of the run.
 
     Returns
     -------
@@ -102,14 +119,15 @@ def surface_strain_figure(
     strains = surface_strains(history, patch).sel(strain_component=component)
     rates = surface_strain_rates(strains)
     moments = _moments(history, events, _STRAIN_FRAMES)
-    shown = title or f"Green-Lagrange strain {component} the slide, and its rate, seen from below"
+    named = _STRAIN_NAMES[component]
+    shown = titled(f"Green-Lagrange {named}, and its rate, seen from below", title)
     size = _panel(history, patch, 2.5)
     figure, panels = figure_grid(2 * len(moments), len(moments), size, shown, _PLACE_LABELS)
-    rows = ((strains, 100.0, "strain [%]"), (rates, 100.0, "rate [%/s]"))
+    rows = ((strains, 100.0, f"{named} [%]"), (rates, 100.0, "its rate [%/s]"))
     for row, (field, factor, label) in enumerate(rows):
         own = panels[row * len(moments) : (row + 1) * len(moments)]
         colours = _draw_fields(own, (history, patch), field * factor, moments)
-        figure.colorbar(colours, ax=list(own), label=label, shrink=0.9)
+        figure.colorbar(colours, ax=list(own), label=label, shrink=0.9, extend="both")
     return figure
 
 
@@ -122,14 +140,14 @@ def stick_ratio_figure(histories: Mapping[str, xr.Dataset], title: str = "") -> 
     histories : mapping of str to xarray.Dataset
         Histories by label.
     title : str, optional
-        Title of the figure.
+        What tells this figure from its like, such as the name of the run.
 
     Returns
     -------
     matplotlib.figure.Figure
         One panel, a line for each history over its first slide up to where nothing sticks any more.
     """
-    shown = title or "Stick ratio against tangential force"
+    shown = titled("Stick ratio against tangential force", title)
     labels = ("tangential force / normal force", "sticking share of the contact area")
     figure, (axes,) = figure_grid(1, 1, (5.2, 3.4), shown, labels)
     for label, history in histories.items():
@@ -138,7 +156,8 @@ def stick_ratio_figure(histories: Mapping[str, xr.Dataset], title: str = "") -> 
         chosen = series.isel(time=window.records) if window else series
         axes.plot(chosen["force_ratio"], chosen["stick_ratio"], label=label, linewidth=1.4)
     axes.set_ylim(-0.03, 1.03)
-    axes.legend(fontsize=8)
+    if len(histories) > 1:
+        axes.legend(fontsize=8)
     return figure
 
 
@@ -153,7 +172,7 @@ def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, ti
     events : Events, optional
         Slip events, which are marked.
     title : str, optional
-        Title of the figure.
+        What tells this figure from its like, such as the name of the run.
 
     Returns
     -------
@@ -161,14 +180,14 @@ def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, ti
         A row for each kind: displacement on the left with that of the plate, acceleration on the right.
     """
     kinds = [kind for kind in dict.fromkeys(map(str, history["site_kind"].values)) if kind.endswith("surface")]
-    shown = title or "Reference nodes along the slide"
-    figure, panels = figure_grid(
-        2 * len(kinds), 2, (4.4, 2.5), shown, ("time from the start of the run [s]", ""), share="x"
-    )
+    shown = titled("Reference nodes along the slide", title)
+    labels = ("time from the start of the run [s]", "")
+    figure, panels = figure_grid(2 * len(kinds), 2, (4.4, 2.5), shown, labels, share="x")
+    keys: dict[str, Artist] = {}
     tangent = plate_tangent(history)
     for row, kind in enumerate(kinds):
         left, right = panels[2 * row], panels[2 * row + 1]
-        _draw_nodes(left, history, kind, 1e3 * history["displacement"].values @ tangent)
+        keys |= _draw_nodes(left, history, kind, 1e3 * history["displacement"].values @ tangent)
         _draw_nodes(right, history, kind, history["acceleration"].values @ tangent)
         left.plot(
             history["time"], 1e3 * history["body_displacement"].values[:, 0] @ tangent, color=BLACK, linestyle=":"
@@ -178,15 +197,40 @@ def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, ti
         left.set_title(kind, fontsize=8.5)
         for axes in (left, right):
             _mark(axes, history, events)
-        right.legend(fontsize=6.5, ncols=2)
-    add_legend(figure, {"plate": Line2D([], [], color=BLACK, linestyle=":")})
+        _leave_jerk_out(right, history, kind)
+    keys["plate"] = Line2D([], [], color=BLACK, linestyle=":")
+    add_legend(figure, keys | event_keys())
     return figure
 
 
-def _draw_nodes(axes: Axes, history: xr.Dataset, kind: str, signals: Floats) -> None:
-    names, kinds = history["site"].values, history["site_kind"].values
-    for row in np.flatnonzero(kinds == kind):
-        axes.plot(history["time"], signals[:, row], linewidth=0.9, label=str(names[row]))
+def _draw_nodes(axes: Axes, history: xr.Dataset, kind: str, signals: Floats) -> dict[str, Artist]:
+    """Draw the nodes of a kind, a line style for each line of nodes and a colour for each place on it."""
+    rows = np.flatnonzero(history["site_kind"].values == kind)
+    names = [str(name).rpartition("-")[2] for name in history["site"].values[rows]]
+    lines = [name.rstrip("0123456789") for name in names]
+    styles = dict(zip(dict.fromkeys(lines), cycle(_LINE_STYLES), strict=False))
+    keys: dict[str, Artist] = {}
+    for place, (row, name, line) in enumerate(zip(rows, names, lines, strict=True)):
+        number, count = lines[:place].count(line), lines.count(line)
+        colour = colormaps["plasma"](0.9 * number / max(count - 1, 1))
+        (keys[name],) = axes.plot(history["time"], signals[:, row], linewidth=1.0, color=colour, linestyle=styles[line])
+    return keys
+
+
+def _leave_jerk_out(axes: Axes, history: xr.Dataset, kind: str) -> None:
+    """Scale accelerations without the jerk at the start of the slide, which would hide all others."""
+    window = slide_window(history)
+    times = history["time"].values
+    if window is None or window.start + _JERK >= times[-1]:
+        return
+    rows = history["site_kind"].values == kind
+    signals = history["acceleration"].values[:, rows] @ plate_tangent(history)
+    later = (times < window.start) | (times > window.start + _JERK)
+    top, largest = float(np.abs(signals[later]).max()), float(np.abs(signals).max())
+    if 0.0 < 2.0 * top < largest:
+        axes.set_ylim(-1.3 * top, 1.3 * top)
+        said = f"start of the slide cut off: up to {largest:.1f} m/s²"
+        axes.set_title(said, fontsize=7.5, color=GREY, loc="right")
 
 
 def _mark(axes: Axes, history: xr.Dataset, events: Events | None) -> None:
@@ -220,6 +264,7 @@ def _fill(axes: Axes, patch: Patch, history: xr.Dataset, colours: Sequence[str] 
     corners = 1e3 * patch.places[patch.triangles]
     axes.add_collection(PolyCollection(list(corners), facecolors=colours, edgecolors="face", linewidths=0.2))
     low, high = _frame(history, patch)
+    axes.grid(visible=False)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
 
 
@@ -247,6 +292,20 @@ def _moments(history: xr.Dataset, events: Events | None, count: int) -> Floats:
     step = np.array([_step(history, moment) for moment in np.linspace(start, end, count)])
     moments: Floats = times[step]
     return moments
+
+
+def _with_events(history: xr.Dataset, events: Events | None) -> Floats:
+    """Return evenly spaced moments, the nearest ones moved to the first records after the events."""
+    moments, times = _moments(history, events, _FRAMES), history["time"].values
+    free = np.arange(1, moments.size)
+    for event in (events.incipient, events.three_quarter, events.overall) if events else ():
+        if event is None or not moments[0] < event <= moments[-1] or free.size == 0:
+            continue
+        record = times[min(int(np.searchsorted(times, event)), times.size - 1)]
+        chosen = free[np.abs(moments[free] - record).argmin()]
+        moments[chosen] = record
+        free = free[free != chosen]
+    return np.sort(moments)
 
 
 def _step(history: xr.Dataset, moment: float) -> int:

@@ -15,11 +15,13 @@ from fingerslip.parameters import parameters
 from fingerslip.report.figure_style import BLACK, RECEPTOR_COLOURS, region_colours
 
 __all__ = [
+    "COLOUR_MAP",
     "SCALARS",
     "SceneOptions",
     "aim",
     "check_options",
     "draw_scene",
+    "field_limits",
     "region_names",
     "snapshot_at",
     "snapshot_grid",
@@ -36,6 +38,7 @@ SCALARS: Mapping[str, tuple[str, float]] = {
     "velocity": ("velocity [mm/s]", 1e3),
     "region": ("region", 1.0),
 }
+COLOUR_MAP = "viridis"
 _CELLS = {
     "Q4": pyvista.CellType.QUAD,
     "T3": pyvista.CellType.TRIANGLE,
@@ -44,7 +47,8 @@ _CELLS = {
     "T4": pyvista.CellType.TETRA,
     "T10": pyvista.CellType.QUADRATIC_TETRA,
 }
-_BAR = {"width": 0.5, "position_x": 0.25, "position_y": 0.03, "title_font_size": 18, "label_font_size": 16}
+_BAR = {"width": 0.5, "height": 0.1, "position_x": 0.25, "position_y": 0.03}
+_BAR_FONTS = {"title_font_size": 18, "label_font_size": 16}
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 _CAMERAS = {
     "side": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
@@ -73,6 +77,8 @@ class SceneOptions:
         Where from; from below the contact is seen through the plate. Two-dimensional results are seen from the side.
     plate, receptors, edges : bool
         Whether plate, recorded sites and the edges of the cells are drawn.
+    written : bool
+        Whether the time and the colour bar are written into the picture.
     """
 
     scalar: Scalar = "von_mises"
@@ -82,6 +88,7 @@ class SceneOptions:
     plate: bool = True
     receptors: bool = True
     edges: bool = False
+    written: bool = True
 
 
 def region_names(history: xr.Dataset) -> tuple[str, ...]:
@@ -163,7 +170,7 @@ def draw_scene(plotter: Any, history: xr.Dataset, place: int, options: SceneOpti
         The actor of every region that is shown, by its name.
     """
     grid = snapshot_grid(history, place)
-    limits = _limits(history, options)
+    limits = field_limits(history, options)
     actors = {}
     for number, name in enumerate(region_names(history)):
         part = grid.extract_cells(np.asarray(grid.cell_data["region"]) == number)
@@ -174,8 +181,13 @@ def draw_scene(plotter: Any, history: xr.Dataset, place: int, options: SceneOpti
         _draw_plate(plotter, history, place, grid)
     if options.receptors:
         _draw_sites(plotter, history, place)
-    plotter.add_text(f"t = {float(history['snapshot_time'][place]):.3f} s", name="time", font_size=10, color=BLACK)
+    if options.written:
+        _write_time(plotter, history, place)
     return actors
+
+
+def _write_time(plotter: Any, history: xr.Dataset, place: int) -> None:
+    plotter.add_text(f"t = {float(history['snapshot_time'][place]):.3f} s", name="time", font_size=10, color=BLACK)
 
 
 def aim(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
@@ -191,18 +203,47 @@ def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[f
     shared: dict[str, Any] = {"show_edges": options.edges, "reset_camera": False}
     if options.scalar == "region":
         return {**shared, "color": region_colours(region_names(history))[name]}
-    bar = {"title": SCALARS[options.scalar][0], "color": BLACK, "fmt": "%.3g", "n_labels": 3, **_BAR}
-    return {**shared, "scalars": options.scalar, "clim": limits, "cmap": "viridis", "scalar_bar_args": bar}
+    bar = {"title": SCALARS[options.scalar][0], "color": BLACK, "fmt": "%.3g", "n_labels": 2, **_BAR, **_BAR_FONTS}
+    look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": COLOUR_MAP}
+    return {**look, "scalar_bar_args": bar} if options.written else {**look, "show_scalar_bar": False}
 
 
-def _limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, float]:
-    """Return the range of the field over all snapshots without its most extreme thousandth, so that films keep it."""
+def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, float]:
+    """Return the range of colours, the same for all snapshots.
+
+    It ends below the field's most extreme thousandth. Bone bears stresses that would leave the soft layers in one
+    colour, so the phalanx does not count where anything else is shown.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with snapshots.
+    options : SceneOptions
+        What is shown.
+
+    Returns
+    -------
+    tuple of float
+        Lower and upper end, in the units of :data:`SCALARS`.
+    """
     if options.scalar == "region":
         return 0.0, 1.0
     values = history[f"snapshot_{options.scalar}"].values
-    sizes = np.linalg.norm(values, axis=-1) if options.scalar in {"displacement", "velocity"} else values
+    if options.scalar in {"displacement", "velocity"}:
+        sizes = np.linalg.norm(values, axis=-1)
+    else:
+        sizes = values[:, _counted(history, options)]
     top = SCALARS[options.scalar][1] * float(np.quantile(sizes, 0.999))
     return 0.0, top if top > 0.0 else 1.0
+
+
+def _counted(history: xr.Dataset, options: SceneOptions) -> NDArray[np.bool_]:
+    """Return the cells whose values make the range of colours."""
+    shown = [name for name in region_names(history) if name not in options.hidden]
+    soft = [name for name in shown if name != "phalanx"] or shown
+    numbers = [number for number, name in enumerate(region_names(history)) if name in soft]
+    counted: NDArray[np.bool_] = np.isin(history["cell_region"].values, numbers)
+    return counted if counted.any() else np.ones_like(counted)
 
 
 def _cut(

@@ -13,6 +13,7 @@ from fingerslip.report.scene import (
     aim,
     check_options,
     draw_scene,
+    field_limits,
     region_names,
     snapshot_at,
     snapshot_grid,
@@ -64,6 +65,23 @@ def test_what_is_hidden_is_not_there(history: xr.Dataset) -> None:
     names = set(drawn(history, SceneOptions(hidden=("skin",), plate=False, receptors=False)).actors)
     assert "layer tissue" in names
     assert not names & {"layer skin", "plate 0", "sites FA-II"}
+
+
+def test_colours_are_scaled_to_what_is_shown_and_not_to_the_bone(history: xr.Dataset) -> None:
+    values = np.where(history["cell_region"].values == 0, 1e3, 9e6) * np.ones_like(history["snapshot_von_mises"])
+    names = region_names(history)
+    stressed = history.assign(snapshot_von_mises=(history["snapshot_von_mises"].dims, values))
+    assert field_limits(stressed, SceneOptions()) == pytest.approx((0.0, 9e3))
+    assert field_limits(stressed, SceneOptions(hidden=names[1:])) == pytest.approx((0.0, 1.0))
+    bone = stressed.assign_attrs(regions=f"{names[0]}, phalanx")
+    assert field_limits(bone, SceneOptions()) == pytest.approx((0.0, 1.0))
+    assert field_limits(bone, SceneOptions(hidden=names[:1])) == pytest.approx((0.0, 9e3))
+
+
+def test_a_picture_can_go_without_writing(history: xr.Dataset) -> None:
+    plotter = drawn(history, SceneOptions(written=False))
+    assert "time" not in plotter.actors
+    assert not plotter.scalar_bars
 
 
 def test_a_cut_leaves_half_of_the_body(history: xr.Dataset) -> None:

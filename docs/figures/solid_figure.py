@@ -1,0 +1,58 @@
+"""Draw docs/figures/solid.png: the fingertip in space cut open during the slide, and its contact from below.
+
+First: fingerslip run studies/wang2014_3d.yaml
+Then: python docs/figures/solid_figure.py [RUN]
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch as Swatch
+
+from fingerslip.history import OPEN, SLIP, STICK, read_history
+from fingerslip.report.figures_cut import cropped
+from fingerslip.report.scene import COLOUR_MAP, SCALARS, SceneOptions, field_limits
+from fingerslip.report.viewer import still
+from fingerslip.slip import contact_patch
+from fingerslip.slip.patch import triangle_states
+
+TIME = 0.9
+LOOKS = {STICK: ("sticks", "#1f5a8c"), SLIP: ("slips", "#f0a202"), OPEN: ("open", "#e9edf0")}
+
+
+def main(run: Path) -> None:
+    """Draw the figure from a stored run."""
+    history = read_history(run / "history.nc")
+    figure = Figure(figsize=(9.0, 3.1))
+    left, right = figure.add_axes((0.0, 0.2, 0.52, 0.8)), figure.add_axes((0.59, 0.16, 0.4, 0.74))
+    bar = figure.add_axes((0.11, 0.18, 0.3, 0.035))
+    options = SceneOptions(cut="z", receptors=False, written=False)
+    left.imshow(cropped([still(history, TIME, options, (1400, 1050))])[0])
+    left.set_axis_off()
+    colours = ScalarMappable(Normalize(*field_limits(history, options)), COLOUR_MAP)
+    figure.colorbar(colours, cax=bar, label=SCALARS[options.scalar][0], orientation="horizontal", extend="max")
+    draw_contact(right, history)
+    figure.savefig(Path(__file__).with_name("solid.png"), dpi=110)
+
+
+def draw_contact(axes, history) -> None:
+    """Draw where the contact sticks and slips."""
+    patch = contact_patch(history)
+    states = triangle_states(history, patch, int(abs(history["time"].values - TIME).argmin()))
+    corners = 1e3 * patch.places[patch.triangles]
+    colours = [LOOKS[int(state)][1] for state in states]
+    axes.add_collection(PolyCollection(list(corners), facecolors=colours, edgecolors="face", linewidths=0.2))
+    axes.set(xlim=(-12.0, 6.5), ylim=(-6.0, 7.5), xticks=range(-10, 6, 5), aspect="equal")
+    axes.set(xlabel="along the slide [mm]", ylabel="across the slide [mm]")
+    axes.set_title(f"contact from below, t = {TIME:g} s", fontsize=10)
+    axes.legend(handles=[Swatch(color=colour, label=name) for name, colour in LOOKS.values()], ncols=3, fontsize=8)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "results/wang2014_3d/run"))
