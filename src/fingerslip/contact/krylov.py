@@ -12,13 +12,12 @@ over all candidates, and comes back with it where that is not small enough yet.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy import linalg
 
+from fingerslip.contact.dense import DenseFactor, factorise_dense
 from fingerslip.contact.projection import derivative, project
 
 __all__ = ["Factor", "Start", "WorkSet", "newton_krylov"]
@@ -43,8 +42,8 @@ class Factor:
 
     Parameters
     ----------
-    triangles : tuple
-        LU factors of the transpose.
+    dense : DenseFactor
+        Its LU factors.
     nodes : (j,) array
         The nodes that it was made for.
     kept : (j * dim,) array of bool
@@ -53,7 +52,7 @@ class Factor:
         Where these are there.
     """
 
-    triangles: Any
+    dense: DenseFactor
     nodes: NDArray[np.int64]
     kept: NDArray[np.bool_]
     places: NDArray[np.int64]
@@ -62,9 +61,7 @@ class Factor:
         """Return the factored inverse times a vector; unknowns that are not among the factor's own stay."""
         given = np.zeros(self.kept.size, dtype=np.float32)
         given[self.kept] = vector[self.places]
-        factors, pivots = self.triangles
-        # SciPy's wrapper counts the pivots up and down again in place: threads that share a factor need their own.
-        found = linalg.lu_solve((factors, pivots.copy()), given, trans=1, overwrite_b=True, check_finite=False)
+        found = self.dense.solve(given)
         out = vector.copy()
         out[self.places] = found[self.kept]
         return out
@@ -201,11 +198,9 @@ def _direction(
 
 
 def _factorised(work: WorkSet, slopes: Single) -> WorkSet:
-    matrix = _newton_matrix(slopes, work.scaled)
-    # In place, the transpose's factors: LAPACK wants columns.
-    triangles = linalg.lu_factor(matrix.T, overwrite_a=True, check_finite=False)
-    size = len(matrix)
-    factor = Factor(triangles, work.nodes, np.ones(size, dtype=bool), np.arange(size))
+    dense = factorise_dense(_newton_matrix(slopes, work.scaled))
+    size = len(work.scaled)
+    factor = Factor(dense, work.nodes, np.ones(size, dtype=bool), np.arange(size))
     return replace(work, factor=factor, lost=0)
 
 

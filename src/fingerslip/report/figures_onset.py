@@ -69,7 +69,7 @@ def slip_onset_figure(histories: Mapping[str, xr.Dataset], body: int = 0) -> Fig
         axes.grid(visible=False)
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
         axes.set_title(label, fontsize=8.5)
-    figure.colorbar(colours, ax=list(panels), label="slips from [s after the slide began]", shrink=0.8)
+    figure.colorbar(colours, ax=list(panels), label="time into the slide [s]", shrink=0.8)
     return figure
 
 

@@ -39,7 +39,7 @@ def test_colours_count_from_the_start_of_the_slide_and_share_one_scale(history: 
     first, second = triangles(figure)
     assert len({tuple(colour) for colour in first}) == len({tuple(colour) for colour in second}) == 1
     assert not np.array_equal(first[0], second[0])
-    (scale,) = [axes for axes in figure.axes if "slide began" in axes.get_ylabel()]
+    (scale,) = [axes for axes in figure.axes if "time into" in axes.get_ylabel()]
     assert scale.get_ylim()[1] == pytest.approx(late - window.start, abs=0.011)  # a record
 
 
