@@ -39,6 +39,7 @@ class _Check:
     """Forces with what they mean for all candidates."""
 
     forces: Array
+    response: Array
     trial: Array
     residual: Array
     least: float
@@ -103,9 +104,9 @@ class _Problem:
     least: float
 
     def check(self, forces: Array) -> _Check:
-        moved = self.compliance.response(forces) + self.compliance.penalty * forces + self.free
-        trial = forces - self.scale * moved
-        return _Check(forces, trial, forces - project(trial, self.friction), self.least)
+        response = self.compliance.response(forces)
+        trial = forces - self.scale * (response + self.compliance.penalty * forces + self.free)
+        return _Check(forces, response, trial, forces - project(trial, self.friction), self.least)
 
 
 def _problem(compliance: Compliance, free: Array, friction: Array) -> _Problem:
@@ -144,7 +145,7 @@ def _solve_on_work_set(
         work = _work_set(problem, found, work)
     worst = int(np.argmax(np.abs(found.residual).max(axis=1)))
     work = replace(work, before=start)
-    return ContactSolution(found.forces, found.relative_residual, iterations, worst), work
+    return ContactSolution(found.forces, found.relative_residual, iterations, worst, found.response), work
 
 
 def _carried_on(before: Array | None, last: Array) -> Array:

@@ -53,12 +53,15 @@ class ContactSolution:
         Newton iterations and sweeps together.
     worst : int
         Index of the node with the largest residual.
+    response : (n_c, dim) array, optional
+        What the forces do to the body, without the penalties, where that is known already [m].
     """
 
     forces: Array
     residual: float
     iterations: int
     worst: int
+    response: Array | None = None
 
 
 def solve_friction(

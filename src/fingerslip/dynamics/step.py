@@ -283,7 +283,8 @@ def _solve_contact(stepper: Stepper, start: _Begun, unknown: Array) -> _ContactS
             _TOLERANCE,
             "try a smaller time step, softer contact penalties or less friction",
         )
-    return _ContactStep(frames, coefficients, relative + compliance.response(solution.forces), solution, work)
+    response = compliance.response(solution.forces) if solution.response is None else solution.response
+    return _ContactStep(frames, coefficients, relative + response, solution, work)
 
 
 def _settled(stepper: Stepper, before: State, after: State, step: _ContactStep) -> State:

@@ -38,6 +38,7 @@ def test_forces_are_those_of_the_compiled_solver_on_all_candidates(depth, slide)
     start = np.zeros_like(free)
     exact = solve_friction(compliance.matrix, free, friction, start, TOLERANCE)
     found, work = solve_contact(compliance, free, friction, start, TOLERANCE)
+    np.testing.assert_allclose(found.response, compliance.response(found.forces), rtol=1e-12, atol=0.0)
     assert found.residual <= TOLERANCE
     np.testing.assert_allclose(found.forces, exact.forces, atol=1e-8 * np.abs(exact.forces).max())
     assert work.nodes.size < len(free) or depth > 1.0
