@@ -1,7 +1,7 @@
-"""Draw docs/figures/solid.png: the fingertip in space cut open during the slide, and its contact from below.
+"""Draw docs/figures/solid.png, the fingertip in space cut open during the slide, and solid-directions.png.
 
-First: fingerslip run studies/wang2014_3d.yaml
-Then: python docs/figures/solid_figure.py [RUN]
+First: fingerslip run studies/wang2014_3d.yaml studies/directions_3d.yaml
+Then: python docs/figures/solid_figure.py [RESULTS]
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from matplotlib.patches import Patch as Swatch
 
 from fingerslip.history import OPEN, SLIP, STICK, read_history
 from fingerslip.report.figures_cut import cropped
+from fingerslip.report.figures_onset import slip_onset_figure
 from fingerslip.report.scene import COLOUR_MAP, SCALARS, SceneOptions, field_limits
 from fingerslip.report.viewer import still
 from fingerslip.slip import contact_patch
@@ -26,8 +27,28 @@ TIME = 0.9
 LOOKS = {STICK: ("sticks", "#1f5a8c"), SLIP: ("slips", "#f0a202"), OPEN: ("open", "#e9edf0")}
 
 
-def main(run: Path) -> None:
-    """Draw the figure from a stored run."""
+NAMES = {
+    "1_0_0": "towards the tip",
+    "1_0_1": "obliquely to the tip, +z",
+    "0_0_1": "across, +z",
+    "-1_0_1": "obliquely to the palm, +z",
+    "-1_0_0": "towards the palm",
+    "-1_0_-1": "obliquely to the palm, -z",
+    "0_0_-1": "across, -z",
+    "1_0_-1": "obliquely to the tip, -z",
+}
+
+
+def main(results: Path) -> None:
+    """Draw both figures from stored runs."""
+    draw_finger(results / "wang2014_3d" / "run")
+    folder = results / "directions_3d"
+    directions = {name: read_history(folder / f"direction-{way}" / "history.nc") for way, name in NAMES.items()}
+    slip_onset_figure(directions).savefig(Path(__file__).with_name("solid-directions.png"), dpi=110)
+
+
+def draw_finger(run: Path) -> None:
+    """Draw the finger cut open, and its contact."""
     history = read_history(run / "history.nc")
     figure = Figure(figsize=(9.0, 3.1))
     left, right = figure.add_axes((0.0, 0.2, 0.52, 0.8)), figure.add_axes((0.59, 0.16, 0.4, 0.74))
@@ -55,4 +76,4 @@ def draw_contact(axes, history) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1] if len(sys.argv) > 1 else "results/wang2014_3d/run"))
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "results"))

@@ -180,7 +180,7 @@ def _overview_section(results: StudyResults) -> ReportSection:
     if len(histories) > 1:
         events = results.events
         if any(is_solid(history) for history in histories.values()):
-            pictures.append(solid_overview(histories))
+            pictures += solid_overview(histories)
         else:
             said = "Where and when the surface sticks and slips."
             pictures.append(Picture("slip-maps", said, slip_maps_figure(histories, events)))

@@ -12,6 +12,7 @@ from matplotlib.patches import Patch as Swatch
 
 from fingerslip.report.figure_style import BLACK, add_legend, figure_grid, region_colours, styled, titled
 from fingerslip.report.figures_cut import cropped, cut_frames_figure
+from fingerslip.report.figures_onset import slip_onset_figure
 from fingerslip.report.figures_patch import (
     reference_nodes_figure,
     slip_frames_figure,
@@ -31,10 +32,15 @@ def is_solid(history: xr.Dataset) -> bool:
     return bool(history.sizes["component"] == len("xyz"))
 
 
-def solid_overview(histories: Mapping[str, xr.Dataset]) -> Picture:
-    """Return the picture that compares runs in space."""
+def solid_overview(histories: Mapping[str, xr.Dataset]) -> list[Picture]:
+    """Return the pictures that compare runs in space."""
     said = "Sticking share of the contact against tangential over normal force, during the slide."
-    return Picture("stick-ratio", said, stick_ratio_figure(histories))
+    onset = "When each place of the contact slips for good, in seconds from the start of the slide; the plate moves "
+    onset += "along the arrow. What sticks to the end is dark."
+    return [
+        Picture("slip-onset", onset, slip_onset_figure(histories)),
+        Picture("stick-ratio", said, stick_ratio_figure(histories)),
+    ]
 
 
 def solid_pictures(history: xr.Dataset, events: Events, label: str) -> list[Picture]:
