@@ -42,6 +42,9 @@ class _Verbs(TyperGroup):
         except KeyboardInterrupt:
             _say_error("stopped: finished runs are kept, the same command goes on with the others")
             raise typer.Exit(130) from None
+        except MemoryError:
+            _say_error("error: memory: ran out, needs more of it; take larger elements or fewer --workers")
+            raise typer.Exit(2) from None
         except FingerslipError as error:
             if ctx.params["debug"]:
                 raise

@@ -239,6 +239,20 @@ def test_run_that_does_not_converge_is_exit_code_1(
     assert "use a smaller step" in result.stderr
 
 
+def test_want_of_memory_is_one_line(
+    invoke: Callable[..., Any], block: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from fingerslip.study import runner
+
+    def failing(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(runner, "build_mesh", failing)
+    result = invoke("run", block())
+    assert result.exit_code == 2
+    assert result.stderr.strip() == "error: memory: ran out, needs more of it; take larger elements or fewer --workers"
+
+
 def test_debug_shows_where_an_error_comes_from(invoke: Callable[..., Any]) -> None:
     from fingerslip.errors import InputError
 

@@ -10,6 +10,7 @@ import skfem
 from numpy.typing import NDArray
 
 from fingerslip.anatomy import Fingertip, bone_surface, posed, solid_shape
+from fingerslip.anatomy.skin_surface import skin_section
 from fingerslip.mesh.quality import check_quality
 from fingerslip.mesh.sizes import SolidSizes
 
@@ -17,13 +18,14 @@ if TYPE_CHECKING:
     from fingerslip.mesh.solid_core import SolidCore
     from fingerslip.mesh.solid_skin import SolidSkin
 
-__all__ = ["build_solid", "mesh_solid"]
+__all__ = ["build_solid", "mesh_solid", "solid_cells"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 _DEFAULT = SolidSizes()
+_SLICES = 400
 _REGIONS = ("epidermis", "dermis", "tissue", "phalanx", "nail")
 _EPIDERMIS, _DERMIS, _TISSUE, _PHALANX, _NAIL = range(5)
 
@@ -87,6 +89,19 @@ def mesh_solid(fingertip: Fingertip, sizes: SolidSizes) -> skfem.Mesh3D:
     mesh = dataclasses.replace(mesh, doflocs=np.ascontiguousarray(posed(fingertip, mesh.p.T).T))
     check_quality(mesh)
     return _quadratic(mesh) if sizes.element == "T10" else mesh
+
+
+def solid_cells(fingertip: Fingertip, sizes: SolidSizes) -> float:
+    """Return about how many tetrahedra a fine mesh will have, without making it.
+
+    As many regular ones of the bulk's size as fill the finger, whose sections are ellipses; coarse meshes have more,
+    because layers and contact are finer.
+    """
+    outline = fingertip.sagittal
+    x = np.linspace(-outline.pad_length, outline.tip_length, _SLICES)
+    _, height, width = skin_section(fingertip, x)
+    volume = float(np.trapezoid(np.pi * height * width, x))
+    return 6.0 * float(np.sqrt(2.0)) * volume / sizes.bulk_size**3
 
 
 def _quadratic(mesh: skfem.MeshTet1) -> skfem.MeshTet2:

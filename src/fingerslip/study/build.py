@@ -16,13 +16,14 @@ import numpy as np
 
 from fingerslip.anatomy import Fingertip
 from fingerslip.contact.bodies import Plane
+from fingerslip.dynamics.memory import require_memory
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.scans import SurfaceMesh, mesh_scan
 from fingerslip.mesh.section import build_section
 from fingerslip.mesh.sites import Site, receptor_sites
 from fingerslip.mesh.sizes import SolidSizes
-from fingerslip.mesh.solid import mesh_solid
+from fingerslip.mesh.solid import mesh_solid, solid_cells
 from fingerslip.mesh.solid_sites import reference_sites, solid_receptor_sites
 from fingerslip.model import Contact, Hold, Model, Phase, Press, Recording
 from fingerslip.parameters import as_mapping
@@ -37,6 +38,9 @@ __all__ = ["build_mesh", "build_model", "located", "mesh_key"]
 _LARGEST_FINGER = 0.2
 _LARGE_BODY = 1.0
 _LARGEST_RATIO = 1000.0
+
+# What assembly takes for linear tetrahedra (measured); it grows like the nodes of a cell squared.
+_BYTES_PER_CELL = 11_000
 
 _CONTACT_PLACE = re.compile(r"contacts\.(\d+)(?:\.(.*))?")
 
@@ -67,6 +71,7 @@ def build_mesh(run: Run) -> Any:
             return mesh_scan(settings).mesh
         with _broken_pipes_as_errors():
             if isinstance(settings, SolidSizes):
+                _require_memory(_fingertip(run), settings)
                 return mesh_solid(_fingertip(run), settings)
             return build_section(
                 _fingertip(run),
@@ -77,6 +82,15 @@ def build_mesh(run: Run) -> Any:
             )
     except InputError as error:
         raise located(error, run.where, run.study) from None
+
+
+def _require_memory(fingertip: Fingertip, sizes: SolidSizes) -> None:
+    """Refuse elements in space that are too small for the memory, before they are made."""
+    cells = solid_cells(fingertip, sizes)
+    nodes_per_cell = {"T4": 4, "T10": 10}[sizes.element]
+    require_memory(
+        {f"assembly of about {cells:.2g} tetrahedra": int(cells * _BYTES_PER_CELL * (nodes_per_cell / 4) ** 2)}
+    )
 
 
 def mesh_key(run: Run) -> str:
@@ -243,7 +257,7 @@ def _supports(run: Run, axes: str) -> Mapping[str, Any]:
 
 
 def _in_space(run: Run) -> bool:
-    return isinstance(run.study.mesh, SolidSizes)
+    return isinstance(run.study.mesh, SolidSizes | SurfaceMesh)
 
 
 def _contact(run: Run, settings: ContactSettings) -> Contact:

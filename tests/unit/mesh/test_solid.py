@@ -13,6 +13,8 @@ from fingerslip.anatomy import depth_below_skin, outline_curve, preset
 from fingerslip.errors import FingerslipError, InputError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh import build_solid, check_quality, quality_table
+from fingerslip.mesh.sizes import SolidSizes
+from fingerslip.mesh.solid import mesh_solid, solid_cells
 from unit.fingers import VARIANTS, change, change_solid, coarse_solid, volumes
 
 COARSE = {"contact_size": 0.8e-3, "bulk_size": 1.6e-3}
@@ -124,6 +126,12 @@ def test_what_does_not_fit_is_refused(fingertip, sizes, message):
 
 
 @pytest.mark.slow
+def test_number_of_tetrahedra_is_foreseen():
+    sizes = SolidSizes("T4", 1e-3, 1e-3)
+    wanted = mesh_solid(preset("wang2014-3d"), sizes).t.shape[1]
+    assert 0.5 * wanted < solid_cells(preset("wang2014-3d"), sizes) < 1.5 * wanted
+
+
 def test_default_mesh_has_the_size_of_the_published_one_and_is_quick():
     start = time.perf_counter()
     mesh = build_solid(preset("wang2014-3d"))

@@ -260,3 +260,22 @@ def test_tetrahedra_make_a_model_in_space() -> None:
     assert {len(site.position) for site in model.record.sites} == {3}
     assert build_mesh(run_of(values)).p.shape == coarse_solid().p.shape
     check_model(model)
+
+
+def test_elements_too_small_for_the_memory_are_refused_before_they_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """130,000 tetrahedra take more than one gigabyte; nothing is meshed to find that out."""
+    monkeypatch.setattr("fingerslip.study.build.mesh_solid", lambda *_: pytest.fail("it must not mesh"))
+    monkeypatch.setattr("fingerslip.dynamics.memory.available_memory", lambda: 10**9)
+    small = {"element": "T4", "contact_size": "0.45 mm", "bulk_size": "0.55 mm"}
+    with pytest.raises(InputError, match=r"memory: .* about \d\.\d GB \(assembly of about .* tetrahedra"):
+        build_mesh(run_of(finger(fingertip={"preset": "wang2014-3d"}, mesh=small)))
+
+
+def test_a_scan_meets_a_plate_that_faces_up_where_nothing_else_is_written() -> None:
+    values = {
+        "mesh": {"skin": "a.stl", "bone": "b.stl", "unit": "mm", "tip": [1, 0, 0], "pad": [0, -1, 0]},
+        "materials": {"skin": {"youngs_modulus": "1 MPa", "poisson_ratio": 0.3, "density": "1000 kg/m^3"}},
+        "contact": {"friction_coefficient": 0.6},
+    }
+    model = build_model(run_of(block_values() | values), coarse_solid())
+    assert model.contacts[0].body == Plane((0.0, 1.0, 0.0))
