@@ -22,6 +22,12 @@ def test_estimate_grows_with_unknowns_times_steps() -> None:
     assert estimated_seconds(20_000, 600) == estimated_seconds(10_000, 1200)
 
 
+def test_runs_in_space_are_known_to_take_longer() -> None:
+    """Measured on two cores: the paper's fingertip in space took 57 s, a coarse one 16 s."""
+    assert estimated_seconds(72_840, 300, dim=3) == pytest.approx(57.0, rel=0.15)
+    assert estimated_seconds(19_080, 300, dim=3) == pytest.approx(16.0, rel=0.15)
+
+
 def test_every_run_is_counted_with_its_size(write_study: Write) -> None:
     table = check_studies([write_study()])
     # 9 x 5 nodes with two unknowns; 60 ms in steps of 2 ms.
