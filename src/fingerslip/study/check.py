@@ -13,8 +13,8 @@ from fingerslip.study.runner import Plan, plan_study, prepare
 
 __all__ = ["check_studies", "estimated_seconds"]
 
-# From the shipped studies alone, by the dimension of space. In the plane about 10,000 unknowns and 600 steps take 1.5 to
-# 3.4 s, two runs side by side; in space 19,000 unknowns and 300 steps 16 s, 73,000 unknowns 57 s, on two cores.
+# From the shipped studies alone, by the dimension of space. In the plane about 10,000 unknowns and 600 steps take 1.5
+# to 3.4 s, two runs side by side; in space 19,000 unknowns and 300 steps 16 s, 73,000 unknowns 57 s, on two cores.
 _SECONDS_AT_START = 1.0
 _SECONDS_PER_UNKNOWN = {2: 0.0, 3: 2e-4}
 _SECONDS_PER_UNKNOWN_AND_STEP = {2: 2.5e-7, 3: 2e-6}
