@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import skfem
 from numpy.typing import NDArray
+from scipy.spatial import ConvexHull
 
 from fingerslip.errors import InputError
 from fingerslip.mesh.layered import LayerSizes, build_from_surfaces
@@ -16,7 +17,16 @@ from fingerslip.mesh.repair import Repairs, repair_surface
 from fingerslip.mesh.surfaces import LengthUnit, Surface, outermost, read_surface
 from fingerslip.parameters import Angle, PositiveLength, parameters
 
-__all__ = ["Deviation", "LayerQuality", "ScanMesh", "SurfaceMesh", "deviation", "layer_quality", "mesh_scan"]
+__all__ = [
+    "Deviation",
+    "LayerQuality",
+    "ScanMesh",
+    "SurfaceMesh",
+    "deviation",
+    "layer_quality",
+    "mesh_scan",
+    "scan_cells",
+]
 
 Floats = NDArray[np.float64]
 
@@ -166,6 +176,16 @@ def mesh_scan(settings: SurfaceMesh) -> ScanMesh:
         tuple(deviation(mesh, name, surface) for name, surface in zip(names, placed, strict=False)),
         _thickness(mesh, placed[0]),
     )
+
+
+def scan_cells(settings: SurfaceMesh) -> float:
+    """Return about how many tetrahedra the mesh of a scan will have, without making it.
+
+    As many regular ones of the bulk's size as fill the convex hull of the skin, up to the cut along its longest side.
+    """
+    points = read_surface(settings.skin, settings.unit).points
+    share = min(settings.layers.cut / float(np.ptp(points, axis=0).max()), 1.0) if settings.layers.cut else 1.0
+    return 6.0 * float(np.sqrt(2.0)) * share * float(ConvexHull(points).volume) / settings.layers.bulk_size**3
 
 
 def layer_quality(mesh: skfem.MeshTet1) -> tuple[LayerQuality, ...]:

@@ -19,7 +19,7 @@ from fingerslip.contact.bodies import Plane
 from fingerslip.dynamics.memory import require_memory
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import read_mesh
-from fingerslip.mesh.scans import SurfaceMesh, mesh_scan
+from fingerslip.mesh.scans import SurfaceMesh, mesh_scan, scan_cells
 from fingerslip.mesh.section import build_section
 from fingerslip.mesh.sites import Site, receptor_sites
 from fingerslip.mesh.sizes import SolidSizes
@@ -68,10 +68,11 @@ def build_mesh(run: Run) -> Any:
         if isinstance(settings, MeshFile):
             return _plausible(read_mesh(settings.file).scaled(settings.scale), run.study)
         if isinstance(settings, SurfaceMesh):
+            _require_memory(scan_cells(settings), "T4")
             return mesh_scan(settings).mesh
         with _broken_pipes_as_errors():
             if isinstance(settings, SolidSizes):
-                _require_memory(_fingertip(run), settings)
+                _require_memory(solid_cells(_fingertip(run), settings), settings.element)
                 return mesh_solid(_fingertip(run), settings)
             return build_section(
                 _fingertip(run),
@@ -84,13 +85,10 @@ def build_mesh(run: Run) -> Any:
         raise located(error, run.where, run.study) from None
 
 
-def _require_memory(fingertip: Fingertip, sizes: SolidSizes) -> None:
+def _require_memory(cells: float, element: str) -> None:
     """Refuse elements in space that are too small for the memory, before they are made."""
-    cells = solid_cells(fingertip, sizes)
-    nodes_per_cell = {"T4": 4, "T10": 10}[sizes.element]
-    require_memory(
-        {f"assembly of about {cells:.2g} tetrahedra": int(cells * _BYTES_PER_CELL * (nodes_per_cell / 4) ** 2)}
-    )
+    size = cells * _BYTES_PER_CELL * ({"T4": 4, "T10": 10}[element] / 4) ** 2
+    require_memory({f"assembly of about {cells:.2g} tetrahedra": int(size)})
 
 
 def mesh_key(run: Run) -> str:

@@ -17,7 +17,7 @@ import skfem
 import fingerslip as fs
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.layered import LayerSizes
-from fingerslip.mesh.scans import SurfaceMesh, deviation, layer_quality, mesh_scan
+from fingerslip.mesh.scans import SurfaceMesh, deviation, layer_quality, mesh_scan, scan_cells
 from unit.ellipsoids import ellipsoid
 
 ROOT = Path(__file__).parents[3]
@@ -127,3 +127,11 @@ def test_open_end_without_a_cut():
 def test_skin_given_as_the_bone():
     with pytest.raises(InputError, match=r"bone: got .* the file of the skin"):
         mesh_scan(dataclasses.replace(SCAN, bone=SCAN.skin))
+
+
+def test_number_of_tetrahedra_of_a_scan_is_foreseen(scan):
+    """On a coarse mesh layers and contact, finer than the bulk, add to what fills the finger."""
+    settings = dataclasses.replace(SCAN, layers=dataclasses.replace(SCAN.layers, bulk_size=0.3e-3, contact_size=0.3e-3))
+    found = scan_cells(settings) * 0.3e-3**3 / (6.0 * np.sqrt(2.0))
+    box = np.ptp(scan.mesh.p, axis=1).prod()
+    assert 0.3 * box < found < 1.2 * box

@@ -271,6 +271,18 @@ def test_elements_too_small_for_the_memory_are_refused_before_they_are_made(monk
         build_mesh(run_of(finger(fingertip={"preset": "wang2014-3d"}, mesh=small)))
 
 
+def test_a_scan_with_elements_too_small_for_the_memory_is_refused_before_it_is_meshed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("fingerslip.study.build.mesh_scan", lambda _: pytest.fail("it must not mesh"))
+    monkeypatch.setattr("fingerslip.dynamics.memory.available_memory", lambda: 10**9)
+    scan = Path(__file__).parents[3] / "meshes" / "scan_skin.stl"
+    layers = {"contact_size": "0.1 mm", "bulk_size": "0.1 mm", "cut": "16 mm"}
+    mesh = {"skin": str(scan), "unit": "mm", "tip": [1, 0, 0], "pad": [0, -1, 0], "layers": layers}
+    with pytest.raises(InputError, match=r"memory: .* \(assembly of about .* tetrahedra"):
+        build_mesh(run_of(block_values() | {"mesh": mesh}))
+
+
 def test_a_scan_meets_a_plate_that_faces_up_where_nothing_else_is_written() -> None:
     values = {
         "mesh": {"skin": "a.stl", "bone": "b.stl", "unit": "mm", "tip": [1, 0, 0], "pad": [0, -1, 0]},

@@ -98,6 +98,7 @@ def test_missing_surface_is_named() -> None:
 def test_mesh_of_a_run_is_that_of_its_scan(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = mesh_of_a_scan()
     monkeypatch.setattr(build, "mesh_scan", lambda settings: made if settings.layers.cut == 16e-3 else None)
+    monkeypatch.setattr(build, "scan_cells", lambda _: 1e4)
     assert build.build_mesh(run_of(folder)) is made.mesh
 
 
