@@ -43,6 +43,8 @@ class _Verbs(TyperGroup):
             _say_error("stopped: finished runs are kept, the same command goes on with the others")
             raise typer.Exit(130) from None
         except MemoryError:
+            if ctx.params["debug"]:
+                raise
             _say_error("error: memory: ran out, needs more of it; take larger elements or fewer --workers")
             raise typer.Exit(2) from None
         except FingerslipError as error:

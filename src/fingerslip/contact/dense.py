@@ -61,13 +61,15 @@ def factorise_dense(matrix: Single) -> DenseFactor:
     size = ctypes.c_int(len(matrix))
     memory, swapped = (array.ctypes.data_as(ctypes.c_void_p) for array in (matrix, pivots))
     _call("sgetrf", size, size, memory, size, swapped)
+    # The factors only precondition: with ones for zero pivots they stay finite.
+    diagonal = np.einsum("ii->i", matrix)
+    diagonal[diagonal == 0.0] = 1.0
     return DenseFactor(matrix, pivots)
 
 
 def _call(name: str, *given: Any) -> None:
     """Call a function of LAPACK; what is not an address is passed by one."""
     passed = [value if isinstance(value, ctypes.c_void_p) else ctypes.byref(value) for value in given]
-    # A zero pivot is no error here: the caller's iteration finds out that such factors are of no use.
     _lapack(name)(*passed, ctypes.byref(ctypes.c_int(0)))
 
 

@@ -39,3 +39,10 @@ def test_threads_that_share_a_factor_find_the_same() -> None:
         beside = list(pool.map(factor.solve, sides))
     for side, found in zip(sides, beside, strict=True):
         np.testing.assert_array_equal(found, factor.solve(side))
+
+
+def test_a_singular_matrix_leaves_finite_solutions() -> None:
+    """They precondition badly, but an iteration can go on with them."""
+    matrix = well_conditioned(6)
+    matrix[:, 2] = 0.0
+    assert np.isfinite(factorise_dense(matrix).solve(np.ones(6, dtype=np.float32))).all()
