@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import settings
 
-from fingerslip.study.threads import prefer_single_thread
+from fingerslip.study.running.threads import prefer_single_thread
 
 # Before anything loads numpy, whose libraries read it then.
 prefer_single_thread()

@@ -15,11 +15,11 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from fingerslip.history import OPEN, read_history
-from fingerslip.report.tables import Cell, Column, Table, to_markdown
-from fingerslip.report.tables_events import events_table
+from fingerslip.report.tables.events import events_table
+from fingerslip.report.tables.table import Cell, Column, Table, to_markdown
 from fingerslip.slip import EventSettings, find_events, peak_signal, slide_window, slipped_fraction
-from fingerslip.study.reporting import read_stored
-from fingerslip.study.validation.measures import measure
+from fingerslip.study.storage.reporting import read_stored
+from fingerslip.validation.measures import measure
 
 ROOT = Path(__file__).parents[2]
 SETTINGS = EventSettings()

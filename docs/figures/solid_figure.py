@@ -16,10 +16,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch as Swatch
 
 from fingerslip.history import OPEN, SLIP, STICK, read_history
-from fingerslip.report.figures_cut import cropped
-from fingerslip.report.figures_onset import slip_onset_figure
-from fingerslip.report.scene import COLOUR_MAP, SCALARS, SceneOptions, field_limits
-from fingerslip.report.viewer import still
+from fingerslip.report.figures.cut import cropped
+from fingerslip.report.figures.onset import slip_onset_figure
+from fingerslip.report.scene.scene import COLOUR_MAP, SCALARS, SceneOptions, field_limits
+from fingerslip.report.scene.viewer import still
 from fingerslip.slip import contact_patch
 from fingerslip.slip.patch import triangle_states
 

@@ -9,10 +9,9 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from fingerslip.anatomy import Fingertip, fingertip_from, preset, preset_names, preset_table
-    from fingerslip.contact.bodies import Cylinder, Plane, Sphere
+    from fingerslip.contact.counterfaces import Cylinder, Plane, Sphere
     from fingerslip.contact.friction import Anisotropic, Coulomb, PressureDependent, StaticKinetic
-    from fingerslip.dynamics.simulate import simulate, simulate_together
+    from fingerslip.dynamics.simulation import simulate, simulate_together
     from fingerslip.errors import (
         ConvergenceError,
         FingerslipError,
@@ -22,20 +21,23 @@ if TYPE_CHECKING:
         SlipOutsideContactError,
     )
     from fingerslip.history import read_history, write_history
-    from fingerslip.materials import Elastic, RayleighDamping
+    from fingerslip.materials.elastic import Elastic, RayleighDamping
     from fingerslip.mesh.io import read_mesh, write_mesh
-    from fingerslip.mesh.layered import LayerSizes, build_from_surfaces
-    from fingerslip.mesh.offset import decimate_surface, offset_inwards
-    from fingerslip.mesh.placement import Placement, place_surface, placement_from_directions, placement_from_landmarks
     from fingerslip.mesh.quality import quality_table
-    from fingerslip.mesh.repair import repair_surface
-    from fingerslip.mesh.scans import ScanMesh, SurfaceMesh, mesh_scan
-    from fingerslip.mesh.section import build_section
-    from fingerslip.mesh.sites import Site, receptor_sites
+    from fingerslip.mesh.scan.build import ScanMesh, SurfaceMesh, mesh_scan
+    from fingerslip.mesh.scan.layered import LayerSizes, build_from_surfaces
+    from fingerslip.mesh.scan.offset import decimate_surface, offset_inwards
+    from fingerslip.mesh.scan.placement import (
+        Placement,
+        place_surface,
+        placement_from_directions,
+        placement_from_landmarks,
+    )
+    from fingerslip.mesh.scan.repair import repair_surface
+    from fingerslip.mesh.scan.surfaces import Surface, read_surface, write_surface
+    from fingerslip.mesh.section.build import build_section
     from fingerslip.mesh.sizes import MeshSizes, SolidSizes
-    from fingerslip.mesh.solid import build_solid
-    from fingerslip.mesh.solid_sites import reference_sites, solid_receptor_sites
-    from fingerslip.mesh.surfaces import Surface, read_surface, write_surface
+    from fingerslip.mesh.solid.build import build_solid
     from fingerslip.model import (
         Contact,
         Drive,
@@ -50,17 +52,21 @@ if TYPE_CHECKING:
         TimeStepping,
         Traction,
     )
+    from fingerslip.sites import Site
     from fingerslip.slip import Events, SlipEvents, acceleration_peaks, find_events
-    from fingerslip.study.runner import StudyFailedError, StudyResult, run_study
-    from fingerslip.study.spec import Study, read_study, study_schema
+    from fingerslip.specimens.fingertip import Fingertip, fingertip_from, preset, preset_names, preset_table
+    from fingerslip.specimens.fingertip.receptors import receptor_sites
+    from fingerslip.specimens.fingertip.solid_sites import reference_sites, solid_receptor_sites
+    from fingerslip.study.definition.spec import Study, read_study, study_schema
+    from fingerslip.study.running.runner import StudyFailedError, StudyResult, run_study
 
     __version__: str
 
 _HOMES = {
-    "anatomy": ("Fingertip", "fingertip_from", "preset", "preset_names", "preset_table"),
-    "contact.bodies": ("Cylinder", "Plane", "Sphere"),
+    "specimens.fingertip": ("Fingertip", "fingertip_from", "preset", "preset_names", "preset_table"),
+    "contact.counterfaces": ("Cylinder", "Plane", "Sphere"),
     "contact.friction": ("Anisotropic", "Coulomb", "PressureDependent", "StaticKinetic"),
-    "dynamics.simulate": ("simulate", "simulate_together"),
+    "dynamics.simulation": ("simulate", "simulate_together"),
     "errors": (
         "ConvergenceError",
         "FingerslipError",
@@ -70,20 +76,21 @@ _HOMES = {
         "SlipOutsideContactError",
     ),
     "history": ("read_history", "write_history"),
-    "materials": ("Elastic", "RayleighDamping"),
+    "materials.elastic": ("Elastic", "RayleighDamping"),
     "mesh.io": ("read_mesh", "write_mesh"),
-    "mesh.layered": ("LayerSizes", "build_from_surfaces"),
-    "mesh.offset": ("decimate_surface", "offset_inwards"),
-    "mesh.placement": ("Placement", "place_surface", "placement_from_directions", "placement_from_landmarks"),
+    "mesh.scan.layered": ("LayerSizes", "build_from_surfaces"),
+    "mesh.scan.offset": ("decimate_surface", "offset_inwards"),
+    "mesh.scan.placement": ("Placement", "place_surface", "placement_from_directions", "placement_from_landmarks"),
     "mesh.quality": ("quality_table",),
-    "mesh.repair": ("repair_surface",),
-    "mesh.scans": ("ScanMesh", "SurfaceMesh", "mesh_scan"),
-    "mesh.section": ("build_section",),
-    "mesh.sites": ("Site", "receptor_sites"),
+    "mesh.scan.repair": ("repair_surface",),
+    "mesh.scan.build": ("ScanMesh", "SurfaceMesh", "mesh_scan"),
+    "mesh.section.build": ("build_section",),
+    "sites": ("Site",),
+    "specimens.fingertip.receptors": ("receptor_sites",),
     "mesh.sizes": ("MeshSizes", "SolidSizes"),
-    "mesh.solid": ("build_solid",),
-    "mesh.solid_sites": ("reference_sites", "solid_receptor_sites"),
-    "mesh.surfaces": ("Surface", "read_surface", "write_surface"),
+    "mesh.solid.build": ("build_solid",),
+    "specimens.fingertip.solid_sites": ("reference_sites", "solid_receptor_sites"),
+    "mesh.scan.surfaces": ("Surface", "read_surface", "write_surface"),
     "model": (
         "Contact",
         "Drive",
@@ -99,8 +106,8 @@ _HOMES = {
         "Traction",
     ),
     "slip": ("Events", "SlipEvents", "acceleration_peaks", "find_events"),
-    "study.runner": ("StudyFailedError", "StudyResult", "run_study"),
-    "study.spec": ("Study", "read_study", "study_schema"),
+    "study.running.runner": ("StudyFailedError", "StudyResult", "run_study"),
+    "study.definition.spec": ("Study", "read_study", "study_schema"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 

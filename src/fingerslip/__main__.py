@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fingerslip.cli import app
+from fingerslip.commands.app import app
 
 if __name__ == "__main__":
     app(prog_name="fingerslip")

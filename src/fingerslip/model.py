@@ -9,11 +9,10 @@ from typing import Annotated, Any, Literal
 import numpy as np
 import pydantic
 
-from fingerslip.contact.bodies import Plane, RigidBody
+from fingerslip.contact.counterfaces import Plane, RigidBody
 from fingerslip.contact.friction import Coulomb, FrictionLaw
 from fingerslip.errors import InputError
-from fingerslip.materials import Elastic, RayleighDamping
-from fingerslip.mesh.sites import Site
+from fingerslip.materials.elastic import Elastic, RayleighDamping
 from fingerslip.parameters import (
     Duration,
     Force,
@@ -25,6 +24,7 @@ from fingerslip.parameters import (
     Stiffness,
     parameters,
 )
+from fingerslip.sites import Site
 
 __all__ = [
     "Contact",

@@ -80,7 +80,7 @@ def build_model(case: Case, end: float | None = None):
 def measure(case: Case) -> Timing:
     """Simulate once for the compiled code, then once for the clock."""
     import fingerslip as fs
-    from fingerslip.dynamics import factor
+    from fingerslip.linear import factorisation as factor
 
     chosen = {"MKL PARDISO": factor.PardisoFactor, "SuperLU": factor.SuperLUFactor}[case.solver]
     with mock.patch("fingerslip.dynamics.condensation.factorise", chosen):

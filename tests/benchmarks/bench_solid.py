@@ -75,7 +75,7 @@ def measure(case: Case) -> Timing:
 
     import fingerslip as fs
 
-    missing = mock.patch("fingerslip.dynamics.factor.pardiso_available", return_value=False)
+    missing = mock.patch("fingerslip.linear.factorisation.pardiso_available", return_value=False)
     with missing if case.name == "fallback" else mock.MagicMock():
         fs.simulate_together(models(case, pad_mesh(4000), 5))
         start = time.perf_counter()

@@ -16,8 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.contact.solver import solve_friction
-from fingerslip.dynamics.simulate import step_times
+from fingerslip.contact.solve.newton import solve_friction
+from fingerslip.dynamics.simulation import step_times
 from fingerslip.dynamics.step import advance, first_state
 from fingerslip.dynamics.stepper import Stopwatch, build_steppers
 from fingerslip.dynamics.system import build_system

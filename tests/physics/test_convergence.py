@@ -12,7 +12,7 @@ import pytest
 import skfem
 from skfem.helpers import ddot, dot, grad
 
-from fingerslip.fe.assembly import cell_constants, stiffness_matrix
+from fingerslip.fe.forms import cell_constants, stiffness_matrix
 from fingerslip.fe.space import boundary_nodes, build_space, vector_dofs
 from problems.blocks import elastic, fitted_slope, rectangle, solve_static
 

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from fingerslip.dynamics.simulate import step_times
+from fingerslip.dynamics.simulation import step_times
 from fingerslip.dynamics.step import advance, first_state
 from fingerslip.dynamics.stepper import Stopwatch, build_steppers
 from fingerslip.dynamics.system import build_system
-from fingerslip.study.build import build_mesh, build_model, mesh_key
-from fingerslip.study.spec import MeshFile, read_study
-from fingerslip.study.sweep import expand
+from fingerslip.study.definition.spec import MeshFile, read_study
+from fingerslip.study.definition.sweep import expand
+from fingerslip.study.running.build import build_mesh, build_model, mesh_key
+from places import ROOT
 
-STUDIES = sorted((Path(__file__).parents[2] / "studies").glob("*.yaml"))
+STUDIES = sorted((ROOT / "studies").glob("*.yaml"))
 CONTACT_SIZE, BULK_SIZE, STEP = 0.6e-3, 0.8e-3, 40e-3
 # Of the external work. 1e-6 is wanted; rounding leaves less than 1e-12, and 1e-6 would not see the scheme's own share.
 ALLOWED = 1e-9

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.report.tables import to_markdown
+from fingerslip.report.tables.table import to_markdown
 from fingerslip.verification import locking
 from fingerslip.verification.catalogue import PROBLEMS, choose
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Outcome, Problem, VerificationError, absolute, relative, run, solved, table
+from places import ROOT
 
-DOCUMENTED = (Path(__file__).parents[2] / "docs" / "verification.md").read_text(encoding="utf-8")
+DOCUMENTED = (ROOT / "docs" / "verification.md").read_text(encoding="utf-8")
 RESULTS = DOCUMENTED.partition("## Results")[2]
 MARKED = [
     pytest.param(problem, id=problem.name, marks=[pytest.mark.slow] if problem.slow else []) for problem in PROBLEMS

@@ -11,7 +11,7 @@ import pytest
 from scipy.sparse import linalg
 
 import fingerslip as fs
-from fingerslip.fe.assembly import mass_matrix
+from fingerslip.fe.forms import mass_matrix
 from fingerslip.fe.space import boundary_nodes, vector_dofs
 from problems.blocks import ELEMENTS, elastic, rectangle, stiffness_of
 

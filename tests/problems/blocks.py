@@ -7,9 +7,9 @@ import skfem
 from scipy import sparse
 from scipy.sparse import linalg
 
-from fingerslip.fe.assembly import cell_constants, stiffness_matrix
+from fingerslip.fe.forms import cell_constants, stiffness_matrix
 from fingerslip.fe.space import build_space
-from fingerslip.materials import Elastic
+from fingerslip.materials.elastic import Elastic
 
 ELEMENTS = ("Q4", "T3", "T6")
 

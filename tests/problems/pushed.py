@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 import fingerslip as fs
-from fingerslip.fe.assembly import cell_constants, mass_matrix, stiffness_matrix
+from fingerslip.fe.forms import cell_constants, mass_matrix, stiffness_matrix
 from fingerslip.fe.space import boundary_nodes, build_space, nodal_areas, vector_dofs
 from problems.blocks import rectangle
 

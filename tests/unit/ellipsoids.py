@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from fingerslip.mesh.surfaces import Surface
+from fingerslip.mesh.scan.surfaces import Surface
 
 
 def ellipsoid(

@@ -10,7 +10,7 @@ from importlib.metadata import version
 
 import pytest
 
-from fingerslip.cli import app
+from fingerslip.commands.app import app
 
 
 def test_module_runs_as_the_command() -> None:

@@ -21,9 +21,8 @@ ABOUT_ALL = {"test_layers.py", "test_mirror.py", "test_package.py", "test_readme
 
 
 def mirrored(module: Path) -> Path:
-    """Return where a module's tests are: folders below the first one are part of the file's name."""
-    package, *below = module.with_suffix("").parts
-    return Path(package, f"test_{'_'.join(below)}.py") if below else Path(f"test_{package}.py")
+    """Return where a module's tests are."""
+    return module.with_name(f"test_{module.name}")
 
 
 @pytest.mark.parametrize("module", MODULES, ids=str)
@@ -40,6 +39,5 @@ def test_every_test_file_has_its_module() -> None:
 
 
 def test_mirrored_names() -> None:
-    assert mirrored(Path("cli.py")) == Path("test_cli.py")
-    assert mirrored(Path("mesh", "io.py")) == Path("mesh", "test_io.py")
-    assert mirrored(Path("study", "validation", "rows.py")) == Path("study", "test_validation_rows.py")
+    assert mirrored(Path("units.py")) == Path("test_units.py")
+    assert mirrored(Path("contact", "solve", "newton.py")) == Path("contact", "solve", "test_newton.py")

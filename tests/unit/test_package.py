@@ -17,7 +17,8 @@ HEAVY = ("numpy", "pydantic", "pint", "xarray", "skfem", "gmsh", "meshio", "numb
 
 
 @pytest.mark.parametrize(
-    "code", ["import fingerslip", "import fingerslip.cli", "from fingerslip.cli import app; _help(app)"]
+    "code",
+    ["import fingerslip", "import fingerslip.commands.app", "from fingerslip.commands.app import app; _help(app)"],
 )
 def test_heavy_modules_are_not_loaded_until_needed(code: str) -> None:
     script = f"""

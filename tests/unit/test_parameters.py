@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError, MeshError
-from fingerslip.materials import Elastic
+from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Hold, Press, TimeStepping
 from fingerslip.parameters import (
     PositiveLength,

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from fingerslip.history import OPEN
+from places import ROOT
 
-ROOT = Path(__file__).parents[2]
 README, SOLID = ROOT / "README.md", ROOT / "docs" / "solid.md"
 
 

@@ -17,15 +17,16 @@ import pytest
 import xarray as xr
 
 from fingerslip.history import read_history
-from fingerslip.report.tables_events import RunEvents
+from fingerslip.report.tables.events import RunEvents
 from fingerslip.slip import Events
-from fingerslip.study.runner import StudyResult, run_study
-from fingerslip.study.validation.checks import determination
-from fingerslip.study.validation.measures import Measures, measure
+from fingerslip.study.running.runner import StudyResult, run_study
+from fingerslip.validation.checks import determination
+from fingerslip.validation.measures import Measures, measure
+from places import ROOT
 
 pytestmark = pytest.mark.slow
 
-STUDIES = Path(__file__).parents[2] / "studies"
+STUDIES = ROOT / "studies"
 RESOLUTION = 0.010
 SPREAD = 0.010
 VARIANTS = ("original", "flattened", "scaled")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.contact.bodies import Plane, RigidBody
+from fingerslip.contact.counterfaces import Plane, RigidBody
 from fingerslip.contact.frames import contact_frames, sliding_direction
 from fingerslip.contact.friction import Anisotropic, FrictionLaw
 from fingerslip.errors import InputError, SlipOutsideContactError

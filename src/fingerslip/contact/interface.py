@@ -73,7 +73,7 @@ def rest_state(candidates: Candidates, gaps: Array) -> InterfaceState:
 
 
 def contact_problem(candidates: Candidates, before: InterfaceState, free_relative: Array) -> Array:
-    """Return q of :mod:`fingerslip.contact.solver`, shape (n_c, dim) [m].
+    """Return q of :mod:`fingerslip.contact.solve.newton`, shape (n_c, dim) [m].
 
     The normal part is the gap without contact forces. The tangential part is the motion of the step without
     contact forces, less the elastic slip from which it starts.

@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import blas
 
-from fingerslip.dynamics.factor import Factor, SchurFactor, factorise, factorise_around, schur_bytes
-from fingerslip.dynamics.memory import require_memory
+from fingerslip.linear.factorisation import Factor, SchurFactor, factorise, factorise_around, schur_bytes
+from fingerslip.linear.memory import require_memory
 
 __all__ = ["ByColumns", "BySchur", "Condensed", "condense"]
 

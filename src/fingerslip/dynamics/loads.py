@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.fe.assembly import CellConstants, mass_matrix, traction_load
+from fingerslip.fe.forms import CellConstants, mass_matrix, traction_load
 from fingerslip.fe.space import Space
 from fingerslip.model import Model, Ramp, Traction
 

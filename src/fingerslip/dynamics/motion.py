@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.bodies import RigidBody
+from fingerslip.contact.counterfaces import RigidBody
 from fingerslip.contact.frames import sliding_direction
 from fingerslip.errors import InputError
 from fingerslip.model import Hold, Lift, Phase, Press, Slide, phase_duration

@@ -9,17 +9,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.active import solve_contact
 from fingerslip.contact.interface import InterfaceState, StepOutcome, contact_problem, rest_state, settle
-from fingerslip.contact.krylov import WorkSet
-from fingerslip.contact.solver import ContactSolution
+from fingerslip.contact.solve.krylov import WorkSet
+from fingerslip.contact.solve.newton import ContactSolution
+from fingerslip.contact.solve.working_set import solve_contact
 from fingerslip.dynamics.energy import Energies, integration_dissipation
-from fingerslip.dynamics.factor import factorise
 from fingerslip.dynamics.scheme import Predictor, predict
 from fingerslip.dynamics.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system import System
-from fingerslip.dynamics.threads import allowed_threads
 from fingerslip.errors import ConvergenceError
+from fingerslip.linear.factorisation import factorise
+from fingerslip.linear.threads import allowed_threads
 
 __all__ = ["State", "advance", "first_state"]
 

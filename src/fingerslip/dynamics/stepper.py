@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.contact.compliance import Compliance
+from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.condensation import Condensed, condense
 from fingerslip.dynamics.scheme import Scheme, Static, hht
 from fingerslip.dynamics.system import System
-from fingerslip.materials import RayleighDamping
+from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model import QuasiStatic, TimeStepping
 
 __all__ = ["Stepper", "Stopwatch", "build_steppers"]

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.contact.bodies import RigidBody
 from fingerslip.contact.candidates import (
     Candidates,
     Surfaces,
@@ -18,11 +17,12 @@ from fingerslip.contact.candidates import (
     join_candidates,
     node_operator,
 )
+from fingerslip.contact.counterfaces import RigidBody
 from fingerslip.contact.friction import Anisotropic
 from fingerslip.dynamics.loads import Load, model_loads
 from fingerslip.dynamics.motion import Motion, body_motion, largest_approach, phase_table
 from fingerslip.errors import InputError
-from fingerslip.fe.assembly import CellConstants, cell_constants, mass_matrix, stiffness_matrix
+from fingerslip.fe.forms import CellConstants, cell_constants, mass_matrix, stiffness_matrix
 from fingerslip.fe.space import (
     Space,
     boundary_nodes,
@@ -32,7 +32,7 @@ from fingerslip.fe.space import (
     region_nodes,
     vector_dofs,
 )
-from fingerslip.mesh.sites import site_nodes
+from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.model import Contact, Model, QuasiStatic, Slide
 
 __all__ = ["Outsiders", "System", "build_system", "check_model"]

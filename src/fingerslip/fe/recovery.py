@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.errors import MeshError
-from fingerslip.fe.assembly import CellConstants
+from fingerslip.fe.forms import CellConstants
 from fingerslip.fe.space import Space
 
 __all__ = [

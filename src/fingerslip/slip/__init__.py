@@ -24,34 +24,26 @@ from fingerslip.slip.patch import Patch, contact_patch, patch_series, surface_st
 from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, peak_signal
 from fingerslip.slip.receptors import (
     AREAS,
-    RECEPTOR_KINDS,
     contact_edges,
     receptor_signals,
     receptors_in_areas,
 )
-from fingerslip.slip.refinement import ORDERS, Convergence, Refinement, Series, combine, refine
 from fingerslip.slip.settings import EventSettings, PeakSettings
 from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing
 
 __all__ = [
     "AREAS",
-    "ORDERS",
-    "RECEPTOR_KINDS",
-    "Convergence",
     "EventSettings",
     "Events",
     "Patch",
     "Peak",
     "PeakSettings",
     "PeakTable",
-    "Refinement",
-    "Series",
     "SlideWindow",
     "SlipEvents",
     "acceleration_events",
     "acceleration_peaks",
     "accumulated_slip",
-    "combine",
     "contact_area",
     "contact_edges",
     "contact_patch",
@@ -63,7 +55,6 @@ __all__ = [
     "peak_signal",
     "receptor_signals",
     "receptors_in_areas",
-    "refine",
     "relative_displacement",
     "slide_window",
     "slip_events",

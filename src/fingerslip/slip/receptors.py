@@ -14,11 +14,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import OPEN
+from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip.windows import slide_window
 
 __all__ = [
     "AREAS",
-    "RECEPTOR_KINDS",
     "contact_edges",
     "plate_tangent",
     "receptor_rows",
@@ -27,7 +27,6 @@ __all__ = [
     "tangential_acceleration",
 ]
 
-RECEPTOR_KINDS = ("FA-I", "SA-I", "FA-II", "SA-II")
 AREAS = ("A", "B")
 
 

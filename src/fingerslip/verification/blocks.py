@@ -13,11 +13,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.contact.bodies import Plane
+from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb, FrictionLaw, StaticKinetic
-from fingerslip.materials import Elastic, RayleighDamping
-from fingerslip.mesh.sites import Site
+from fingerslip.materials.elastic import Elastic, RayleighDamping
 from fingerslip.model import Component, Contact, Hold, Model, Press, QuasiStatic, Recording, Slide, TimeStepping
+from fingerslip.sites import Site
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
 

@@ -13,17 +13,17 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.bodies import Plane
+from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
-from fingerslip.dynamics.simulate import step_times
+from fingerslip.dynamics.simulation import step_times
 from fingerslip.dynamics.step import State, advance, first_state
 from fingerslip.dynamics.stepper import Stopwatch, build_steppers
 from fingerslip.dynamics.system import System, build_system
-from fingerslip.dynamics.threads import suitable_threads
 from fingerslip.errors import ConvergenceError
-from fingerslip.fe.assembly import cell_constants, mass_matrix, stiffness_matrix
+from fingerslip.fe.forms import cell_constants, mass_matrix, stiffness_matrix
 from fingerslip.fe.space import boundary_nodes, build_space, nodal_areas, vector_dofs
-from fingerslip.materials import Elastic, RayleighDamping
+from fingerslip.linear.threads import suitable_threads
+from fingerslip.materials.elastic import Elastic, RayleighDamping
 from fingerslip.model import Contact, Model, Press, Slide, TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute

@@ -14,9 +14,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.contact.bodies import Plane
+from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
-from fingerslip.materials import Elastic
+from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Component, Contact, Hold, Model, Phase, Press, Ramp, Slide, TimeStepping, Traction
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solved

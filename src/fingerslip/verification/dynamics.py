@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.bodies import Plane
+from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
-from fingerslip.materials import Elastic
-from fingerslip.mesh.sites import Site
+from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Component, Contact, Drive, Hold, Model, Recording, TimeStepping
+from fingerslip.sites import Site
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
 

@@ -12,9 +12,9 @@ from scipy import sparse
 from scipy.sparse import linalg
 from skfem.helpers import ddot, dot, grad
 
-from fingerslip.fe.assembly import cell_constants, stiffness_matrix
+from fingerslip.fe.forms import cell_constants, stiffness_matrix
 from fingerslip.fe.space import boundary_nodes, build_space, vector_dofs
-from fingerslip.materials import Elastic
+from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Component, Model, QuasiStatic, Recording
 from fingerslip.verification.meshes import box, jiggled, split_boundary
 from fingerslip.verification.problem import Check, Problem, absolute, solved

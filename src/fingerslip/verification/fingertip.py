@@ -5,13 +5,14 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 
-from fingerslip.anatomy import preset
-from fingerslip.contact.bodies import Plane
+from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.dynamics.system import contact_penalties
-from fingerslip.mesh.section import build_section
+from fingerslip.mesh.section.build import build_section
 from fingerslip.model import Contact, Model, Press, Slide, TimeStepping
-from fingerslip.slip import ORDERS, Events, Refinement, Series, find_events, refine
+from fingerslip.slip import Events, find_events
+from fingerslip.specimens.fingertip import preset
+from fingerslip.uncertainty import ORDERS, Refinement, Series, refine
 from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solved
 
 __all__ = ["PROBLEMS"]

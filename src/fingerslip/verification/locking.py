@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from scipy import sparse
 from skfem.helpers import dot
 
-from fingerslip.dynamics.factor import factorise
-from fingerslip.fe.assembly import cell_constants, stiffness_matrix
+from fingerslip.fe.forms import cell_constants, stiffness_matrix
 from fingerslip.fe.space import Space, boundary_nodes, build_space, vector_dofs
-from fingerslip.materials import Elastic
-from fingerslip.report.tables import Column, Table
+from fingerslip.linear.factorisation import factorise
+from fingerslip.materials.elastic import Elastic
+from fingerslip.report.tables.table import Column, Table
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute
 

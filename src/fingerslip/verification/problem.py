@@ -9,10 +9,10 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 
-from fingerslip.dynamics.simulate import simulate
+from fingerslip.dynamics.simulation import simulate
 from fingerslip.errors import FingerslipError
 from fingerslip.model import Model
-from fingerslip.report.tables import Column, Table
+from fingerslip.report.tables.table import Column, Table
 
 __all__ = ["Check", "Outcome", "Problem", "VerificationError", "absolute", "relative", "run", "solved", "table"]
 

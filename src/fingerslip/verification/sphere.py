@@ -18,9 +18,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.contact.bodies import Sphere
+from fingerslip.contact.counterfaces import Sphere
 from fingerslip.contact.friction import Coulomb
-from fingerslip.materials import Elastic
+from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Contact, Model, Phase, Press, QuasiStatic, Slide
 from fingerslip.verification.meshes import box, graded, mirrored
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solved

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.contact.bodies import Plane
 from fingerslip.contact.candidates import (
     Surfaces,
     automatic_penalty,
@@ -14,6 +13,7 @@ from fingerslip.contact.candidates import (
     join_candidates,
     node_operator,
 )
+from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Anisotropic, Coulomb
 from fingerslip.errors import InputError, SlipOutsideContactError
 

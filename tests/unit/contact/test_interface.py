@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fingerslip.contact.candidates import Candidates
 from fingerslip.contact.interface import OPEN, SLIP, STICK, contact_problem, rest_state, settle
-from fingerslip.contact.solver import solve_friction
+from fingerslip.contact.solve.newton import solve_friction
 
 NORMAL, TANGENTIAL, MU = 400.0, 100.0, 0.5
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from fingerslip.dynamics.factor import PardisoFactor, SuperLUFactor, pardiso_available
+from fingerslip.linear.factorisation import PardisoFactor, SuperLUFactor, pardiso_available
 
 needs_mkl = pytest.mark.skipif(not pardiso_available(), reason="MKL is not installed")
 FACTORS = [pytest.param(PardisoFactor, marks=needs_mkl), SuperLUFactor]

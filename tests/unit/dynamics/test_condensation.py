@@ -7,7 +7,7 @@ import pytest
 from scipy import sparse
 
 from fingerslip.dynamics.condensation import ByColumns, BySchur, condense
-from fingerslip.dynamics.factor import SuperLUFactor
+from fingerslip.linear.factorisation import SuperLUFactor
 from unit.dynamics.matrices import FACTORS, needs_mkl, positive_definite
 
 
@@ -111,7 +111,7 @@ SCHUR_WAYS = [pytest.param(True, marks=needs_mkl, id="pardiso"), pytest.param(Fa
 def by_schur(request, monkeypatch):
     """Have everything condensed by the Schur complement, by either library."""
     monkeypatch.setattr("fingerslip.dynamics.condensation._COLUMNS_UP_TO", 0)
-    monkeypatch.setattr("fingerslip.dynamics.factor.pardiso_available", lambda: request.param)
+    monkeypatch.setattr("fingerslip.linear.factorisation.pardiso_available", lambda: request.param)
 
 
 @pytest.mark.parametrize("columns", [(), (1,), (4,)])

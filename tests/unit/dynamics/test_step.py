@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.contact.active import solve_contact
-from fingerslip.contact.solver import ContactSolution
+from fingerslip.contact.solve.newton import ContactSolution
+from fingerslip.contact.solve.working_set import solve_contact
 from fingerslip.dynamics import condensation
 from fingerslip.dynamics import step as step_module
 from fingerslip.dynamics.motion import body_motion
-from fingerslip.dynamics.simulate import step_times
+from fingerslip.dynamics.simulation import step_times
 from fingerslip.dynamics.step import advance, first_state
 from fingerslip.dynamics.stepper import Stopwatch, build_steppers
 from fingerslip.dynamics.system import build_system

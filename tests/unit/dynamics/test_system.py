@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.simulate import simulate
+from fingerslip.dynamics.simulation import simulate
 from fingerslip.dynamics.system import build_system, check_model
 from fingerslip.errors import InputError, MeshError
 from fingerslip.verification.meshes import box

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import MeshError
-from fingerslip.fe.assembly import cell_constants, stiffness_matrix
+from fingerslip.fe.forms import cell_constants, stiffness_matrix
 from fingerslip.fe.recovery import cell_recovery, site_recovery, strain_energy_density, stress, von_mises
 from fingerslip.fe.space import build_space
 from problems.blocks import ELEMENTS, distorted, elastic, jiggle, rectangle, stiffness_of

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 
 import gmsh
 import meshio
@@ -11,10 +10,12 @@ import numpy as np
 import pytest
 import skfem
 
-from fingerslip.anatomy import preset
 from fingerslip.errors import MeshError
 from fingerslip.fe.space import build_space
-from fingerslip.mesh import build_section, read_mesh, write_mesh
+from fingerslip.mesh.io import read_mesh, write_mesh
+from fingerslip.mesh.section.build import build_section
+from fingerslip.specimens.fingertip import preset
+from places import ROOT
 
 
 @pytest.fixture(scope="module", params=["Q4", "T3", "T6"])
@@ -235,9 +236,7 @@ def test_regions_that_overlap_do_not_fit_a_msh_file(tmp_path):
     assert read_mesh(tmp_path / "a.vtu").subdomains["one"].tolist() == [0]
 
 
-@pytest.mark.parametrize(
-    "path", sorted((Path(__file__).parents[3] / "meshes").glob("*.msh")), ids=lambda path: path.stem
-)
+@pytest.mark.parametrize("path", sorted((ROOT / "meshes").glob("*.msh")), ids=lambda path: path.stem)
 def test_shipped_meshes_are_read(path):
     mesh = read_mesh(path)
     assert mesh.subdomains

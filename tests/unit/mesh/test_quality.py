@@ -7,7 +7,7 @@ import pytest
 import skfem
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh import check_quality, quality_table
+from fingerslip.mesh.quality import check_quality, quality_table
 
 
 def quadrilateral(*corners):

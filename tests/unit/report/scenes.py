@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from fingerslip.contact.bodies import Plane
+from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
-from fingerslip.dynamics.simulate import simulate
-from fingerslip.materials import Elastic
-from fingerslip.mesh.sites import Site
+from fingerslip.dynamics.simulation import simulate
+from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Contact, Model, Press, Recording, Slide, TimeStepping
+from fingerslip.sites import Site
 from fingerslip.verification.meshes import box
 
 

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.parameters import from_mapping
-from fingerslip.report.published import published
+from fingerslip.published import published
 from fingerslip.slip import EventSettings, PeakSettings
+from places import ROOT
 
-EVENTS = (Path(__file__).parents[3] / "docs" / "events.md").read_text(encoding="utf-8")
+EVENTS = (ROOT / "docs" / "events.md").read_text(encoding="utf-8")
 SLIP, PEAKS = EventSettings(), PeakSettings()
 SPEED, STEP, WAY = 3e-3, 5e-3, 6e-3
 

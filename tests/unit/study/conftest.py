@@ -12,10 +12,9 @@ import yaml
 
 from fingerslip.mesh.io import write_mesh
 from fingerslip.model import Model
-from fingerslip.study import compute, runner
+from fingerslip.study.running import compute, runner
 from unit import synthetic
 from unit.study.block import block_mesh, block_values
-from unit.study.made_evidence import evidence  # noqa: F401  a fixture
 
 
 @pytest.fixture

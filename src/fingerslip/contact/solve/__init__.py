@@ -1,0 +1,1 @@
+"""The frictional contact problem of one step, solved on the contact nodes."""

@@ -1,0 +1,162 @@
+"""Simulate models: from what they are to their histories."""
+
+from __future__ import annotations
+
+import logging
+import math
+import platform
+from collections.abc import Callable, Sequence
+from importlib.metadata import version
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.march import march
+from fingerslip.dynamics.recorder import CellFields, Recorder
+from fingerslip.dynamics.sharing import check_shared
+from fingerslip.dynamics.stepper import Stepper, Stopwatch, build_steppers
+from fingerslip.dynamics.system import build_system
+from fingerslip.errors import InputError
+from fingerslip.history import make_history
+from fingerslip.linear.threads import single_dense_thread, suitable_threads
+from fingerslip.model import Model
+
+__all__ = ["simulate", "simulate_together", "step_times"]
+
+Array = NDArray[np.float64]
+
+_logger = logging.getLogger(__name__)
+
+
+def step_times(model: Model) -> Array:
+    """Return the times of the steps [s], the start included: whole steps until the end is reached.
+
+    Raises
+    ------
+    InputError
+        Where the end is not even one step away.
+    """
+    steps = model.end / model.time.step
+    if steps < 1.0 - 1e-9:
+        found = f"got {model.time.step:g} s for a run of {model.end:g} s"
+        raise InputError("time.step", found, "needs at least one step", "write a smaller step")
+    times: Array = model.time.step * np.arange(math.ceil(steps - 1e-9) + 1, dtype=np.float64)
+    return times
+
+
+def simulate(model: Model, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
+    """Compute the motion of a model.
+
+    Parameters
+    ----------
+    model : Model
+        What to compute.
+    progress : callable, optional
+        Called after every step with the fraction that is done.
+
+    Returns
+    -------
+    xarray.Dataset
+        The history, with the variables of :data:`fingerslip.history.VARIABLES`.
+
+    Raises
+    ------
+    InputError
+        For a model that cannot be computed, before anything is.
+    ConvergenceError
+        Where the contact problem of a step was not solved to its tolerance.
+    SlipOutsideContactError
+        Where the boundary reaches a rigid body at a node that is no candidate.
+    """
+    return simulate_together([model], progress=progress)[0]
+
+
+def simulate_together(
+    models: Sequence[Model], *, progress: Callable[[float], None] | None = None
+) -> tuple[xr.Dataset, ...]:
+    """Compute the motions of models that differ in friction, programme or loads alone, step by step together.
+
+    The matrix is factorised once, every step is one substitution for all of them, and motions that are still the
+    same, as those of several sliding directions before the slide, are computed once. The histories are those of
+    :func:`simulate`, but for rounding.
+
+    Parameters
+    ----------
+    models : sequence of Model
+        What to compute. Mesh, materials, supports, damping, step, rigid bodies and penalties must be the same.
+    progress : callable, optional
+        Called after every step with the fraction that is done.
+
+    Returns
+    -------
+    tuple of xarray.Dataset
+        The history of each model. Its seconds are those of all of them together.
+
+    Raises
+    ------
+    InputError
+        For models that cannot share a matrix, and for all that :func:`simulate` refuses.
+    ConvergenceError, SlipOutsideContactError
+        As :func:`simulate`; the first failure ends all motions.
+    """
+    check_shared(models)
+    times = [step_times(model) for model in models]
+    with suitable_threads(models[0].mesh.dim() * models[0].mesh.nvertices):
+        return _simulate(models, times, progress)
+
+
+def _simulate(
+    models: Sequence[Model], times: Sequence[Array], progress: Callable[[float], None] | None
+) -> tuple[xr.Dataset, ...]:
+    watch = Stopwatch()
+    with watch.part("assembly"):
+        systems = [build_system(models[0])]
+        systems += [build_system(model, systems[0]) for model in models[1:]]
+        cells = CellFields(systems[0])
+        recorders = [
+            Recorder(model, system, own, cells) for model, system, own in zip(models, systems, times, strict=True)
+        ]
+    with watch.part("factorisation"):
+        steppers = build_steppers(systems, models[0].time, models[0].damping, sum(own.nbytes for own in recorders))
+    _logger.info("%s, %s", steppers[0].condensed.solver, steppers[0].condensed.description)
+    with watch.part("stepping"), single_dense_thread():
+        march(steppers, recorders, times, watch, progress)
+    return tuple(
+        _history(stepper, recorder, own, len(models), watch)
+        for stepper, recorder, own in zip(steppers, recorders, times, strict=True)
+    )
+
+
+def _history(stepper: Stepper, recorder: Recorder, times: Array, count: int, watch: Stopwatch) -> xr.Dataset:
+    system = stepper.system
+    if system.motions:
+        recorder.values["body_velocity"] += np.stack([motion.velocity(times) for motion in system.motions], axis=1)
+    return make_history(recorder.values, _provenance(stepper, count, watch))
+
+
+def _provenance(stepper: Stepper, count: int, watch: Stopwatch) -> dict[str, object]:
+    """Return what made the history: versions, solver, sizes and seconds."""
+    system = stepper.system
+    seconds = dict(watch.seconds)
+    seconds["substitution"] = seconds.pop("solve", 0.0) - seconds.get("contact", 0.0)
+    return {
+        "title": "fingerslip history",
+        "fingerslip_version": version("fingerslip"),
+        "python_version": platform.python_version(),
+        "linear_solver": stepper.condensed.solver,
+        "condensation": stepper.condensed.description,
+        "n_simulated_together": count,
+        "element": system.space.element,
+        "regions": ", ".join(system.space.mesh.subdomains or {}),
+        "n_degrees_of_freedom": len(system.free),
+        "n_nodes": len(system.space.positions),
+        "n_contact_candidates": len(system.candidates.nodes),
+        "normal_penalty": _mean_penalty(system.candidates.normal_stiffness, system.candidates.area),
+        "tangential_penalty": _mean_penalty(system.candidates.tangential_stiffness, system.candidates.area),
+        **{f"seconds_{name}": value for name, value in seconds.items()},
+    }
+
+
+def _mean_penalty(stiffness: Array, area: Array) -> float:
+    return float(stiffness.sum() / area.sum()) if area.size else 0.0

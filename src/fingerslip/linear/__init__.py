@@ -1,0 +1,1 @@
+"""Sparse direct solvers: factorise once, substitute many times; their memory and threads."""

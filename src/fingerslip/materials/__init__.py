@@ -1,0 +1,5 @@
+"""What layers are made of, and how they damp."""
+
+from fingerslip.materials.elastic import Elastic, RayleighDamping
+
+__all__ = ["Elastic", "RayleighDamping"]

@@ -1,0 +1,1 @@
+"""The mesh of a scanned finger: its surfaces repaired, placed and filled with tetrahedra."""

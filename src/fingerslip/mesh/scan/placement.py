@@ -1,0 +1,151 @@
+"""Where a scanned finger lies to the plate: tip towards +x, pad down, plate from below."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fingerslip.errors import InputError, MeshError
+from fingerslip.mesh.scan.surfaces import Surface
+
+__all__ = ["Placement", "place_surface", "placement_from_directions", "placement_from_landmarks"]
+
+Floats = NDArray[np.float64]
+
+_FAR = np.radians(45.0)
+
+
+@dataclass(frozen=True)
+class Placement:
+    """A rigid motion: rotation, then shift.
+
+    Parameters
+    ----------
+    rotation : (3, 3) array
+        Its rows are the new axes in the old coordinates.
+    shift : (3,) array
+        Shift along the new axes [m].
+    """
+
+    rotation: Floats
+    shift: Floats
+
+
+def place_surface(surface: Surface, placement: Placement) -> Surface:
+    """Move a surface; skin and bone take the same placement.
+
+    Parameters
+    ----------
+    surface : Surface
+        The surface.
+    placement : Placement
+        The motion.
+
+    Returns
+    -------
+    Surface
+        The surface at its new place.
+    """
+    return dataclasses.replace(surface, points=surface.points @ placement.rotation.T + placement.shift)
+
+
+def placement_from_directions(skin: Surface, tip: ArrayLike, pad: ArrayLike, plate_angle: float = 0.0) -> Placement:
+    """Find the placement from the principal axis of the skin and two rough directions.
+
+    The new x axis is the principal axis of the skin's area that lies closest to `tip`; y is up, away from `pad`; z
+    is lateral. The most distal point then has x = 0 and the lowest one y = 0, where the plate touches first; z = 0 is
+    in the middle.
+
+    Parameters
+    ----------
+    skin : Surface
+        The skin.
+    tip : (3,) array_like
+        Rough direction from the palm to the tip, in the scan's axes.
+    pad : (3,) array_like
+        Rough direction in which the pad faces, in the scan's axes.
+    plate_angle : float
+        Angle between the finger's axis and the plate [rad]; positive with the tip down.
+
+    Returns
+    -------
+    Placement
+        The motion, for skin and bone alike.
+
+    Raises
+    ------
+    InputError
+        Where a direction is zero or both are parallel.
+    MeshError
+        Where no long axis lies within 45 degrees of `tip`.
+    """
+    towards = _unit("tip", tip)
+    axes = _principal_axes(skin)
+    axis = axes[:, -1] * (1.0 if axes[:, -1] @ towards >= 0 else -1.0)
+    if axis @ towards < np.cos(_FAR):
+        angle = np.degrees(np.arccos(axis @ towards))
+        found = f"its long axis is {angle:.0f} degrees off the direction of the tip"
+        mend = "correct tip, or give landmarks (placement_from_landmarks) for a finger cut short"
+        raise MeshError(skin.name, found, "needs at most 45 degrees", mend)
+    return _placement(skin, axis, _unit("pad", pad), plate_angle)
+
+
+def placement_from_landmarks(
+    skin: Surface, tip: ArrayLike, base: ArrayLike, pad: ArrayLike, plate_angle: float = 0.0
+) -> Placement:
+    """Find the placement from three points: the x axis goes from `base` to `tip`, the side of `pad` is down.
+
+    Parameters
+    ----------
+    skin : Surface
+        The skin.
+    tip, base, pad : (3,) array_like
+        Points at the tip, in the middle of the proximal end, and on the middle of the pad [m], in the scan's axes.
+    plate_angle : float
+        Angle between the finger's axis and the plate [rad]; positive with the tip down.
+
+    Returns
+    -------
+    Placement
+        The motion, for skin and bone alike.
+
+    Raises
+    ------
+    InputError
+        Where the three points are on a line.
+    """
+    start = np.asarray(base, dtype=float)
+    axis = _unit("tip", np.asarray(tip, dtype=float) - start)
+    return _placement(skin, axis, _unit("pad", np.asarray(pad, dtype=float) - start), plate_angle)
+
+
+def _placement(skin: Surface, axis: Floats, pad: Floats, plate_angle: float) -> Placement:
+    up = -(pad - (pad @ axis) * axis)
+    if np.linalg.norm(up) < 1e-3:
+        raise InputError("pad", "is parallel to the direction of the tip", "needs a direction across the finger")
+    up /= np.linalg.norm(up)
+    cosine, sine = np.cos(plate_angle), np.sin(plate_angle)
+    tilt = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    rotation = tilt @ np.stack([axis, up, np.cross(axis, up)])
+    turned = skin.points @ rotation.T
+    low, high = turned.min(axis=0), turned.max(axis=0)
+    return Placement(rotation, -np.array([high[0], low[1], (low[2] + high[2]) / 2]))
+
+
+def _unit(name: str, direction: ArrayLike) -> Floats:
+    vector = np.asarray(direction, dtype=float)
+    if vector.shape != (3,) or not np.all(np.isfinite(vector)) or np.linalg.norm(vector) == 0:
+        raise InputError(name, f"got {direction!r}", "needs three numbers that are not all zero")
+    unit: Floats = vector / np.linalg.norm(vector)
+    return unit
+
+
+def _principal_axes(surface: Surface) -> Floats:
+    """Return the principal axes of the area as columns, the longest last."""
+    centres, weights = surface.corners.mean(axis=1), surface.areas / surface.area
+    off = centres - weights @ centres
+    axes: Floats = np.linalg.eigh((off * weights[:, None]).T @ off)[1]
+    return axes

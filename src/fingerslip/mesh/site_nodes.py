@@ -1,0 +1,84 @@
+"""The mesh nodes that stand for sites."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from fingerslip.errors import InputError
+from fingerslip.sites import Site
+
+__all__ = ["site_nodes"]
+
+# FA-II alone have a depth of their own, so they alone can end up in the phalanx.
+_MENDS = {
+    "FA-II": "the tissue is thinner than receptors.fa_ii_depth there: make that smaller or the tissue thicker, or "
+    "leave FA-II out of record.receptors"
+}
+
+
+def site_nodes(mesh: skfem.Mesh2D, sites: Sequence[Site]) -> NDArray[np.int64]:
+    """Return for each site the nearest mesh node of its region.
+
+    Parameters
+    ----------
+    mesh : skfem.Mesh2D
+        Mesh [m]; a site's region must be one of its named regions.
+    sites : sequence of Site
+        The sites.
+
+    Returns
+    -------
+    (sites,) array
+        Vertex numbers.
+
+    Raises
+    ------
+    InputError
+        Where a site's region is not in the mesh, or the site is further from its region than one element.
+    """
+    nodes = np.empty(len(sites), dtype=np.int64)
+    for region in {site.region for site in sites}:
+        chosen = [number for number, site in enumerate(sites) if site.region == region]
+        nodes[chosen] = _nearest(mesh, [sites[number] for number in chosen], _region_cells(mesh, sites[chosen[0]]))
+    return nodes
+
+
+def _region_cells(mesh: skfem.Mesh2D, site: Site) -> NDArray[np.int64]:
+    regions = mesh.subdomains or {}
+    if site.region is None:
+        return np.arange(mesh.t.shape[1])
+    if site.region not in regions:
+        found = f"region '{site.region}' is not in the mesh"
+        raise InputError(f"site {site.name}", found, f"it has: {', '.join(regions) or 'no regions'}")
+    cells: NDArray[np.int64] = np.asarray(regions[site.region])
+    return cells
+
+
+def _nearest(mesh: skfem.Mesh2D, sites: Sequence[Site], cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    corners = mesh.t[:, cells]
+    candidates = np.unique(corners)
+    for site in sites:
+        if len(site.position) != mesh.dim():
+            raise InputError(f"site {site.name}", f"got {len(site.position)} coordinates", f"needs {mesh.dim()}")
+    distance, match = cKDTree(mesh.p[:, candidates].T).query([site.position for site in sites])
+    reach = np.zeros(mesh.p.shape[1])
+    edge = np.linalg.norm(mesh.p[:, corners] - mesh.p[:, np.roll(corners, 1, axis=0)], axis=0)
+    np.maximum.at(reach, corners.ravel(), np.broadcast_to(edge.max(axis=0), corners.shape).ravel())
+    nodes: NDArray[np.int64] = candidates[match]
+    outside = np.flatnonzero(distance > reach[nodes])
+    if len(outside):
+        raise _outside(sites[outside[0]], float(distance[outside[0]]), float(reach[nodes[outside[0]]]))
+    return nodes
+
+
+def _outside(site: Site, distance: float, reach: float) -> InputError:
+    place = ", ".join(f"{axis} = {1e3 * value:.4g} mm" for axis, value in zip("xyz", site.position, strict=False))
+    found = f"{place} is {distance * 1e3:.3g} mm from the nearest node of "
+    found += f"'{site.region}'" if site.region else "the mesh"
+    allowed = f"needs <= {reach * 1e3:.3g} mm, the element size there"
+    return InputError(f"site {site.name}", found, allowed, _MENDS.get(site.kind, "move it"))

@@ -1,0 +1,191 @@
+"""Build the mesh of a fingertip in space."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+
+from fingerslip.mesh.quality import check_quality
+from fingerslip.mesh.sizes import SolidSizes
+from fingerslip.specimens.fingertip import Fingertip, bone_surface, posed, solid_shape
+from fingerslip.specimens.fingertip.skin_surface import skin_section
+
+if TYPE_CHECKING:
+    from fingerslip.mesh.solid.core import SolidCore
+    from fingerslip.mesh.solid.skin import SolidSkin
+
+__all__ = ["build_solid", "mesh_solid", "solid_cells"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+_DEFAULT = SolidSizes()
+_SLICES = 400
+_REGIONS = ("epidermis", "dermis", "tissue", "phalanx", "nail")
+_EPIDERMIS, _DERMIS, _TISSUE, _PHALANX, _NAIL = range(5)
+
+
+def build_solid(
+    fingertip: Fingertip,
+    *,
+    contact_size: float = _DEFAULT.contact_size,
+    bulk_size: float = _DEFAULT.bulk_size,
+    contact_reach: float = _DEFAULT.contact_reach,
+    element: Literal["T4", "T10"] = _DEFAULT.element,
+) -> skfem.Mesh3D:
+    """Build the mesh of a fingertip in space, with named regions and boundaries.
+
+    Axes: x along the finger towards the tip, y up (a plate comes from below), z across. The lowest point is at x = 0,
+    y = -`half_height`; where the finger is level, the plane z = 0 is its sagittal and x = 0 its transverse section.
+
+    Parameters
+    ----------
+    fingertip : Fingertip
+        What to mesh, with its `solid` part.
+    contact_size : float
+        Element size along the skin that can touch [m].
+    bulk_size : float
+        Largest element size, far from the contact [m].
+    contact_reach : float
+        Height above the lowest point up to which the skin is meshed at `contact_size` [m].
+    element : {'T4', 'T10'}
+        Linear or quadratic tetrahedra.
+
+    Returns
+    -------
+    skfem.MeshTet1 or skfem.MeshTet2
+        Mesh [m] with the regions `epidermis`, `dermis`, `tissue`, `phalanx` and, where there is one, `nail`; and the
+        boundaries `skin` (outer surface), `pad` (its part at the contact size), `nail` (its part on the nail),
+        `epidermis_dermis`, `dermis_tissue`, `phalanx_surface` (with the tissue), its parts `phalanx_palmar` and
+        `phalanx_dorsal`, `base` (proximal cut) and, where the phalanx reaches it, its part `phalanx_base`.
+
+    Raises
+    ------
+    InputError
+        Where sizes and fingertip do not fit together, or the fingertip has only sections.
+    MeshError
+        Where no mesh of good quality comes out.
+    """
+    return mesh_solid(fingertip, SolidSizes(element, contact_size, bulk_size, contact_reach))
+
+
+def mesh_solid(fingertip: Fingertip, sizes: SolidSizes) -> skfem.Mesh3D:
+    """Build the mesh of a fingertip in space from a set of sizes; see :func:`build_solid`."""
+    # Gmsh is loaded here and nowhere else: a mesh file of one's own does without it.
+    from fingerslip.mesh.solid.core import mesh_solid_core
+    from fingerslip.mesh.solid.phalanx import mesh_bone
+    from fingerslip.mesh.solid.skin import check_skin_fits, inner_surface, sweep_solid_skin
+
+    check_skin_fits(fingertip)
+    bone = bone_surface(fingertip)
+    skin = sweep_solid_skin(fingertip, sizes, bone.points.reshape(-1, 3))
+    core = mesh_solid_core(inner_surface(skin), mesh_bone(fingertip, bone, sizes, skin), sizes.bulk_size)
+    mesh = _joined(fingertip, skin, core)
+    mesh = dataclasses.replace(mesh, doflocs=np.ascontiguousarray(posed(fingertip, mesh.p.T).T))
+    check_quality(mesh)
+    return _quadratic(mesh) if sizes.element == "T10" else mesh
+
+
+def solid_cells(fingertip: Fingertip, sizes: SolidSizes) -> float:
+    """Return about how many tetrahedra a fine mesh will have, without making it.
+
+    As many regular ones of the bulk's size as fill the finger, whose sections are ellipses; coarse meshes have more,
+    because layers and contact are finer.
+    """
+    outline = fingertip.sagittal
+    x = np.linspace(-outline.pad_length, outline.tip_length, _SLICES)
+    _, height, width = skin_section(fingertip, x)
+    volume = float(np.trapezoid(np.pi * height * width, x))
+    return 6.0 * float(np.sqrt(2.0)) * volume / sizes.bulk_size**3
+
+
+def _quadratic(mesh: skfem.MeshTet1) -> skfem.MeshTet2:
+    """Return the mesh with a node in the middle of every edge, and its names."""
+    finer = skfem.MeshTet2.from_mesh(mesh)
+    return dataclasses.replace(finer, _subdomains=mesh.subdomains, _boundaries=mesh.boundaries)
+
+
+def _joined(fingertip: Fingertip, skin: SolidSkin, core: SolidCore) -> skfem.MeshTet1:
+    """Join skin and core along the dermis-tissue interface; the skin's nodes come first, row by row."""
+    from fingerslip.mesh.solid.skin import tetrahedra
+
+    rows, columns = skin.points.shape[:2]
+    above = (rows - 1) * columns
+    points = np.vstack([skin.points[:-1].reshape(-1, 3), core.points])
+    cells, layer = tetrahedra(skin)
+    inside = [core.cells["tissue"] + above, core.cells["phalanx"] + above]
+    nodes = np.vstack([cells, *inside])
+    in_core = np.repeat([_TISSUE, _PHALANX], [len(part) for part in inside])
+    region = np.concatenate([_skin_regions(fingertip, skin, cells, layer), in_core])
+    order = np.argsort(region, kind="stable")
+    mesh = skfem.MeshTet1(np.ascontiguousarray(points.T), np.ascontiguousarray(nodes[order].astype(np.int32).T))
+    return _with_names(mesh, region[order], skin)
+
+
+def _skin_regions(fingertip: Fingertip, skin: SolidSkin, cells: Integers, layer: Integers) -> Integers:
+    """Return the region of each tetrahedron of the skin, by its row and, for the nail, by its place."""
+    middle = (skin.levels[:-1] + skin.levels[1:]) / 2
+    region = np.where(middle < fingertip.layers.epidermis_thickness, _EPIDERMIS, _DERMIS)[layer]
+    nail = solid_shape(fingertip).nail
+    if nail is not None:
+        # A prism is all nail or none of it, so the place is that of its columns on the outer surface.
+        x, y, z = skin.points[0][skin.triangles].mean(axis=1).T
+        on_nail = (nail.start < x) & (x < nail.end) & (np.abs(z) < nail.half_width) & (y > 0.0)
+        triangle = np.tile(np.arange(len(skin.triangles)), len(cells) // len(skin.triangles))
+        region = np.where((middle < nail.thickness)[layer] & on_nail[triangle], _NAIL, region)
+    return region
+
+
+def _with_names(mesh: skfem.MeshTet1, region: Integers, skin: SolidSkin) -> skfem.MeshTet1:
+    regions = {name: np.flatnonzero(region == number).astype(np.int32) for number, name in enumerate(_REGIONS)}
+    boundaries = _interfaces(mesh, region) | _outside(mesh, region, skin)
+    boundaries |= _faces_of_phalanx(mesh, region, boundaries["phalanx_surface"])
+    groups = [{name: group for name, group in found.items() if len(group)} for found in (regions, boundaries)]
+    return dataclasses.replace(mesh, _subdomains=groups[0], _boundaries=groups[1])
+
+
+def _interfaces(mesh: skfem.MeshTet1, region: Integers) -> dict[str, Integers]:
+    """Return the facets between two regions, in no orientation."""
+    first, second = mesh.f2t
+    pair = np.where(second >= 0, np.sort([region[first], region[second]], axis=0), -1)
+    names = {
+        "epidermis_dermis": (_EPIDERMIS, _DERMIS),
+        "dermis_tissue": (_DERMIS, _TISSUE),
+        "phalanx_surface": (_TISSUE, _PHALANX),
+    }
+    return {name: _facets((pair[0] == a) & (pair[1] == b)) for name, (a, b) in names.items()}
+
+
+def _outside(mesh: skfem.MeshTet1, region: Integers, skin: SolidSkin) -> dict[str, Integers]:
+    """Return the facets on the outside: skin, its finely meshed part, the nail, and the proximal cut."""
+    outer = mesh.f2t[1] < 0
+    on_skin = (mesh.facets < len(skin.fine)).all(axis=0) & outer
+    cut, cell = outer & ~on_skin, region[mesh.f2t[0]]
+    return {
+        "skin": _facets(on_skin),
+        "pad": _facets(on_skin & np.isin(mesh.facets, np.flatnonzero(skin.fine)).all(axis=0)),
+        "nail": _facets(on_skin & (cell == _NAIL)),
+        "base": _facets(cut),
+        "phalanx_base": _facets(cut & (cell == _PHALANX)),
+    }
+
+
+def _faces_of_phalanx(mesh: skfem.MeshTet1, region: Integers, surface: Integers) -> dict[str, Integers]:
+    """Return the facets of the phalanx surface that face down and up within 60 degrees."""
+    first, second = mesh.f2t[:, surface]
+    centre = mesh.p[:, mesh.t].mean(axis=1)
+    bone, tissue = np.where(region[first] == _PHALANX, (first, second), (second, first))
+    a, b, c = mesh.p[:, mesh.facets[:, surface]].transpose(1, 0, 2)
+    normal = np.cross(b - a, c - a, axis=0)
+    outward = normal * np.sign(np.sum(normal * (centre[:, tissue] - centre[:, bone]), axis=0))
+    upward = outward[1] / np.linalg.norm(normal, axis=0)
+    return {"phalanx_palmar": surface[upward < -0.5], "phalanx_dorsal": surface[upward > 0.5]}
+
+
+def _facets(chosen: Flags) -> Integers:
+    return np.flatnonzero(chosen).astype(np.int32)

@@ -1,0 +1,139 @@
+"""The figure of a section: layers, mesh, receptors and plate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+import skfem
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+from numpy.typing import NDArray
+
+from fingerslip.report.figures.style import (
+    BLACK,
+    RECEPTOR_COLOURS,
+    REGION_COLOURS,
+    add_legend,
+    figure_grid,
+    region_colours,
+    styled,
+    titled,
+)
+
+__all__ = ["receptor_positions", "section_figure"]
+
+_RECEPTOR_MARKS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        kind: (mark, RECEPTOR_COLOURS[kind])
+        for kind, mark in (("FA-I", "o"), ("SA-I", "^"), ("FA-II", "s"), ("SA-II", "D"))
+    }
+)
+_ZOOM_WIDTH = 3.2e-3
+
+
+def receptor_positions(history: xr.Dataset) -> dict[str, NDArray[np.float64]]:
+    """Return the reference positions of a history's receptors by type, each (n, 2) [m]."""
+    if "site" not in history.coords:
+        return {}
+    kinds, positions = history["site_kind"].values, history["site_position"].values
+    return {kind: positions[kinds == kind] for kind in _RECEPTOR_MARKS if (kinds == kind).any()}
+
+
+@styled
+def section_figure(
+    mesh: skfem.Mesh,
+    receptors: Mapping[str, NDArray[np.float64]],
+    displacement: NDArray[np.float64] | None = None,
+    plate: float | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw a section with its layers, elements, receptors and the plate, and a close view of the skin.
+
+    Parameters
+    ----------
+    mesh : skfem.Mesh
+        Two-dimensional mesh with named subdomains [m].
+    receptors : mapping of str to (n, 2) array
+        Reference positions of receptors by type [m]; see :func:`receptor_positions`.
+    displacement : (n_nodes, 2) array, optional
+        Displacement of the mesh's nodes [m], to scale; without it the body is drawn as built.
+    plate : float, optional
+        Height of a plate below the section [m]; without it the lowest point of the section.
+    title : str, optional
+        What the title adds, such as the run's label.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        The whole section on the left, a close view at the lowest point on the right, in millimetres.
+    """
+    figure, (whole, close) = figure_grid(
+        2, 2, (4.6, 3.5), titled("Section", title), ("x [mm]", "y [mm]"), share="none", widths=(1.75, 1.0)
+    )
+    points = mesh.p.T[:, :2] if displacement is None else mesh.p.T[:, :2] + displacement[: mesh.p.shape[1]]
+    moved = {kind: _moved(mesh, places, points) for kind, places in receptors.items()}
+    lowest = points[np.argmin(points[:, 1])]
+    level = float(lowest[1]) if plate is None else plate
+    colours = region_colours(tuple(mesh.subdomains or {}))
+    for axes, line in ((whole, 0.12), (close, 0.3)):
+        _draw_regions(axes, mesh, points, colours, line)
+        axes.axhline(1e3 * level, color=BLACK, linewidth=1.6, zorder=3)
+        axes.set_aspect("equal")
+        axes.grid(visible=False)
+    _draw_receptors(whole, moved, 1.6)
+    _draw_receptors(close, moved, 5.0)
+    whole.autoscale_view()
+    _zoom(whole, close, lowest, level)
+    add_legend(figure, _keys(colours, moved))
+    return figure
+
+
+def _moved(mesh: skfem.Mesh, places: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Move receptors with the nearest nodes of the mesh."""
+    distance = np.linalg.norm(mesh.p.T[None, :, :2] - places[:, None], axis=2)
+    nearest = np.argmin(distance, axis=1)
+    moved: NDArray[np.float64] = places + points[nearest] - mesh.p.T[nearest, :2]
+    return moved
+
+
+def _draw_regions(
+    axes: Axes, mesh: skfem.Mesh, points: NDArray[np.float64], colours: Mapping[str, str], line: float
+) -> None:
+    corners = mesh.t.T[:, : 4 if mesh.t.shape[0] in (4, 9) else 3]
+    regions: Mapping[str, NDArray[np.int64]] = mesh.subdomains or {"body": np.arange(mesh.t.shape[1])}
+    for name, cells in regions.items():
+        polygons = 1e3 * points[corners[cells]]
+        colour = colours.get(name, REGION_COLOURS["tissue"])
+        axes.add_collection(PolyCollection(list(polygons), facecolor=colour, edgecolor="#7d6b5d", linewidth=line))
+
+
+def _draw_receptors(axes: Axes, receptors: Mapping[str, NDArray[np.float64]], size: float) -> None:
+    for kind, places in receptors.items():
+        mark, colour = _RECEPTOR_MARKS.get(kind, ("x", BLACK))
+        x, y = 1e3 * places.T
+        axes.plot(x, y, mark, color=colour, markersize=size, markeredgecolor="white", markeredgewidth=0.15 * size / 2)
+
+
+def _zoom(whole: Axes, close: Axes, lowest: NDArray[np.float64], level: float) -> None:
+    """Show the skin round the lowest point in `close`, and frame that part in `whole`."""
+    left, bottom = 1e3 * (lowest[0] - _ZOOM_WIDTH / 2), 1e3 * (level - 0.06 * _ZOOM_WIDTH)
+    width = 1e3 * _ZOOM_WIDTH
+    close.set_xlim(left, left + width)
+    close.set_ylim(bottom, bottom + 1.1 * width)
+    close.set_title("close view of the framed part")
+    whole.add_patch(Rectangle((left, bottom), width, 1.1 * width, fill=False, linewidth=0.9, zorder=6))
+
+
+def _keys(colours: Mapping[str, str], receptors: Mapping[str, NDArray[np.float64]]) -> dict[str, Artist]:
+    keys: dict[str, Artist] = {n: Patch(facecolor=c, edgecolor="#7d6b5d", linewidth=0.4) for n, c in colours.items()}
+    for kind in receptors:
+        mark, colour = _RECEPTOR_MARKS.get(kind, ("x", BLACK))
+        keys[kind] = Line2D([], [], linestyle="", marker=mark, color=colour, markersize=5)
+    return {**keys, "plate": Line2D([], [], color=BLACK, linewidth=1.6)}

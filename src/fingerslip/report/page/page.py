@@ -1,0 +1,225 @@
+"""One self-contained HTML page: sections of text, tables and figures, parameters with sources, provenance."""
+
+from __future__ import annotations
+
+import base64
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from html import escape
+from pathlib import Path
+from types import MappingProxyType
+
+from matplotlib.figure import Figure
+
+from fingerslip.errors import ResultError
+from fingerslip.report.figures.save import figure_bytes
+from fingerslip.report.tables.table import Column, Table, is_numeric, texts
+from fingerslip.specimens.fingertip import PresetValue
+
+__all__ = ["Picture", "Report", "ReportSection", "parameters_table", "render_page", "write_page"]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure in a report.
+
+    Parameters
+    ----------
+    name : str
+        Short name, also that of its file.
+    caption : str
+        What it shows, in a sentence.
+    figure : Figure
+        The figure.
+    """
+
+    name: str
+    caption: str
+    figure: Figure
+
+
+@dataclass(frozen=True)
+class ReportSection:
+    """A section of a report.
+
+    Parameters
+    ----------
+    title : str
+        Its heading.
+    text : tuple of str
+        Paragraphs.
+    tables : tuple of Table
+        Tables, below the text.
+    pictures : tuple of Picture
+        Figures, below the tables.
+    folded : bool
+        Whether the page shows the section only when it is opened.
+    """
+
+    title: str
+    text: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
+    pictures: tuple[Picture, ...] = ()
+    folded: bool = False
+
+
+@dataclass(frozen=True)
+class Report:
+    """A report.
+
+    Parameters
+    ----------
+    title : str
+        Its title.
+    sections : tuple of ReportSection
+        Its sections, in order.
+    provenance : mapping of str to str
+        What made the results: versions, commit, hashes, times.
+    """
+
+    title: str
+    sections: tuple[ReportSection, ...]
+    provenance: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+
+
+def parameters_table(values: Sequence[PresetValue], title: str = "Parameters") -> Table:
+    """Show parameters with their sources, the assumed ones first."""
+    ordered = sorted(values, key=lambda value: value.source != "assumed")
+    columns = (Column("parameter"), Column("value"), Column("source"), Column("note"))
+    assumed = sum(value.source == "assumed" for value in values)
+    note = f"{assumed} of {len(values)} values are assumed: the sources do not give them."
+    return Table(title, columns, tuple((v.path, v.value, v.source, v.note) for v in ordered), note)
+
+
+def render_page(report: Report) -> str:
+    """Write a report as one HTML page that needs no other file.
+
+    Parameters
+    ----------
+    report : Report
+        The report.
+
+    Returns
+    -------
+    str
+        The page; every text of the report is escaped.
+    """
+    contents = "".join(f'<li><a href="#s{i}">{escape(s.title)}</a></li>' for i, s in enumerate(report.sections))
+    sections = "\n".join(_section(section, f"s{number}") for number, section in enumerate(report.sections))
+    return _PAGE.format(
+        title=escape(report.title),
+        style=_STYLE,
+        contents=contents,
+        sections=sections,
+        provenance=_provenance(report.provenance),
+    )
+
+
+def write_page(report: Report, path: str | Path) -> None:
+    """Write a report to a file, whole or not at all.
+
+    Raises
+    ------
+    ResultError
+        Where the file cannot be written.
+    """
+    path = Path(path)
+    text = render_page(report)
+    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    try:
+        partial.write_text(text, encoding="utf-8")
+        partial.replace(path)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be written ({error}); free some space or choose another folder") from error
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _section(section: ReportSection, anchor: str) -> str:
+    body = "\n".join(
+        (
+            *(f"<p>{escape(paragraph)}</p>" for paragraph in section.text),
+            *(_table(table) for table in section.tables),
+            *(_picture(picture) for picture in section.pictures),
+        )
+    )
+    heading = f'<h2 id="{anchor}">{escape(section.title)}</h2>'
+    if section.folded:
+        return f"<details><summary>{heading}</summary>\n{body}\n</details>"
+    return f"<section>\n{heading}\n{body}\n</section>"
+
+
+def _table(table: Table) -> str:
+    kinds = ["number" if is_numeric(table, place) else "text" for place in range(len(table.columns))]
+    headings = [column.heading for column in table.columns]
+    head = "".join(f'<th class="{kind}">{escape(name)}</th>' for kind, name in zip(kinds, headings, strict=True))
+    rows = "\n".join(f"<tr>{_cells(kinds, row)}</tr>" for row in texts(table))
+    note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
+    caption = f"<caption>{escape(table.title)}</caption>" if table.title else ""
+    return (
+        f'<div class="table"><table>{caption}<thead><tr>{head}</tr></thead>\n'
+        f"<tbody>\n{rows}\n</tbody></table></div>{note}"
+    )
+
+
+def _cells(kinds: Sequence[str], row: Sequence[str]) -> str:
+    return "".join(f'<td class="{kind}">{escape(cell)}</td>' for kind, cell in zip(kinds, row, strict=True))
+
+
+def _picture(picture: Picture) -> str:
+    data = base64.b64encode(figure_bytes(picture.figure)).decode("ascii")
+    alternative = escape(picture.caption, quote=True)
+    source = f"data:image/png;base64,{data}"
+    return (
+        f'<figure id="{escape(picture.name, quote=True)}"><img alt="{alternative}" src="{source}">'
+        f"<figcaption>{escape(picture.caption)}</figcaption></figure>"
+    )
+
+
+def _provenance(values: Mapping[str, str]) -> str:
+    if not values:
+        return ""
+    items = "\n".join(f"<dt>{escape(name)}</dt><dd>{escape(str(value))}</dd>" for name, value in values.items())
+    return f'<section><h2 id="provenance">Provenance</h2>\n<dl>\n{items}\n</dl></section>'
+
+
+_STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; color: #1c1c1c; background: #fff; margin: 0 auto; max-width: 1080px;
+  padding: 2rem 1.5rem 4rem; }
+h1 { font-size: 1.7rem; line-height: 1.25; margin: 0 0 .8rem; }
+h2 { font-size: 1.2rem; margin: 2.2rem 0 .6rem; border-bottom: 1px solid #ddd; padding-bottom: .2rem; }
+nav ul { columns: 2; padding-left: 1.1rem; margin: 0; }
+a { color: #0072b2; }
+summary { cursor: pointer; }
+summary h2 { display: inline-block; margin: .6rem 0; border: 0; font-size: 1.05rem; }
+.table { overflow-x: auto; }
+table { border-collapse: collapse; font-size: .88rem; margin: .8rem 0 .3rem; }
+caption { text-align: left; font-weight: 600; padding: .2rem 0; }
+th, td { padding: .22rem .7rem; border-bottom: 1px solid #e4e4e4; vertical-align: top; text-align: left; }
+thead th { border-bottom: 2px solid #888; white-space: nowrap; }
+.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+.note, figcaption { color: #555; font-size: .86rem; margin: .2rem 0 1rem; }
+figure { margin: 1.2rem 0; }
+img { max-width: 100%; height: auto; }
+dl { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1.2rem; font-size: .88rem; }
+dt { color: #555; }
+dd { margin: 0; overflow-wrap: anywhere; }
+"""
+
+_PAGE = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<title>{title}</title>
+<style>{style}</style>
+</head>
+<body>
+<h1>{title}</h1>
+<nav><ul>{contents}</ul></nav>
+{sections}
+{provenance}
+</body>
+</html>
+"""

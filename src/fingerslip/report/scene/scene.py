@@ -1,0 +1,292 @@
+"""A result in space: the deformed layers with a field on them, the plate, the receptors, a cut."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+import numpy as np
+import pyvista
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError, ResultError
+from fingerslip.parameters import parameters
+from fingerslip.report.figures.style import BLACK, RECEPTOR_COLOURS, region_colours
+
+__all__ = [
+    "COLOUR_MAP",
+    "SCALARS",
+    "SceneOptions",
+    "aim",
+    "check_options",
+    "draw_scene",
+    "field_limits",
+    "region_names",
+    "snapshot_at",
+    "snapshot_grid",
+]
+
+Floats = NDArray[np.float64]
+Scalar = Literal["von_mises", "strain_energy_density", "displacement", "velocity", "region"]
+
+#: Fields that can be shown: their title, and how many of them make a unit of it.
+SCALARS: Mapping[str, tuple[str, float]] = {
+    "von_mises": ("von Mises stress [kPa]", 1e-3),
+    "strain_energy_density": ("strain energy density [J/m3]", 1.0),
+    "displacement": ("displacement [mm]", 1e3),
+    "velocity": ("velocity [mm/s]", 1e3),
+    "region": ("region", 1.0),
+}
+COLOUR_MAP = "viridis"
+_CELLS = {
+    "Q4": pyvista.CellType.QUAD,
+    "T3": pyvista.CellType.TRIANGLE,
+    "T6": pyvista.CellType.QUADRATIC_TRIANGLE,
+    "H8": pyvista.CellType.HEXAHEDRON,
+    "T4": pyvista.CellType.TETRA,
+    "T10": pyvista.CellType.QUADRATIC_TETRA,
+}
+_BAR = {"width": 0.5, "height": 0.1, "position_x": 0.25, "position_y": 0.03}
+_BAR_FONTS = {"title_font_size": 18, "label_font_size": 16}
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_CAMERAS = {
+    "side": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
+    "front": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
+    "below": ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0)),
+    "oblique": ((0.8, -0.45, 0.9), (0.0, 1.0, 0.0)),
+}
+_FLAT = 1e-3
+# What VTK fits is the box around everything, which leaves wide margins.
+_ZOOM = 1.35
+
+
+@parameters
+class SceneOptions:
+    """What a scene shows.
+
+    Parameters
+    ----------
+    scalar : {'von_mises', 'strain_energy_density', 'displacement', 'velocity', 'region'}
+        The field that colours the layers.
+    hidden : tuple of str
+        Regions that are left out.
+    cut : {'none', 'x', 'y', 'z'}
+        Normal of a plane through the middle of the body, in front of which everything is left out.
+    camera : {'oblique', 'side', 'front', 'below'}
+        Where from; from below the contact is seen through the plate. Two-dimensional results are seen from the side.
+    plate, receptors, edges : bool
+        Whether plate, recorded sites and the edges of the cells are drawn.
+    written : bool
+        Whether the time and the colour bar are written into the picture.
+    """
+
+    scalar: Scalar = "von_mises"
+    hidden: tuple[str, ...] = ()
+    cut: Literal["none", "x", "y", "z"] = "none"
+    camera: Literal["oblique", "side", "front", "below"] = "oblique"
+    plate: bool = True
+    receptors: bool = True
+    edges: bool = False
+    written: bool = True
+
+
+def region_names(history: xr.Dataset) -> tuple[str, ...]:
+    """Return the names of the regions of the mesh."""
+    names = str(history.attrs.get("regions", ""))
+    return tuple(names.split(", ")) if names else ()
+
+
+def check_options(history: xr.Dataset, options: SceneOptions) -> None:
+    """Find out whether a history can be shown so.
+
+    Raises
+    ------
+    ResultError
+        Where it has no snapshots.
+    InputError
+        For a region that is not there.
+    """
+    if history.sizes.get("snapshot_time", 0) == 0:
+        raise ResultError(
+            "the result has no snapshots of the whole mesh; write record: {snapshots_every: 50 ms} and run again"
+        )
+    names = region_names(history)
+    for name in options.hidden:
+        if name not in names:
+            raise InputError("hidden", f"has '{name}', which is no region", f"may hold {', '.join(names)}")
+
+
+def snapshot_at(history: xr.Dataset, time: float | None) -> int:
+    """Return the number of the snapshot nearest to a time [s]; the last one for None."""
+    times = history["snapshot_time"].values
+    return times.size - 1 if time is None else int(np.abs(times - time).argmin())
+
+
+def snapshot_grid(history: xr.Dataset, place: int) -> pyvista.UnstructuredGrid:
+    """Return the deformed mesh of a snapshot with its fields in the units of :data:`SCALARS`.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with snapshots.
+    place : int
+        Number of the snapshot.
+
+    Returns
+    -------
+    pyvista.UnstructuredGrid
+        Points [mm]; displacement and velocity at points, stress, strain energy density and region in cells.
+    """
+    moved = history["snapshot_displacement"].values[place]
+    points = 1e3 * _in_space(history["node_position"].values + moved)
+    grid = pyvista.UnstructuredGrid({_CELLS[history.attrs["element"]]: history["cell_nodes"].values}, points)
+    for name in ("displacement", "velocity"):
+        vectors = history[f"snapshot_{name}"].values[place]
+        grid.point_data[name] = SCALARS[name][1] * np.linalg.norm(vectors, axis=1)
+    for name in ("von_mises", "strain_energy_density"):
+        grid.cell_data[name] = SCALARS[name][1] * history[f"snapshot_{name}"].values[place]
+    grid.cell_data["region"] = history["cell_region"].values
+    return grid
+
+
+def draw_scene(plotter: Any, history: xr.Dataset, place: int, options: SceneOptions) -> dict[str, Any]:
+    """Draw a snapshot.
+
+    Parameters
+    ----------
+    plotter : pyvista.Plotter
+        Where to draw; what it has under the same names is replaced.
+    history : xarray.Dataset
+        A history with snapshots.
+    place : int
+        Number of the snapshot.
+    options : SceneOptions
+        What is shown.
+
+    Returns
+    -------
+    dict
+        The actor of every region that is shown, by its name.
+    """
+    grid = snapshot_grid(history, place)
+    limits = field_limits(history, options)
+    actors = {}
+    for number, name in enumerate(region_names(history)):
+        part = grid.extract_cells(np.asarray(grid.cell_data["region"]) == number)
+        if name not in options.hidden and part.n_cells:
+            layer = _cut(part, grid, history, options)
+            actors[name] = plotter.add_mesh(layer, name=f"layer {name}", **_look(name, history, options, limits))
+    if options.plate:
+        _draw_plate(plotter, history, place, grid)
+    if options.receptors:
+        _draw_sites(plotter, history, place)
+    if options.written:
+        _write_time(plotter, history, place)
+    return actors
+
+
+def _write_time(plotter: Any, history: xr.Dataset, place: int) -> None:
+    plotter.add_text(f"t = {float(history['snapshot_time'][place]):.3f} s", name="time", font_size=10, color=BLACK)
+
+
+def aim(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
+    """Point the camera at the whole scene."""
+    name = "side" if history.sizes["component"] == 2 else options.camera
+    plotter.view_vector(*_CAMERAS[name])
+    plotter.reset_camera()
+    plotter.camera.zoom(_ZOOM)
+
+
+def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[float, float]) -> dict[str, Any]:
+    """Return how a layer is coloured."""
+    shared: dict[str, Any] = {"show_edges": options.edges, "reset_camera": False}
+    if options.scalar == "region":
+        return {**shared, "color": region_colours(region_names(history))[name]}
+    bar = {"title": SCALARS[options.scalar][0], "color": BLACK, "fmt": "%.3g", "n_labels": 2, **_BAR, **_BAR_FONTS}
+    look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": COLOUR_MAP}
+    return {**look, "scalar_bar_args": bar} if options.written else {**look, "show_scalar_bar": False}
+
+
+def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, float]:
+    """Return the range of colours, the same for all snapshots.
+
+    It ends below the field's most extreme thousandth. Bone bears stresses that would leave the soft layers in one
+    colour, so the phalanx does not count where anything else is shown.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with snapshots.
+    options : SceneOptions
+        What is shown.
+
+    Returns
+    -------
+    tuple of float
+        Lower and upper end, in the units of :data:`SCALARS`.
+    """
+    if options.scalar == "region":
+        return 0.0, 1.0
+    values = history[f"snapshot_{options.scalar}"].values
+    if options.scalar in {"displacement", "velocity"}:
+        sizes = np.linalg.norm(values, axis=-1)
+    else:
+        sizes = values[:, _counted(history, options)]
+    top = SCALARS[options.scalar][1] * float(np.quantile(sizes, 0.999))
+    return 0.0, top if top > 0.0 else 1.0
+
+
+def _counted(history: xr.Dataset, options: SceneOptions) -> NDArray[np.bool_]:
+    """Return the cells whose values make the range of colours."""
+    shown = [name for name in region_names(history) if name not in options.hidden]
+    soft = [name for name in shown if name != "phalanx"] or shown
+    numbers = [number for number, name in enumerate(region_names(history)) if name in soft]
+    counted: NDArray[np.bool_] = np.isin(history["cell_region"].values, numbers)
+    return counted if counted.any() else np.ones_like(counted)
+
+
+def _cut(
+    part: pyvista.UnstructuredGrid, whole: pyvista.UnstructuredGrid, history: xr.Dataset, options: SceneOptions
+) -> pyvista.DataSet:
+    if options.cut == "none" or history.sizes["component"] == 2:
+        return part
+    return part.clip(normal=_AXES[options.cut], origin=whole.center, invert=True)
+
+
+def _draw_plate(plotter: Any, history: xr.Dataset, place: int, grid: pyvista.UnstructuredGrid) -> None:
+    """Draw rigid planes where the gaps of the contact candidates say that they are."""
+    step = int(np.abs(history["time"].values - float(history["snapshot_time"][place])).argmin())
+    for body, normal in enumerate(history["body_normal"].values):
+        own = history["contact_body"].values == body
+        at = history["contact_position"].values[own] + history["contact_displacement"].values[step][own]
+        on_plate = at - history["gap"].values[step][own][:, None] * normal
+        heights = on_plate @ normal
+        if not own.any() or np.ptp(heights) > _FLAT * grid.length / 1e3:
+            continue  # a curved body
+        centre, direction = 1e3 * _in_space(on_plate.mean(axis=0)[None]), _in_space(normal[None])[0]
+        size = 1.2 * float(np.max(np.ptp(grid.points, axis=0)))
+        plane = pyvista.Plane(center=centre[0], direction=direction, i_size=size, j_size=size)
+        plotter.add_mesh(plane, name=f"plate {body}", color="#b8c4cc", opacity=0.35, reset_camera=False)
+
+
+def _draw_sites(plotter: Any, history: xr.Dataset, place: int) -> None:
+    if history.sizes.get("site", 0) == 0:
+        return
+    step = int(np.abs(history["time"].values - float(history["snapshot_time"][place])).argmin())
+    points = 1e3 * _in_space(history["site_position"].values + history["displacement"].values[step])
+    kinds = history["site_kind"].values
+    for kind in np.unique(kinds):
+        plotter.add_points(
+            points[kinds == kind],
+            name=f"sites {kind}",
+            color=RECEPTOR_COLOURS.get(str(kind), BLACK),
+            point_size=7.0,
+            render_points_as_spheres=True,
+            reset_camera=False,
+        )
+
+
+def _in_space(vectors: Floats) -> Floats:
+    """Add zeros up to three components."""
+    return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))

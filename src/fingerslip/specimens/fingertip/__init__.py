@@ -1,0 +1,84 @@
+"""What a fingertip is, in numbers: layers, phalanx, ridges, fingerprint, receptors, and the presets that ship."""
+
+from fingerslip.specimens.fingertip.fingertip import (
+    REGIONS,
+    Fingerprint,
+    Fingertip,
+    Layers,
+    Phalanx,
+    Receptors,
+    Ridges,
+    RidgeZone,
+    SagittalOutline,
+    SagittalPhalanx,
+    TransverseOutline,
+    TransversePhalanx,
+)
+from fingerslip.specimens.fingertip.interfaces import interface_depth, surface_depth
+from fingerslip.specimens.fingertip.outline import Curve, at_depth, outline_curve
+from fingerslip.specimens.fingertip.phalanx_contour import phalanx_contour, reaches_cut
+from fingerslip.specimens.fingertip.phalanx_surface import BoneSurface, bone_surface
+from fingerslip.specimens.fingertip.pose import posed
+from fingerslip.specimens.fingertip.presets import (
+    PresetValue,
+    fingertip_from,
+    preset,
+    preset_header,
+    preset_names,
+    preset_table,
+)
+from fingerslip.specimens.fingertip.relief import relief_depth
+from fingerslip.specimens.fingertip.skin_surface import (
+    below_skin,
+    depth_below_skin,
+    inward_skin_normal,
+    onto_skin,
+    skin_grid,
+    skin_ring,
+    skin_section,
+    solid_shape,
+)
+from fingerslip.specimens.fingertip.solid import Nail, SolidPhalanx, SolidShape
+
+__all__ = [
+    "REGIONS",
+    "BoneSurface",
+    "Curve",
+    "Fingerprint",
+    "Fingertip",
+    "Layers",
+    "Nail",
+    "Phalanx",
+    "PresetValue",
+    "Receptors",
+    "RidgeZone",
+    "Ridges",
+    "SagittalOutline",
+    "SagittalPhalanx",
+    "SolidPhalanx",
+    "SolidShape",
+    "TransverseOutline",
+    "TransversePhalanx",
+    "at_depth",
+    "below_skin",
+    "bone_surface",
+    "depth_below_skin",
+    "fingertip_from",
+    "interface_depth",
+    "inward_skin_normal",
+    "onto_skin",
+    "outline_curve",
+    "phalanx_contour",
+    "posed",
+    "preset",
+    "preset_header",
+    "preset_names",
+    "preset_table",
+    "reaches_cut",
+    "relief_depth",
+    "skin_grid",
+    "skin_ring",
+    "skin_section",
+    "solid_shape",
+    "surface_depth",
+]

@@ -1,0 +1,1 @@
+"""The runs of a study repeated with finer settings, for error bars."""

@@ -1,0 +1,234 @@
+"""Rerunning a study over meshes, time steps, contact stiffness and numerical damping, for its error bars."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fingerslip.errors import InputError, ResultError
+from fingerslip.report.figures.convergence import convergence_figure
+from fingerslip.report.figures.save import save_figure
+from fingerslip.report.tables.convergence import convergence_table, series_table
+from fingerslip.report.tables.table import Table, to_csv
+from fingerslip.study.convergence.levels import Level, levels_of, run_at
+from fingerslip.study.convergence.uncertainties import (
+    FOLDER,
+    RunConvergence,
+    read_convergences,
+    stored_numbers,
+    write_convergences,
+)
+from fingerslip.study.definition.sweep import Run
+from fingerslip.study.running.progress import SilentProgress, StudyProgress
+from fingerslip.study.running.runner import (
+    Plan,
+    StudyFailedError,
+    compute_jobs,
+    plan_study,
+    prepare,
+    run_studies,
+    write_up,
+)
+from fingerslip.study.storage.store import identity, new_folder, read_result, write_text
+from fingerslip.uncertainty import Convergence, Series
+
+__all__ = ["StudyConvergence", "converge", "level_folders"]
+
+
+@dataclass(frozen=True)
+class StudyConvergence:
+    """What refining a study gave.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the results of the study; the refined runs, tables and figures are in its folder `convergence`.
+    runs : tuple of RunConvergence
+        The runs that were refined.
+    """
+
+    folder: Path
+    runs: tuple[RunConvergence, ...]
+
+    @property
+    def tables(self) -> tuple[Table, ...]:
+        """A table for each run."""
+        return tuple(convergence_table(found.quantities.values(), found.run) for found in self.runs)
+
+
+@dataclass(frozen=True)
+class _Refined:
+    """A run of the study, the levels at which it is repeated, and the names of these runs."""
+
+    run: Run
+    levels: Mapping[Level, Run]
+
+
+def converge(
+    path: str | Path,
+    *,
+    results_dir: str | Path = "results",
+    only: Sequence[str] = (),
+    workers: int = 2,
+    progress: StudyProgress | None = None,
+) -> StudyConvergence:
+    """Run a study, repeat its runs with other settings, and find the numerical uncertainty of every result.
+
+    Element sizes, time step and contact stiffness are refined and the numerical damping is changed, one at a time, as
+    the study's section `converge` says. What is finished with the same inputs is not computed again.
+
+    Parameters
+    ----------
+    path : path
+        The study file.
+    results_dir : path, optional
+        Results go to the folder of the study in it.
+    only : sequence of str, optional
+        Names of the runs to refine; all without it.
+    workers : int, optional
+        How many runs are computed at once.
+    progress : StudyProgress, optional
+        Is told how far the work is.
+
+    Returns
+    -------
+    StudyConvergence
+        Orders, limits and uncertainties of every run; also written as ``convergence.json``, ``convergence.csv`` and
+        figures. Tables and report of the study then show them.
+
+    Raises
+    ------
+    InputError
+        Where the study, or a name in `only`, is wrong.
+    StudyFailedError
+        Where runs failed.
+    ResultError
+        Where results cannot be written or read.
+    """
+    shown = progress or SilentProgress()
+    plan = plan_study(path, results_dir)
+    _check_only(only, plan)
+    run_studies([path], results_dir=results_dir, workers=workers, progress=shown)
+    refined = _refined_runs(plan, [run for run in plan.runs if not only or run.name in only])
+    _compute(_level_plan(plan, refined), workers, shown)
+    found = {one.run.name: _run_convergence(plan, one) for one in refined}
+    known = {**read_convergences(plan.folder, plan.identities), **found}
+    write_convergences(plan.folder, known)
+    result = StudyConvergence(plan.folder, tuple(found.values()))
+    _write_pictures(plan.folder / FOLDER, tuple(known.values()))
+    write_up(plan)
+    return result
+
+
+def level_folders(path: str | Path, results_dir: str | Path) -> dict[Level, tuple[Path, ...]]:
+    """Return where :func:`converge` keeps the repetitions of a study's runs: a folder for each run at each level.
+
+    Parameters
+    ----------
+    path : path
+        The study file.
+    results_dir : path
+        Folder of the results of all studies.
+    """
+    plan = plan_study(path, results_dir)
+    folder = plan.folder / FOLDER
+    return {level: tuple(folder / f"{run.name}_{level.label}" for run in plan.runs) for level in levels_of(plan.study)}
+
+
+def _check_only(only: Sequence[str], plan: Plan) -> None:
+    names = [run.name for run in plan.runs]
+    for name in only:
+        if name not in names:
+            raise InputError(str(plan.source), f"has no run '{name}'", f"has {', '.join(names)}")
+
+
+def _refined_runs(plan: Plan, runs: Sequence[Run]) -> tuple[_Refined, ...]:
+    jobs = prepare(plan, runs)
+    return tuple(
+        _Refined(job.run, {level: run_at(job.run, level, job.model) for level in levels_of(job.run.study)})
+        for job in jobs
+    )
+
+
+def _level_plan(plan: Plan, refined: Sequence[_Refined]) -> Plan:
+    runs = tuple(run for one in refined for run in one.levels.values())
+    return Plan(plan.source, plan.study, plan.folder / FOLDER, runs, {run.name: identity(run) for run in runs})
+
+
+def _compute(plan: Plan, workers: int, progress: StudyProgress) -> None:
+    """Compute the repetitions that are not finished."""
+    finished = plan.finished()
+    jobs = prepare(plan, [run for run in plan.runs if run.name not in finished])
+    with progress:
+        failures = compute_jobs(plan, jobs, workers, progress)
+    if failures:
+        raise StudyFailedError({f"{plan.source.stem}/{name}": error for name, error in failures.items()}, ())
+
+
+def _run_convergence(plan: Plan, refined: _Refined) -> RunConvergence:
+    """Read the numbers of a run and of its repetitions, and put them in series."""
+    name = refined.run.name
+    base = _stored(plan.folder / name)
+    others = {level: _stored(plan.folder / FOLDER / run.name) for level, run in refined.levels.items()}
+    _check_meshes(refined.run, base, others)
+    numbers = {level: stored_numbers(result) for level, result in others.items()}
+    quantities = {}
+    for key, (words, unit, value) in stored_numbers(base).items():
+        sources = {
+            setting: _series(setting, base, value, [(others[level], level, numbers[level][key][2]) for level in levels])
+            for setting, levels in _by_setting(others).items()
+        }
+        quantities[key] = Convergence(words, unit, value, sources)
+    return RunConvergence(name, plan.identities[name], quantities)
+
+
+def _series(
+    setting: str,
+    base: Mapping[str, Any],
+    value: float | None,
+    levels: Sequence[tuple[Mapping[str, Any], Level, float | None]],
+) -> Series:
+    values = (value, *(number for _, _, number in levels))
+    match setting:
+        case "mesh":
+            sizes = tuple(result["mesh_size"] / base["mesh_size"] for result, _, _ in levels)
+        case "penalty":
+            sizes = tuple(1.0 / level.value for _, level, _ in levels)
+        case _:
+            sizes = tuple(level.value for _, level, _ in levels)
+    return Series(setting, (1.0, *sizes), values)
+
+
+def _by_setting(levels: Mapping[Level, Any]) -> dict[str, list[Level]]:
+    settings: dict[str, list[Level]] = {}
+    for level in levels:
+        settings.setdefault(level.setting, []).append(level)
+    return settings
+
+
+def _check_meshes(run: Run, base: Mapping[str, Any], levels: Mapping[Level, Mapping[str, Any]]) -> None:
+    """Refuse factors that give the same mesh twice: element sizes are fitted to ridges and outlines."""
+    hashes = {base["mesh_hash"]: "the study itself"}
+    for level, result in levels.items():
+        if level.setting != "mesh":
+            continue
+        twin = hashes.setdefault(result["mesh_hash"], level.label)
+        if twin != level.label:
+            found = f"factor {level.value:g} gives the same mesh as {twin}"
+            raise InputError(f"{run.where}: converge.mesh", found, "needs factors with meshes of their own")
+
+
+def _stored(folder: Path) -> dict[str, Any]:
+    result = read_result(folder)
+    if result is None:
+        raise ResultError(f"{folder}: holds no finished run; run the same command again")
+    return result
+
+
+def _write_pictures(folder: Path, runs: Sequence[RunConvergence]) -> None:
+    write_text(folder / "convergence.csv", to_csv(series_table({found.run: found.quantities for found in runs})))
+    with new_folder(folder / "figures") as figures:
+        for found in runs:
+            save_figure(convergence_figure(found.quantities, found.run), figures / f"{found.run}.png")

@@ -1,0 +1,371 @@
+"""The parts of a study file: mesh, contacts, programme, time, loads and what is recorded.
+
+Where one of several kinds is meant, the key says which: ``friction: {static_kinetic: {...}}``, ``body: {cylinder:
+{...}}``, ``- press: {...}``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+import pydantic
+
+from fingerslip.contact.counterfaces import Cylinder, Plane, RigidBody, Sphere
+from fingerslip.contact.friction import Anisotropic, Coulomb, FrictionLaw, PressureDependent, StaticKinetic
+from fingerslip.errors import InputError
+from fingerslip.mesh.scan.build import SurfaceMesh
+from fingerslip.mesh.sizes import MeshSizes, SolidSizes
+from fingerslip.model import (
+    Drive,
+    Hold,
+    Lift,
+    NumericalDamping,
+    Phase,
+    Press,
+    QuasiStatic,
+    Slide,
+    TimeStepping,
+    Traction,
+)
+from fingerslip.parameters import (
+    Duration,
+    NonNegativeNumber,
+    PositiveDuration,
+    PositiveLength,
+    SignedLength,
+    SignedPressure,
+    Stiffness,
+    parameters,
+)
+from fingerslip.sites import ReceptorKind, Site
+from fingerslip.units import parse_quantity
+
+__all__ = [
+    "BodyChoice",
+    "ContactSettings",
+    "FrictionChoice",
+    "MeshFile",
+    "MeshSettings",
+    "ProgrammeEntry",
+    "RecordSettings",
+    "RefinementSettings",
+    "TimeSettings",
+    "TractionSettings",
+]
+
+PositiveNumber = Annotated[float, pydantic.Field(gt=0)]
+
+_UPWARDS = (0.0, 1.0)
+_ALPHA = -0.05
+
+
+@parameters
+class MeshFile:
+    """A mesh that is read instead of built.
+
+    Parameters
+    ----------
+    file : str
+        Path of the mesh file, relative to the study file.
+    length_unit : {'m', 'cm', 'mm', 'um'}, optional
+        Unit of the file's coordinates. Without it they are metres, and a body that is absurdly large is refused.
+    """
+
+    file: str
+    length_unit: Literal["m", "cm", "mm", "um"] | None = None
+
+    @property
+    def scale(self) -> float:
+        """Metres per unit of the file."""
+        return parse_quantity(f"1 {self.length_unit or 'm'}", "m")
+
+
+@parameters
+class ProgrammeEntry:
+    """One phase of the programme, under the key that says its kind.
+
+    Parameters
+    ----------
+    press, hold, slide, lift : Press, Hold, Slide, Lift
+        The phase; exactly one of them.
+    """
+
+    press: Press | None = None
+    hold: Hold | None = None
+    slide: Slide | None = None
+    lift: Lift | None = None
+
+    def __post_init__(self) -> None:
+        _check_choice(self, "phase")
+
+    @property
+    def phase(self) -> Phase:
+        """The phase itself."""
+        phase: Phase = _chosen(self)[1]
+        return phase
+
+
+@parameters
+class FrictionChoice:
+    """A friction law, under the key that says its kind.
+
+    Parameters
+    ----------
+    coulomb : Coulomb
+        One coefficient; `friction_coefficient` of the contact is short for it.
+    static_kinetic : StaticKinetic
+        Friction that drops with the slip rate.
+    pressure_dependent : PressureDependent
+        Friction that is a power of the pressure.
+    anisotropic : Anisotropic
+        An elliptic cone, in space.
+    """
+
+    coulomb: Coulomb | None = None
+    static_kinetic: StaticKinetic | None = None
+    pressure_dependent: PressureDependent | None = None
+    anisotropic: Anisotropic | None = None
+
+    def __post_init__(self) -> None:
+        _check_choice(self, "law")
+
+    @property
+    def law(self) -> FrictionLaw:
+        """The law itself."""
+        law: FrictionLaw = _chosen(self)[1]
+        return law
+
+
+@parameters
+class BodyChoice:
+    """A rigid body, under the key that says its shape.
+
+    Parameters
+    ----------
+    plane, cylinder, sphere : Plane, Cylinder, Sphere
+        The body; exactly one of them.
+    """
+
+    plane: Plane | None = None
+    cylinder: Cylinder | None = None
+    sphere: Sphere | None = None
+
+    def __post_init__(self) -> None:
+        _check_choice(self, "body")
+
+    @property
+    def shape(self) -> str:
+        """The key of the body."""
+        return _chosen(self)[0]
+
+    @property
+    def body(self) -> RigidBody:
+        """The body itself."""
+        body: RigidBody = _chosen(self)[1]
+        return body
+
+
+@parameters
+class ContactSettings:
+    """Contact of a boundary with one rigid body.
+
+    Parameters
+    ----------
+    friction_coefficient : float, optional
+        Coulomb friction coefficient [-]; short for ``friction: {coulomb: {coefficient: ...}}``.
+    friction : FrictionChoice, optional
+        Any friction law; one of the two is needed.
+    boundary : str
+        Boundary of the mesh that may touch the body.
+    normal : tuple of float
+        Normal of the plate, towards the deformable body.
+    offset : float, optional
+        Start of the plate along its normal [m]; without it the plate starts where it just touches.
+    body : BodyChoice, optional
+        Any body instead of the plate with `normal` and `offset`.
+    normal_penalty, tangential_penalty : float, optional
+        Contact stiffness per area [Pa/m].
+    reach : float, optional
+        Distance from the body within which the boundary may come to touch it [m].
+    programme : tuple of ProgrammeEntry, optional
+        The body's own motion; without it that of the study.
+    drive : Drive, optional
+        A force that moves the body along its normal, on top of the prescribed motion.
+    """
+
+    friction_coefficient: NonNegativeNumber | None = None
+    friction: FrictionChoice | None = None
+    boundary: str = "skin"
+    normal: tuple[float, ...] = _UPWARDS
+    offset: SignedLength | None = None
+    body: BodyChoice | None = None
+    normal_penalty: Stiffness | None = None
+    tangential_penalty: Stiffness | None = None
+    reach: PositiveLength | None = None
+    programme: tuple[ProgrammeEntry, ...] | None = None
+    drive: Drive | None = None
+
+    def __post_init__(self) -> None:
+        if self.friction_coefficient is None and self.friction is None:
+            raise InputError("friction_coefficient", "is missing", "needs a value", "or give another law in friction")
+        if self.friction_coefficient is not None and self.friction is not None:
+            raise InputError("friction", "stands beside friction_coefficient", "needs one of the two")
+        if self.body is not None and (self.offset is not None or self.normal != _UPWARDS):
+            raise InputError("body", "stands beside normal or offset", "needs them inside it", "move them into body")
+        if self.body is None:
+            _check_plane(self)
+
+    @property
+    def law(self) -> FrictionLaw:
+        """The friction law, short form or not."""
+        return self.friction.law if self.friction is not None else Coulomb(self.friction_coefficient or 0.0)
+
+    @property
+    def rigid_body(self) -> RigidBody:
+        """The rigid body, short form or not."""
+        return self.body.body if self.body is not None else Plane(self.normal, self.offset)
+
+
+@parameters
+class TimeSettings:
+    """How time passes.
+
+    Parameters
+    ----------
+    step : float
+        Time step [s].
+    scheme : {'hht_alpha', 'quasi_static'}
+        Implicit dynamics, or steps without inertia of which every one is in equilibrium.
+    alpha : float
+        Numerical damping of `hht_alpha`, from -1/2 to 0; quasi-static steps have none.
+    end : float, optional
+        End of the simulation [s]; without it the end of the programme.
+    """
+
+    step: PositiveDuration
+    scheme: Literal["hht_alpha", "quasi_static"] = "hht_alpha"
+    alpha: NumericalDamping = _ALPHA
+    end: PositiveDuration | None = None
+
+    def __post_init__(self) -> None:
+        if self.scheme == "quasi_static" and self.alpha != _ALPHA:
+            raise InputError("alpha", f"got {self.alpha:g} for quasi-static steps", "may not be given", "leave it out")
+
+    @property
+    def stepping(self) -> TimeStepping | QuasiStatic:
+        """The time stepping of the model."""
+        if self.scheme == "quasi_static":
+            return QuasiStatic(self.step, self.end)
+        return TimeStepping(self.step, self.alpha, self.end)
+
+
+@parameters
+class RecordSettings:
+    """What a run records beside the contact, the forces and the energies.
+
+    Parameters
+    ----------
+    receptors : tuple of {'FA-I', 'SA-I', 'FA-II', 'SA-II'}
+        Kinds of mechanoreceptors of the fingertip at which the motion is recorded.
+    reference_nodes : bool
+        Whether the reference nodes h1 to h7 and v1 to v7 on the skin and on the tissue are recorded; of the fingertip
+        in space.
+    sites : tuple of Site
+        Further places.
+    snapshots_every : float
+        Time between snapshots of the whole mesh [s]; 0 for none.
+    """
+
+    receptors: tuple[ReceptorKind, ...] = ()
+    reference_nodes: bool = False
+    sites: tuple[Site, ...] = ()
+    snapshots_every: Duration = 0.0
+
+
+_SOLID_ELEMENTS = ("T4", "T10")
+
+
+def _mesh_kind(value: object) -> str:
+    if isinstance(value, Mapping):
+        in_space = value.get("element") in _SOLID_ELEMENTS
+        kinds = {"file": "MeshFile", "skin": "SurfaceMesh"}
+        named = next((kind for key, kind in kinds.items() if key in value), None)
+        return named or ("SolidSizes" if in_space else "MeshSizes")
+    return type(value).__name__ if isinstance(value, MeshFile | SurfaceMesh | SolidSizes) else "MeshSizes"
+
+
+MeshSettings = Annotated[
+    Annotated[MeshFile, pydantic.Tag("MeshFile")]
+    | Annotated[SurfaceMesh, pydantic.Tag("SurfaceMesh")]
+    | Annotated[MeshSizes, pydantic.Tag("MeshSizes")]
+    | Annotated[SolidSizes, pydantic.Tag("SolidSizes")],
+    pydantic.Discriminator(_mesh_kind),
+]
+
+
+def _traction_kind(value: object) -> str:
+    return "Traction" if isinstance(value, Mapping | Traction) else "Components"
+
+
+TractionSettings = Annotated[
+    Annotated[Traction, pydantic.Tag("Traction")] | Annotated[tuple[SignedPressure, ...], pydantic.Tag("Components")],
+    pydantic.Discriminator(_traction_kind),
+]
+
+
+def _given(choice: object) -> dict[str, Any]:
+    """Return the fields of a choice that were given."""
+    values = {field.name: getattr(choice, field.name) for field in dataclasses.fields(choice)}  # type: ignore[arg-type]
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _check_choice(choice: object, what: str) -> None:
+    """Hold that exactly one field of a choice is given."""
+    given = _given(choice)
+    if len(given) != 1:
+        known = ", ".join(field.name for field in dataclasses.fields(choice))  # type: ignore[arg-type]
+        raise InputError("", f"has {' and '.join(given) or f'no {what}'}", f"needs one of {known}")
+
+
+def _chosen(choice: object) -> tuple[str, Any]:
+    """Return the one field of a choice that was given: its name and its value."""
+    return next(iter(_given(choice).items()))
+
+
+def _check_plane(settings: ContactSettings) -> None:
+    """Refuse a normal that makes no plane, under its name in the study file."""
+    try:
+        Plane(settings.normal, settings.offset)
+    except InputError as error:
+        raise InputError(error.where.removeprefix("Plane."), error.found, error.allowed, error.mend) from None
+
+
+@parameters
+class RefinementSettings:
+    """What ``fingerslip converge`` computes again; empty leaves a setting as it is.
+
+    Parameters
+    ----------
+    mesh : tuple of float
+        Two factors on the element sizes.
+    step : tuple of float
+        Two factors on the time step.
+    penalty : tuple of float
+        Two factors on the contact stiffness, automatic ones included.
+    alpha : tuple of float
+        Other values of the numerical damping.
+    """
+
+    mesh: tuple[PositiveNumber, ...] = (0.6667, 0.5)
+    step: tuple[PositiveNumber, ...] = (0.5, 0.25)
+    penalty: tuple[PositiveNumber, ...] = (4.0, 16.0)
+    alpha: tuple[NumericalDamping, ...] = (-0.05,)
+
+    def __post_init__(self) -> None:
+        for name in ("mesh", "step", "penalty"):
+            factors = getattr(self, name)
+            if factors and len({1.0, *factors}) != 3:
+                found = f"has {', '.join(f'{factor:g}' for factor in factors)}"
+                raise InputError(name, found, "needs two different factors beside 1, or none", "write [0.6667, 0.5]")

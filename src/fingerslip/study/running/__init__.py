@@ -1,0 +1,1 @@
+"""Running a study: models are built, grouped and computed, side by side or together."""

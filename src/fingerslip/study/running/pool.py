@@ -1,0 +1,178 @@
+"""Computing runs side by side, each in a process of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import queue
+import signal
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import Any
+
+from fingerslip.errors import FingerslipError, ResultError
+from fingerslip.study.running.compute import Job
+from fingerslip.study.running.groups import compute_group, groups
+from fingerslip.study.running.progress import StudyProgress
+from fingerslip.study.running.threads import limited_threads
+
+__all__ = ["WorkerLostError", "compute_all"]
+
+_SECONDS_BETWEEN_LOOKS = 0.1
+
+Failures = dict[str, FingerslipError]
+
+
+class WorkerLostError(FingerslipError):
+    """A process that computed runs ended without a word."""
+
+    def __str__(self) -> str:
+        return (
+            "a process that computed runs was ended from outside, perhaps for want of memory: finished runs are "
+            "kept, the others need another try; run the same command again with --workers 1"
+        )
+
+
+class _StoppedError(Exception):
+    """The study is being ended."""
+
+
+def compute_all(jobs: Sequence[Job], workers: int, progress: StudyProgress) -> Failures:
+    """Compute all jobs; one that fails does not keep the others from being computed.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        What to compute.
+    workers : int
+        Cores to use: so many are computed at once, or those that there are with several threads each; with one of
+        them, or one job, this process computes.
+    progress : StudyProgress
+        Is told how far they are.
+
+    Returns
+    -------
+    dict
+        The error of each job that failed, by the name of the run.
+
+    Raises
+    ------
+    KeyboardInterrupt
+        After Ctrl-C, when nothing unfinished is left.
+    """
+    progress.begin([job.run.name for job in jobs])
+    parts = groups(jobs)
+    at_once = max(min(workers, len(parts)), 1)
+    with limited_threads(workers // at_once):
+        return _compute_here(parts, progress) if at_once == 1 else _compute_apart(parts, at_once, progress)
+
+
+def _compute_here(parts: Sequence[Sequence[Job]], progress: StudyProgress) -> Failures:
+    failures: Failures = {}
+    for jobs in parts:
+        found = compute_group(jobs, progress.advance)
+        failures |= _told(jobs, found, progress)
+    return failures
+
+
+def _told(jobs: Sequence[Job], found: Mapping[str, Exception], progress: StudyProgress) -> Failures:
+    """Tell that jobs are done or have failed, and return the errors to keep."""
+    failures: Failures = {}
+    for job in jobs:
+        error = found.get(job.run.name)
+        if error is not None:
+            failures[job.run.name] = error if isinstance(error, FingerslipError) else _out_of_memory(job)
+        progress.finish(job.run.name, "failed" if error else "done")
+    return failures
+
+
+def _compute_apart(parts: Sequence[Sequence[Job]], workers: int, progress: StudyProgress) -> Failures:
+    context = multiprocessing.get_context("spawn")
+    news, stop = context.Queue(), context.Event()
+    pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(news, stop))
+    try:
+        with _interrupts_ignored():
+            # The workers start here and inherit this: a Ctrl-C while they import is the parent's alone to answer.
+            futures = {pool.submit(_compute_in_worker, jobs): jobs for jobs in parts}
+        return _follow(futures, news, progress)
+    finally:
+        stop.set()
+        pool.shutdown(wait=True, cancel_futures=True)
+        news.close()
+
+
+def _follow(futures: Mapping[Future[Any], Sequence[Job]], news: Any, progress: StudyProgress) -> Failures:
+    """Wait for all jobs and pass on how far they are."""
+    failures: Failures = {}
+    waiting = set(futures)
+    while waiting:
+        done, waiting = wait(waiting, timeout=_SECONDS_BETWEEN_LOOKS, return_when=FIRST_COMPLETED)
+        _pass_on(news, progress)
+        for future in done:
+            failures |= _told(futures[future], _found(future, futures[future]), progress)
+    return failures
+
+
+def _pass_on(news: Any, progress: StudyProgress) -> None:
+    with contextlib.suppress(queue.Empty):
+        while True:
+            name, fraction = news.get_nowait()
+            progress.advance(name, fraction)
+
+
+def _found(future: Future[Any], jobs: Sequence[Job]) -> Mapping[str, Exception]:
+    """Return what went wrong in a worker's jobs; anything that is no error of fingerslip is raised."""
+    try:
+        found: Mapping[str, Exception] = future.result()
+    except BrokenProcessPool:
+        return {job.run.name: WorkerLostError() for job in jobs}
+    return found
+
+
+def _out_of_memory(job: Job) -> ResultError:
+    return ResultError(f"{job.run.where}: out of memory; use larger elements or --workers 1")
+
+
+@contextlib.contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """Ignore Ctrl-C in the block, where signals can be handled at all."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+_news: Any = None
+_stop: Any = None
+
+
+def _begin_worker(news: Any, stop: Any) -> None:
+    """Prepare a worker: the parent alone answers Ctrl-C, and no worker outlives the parent."""
+    global _news, _stop
+    _news, _stop = news, stop
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _compute_in_worker(jobs: Sequence[Job]) -> Mapping[str, Exception]:
+    return compute_group(jobs, _tell)
+
+
+def _tell(name: str, fraction: float) -> None:
+    if _stop.is_set():
+        raise _StoppedError
+    _news.put((name, fraction))

@@ -1,0 +1,332 @@
+"""Running a study: every run checked before the first is computed, none computed twice, none left half done."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fingerslip.dynamics.system import check_model
+from fingerslip.errors import FingerslipError, InputError
+from fingerslip.published import published
+from fingerslip.report.tables.events import RunEvents
+from fingerslip.study.convergence.uncertainties import read_uncertainties
+from fingerslip.study.definition.spec import Study, read_study
+from fingerslip.study.definition.sweep import Run, expand
+from fingerslip.study.running.build import build_mesh, build_model, located, mesh_key
+from fingerslip.study.running.compute import Job
+from fingerslip.study.running.pool import compute_all
+from fingerslip.study.running.progress import SilentProgress, StudyProgress
+from fingerslip.study.storage.reporting import StoredStudy, read_manifest, report_key, write_report
+from fingerslip.study.storage.store import clean_stale, identity, read_result, remove_empty
+from fingerslip.study.storage.summary import run_events, write_manifest, write_summary
+
+__all__ = [
+    "Plan",
+    "StudyFailedError",
+    "StudyResult",
+    "compute_jobs",
+    "plan_study",
+    "prepare",
+    "run_studies",
+    "run_study",
+    "write_up",
+]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What running a study would do.
+
+    Parameters
+    ----------
+    source : Path
+        The study file.
+    study : Study
+        What it holds.
+    folder : Path
+        Where the results go.
+    runs : tuple of Run
+        All runs.
+    identities : mapping of str to str
+        Hash of the inputs of every run, by its name.
+    """
+
+    source: Path
+    study: Study
+    folder: Path
+    runs: tuple[Run, ...]
+    identities: Mapping[str, str]
+
+    def finished(self) -> dict[str, dict[str, Any]]:
+        """Return what is stored of the runs that are finished with these inputs, by their names."""
+        stored = {run.name: read_result(self.folder / run.name) for run in self.runs}
+        return {name: found for name, found in stored.items() if found and found["identity"] == self.identities[name]}
+
+
+@dataclass(frozen=True)
+class StudyResult:
+    """What a study gave.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of the results.
+    compare : tuple of str
+        Names of the published sets that they are shown beside.
+    runs : tuple of RunEvents
+        The runs with their events.
+    computed, unchanged : tuple of str
+        Names of the runs that were computed, and of those that were there already.
+    """
+
+    folder: Path
+    compare: tuple[str, ...]
+    runs: tuple[RunEvents, ...]
+    computed: tuple[str, ...]
+    unchanged: tuple[str, ...]
+
+
+class StudyFailedError(FingerslipError):
+    """Some runs failed; the others are finished.
+
+    Parameters
+    ----------
+    errors : mapping of str to FingerslipError
+        The error of each run that failed, by study and run.
+    results : tuple of StudyResult
+        What the other runs gave.
+    """
+
+    def __init__(self, errors: Mapping[str, FingerslipError], results: tuple[StudyResult, ...]) -> None:
+        self.errors, self.results = dict(errors), results
+        super().__init__(self.errors, results)
+
+    def __str__(self) -> str:
+        total = len(self.errors) + sum(len(result.computed) + len(result.unchanged) for result in self.results)
+        names: dict[str, list[str]] = {}
+        for name, error in self.errors.items():
+            names.setdefault(str(error), []).append(name)
+        lines = [f"{', '.join(same)}: {text}" for text, same in names.items()]
+        if len(self.errors) < total:
+            lines.append(f"{len(self.errors)} of {total} runs failed, the others are finished")
+        return "\n".join(lines)
+
+
+def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
+    """Read a study and list its runs.
+
+    Raises
+    ------
+    InputError
+        For the first mistake in the file or in a swept value.
+    """
+    source = Path(path)
+    study = read_study(source)
+    _check_compare(study, source)
+    runs = expand(study, source)
+    return Plan(source, study, Path(results_dir) / source.stem, runs, {run.name: identity(run) for run in runs})
+
+
+def prepare(plan: Plan, runs: Sequence[Run]) -> tuple[Job, ...]:
+    """Build and check the models of runs; runs with the same mesh inputs share one mesh.
+
+    Raises
+    ------
+    InputError
+        Where a mesh cannot be built or a model cannot be simulated.
+    """
+    meshes: dict[str, Any] = {}
+    return tuple(_job(plan, run, meshes) for run in runs)
+
+
+def run_study(
+    path: str | Path,
+    *,
+    results_dir: str | Path = "results",
+    workers: int = 2,
+    force: bool = False,
+    progress: StudyProgress | None = None,
+) -> StudyResult:
+    """Run a study.
+
+    Runs that are finished with the same inputs are not computed again, so an interrupted study goes on where
+    it stopped. Nothing is written before all inputs are checked.
+
+    Parameters
+    ----------
+    path : path
+        The study file.
+    results_dir : path, optional
+        Results go to a folder in it that is called like the study file.
+    workers : int, optional
+        How many cores are used: by so many runs at once, each in a process of its own, or by one large run alone.
+        A script that asks for more than one must be importable: its call stands under
+        ``if __name__ == "__main__":``.
+    force : bool, optional
+        Compute finished runs again too.
+    progress : StudyProgress, optional
+        Is told how far the study is.
+
+    Returns
+    -------
+    StudyResult
+        Where the results are, and the events of all runs.
+
+    Raises
+    ------
+    InputError
+        For a mistake in the study, before anything is written.
+    StudyFailedError
+        Where runs failed, after the others are finished.
+    ResultError
+        Where results cannot be written.
+    """
+    return run_studies([path], results_dir=results_dir, workers=workers, force=force, progress=progress)[0]
+
+
+def run_studies(
+    paths: Sequence[str | Path],
+    *,
+    results_dir: str | Path = "results",
+    workers: int = 2,
+    force: bool = False,
+    progress: StudyProgress | None = None,
+) -> tuple[StudyResult, ...]:
+    """Run several studies, one after the other, after all of them are checked; see :func:`run_study`."""
+    if workers < 1:
+        raise InputError("workers", f"got {workers}", "needs a number >= 1")
+    plans = [plan_study(path, results_dir) for path in paths]
+    _check_folders(plans)
+    finished = [{} if force else plan.finished() for plan in plans]
+    jobs = [
+        prepare(plan, [run for run in plan.runs if run.name not in there])
+        for plan, there in zip(plans, finished, strict=True)
+    ]
+    with progress or SilentProgress() as shown:
+        outcomes = [_execute(plan, todo, workers, shown) for plan, todo in zip(plans, jobs, strict=True)]
+    results = tuple(result for result, _ in outcomes)
+    errors = {name: error for _, failures in outcomes for name, error in failures.items()}
+    if errors:
+        raise StudyFailedError(errors, results)
+    return results
+
+
+def _execute(
+    plan: Plan, jobs: Sequence[Job], workers: int, progress: StudyProgress
+) -> tuple[StudyResult, dict[str, FingerslipError]]:
+    """Compute what is to be computed of one study, and write it up."""
+    to_compute = tuple(job.run.name for job in jobs)
+    unchanged = tuple(run.name for run in plan.runs if run.name not in to_compute)
+    for name in unchanged:
+        progress.say(f"{plan.source.stem}/{name}: unchanged")
+    try:
+        failures = compute_jobs(plan, jobs, workers, progress)
+    except KeyboardInterrupt:
+        _write_tables(plan, plan.finished(), report="")
+        raise
+    computed = tuple(name for name in to_compute if name not in failures)
+    result = StudyResult(plan.folder, plan.study.compare, write_up(plan), computed, unchanged)
+    return result, {f"{plan.source.stem}/{name}": error for name, error in failures.items()}
+
+
+def _check_folders(plans: Sequence[Plan]) -> None:
+    """Refuse studies whose results would go to one folder."""
+    for place, plan in enumerate(plans):
+        twin = next((other for other in plans[:place] if other.folder == plan.folder), None)
+        if twin is not None:
+            raise InputError(str(plan.source), f"has the file name of {twin.source}", "needs a name of its own")
+
+
+def _check_compare(study: Study, source: Path) -> None:
+    for name in study.compare:
+        try:
+            published(name)
+        except InputError as error:
+            raise located(error, str(source)) from None
+
+
+def _job(plan: Plan, run: Run, meshes: dict[str, Any]) -> Job:
+    key = mesh_key(run)
+    if key not in meshes:
+        meshes[key] = build_mesh(run)
+    model = build_model(run, meshes[key])
+    try:
+        check_model(model)
+    except InputError as error:
+        raise located(error, run.where, run.study) from None
+    return Job(run, model, plan.identities[run.name], plan.folder / run.name)
+
+
+def compute_jobs(plan: Plan, jobs: Sequence[Job], workers: int, progress: StudyProgress) -> dict[str, FingerslipError]:
+    """Compute jobs of a study; what is unfinished at the end is removed, also after Ctrl-C.
+
+    Parameters
+    ----------
+    plan : Plan
+        The study.
+    jobs : sequence of Job
+        What to compute.
+    workers : int
+        How many at once.
+    progress : StudyProgress
+        Is told how far they are.
+
+    Returns
+    -------
+    dict
+        The error of each job that failed, by the name of its run.
+    """
+    made = [folder for folder in (plan.folder, *plan.folder.parents) if not folder.exists()]
+    clean_stale(plan.folder)
+    if not jobs:
+        return {}
+    try:
+        return compute_all(jobs, workers, progress)
+    finally:
+        clean_stale(plan.folder)
+        remove_empty(*made)
+
+
+def write_up(plan: Plan) -> tuple[RunEvents, ...]:
+    """Write summary, report and manifest of the runs that are finished.
+
+    Parameters
+    ----------
+    plan : Plan
+        The study.
+
+    Returns
+    -------
+    tuple of RunEvents
+        The finished runs, with their uncertainties where they are known.
+
+    Raises
+    ------
+    ResultError
+        Where something cannot be written.
+    """
+    finished = plan.finished()
+    if not finished:
+        return ()
+    identities = {name: plan.identities[name] for name in finished}
+    known = read_uncertainties(plan.folder, identities)
+    key = report_key(plan.study.title, plan.study.compare, identities, known)
+    current = read_manifest(plan.folder).get("report") == key and (plan.folder / "report.html").is_file()
+    runs = _write_tables(plan, finished, report=key if current else "")
+    if not current:
+        write_report(StoredStudy(plan.folder, plan.study.title, plan.study.compare, runs))
+        _write_tables(plan, finished, report=key)
+    return runs
+
+
+def _write_tables(plan: Plan, finished: Mapping[str, Mapping[str, Any]], report: str) -> tuple[RunEvents, ...]:
+    known = read_uncertainties(plan.folder, plan.identities)
+    runs = tuple(
+        run_events(run, finished[run.name], known.get(run.name, {})) for run in plan.runs if run.name in finished
+    )
+    if runs:
+        write_summary(runs, plan.folder / "summary.csv")
+        write_manifest(plan.source, plan.study, finished, report, plan.folder / "manifest.json")
+    return runs

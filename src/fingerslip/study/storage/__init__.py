@@ -1,0 +1,1 @@
+"""The folders of a study's results: what is written there, whole or not at all, and read back."""

@@ -1,9 +1,0 @@
-"""Holding the shipped studies against what Wang, Chathuranga & Hirai (2014) print."""
-
-from __future__ import annotations
-
-from fingerslip.study.validation.evidence import STUDIES
-from fingerslip.study.validation.rows import Row, rows_mapping, rows_markdown, rows_table
-from fingerslip.study.validation.validate import validate
-
-__all__ = ["STUDIES", "Row", "rows_mapping", "rows_markdown", "rows_table", "validate"]

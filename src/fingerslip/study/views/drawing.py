@@ -1,0 +1,49 @@
+"""The picture of a preset's or a study's fingertip in a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fingerslip.errors import InputError
+from fingerslip.report.figures.fingertip import fingertip_figure
+from fingerslip.specimens.fingertip import Fingertip, preset
+from fingerslip.study.running.runner import plan_study
+from fingerslip.study.storage.store import writing
+
+__all__ = ["draw_fingertip"]
+
+_SUFFIXES = (".png", ".svg", ".pdf")
+
+
+def draw_fingertip(target: str, path: Path) -> None:
+    """Draw both sections of a fingertip and, where it has a shape in space, the finger itself.
+
+    Parameters
+    ----------
+    target : str
+        Name of a preset, or a study file (of a sweep its first run).
+    path : Path
+        The picture, of a type that the suffix names: ``.png``, ``.svg`` or ``.pdf``.
+
+    Raises
+    ------
+    InputError
+        Where there is no such preset or study, it has no fingertip, or the suffix is another.
+    ResultError
+        Where the file cannot be written.
+    """
+    if path.suffix not in _SUFFIXES:
+        raise InputError("show --figure", f"got '{path}'", f"needs a file that ends in {', '.join(_SUFFIXES)}")
+    figure = fingertip_figure(_fingertip(target), Path(target).stem)
+    with writing(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        figure.savefig(path, dpi=150)
+
+
+def _fingertip(target: str) -> Fingertip:
+    if Path(target).suffix not in (".yaml", ".yml"):
+        return preset(target)
+    fingertip = plan_study(target).runs[0].fingertip
+    if fingertip is None:
+        raise InputError(f"show {target}", "has no fingertip to draw", "needs a study with a fingertip")
+    return fingertip

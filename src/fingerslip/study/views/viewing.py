@@ -1,0 +1,74 @@
+"""From a stored run to a window, a picture or a film."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from fingerslip.errors import InputError, ResultError
+from fingerslip.history import read_history
+from fingerslip.parameters import from_mapping
+from fingerslip.report.scene.scene import SceneOptions
+from fingerslip.report.scene.viewer import open_window, save_movie, save_still
+from fingerslip.units import parse_quantity
+
+__all__ = ["view_result"]
+
+
+def view_result(
+    target: str | Path,
+    options: Mapping[str, Any],
+    *,
+    time: str = "",
+    screenshot: Path | None = None,
+    movie: Path | None = None,
+) -> tuple[Path, ...]:
+    """Show a stored run.
+
+    Parameters
+    ----------
+    target : path
+        Folder of a run, of a study with one run, or a ``history.nc``.
+    options : mapping
+        Values of :class:`~fingerslip.report.scene.scene.SceneOptions`.
+    time : str, optional
+        Moment with its unit; the last one without it.
+    screenshot, movie : Path, optional
+        Files to write; without any of them a window opens.
+
+    Returns
+    -------
+    tuple of Path
+        What was written.
+
+    Raises
+    ------
+    InputError, ResultError
+        Where there is no such result, or it cannot be shown so.
+    """
+    chosen = from_mapping(SceneOptions, dict(options), "view")
+    moment = parse_quantity(time, "s", where="view: --time") if time else None
+    history = _stored_history(Path(target))
+    if screenshot is not None:
+        save_still(history, screenshot, moment, chosen)
+    if movie is not None:
+        save_movie(history, movie, chosen)
+    if screenshot is None and movie is None:
+        open_window(history, chosen, f"fingerslip: {target}")
+    return tuple(path for path in (screenshot, movie) if path is not None)
+
+
+def _stored_history(target: Path) -> xr.Dataset:
+    if target.is_file():
+        return read_history(target)
+    if (target / "history.nc").is_file():
+        return read_history(target / "history.nc")
+    runs = sorted(path.parent.name for path in target.glob("*/history.nc"))
+    if len(runs) == 1:
+        return read_history(target / runs[0] / "history.nc")
+    if runs:
+        raise InputError(str(target), f"holds {len(runs)} runs", f"needs one of {', '.join(runs)}", "name its folder")
+    raise ResultError(f"{target}: holds no run; needs a folder that fingerslip run wrote")

@@ -1,0 +1,9 @@
+"""Holding the shipped studies against what Wang, Chathuranga & Hirai (2014) print."""
+
+from __future__ import annotations
+
+from fingerslip.validation.evidence import STUDIES
+from fingerslip.validation.rows import Row, rows_mapping, rows_markdown, rows_table
+from fingerslip.validation.validate import validate
+
+__all__ = ["STUDIES", "Row", "rows_mapping", "rows_markdown", "rows_table", "validate"]

@@ -1,0 +1,179 @@
+"""The studies that are held against published values, run or read back, and what is measured in them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+from fingerslip.errors import InputError
+from fingerslip.history import read_history
+from fingerslip.report.tables.events import RunEvents
+from fingerslip.slip import PeakSettings, acceleration_events
+from fingerslip.study.convergence.converge import converge, level_folders
+from fingerslip.study.running.progress import StudyProgress
+from fingerslip.study.running.runner import plan_study, run_studies
+from fingerslip.study.storage.reporting import stored_run
+from fingerslip.validation.measures import Measures, measure
+
+__all__ = [
+    "FINGERPRINT",
+    "FORMULATION",
+    "FRICTION",
+    "REFINED",
+    "SECTION",
+    "SOLID",
+    "STUDIES",
+    "TABLE2",
+    "VARIANT",
+    "VARIANTS",
+    "Evidence",
+    "gather",
+]
+
+TABLE2 = "wang2014_table2"
+FORMULATION = "wang2014_formulation"
+SECTION = "wang2014_section"
+SOLID = "wang2014_3d"
+
+#: Names of the shipped studies that `validate` runs.
+STUDIES = (TABLE2, "wang2014_friction", "wang2014_fingerprint", FORMULATION, SECTION, SOLID)
+#: What it refines for the uncertainties: studies, and the value that their runs have.
+REFINED: Mapping[str, Mapping[str, object]] = MappingProxyType(
+    {
+        TABLE2: {},
+        FORMULATION: {"fingertip.formulation": "plane_strain"},
+        SECTION: {"fingertip.section": "transverse"},
+    }
+)
+VARIANT = "fingertip.phalanx.variant"
+FINGERPRINT = "fingertip.fingerprint.enabled"
+FRICTION = "contact.friction_coefficient"
+VARIANTS = ("original", "flattened", "scaled")
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What was measured in the runs of the studies.
+
+    Parameters
+    ----------
+    measured : mapping of str to tuple of Measures
+        The runs by name of the study.
+    refined : tuple of tuple of Measures
+        The runs of Table 2 once more, with another mesh, step, contact stiffness or numerical damping in each tuple.
+    """
+
+    measured: Mapping[str, tuple[Measures, ...]]
+    refined: tuple[tuple[Measures, ...], ...] = ()
+
+    def select(self, study: str, conditions: Mapping[str, object]) -> tuple[Measures, ...]:
+        """Return the runs of a study whose values, by dotted path, are these."""
+        return tuple(one for one in self.measured[study] if _meets(one.run.all_values, conditions))
+
+    def one(self, study: str, conditions: Mapping[str, object]) -> Measures:
+        """Return the run of a study whose values are these.
+
+        Raises
+        ------
+        InputError
+            Where the study has no such run, or several.
+        """
+        found = self.select(study, conditions)
+        if len(found) != 1:
+            wanted = ", ".join(f"{path} = {value}" for path, value in conditions.items())
+            raise InputError(
+                study, f"has {len(found)} runs with {wanted}", "needs one of them", "use the shipped study"
+            )
+        return found[0]
+
+    def phalanges(self, study: str, conditions: Mapping[str, object] | None = None) -> tuple[Measures, ...]:
+        """Return the runs with the original, the flattened and the scaled phalanx, in this order."""
+        return tuple(self.one(study, {VARIANT: variant, **(conditions or {})}) for variant in VARIANTS)
+
+    def spread_of(self, check: Callable[[Evidence], float | None]) -> float | None:
+        """Return largest less smallest of what `check` gives for Table 2 over all refinements; None without them."""
+        everything = (self.measured[TABLE2], *self.refined) if self.refined else ()
+        return _range([check(Evidence({TABLE2: runs})) for runs in everything])
+
+
+def gather(
+    studies: str | Path = "studies",
+    results: str | Path = "results",
+    *,
+    workers: int = 2,
+    progress: StudyProgress | None = None,
+) -> Evidence:
+    """Run and refine the shipped studies, as far as they are not finished, and measure all runs.
+
+    Parameters
+    ----------
+    studies : path, optional
+        Folder of the study files.
+    results : path, optional
+        Folder of the results.
+    workers : int, optional
+        How many runs are computed at once.
+    progress : StudyProgress, optional
+        Is told how far the studies are.
+
+    Raises
+    ------
+    InputError
+        Where a study file is missing or wrong.
+    StudyFailedError
+        Where runs failed.
+    ResultError
+        Where results cannot be written or read back.
+    """
+    paths = {name: _study_file(Path(studies), name) for name in STUDIES}
+    for name, conditions in REFINED.items():
+        chosen = [run.name for run in plan_study(paths[name], results).runs if _meets(run.swept, conditions)]
+        converge(paths[name], results_dir=results, only=chosen, workers=workers, progress=progress)
+    outcomes = run_studies(tuple(paths.values()), results_dir=results, workers=workers, progress=progress)
+    measured = {
+        name: tuple(_measured(outcome.folder / run.label, run) for run in outcome.runs)
+        for name, outcome in zip(STUDIES, outcomes, strict=True)
+        if name != SOLID
+    }
+    solid = outcomes[STUDIES.index(SOLID)]
+    measured[SOLID] = tuple(_measured_in_space(solid.folder / run.label, run) for run in solid.runs)
+    return Evidence(measured, _refined(paths[TABLE2], results))
+
+
+def _refined(study: Path, results: str | Path) -> tuple[tuple[Measures, ...], ...]:
+    """Measure the refined runs of a study, level by level."""
+    return tuple(
+        tuple(_measured(folder, stored_run(folder, {})) for folder in folders)
+        for folders in level_folders(study, results).values()
+    )
+
+
+def _measured(folder: Path, run: RunEvents) -> Measures:
+    return measure(run, read_history(folder / "history.nc"))
+
+
+def _measured_in_space(folder: Path, run: RunEvents) -> Measures:
+    """Measure a run in space, whose acceleration peaks the paper reads at the reference nodes of the skin."""
+    history = read_history(folder / "history.nc")
+    peaks = acceleration_events(history, PeakSettings(kinds=("skin surface",)))
+    return Measures(dataclasses.replace(run, events=dataclasses.replace(run.events, acceleration=peaks)))
+
+
+def _study_file(folder: Path, name: str) -> Path:
+    path = folder / f"{name}.yaml"
+    if not path.is_file():
+        mend = "name the folder of the shipped studies, or run in the folder of the project"
+        raise InputError(str(path), "is not there", f"validate needs the studies {', '.join(STUDIES)}", mend)
+    return path
+
+
+def _meets(values: Mapping[str, object], conditions: Mapping[str, object]) -> bool:
+    return all(values.get(path) == value for path, value in conditions.items())
+
+
+def _range(values: Sequence[float | None]) -> float | None:
+    numbers = [value for value in values if value is not None]
+    return max(numbers) - min(numbers) if numbers and len(numbers) == len(values) else None

@@ -1,0 +1,218 @@
+"""The numbers that published statements are held against, each read from one history."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.history import OPEN
+from fingerslip.report.tables.events import RunEvents
+from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.slip import (
+    EventSettings,
+    Peak,
+    PeakTable,
+    SlideWindow,
+    acceleration_peaks,
+    receptor_signals,
+    relative_displacement,
+    slide_window,
+    sustained_crossing,
+)
+from fingerslip.slip.receptors import plate_tangent, receptor_rows, tangential_acceleration
+
+__all__ = [
+    "Densities",
+    "Measures",
+    "centre_after_edge",
+    "densities",
+    "largest_accelerations",
+    "measure",
+    "rms_after",
+    "way_over_friction_depth",
+]
+
+# The release itself lasts a few steps and is no vibration after it [s].
+_RELEASE = 0.02
+# Vibrations are compared over the same time, whenever overall slip was [s].
+_VIBRATION = 0.1
+
+
+@dataclass(frozen=True)
+class Densities:
+    """Strain energy density at the receptors around the edges of the contact, by type and edge.
+
+    Parameters
+    ----------
+    growth : mapping of (str, str) to float
+        At overall slip over that at the start of the slide [-].
+    range_after : mapping of (str, str) to float
+        Largest less smallest after overall slip, over the mean there [-].
+    mean_after : mapping of (str, str) to float
+        Mean after overall slip [J/m^3].
+    """
+
+    growth: Mapping[tuple[str, str], float]
+    range_after: Mapping[tuple[str, str], float]
+    mean_after: Mapping[tuple[str, str], float]
+
+
+@dataclass(frozen=True)
+class Measures:
+    """What is read from one run.
+
+    Parameters
+    ----------
+    run : RunEvents
+        The run with its events and values.
+    peaks : PeakTable
+        Its acceleration peaks.
+    largest_acceleration : mapping of str to float
+        Largest tangential acceleration after the press-to-slide transition by receptor type [m/s^2].
+    centre_after_edge : float or None
+        How much later the inner quarter of the contact leaves the plate's line than the outer one [s].
+    densities : Densities or None
+        Strain energy density; None without overall slip.
+    rms_after : float or None
+        Root mean square acceleration in the 0.1 s after overall slip and its release [m/s^2].
+    way : float or None
+        Way of the plate at overall slip over friction coefficient times indentation [-].
+    """
+
+    run: RunEvents
+    peaks: PeakTable = field(default_factory=PeakTable)
+    largest_acceleration: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    centre_after_edge: float | None = None
+    densities: Densities | None = None
+    rms_after: float | None = None
+    way: float | None = None
+
+    @property
+    def incipient_peak(self) -> Peak | None:
+        """The peak that is read as incipient slip."""
+        return self._peak_at(self.run.events.acceleration.incipient)
+
+    @property
+    def overall_peak(self) -> Peak | None:
+        """The peak that is read as overall slip."""
+        return self._peak_at(self.run.events.acceleration.overall)
+
+    @property
+    def middle_peaks(self) -> int:
+        """How many peaks there are between those of incipient and overall slip."""
+        first, last = self.incipient_peak, self.overall_peak
+        if first is None or last is None:
+            return 0
+        return sum(first.time < peak.time < last.time for peak in self.peaks.peaks)
+
+    def _peak_at(self, time: float | None) -> Peak | None:
+        return next((peak for peak in self.peaks.peaks if peak.time == time), None)
+
+
+def measure(run: RunEvents, history: xr.Dataset) -> Measures:
+    """Read the numbers of a run.
+
+    Parameters
+    ----------
+    run : RunEvents
+        The run.
+    history : xarray.Dataset
+        Its history, two-dimensional, with receptors and a slide.
+    """
+    settings, overall = EventSettings(), run.events.slip.overall
+    window = slide_window(history)
+    if window is None:
+        return Measures(run)
+    peaks = acceleration_peaks(history, settings.peaks)
+    return Measures(
+        run=run,
+        peaks=peaks,
+        largest_acceleration=largest_accelerations(history, window, peaks.transition_end or window.start),
+        centre_after_edge=centre_after_edge(history, window, settings),
+        densities=None if overall is None else densities(history, window, overall),
+        rms_after=None if overall is None else rms_after(history, window, overall + _RELEASE),
+        way=None if overall is None else way_over_friction_depth(history, window, overall),
+    )
+
+
+def largest_accelerations(history: xr.Dataset, window: SlideWindow, start: float) -> Mapping[str, float]:
+    """Return the largest tangential acceleration from `start` to the end of the slide, by receptor type [m/s^2]."""
+    largest = {}
+    for kind in RECEPTOR_KINDS:
+        values = _accelerations(history, window, (kind,), start)
+        if values.size:
+            largest[kind] = float(np.abs(values).max())
+    return MappingProxyType(largest)
+
+
+def centre_after_edge(history: xr.Dataset, window: SlideWindow, settings: EventSettings) -> float | None:
+    """Return how much later the inner quarter of the contact leaves the plate's line than the outer quarter.
+
+    The nodes in contact at the start of the slide are ranked by their distance from the middle of the contact.
+    Medians are taken; a node that never leaves counts as leaving at the end of the slide.
+
+    Returns
+    -------
+    float or None
+        Difference of the medians [s]; None for fewer than four nodes.
+    """
+    touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN)
+    if touching.size < 4:
+        return None
+    times = history["time"].values[window.records]
+    ways = relative_displacement(history, window)[:, touching]
+    left = [sustained_crossing(times, way, settings.displacement_tolerance, settings.sustained) for way in ways.T]
+    leaving = np.array([window.end if time is None else time for time in left])
+    along = history["contact_position"].values[touching] @ plate_tangent(history)
+    order = np.argsort(np.abs(along - 0.5 * (along.min() + along.max())))
+    quarter = touching.size // 4
+    return float(np.median(leaving[order[:quarter]]) - np.median(leaving[order[-quarter:]]))
+
+
+def densities(history: xr.Dataset, window: SlideWindow, overall: float) -> Densities:
+    """Read the strain energy density around both edges of the contact, before and after overall slip [s]."""
+    signals = receptor_signals(history)
+    density, count = signals["strain_energy_density"], signals["receptor_count"]
+    times = signals["time"].values
+    at_overall = min(int(np.searchsorted(times, overall)), window.last)
+    growth, range_after, mean_after = {}, {}, {}
+    for kind, area in ((str(k), str(a)) for k in signals["kind"].values for a in signals["area"].values):
+        if not int(count.sel(kind=kind, area=area)):
+            continue
+        values = density.sel(kind=kind, area=area).values
+        after = values[at_overall : window.last + 1]
+        growth[kind, area] = float(values[at_overall] / values[window.first])
+        range_after[kind, area] = float(np.ptp(after) / after.mean())
+        mean_after[kind, area] = float(after.mean())
+    return Densities(growth, range_after, mean_after)
+
+
+def rms_after(history: xr.Dataset, window: SlideWindow, start: float) -> float | None:
+    """Return the root mean square acceleration of FA-I and SA-I in the 0.1 s after `start` [m/s^2]."""
+    values = _accelerations(history, window, EventSettings().peaks.kinds, start, start + _VIBRATION)
+    return float(np.sqrt(np.mean(values**2))) if values.size else None
+
+
+def way_over_friction_depth(history: xr.Dataset, window: SlideWindow, time: float) -> float:
+    """Return the plate's way from the start of the slide to `time` [s], over friction times indentation [-]."""
+    times = history["time"].values
+    along = history["body_displacement"].values[:, 0] @ plate_tangent(history)
+    normal = history["body_displacement"].values[window.first, 0] @ history["body_normal"].values[0]
+    way = float(np.interp(time, times, along) - np.interp(window.start, times, along))
+    return way / (float(history["body_friction_coefficient"].values[0]) * float(normal))
+
+
+def _accelerations(
+    history: xr.Dataset, window: SlideWindow, kinds: tuple[str, ...], start: float, end: float = math.inf
+) -> NDArray[np.float64]:
+    """Return the tangential acceleration of receptors from `start` to `end` of the slide, (n_times, n_sites)."""
+    times = history["time"].values
+    rows = receptor_rows(history, kinds, EventSettings().peaks.per_area, float(times[window.first]))
+    first, last = np.searchsorted(times, (start, end))
+    return tangential_acceleration(history, rows)[first : min(int(last), window.last + 1)]

@@ -1,0 +1,179 @@
+"""A row of the validation table, the rule of its verdict, and the table itself."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from fingerslip.published import PublishedValue
+from fingerslip.report.tables.table import Column, Table, to_markdown
+
+__all__ = [
+    "TIME_RESOLUTION",
+    "Basis",
+    "Row",
+    "Verdict",
+    "difference_from",
+    "number_row",
+    "rows_mapping",
+    "rows_markdown",
+    "rows_table",
+    "statement_row",
+]
+
+Basis = Literal["calibrated", "predicted"]
+Verdict = Literal["agrees", "misses", "not found", "not judged", "holds", "fails"]
+
+#: All published times are multiples of this [s].
+TIME_RESOLUTION = 0.010
+
+# Decimal numbers such as 1.72 s are not exact in binary.
+_ROUNDING = 1e-9
+_COMMAND = "fingerslip validate --markdown > results/reference/validation.md"
+_NOTE = (
+    "Difference is ours less published. Uncertainty is the numerical one of ours over meshes, time steps, contact "
+    "stiffness and numerical damping (fingerslip converge), for a statement the range over these. A number "
+    "agrees when it differs by no more than the larger of the published resolution (10 ms) and the uncertainty; peak "
+    "heights are not judged. A dash: the event did not happen, or there is nothing to give."
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One published number or statement, and what came of it here.
+
+    Parameters
+    ----------
+    quantity : str
+        What is compared, and how it is read; of a statement the number that it is held against.
+    source : str
+        The paper and the place in it.
+    published : float or tuple of float or None
+        The published value or range; None for a statement.
+    ours : float or None
+        Our value; None where the event did not happen.
+    difference : float or None
+        Ours less published; from the nearer end of a range, 0 within it.
+    uncertainty : float or None
+        Numerical uncertainty of ours, for a statement its range over the refinements; None where it was not measured,
+        or the event did not happen in all of these runs.
+    verdict : {'agrees', 'misses', 'not found', 'not judged', 'holds', 'fails'}
+        What follows.
+    basis : {'calibrated', 'predicted'}
+        Whether the geometry was calibrated on this value.
+    unit : str
+        Unit of all the numbers.
+    statement : str
+        The published statement in words; empty for a number.
+    """
+
+    quantity: str
+    source: str
+    published: float | tuple[float, float] | None
+    ours: float | None
+    difference: float | None
+    uncertainty: float | None
+    verdict: Verdict
+    basis: Basis
+    unit: str = ""
+    statement: str = ""
+
+
+def number_row(
+    quantity: str,
+    value: PublishedValue,
+    ours: float | None,
+    uncertainty: float | None,
+    *,
+    resolution: float | None,
+    basis: Basis = "predicted",
+) -> Row:
+    """Hold a number against the published one.
+
+    Parameters
+    ----------
+    quantity : str
+        What it is, and how it is read.
+    value : PublishedValue
+        A published value or range.
+    ours, uncertainty : float or None
+        Our value and its numerical uncertainty, in the published unit.
+    resolution : float or None
+        Resolution of the published value; None for one that is not judged.
+    basis : {'calibrated', 'predicted'}, optional
+        Whether the geometry was calibrated on it.
+    """
+    if value.value is None:
+        raise ValueError(f"{value.id} is no number")
+    difference = None if ours is None else difference_from(ours, value.span or (value.value, value.value))
+    verdict = _verdict(difference, uncertainty, resolution)
+    return Row(
+        quantity, value.source, value.span or value.value, ours, difference, uncertainty, verdict, basis, value.unit
+    )
+
+
+def statement_row(value: PublishedValue, ours: float | None, uncertainty: float | None, holds: bool | None) -> Row:
+    """Hold the number that a check gave against a published statement; `holds` is None where it could not be told."""
+    verdict: Verdict = "not found" if holds is None else "holds" if holds else "fails"
+    return Row(
+        value.check, value.source, None, ours, None, uncertainty, verdict, "predicted", value.unit, value.statement
+    )
+
+
+def difference_from(ours: float, span: tuple[float, float]) -> float:
+    """Return how much `ours` lies above (positive) or below a published range; 0 within it.
+
+    Examples
+    --------
+    >>> difference_from(1.64, (1.63, 1.65))
+    0.0
+    """
+    return ours - min(max(ours, span[0]), span[1])
+
+
+def rows_mapping(rows: Sequence[Row]) -> list[dict[str, Any]]:
+    """Return the rows as plain data for JSON, with full precision; None where there is no number."""
+    return [dataclasses.asdict(row) for row in rows]
+
+
+def rows_table(rows: Sequence[Row]) -> Table:
+    """Put the rows into one table."""
+    columns = (
+        Column("quantity"),
+        Column("source"),
+        Column("published"),
+        *(Column(name, digits=3) for name in ("ours", "difference", "uncertainty")),
+        Column("unit"),
+        Column("verdict"),
+        Column("basis"),
+    )
+    return Table("Validation against published values", columns, tuple(_cells(row) for row in rows), _NOTE)
+
+
+def rows_markdown(rows: Sequence[Row]) -> str:
+    """Write the rows as a page in Markdown that says how it was made."""
+    table = rows_table(rows)
+    return f"# {table.title}\n\nMade by `{_COMMAND}`.\n{table.note}\n\n{to_markdown(table)}"
+
+
+def _verdict(difference: float | None, uncertainty: float | None, resolution: float | None) -> Verdict:
+    """Apply the one rule: see the note of the table."""
+    if difference is None:
+        return "not found"
+    if resolution is None:
+        return "not judged"
+    return "agrees" if abs(difference) <= max(resolution, uncertainty or 0.0) + _ROUNDING else "misses"
+
+
+def _cells(row: Row) -> tuple[str | float | None, ...]:
+    named = f"{row.statement} ({row.quantity})" if row.statement else row.quantity
+    numbers = (row.ours, row.difference, row.uncertainty)
+    return (named, row.source, _published(row), *numbers, row.unit, row.verdict, row.basis)
+
+
+def _published(row: Row) -> str | None:
+    if isinstance(row.published, tuple):
+        return " to ".join(f"{value:g}" for value in row.published)
+    return None if row.published is None else f"{row.published:g}"

@@ -1,0 +1,157 @@
+"""The rows of the validation table."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from fingerslip.published import PublishedValue, published
+from fingerslip.report.tables.events import WAYS, RunEvents
+from fingerslip.study.running.progress import StudyProgress
+from fingerslip.validation.checks import CHECKS, PHALANX_CHECKS, Finding
+from fingerslip.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, VARIANT, Evidence, gather
+from fingerslip.validation.rows import TIME_RESOLUTION, Basis, Row, number_row, statement_row
+
+__all__ = ["rows_of", "validate"]
+
+# The plate's way in one published resolution at 3 mm/s, over a friction coefficient of 0.6 times 1.5 mm.
+_WAY_RESOLUTION = TIME_RESOLUTION * 3.0 / (0.6 * 1.5)
+_WAY_PER_SECOND = _WAY_RESOLUTION / TIME_RESOLUTION
+# Latency and way of the original phalanx are arithmetic on the calibrated moments, so they are no predictions either.
+_CALIBRATED = ("incipient", "three_quarter", "overall", "latency", "overall_way_over_friction_depth")
+_OTHER_MODELS = (
+    (FORMULATION, "fingertip.formulation", "plane_strain"),
+    (SECTION, "fingertip.section", "transverse"),
+)
+
+
+def validate(
+    studies: str | Path = "studies",
+    results: str | Path = "results",
+    workers: int = 2,
+    progress: StudyProgress | None = None,
+) -> tuple[Row, ...]:
+    """Hold the shipped studies against the published values.
+
+    The studies are run like any other; runs that are finished with the same inputs are read back.
+
+    Parameters
+    ----------
+    studies : path, optional
+        Folder of the study files.
+    results : path, optional
+        Folder of the results.
+    workers : int, optional
+        How many runs are computed at once.
+    progress : StudyProgress, optional
+        Is told how far the studies are.
+
+    Returns
+    -------
+    tuple of Row
+        Calibrated rows first, then the predictions, misses included.
+
+    Raises
+    ------
+    InputError
+        Where a study file is missing or wrong.
+    StudyFailedError
+        Where runs failed.
+    ResultError
+        Where results cannot be written or read back.
+    """
+    return rows_of(gather(studies, results, workers=workers, progress=progress))
+
+
+def rows_of(evidence: Evidence) -> tuple[Row, ...]:
+    """Return the rows, calibrated ones first."""
+    rows = (
+        *_event_rows(evidence, "slip"),
+        *_event_rows(evidence, "acceleration"),
+        *_way_rows(evidence),
+        *_height_rows(evidence),
+        *(row for model in _OTHER_MODELS for row in _other_model_rows(evidence, *model)),
+        *_solid_rows(evidence),
+        *_statement_rows(evidence),
+    )
+    return tuple(sorted(rows, key=lambda row: row.basis != "calibrated"))
+
+
+def _event_rows(evidence: Evidence, way: str) -> Iterator[Row]:
+    """Yield the times of Table 2 and of the three-quarter peaks, read in one way."""
+    middle = [value for value in published("wang2014-peaks").values if value.quantity == "three_quarter"]
+    for value in (*published("wang2014-table2").values, *middle):
+        variant = str(value.conditions[VARIANT])
+        basis = _basis(value) if way == "slip" else "predicted"
+        run = evidence.one(TABLE2, {VARIANT: variant}).run
+        name = f"{_words(value.quantity)}, {variant} ({WAYS[way]})"
+        yield _event_row(name, value, run, way, basis)
+
+
+def _way_rows(evidence: Evidence) -> Iterator[Row]:
+    """Yield the plate's way at overall slip in units of friction times indentation."""
+    for value in published("wang2014-derived").values:
+        ours = evidence.one(TABLE2, {VARIANT: value.conditions[VARIANT]})
+        error = ours.run.uncertainty.get("slip.overall")
+        uncertainty = None if error is None else error * _WAY_PER_SECOND
+        name = f"way of the plate at overall slip / (friction x depth), {value.conditions[VARIANT]} (accumulated slip)"
+        yield number_row(name, value, ours.way, uncertainty, resolution=_WAY_RESOLUTION, basis=_basis(value))
+
+
+def _height_rows(evidence: Evidence) -> Iterator[Row]:
+    """Yield the heights of the peaks, which are not judged: they depend on mesh, step and numerical damping."""
+    for value in published("wang2014-peak-acceleration").values:
+        ours = evidence.one(TABLE2, {VARIANT: value.conditions[VARIANT]})
+        incipient = value.quantity == "incipient_peak"
+        peak = ours.incipient_peak if incipient else ours.overall_peak
+        uncertainty = None if incipient else ours.run.uncertainty.get("peak_height")
+        name = f"height of the {_words(value.quantity)} peak, {value.conditions[VARIANT]}"
+        yield number_row(name, value, None if peak is None else peak.height, uncertainty, resolution=None)
+
+
+def _other_model_rows(evidence: Evidence, study: str, path: str, choice: str) -> Iterator[Row]:
+    """Yield overall slip of another model of the same section."""
+    for value in published("wang2014-table2").values:
+        if value.quantity != "overall":
+            continue
+        variant = value.conditions[VARIANT]
+        run = evidence.one(study, {VARIANT: variant, path: choice}).run
+        name = f"overall slip, {variant}, {choice.replace('_', ' ')} (accumulated slip)"
+        yield _event_row(name, value, run, "slip", "predicted")
+
+
+def _solid_rows(evidence: Evidence) -> Iterator[Row]:
+    """Yield the moments of the fingertip in space, in the way in which the paper reads each."""
+    (measures,) = evidence.measured[SOLID]
+    for value in published("wang2014-solid").values:
+        name = f"{_words(value.quantity)}, fingertip in space ({WAYS[value.way]})"
+        yield _event_row(name, value, measures.run, value.way, "predicted")
+
+
+def _event_row(name: str, value: PublishedValue, run: RunEvents, way: str, basis: Basis) -> Row:
+    ours: float | None = getattr(getattr(run.events, way), value.quantity)
+    uncertainty = run.uncertainty.get(f"{way}.{value.quantity}")
+    return number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION, basis=basis)
+
+
+def _statement_rows(evidence: Evidence) -> Iterator[Row]:
+    for value in published("wang2014-qualitative").values:
+        check = CHECKS[value.id]
+        finding = check(evidence)
+        uncertainty = evidence.spread_of(_number_of(check)) if value.id in PHALANX_CHECKS else None
+        yield statement_row(value, finding.number, uncertainty, finding.holds)
+
+
+def _number_of(check: Callable[[Evidence], Finding]) -> Callable[[Evidence], float | None]:
+    return lambda evidence: check(evidence).number
+
+
+def _basis(value: PublishedValue) -> Basis:
+    is_calibrated = value.conditions[VARIANT] == "original" and value.quantity in _CALIBRATED
+    return "calibrated" if is_calibrated else "predicted"
+
+
+def _words(quantity: str) -> str:
+    """Name a published quantity in words: 'three-quarter slip', 'latency', 'overall slip' for its peak too."""
+    plain = quantity.removesuffix("_peak").replace("_", "-")
+    return plain if plain == "latency" else f"{plain} slip"

@@ -1,1 +1,0 @@
-"""Tests of fingerslip.anatomy, module by module."""

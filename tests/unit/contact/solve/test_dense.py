@@ -1,0 +1,48 @@
+"""Dense factors in single precision: solutions, shared by threads."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from fingerslip.contact.solve.dense import factorise_dense
+
+
+def well_conditioned(size: int, seed: int = 0) -> np.ndarray:
+    """Return an unsymmetric matrix whose rows have to be swapped."""
+    rng = np.random.default_rng(seed)
+    matrix = 0.3 * rng.normal(size=(size, size)) / np.sqrt(size) + np.roll(np.eye(size), 1, axis=0)
+    return matrix.astype(np.float32)
+
+
+@pytest.mark.parametrize("size", [1, 2, 7, 150])
+def test_solutions_are_those_of_double_precision(size: int) -> None:
+    matrix, right = well_conditioned(size), np.random.default_rng(1).normal(size=size).astype(np.float32)
+    given = right.copy()
+    found = factorise_dense(matrix.copy()).solve(given)
+    exact = np.linalg.solve(matrix.astype(float), right.astype(float))
+    np.testing.assert_allclose(found, exact, atol=1e-4 * np.abs(exact).max())
+    np.testing.assert_array_equal(given, right)
+
+
+def test_factors_take_the_place_of_the_matrix() -> None:
+    matrix = well_conditioned(20)
+    assert factorise_dense(matrix).factors is matrix
+
+
+def test_threads_that_share_a_factor_find_the_same() -> None:
+    factor = factorise_dense(well_conditioned(200))
+    sides = np.random.default_rng(2).normal(size=(400, 200)).astype(np.float32)
+    with ThreadPoolExecutor(4) as pool:
+        beside = list(pool.map(factor.solve, sides))
+    for side, found in zip(sides, beside, strict=True):
+        np.testing.assert_array_equal(found, factor.solve(side))
+
+
+def test_a_singular_matrix_leaves_finite_solutions() -> None:
+    """They precondition badly, but an iteration can go on with them."""
+    matrix = well_conditioned(6)
+    matrix[:, 2] = 0.0
+    assert np.isfinite(factorise_dense(matrix).solve(np.ones(6, dtype=np.float32))).all()

@@ -1,0 +1,99 @@
+"""Rigid bodies: their distance from points, their normals, and where they just touch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fingerslip.contact.counterfaces import Cylinder, Plane, Sphere
+from fingerslip.errors import InputError
+
+
+@pytest.mark.parametrize("normal", [(0.0, 0.0), (1.0,), (0.0, 0.0, 0.0, 1.0)])
+def test_a_plane_needs_a_direction(normal):
+    with pytest.raises(InputError, match=r"normal: got .*, needs two or three components, not all zero"):
+        Plane(normal=normal)
+
+
+def test_gap_is_the_signed_distance_along_the_normal():
+    plane = Plane(normal=(3.0, 4.0), offset=2.0)
+    assert plane.gap(np.array([[3.0, 4.0]]))[0] == pytest.approx(3.0)
+    assert Plane(normal=(3.0, 4.0)).placed(np.array([[3.0, 4.0], [0.0, 0.0]])).offset == 0.0
+    assert plane.placed(np.zeros((1, 2))) is plane
+
+
+directions = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0)).filter(lambda n: np.hypot(*n) > 1e-3)
+
+
+@given(normal=directions, length=st.floats(0.1, 10.0))
+def test_the_direction_of_a_plane_knows_no_length(normal, length):
+    plane = Plane(normal=normal)
+    longer = Plane(normal=(length * normal[0], length * normal[1]))
+    np.testing.assert_allclose(longer.unit_normal, plane.unit_normal, atol=1e-12)
+
+
+@given(normal=directions, way=st.floats(-2.0, 2.0), aside=st.floats(-2.0, 2.0))
+def test_a_point_that_moves_along_the_plane_keeps_its_gap(normal, way, aside):
+    plane, point = Plane(normal=normal, offset=0.1), np.array([0.3, -0.7])
+    moved = point + way * plane.unit_normal + aside * plane.unit_normal[::-1] * [1.0, -1.0]
+    before, after = plane.gap(np.array([point, moved]))
+    assert after - before == pytest.approx(way, abs=1e-12)
+
+
+@given(normal=directions)
+def test_at_the_touching_offset_the_nearest_point_has_no_gap(normal):
+    points = np.random.default_rng(0).normal(size=(20, 2))
+    gaps = Plane(normal=normal).placed(points).gap(points)
+    assert gaps.min() == pytest.approx(0.0, abs=1e-12)
+    assert (gaps > 1e-9).sum() == 19
+
+
+def test_a_plane_in_space_has_a_unit_normal():
+    np.testing.assert_allclose(Plane(normal=(2.0, 3.0, 6.0)).unit_normal, np.array([2.0, 3.0, 6.0]) / 7.0)
+
+
+ROUND = [
+    Sphere(0.5, (0.0, 0.0, 1.0)),
+    Sphere(0.5, (0.0, 1.0)),
+    Cylinder(0.5, (0.0, -1.0)),
+    Cylinder(0.5, (0.0, 0.0, 1.0), axis=(1.0, 1.0, 0.0)),
+]
+
+
+@pytest.mark.parametrize("body", ROUND)
+def test_a_round_body_is_placed_where_it_just_touches_and_presses(body):
+    points = np.random.default_rng(2).uniform(-1.0, 1.0, size=(200, body.dim)) * 0.2
+    placed = body.placed(points)
+    gaps = placed.gap(points)
+    assert gaps.min() == pytest.approx(0.0, abs=1e-12)
+    assert (np.asarray(placed.centre) - points.mean(axis=0)) @ body.unit_normal < 0.0, "it is behind its surface"
+    ahead = placed.gap(points - 0.01 * body.unit_normal)
+    assert ahead.min() < 0.0, "points that come against its direction go in"
+
+
+@pytest.mark.parametrize("body", ROUND)
+def test_normals_are_unit_and_the_slope_of_the_gap(body):
+    placed = body.placed(np.full((1, body.dim), 0.3))
+    points = np.asarray(placed.centre) + np.random.default_rng(1).normal(size=(20, body.dim))
+    normals = placed.normals(points)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, rtol=1e-12)
+    for axis in range(body.dim):
+        step = 1e-6 * np.eye(body.dim)[axis]
+        slope = (placed.gap(points + step) - placed.gap(points - step)) / 2e-6
+        np.testing.assert_allclose(slope, normals[:, axis], atol=1e-8)
+
+
+def test_gap_of_a_cylinder_does_not_change_along_its_axis():
+    cylinder = Cylinder(0.5, (0.0, 0.0, 1.0), centre=(0.0, 0.0, 0.0), axis=(2.0, 0.0, 0.0))
+    np.testing.assert_allclose(cylinder.gap(np.array([[7.0, 3.0, 4.0], [-2.0, 3.0, 4.0]])), 4.5)
+
+
+def test_axes_and_centres_have_to_fit():
+    for wrong in ({"axis": (1.0, 0.0, 0.0)}, {"centre": (0.0, 0.0, 0.0)}):
+        with pytest.raises(InputError):
+            Cylinder(1.0, (0.0, 1.0), **wrong)
+    for axis in (None, (0.0, 0.0, 1.0), (1.0, 0.0)):
+        with pytest.raises(InputError, match="axis"):
+            Cylinder(1.0, (0.0, 0.0, 1.0), axis=axis)

@@ -1,0 +1,138 @@
+"""The loop over time: steps, progress, provenance, and the same history every time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.dynamics.simulation import step_times
+from fingerslip.history import VARIABLES
+from problems.pushed import pad, push_and_slide
+
+SITES = (fs.Site("deep", "FA-II", (0.0, 2e-3)), fs.Site("low", "SA-I", (1e-3, 0.0), "bulk"))
+
+
+@pytest.fixture(scope="module")
+def history():
+    return fs.simulate(push_and_slide(record=fs.Recording(SITES, snapshots_every=0.05)))
+
+
+def test_the_plate_moves_as_the_programme_says(history):
+    np.testing.assert_allclose(history.body_displacement.values[-1, 0], [0.8e-3, 0.4e-3])
+    sliding = (history.time.values > 0.13) & (history.time.values < 0.21)
+    np.testing.assert_allclose(history.body_velocity.values[sliding, 0], [[8e-3, 0.0]] * sliding.sum(), atol=1e-9)
+
+
+def test_provenance_says_solver_sizes_and_seconds(history):
+    attrs = history.attrs
+    assert attrs["linear_solver"] in {"MKL PARDISO", "SuperLU"}
+    assert attrs["n_nodes"] == 45
+    assert attrs["n_degrees_of_freedom"] == 2 * 45 - 18
+    assert attrs["n_contact_candidates"] == history.sizes["contact_node"]
+    parts = [attrs[f"seconds_{name}"] for name in ("substitution", "contact", "recording")]
+    assert min(parts) > 0.0
+    assert sum(parts) <= attrs["seconds_stepping"]
+
+
+def test_progress_is_told_after_every_step():
+    told = []
+    fs.simulate(push_and_slide(programme=(fs.Press(0.02e-3, 1e-3),)), progress=told.append)
+    np.testing.assert_allclose(told, [0.25, 0.5, 0.75, 1.0])
+
+
+def test_the_same_model_gives_the_same_history_bit_by_bit(history):
+    again = fs.simulate(push_and_slide(record=fs.Recording(SITES, snapshots_every=0.05)))
+    for name in VARIABLES:
+        np.testing.assert_array_equal(history[name].values, again[name].values, err_msg=name)
+
+
+def test_steps_are_whole_and_end_where_the_programme_ends():
+    times = step_times(push_and_slide())
+    np.testing.assert_allclose(times, 5e-3 * np.arange(45))
+    assert step_times(push_and_slide(time=fs.TimeStepping(5e-3, end=0.05)))[-1] == pytest.approx(0.05)
+
+
+def test_a_programme_that_ends_between_two_steps_is_run_to_its_end():
+    assert step_times(push_and_slide(step=0.03))[-1] == pytest.approx(0.24)
+
+
+def test_a_step_longer_than_the_run_is_refused():
+    with pytest.raises(fs.InputError, match=r"time.step: got 1 s for a run of 0.22 s, needs at least one step"):
+        fs.simulate(push_and_slide(step=1.0))
+
+
+def test_contact_outside_the_candidates_is_refused():
+    contacts = (fs.Contact(boundary="bottom", friction=fs.Coulomb(0.4), reach=1e-6),)
+    with pytest.raises(fs.SlipOutsideContactError, match=r"reached the plate .* write a larger contact reach"):
+        fs.simulate(push_and_slide(contacts=contacts))
+
+
+def test_penalties_are_told_as_mean_over_the_contact():
+    contacts = (fs.Contact("bottom", friction=fs.Coulomb(0.4), normal_penalty=3e7, tangential_penalty=5e6),)
+    attrs = fs.simulate(push_and_slide(contacts=contacts, programme=(fs.Press(0.02e-3, 1e-3),))).attrs
+    assert attrs["normal_penalty"] == pytest.approx(3e7, rel=1e-12)
+    assert attrs["tangential_penalty"] == pytest.approx(5e6, rel=1e-12)
+
+
+def test_two_plates_squeeze_a_free_block_with_equal_and_opposite_forces():
+    """Nothing else holds the block along y, so once it is at rest the forces of the plates balance."""
+    plates = (
+        fs.Contact("bottom", friction=fs.Coulomb(0.5)),
+        fs.Contact("top", body=fs.Plane(normal=(0.0, -1.0)), friction=fs.Coulomb(0.5)),
+    )
+    model = push_and_slide(
+        supports={},
+        contacts=plates,
+        programme=(fs.Press(0.2e-3, 2e-3), fs.Hold(0.4)),
+        damping=fs.RayleighDamping(mass=20.0, stiffness=5e-3),
+    )
+    history = fs.simulate(model)
+    below, above = history.body_force.values[-1]
+    assert below[1] > 0.0
+    np.testing.assert_allclose(above, -below, atol=1e-3 * below[1])
+    assert history.contact_body.values.tolist() == sorted(history.contact_body.values.tolist())
+    assert set(history.contact_body.values.tolist()) == {0, 1}
+    np.testing.assert_allclose(history.body_displacement.values[-1], [[0.0, 0.2e-3], [0.0, -0.2e-3]], atol=1e-15)
+
+
+def test_a_run_to_the_left_is_the_mirror_image_of_one_to_the_right():
+    """The pad is symmetric, so forces along x change their sign and nothing else changes."""
+    press, slide = fs.Press(0.4e-3, 4e-3), fs.Slide(0.8e-3, 8e-3)
+    right = fs.simulate(push_and_slide(programme=(press, slide)))
+    left = fs.simulate(push_and_slide(programme=(press, fs.Slide(0.8e-3, 8e-3, direction=(-1.0, 0.0)))))
+    force = right.body_force.values[:, 0]
+    scale = np.abs(force).max()
+    np.testing.assert_allclose(left.body_force.values[:, 0], force * [-1.0, 1.0], atol=1e-8 * scale)
+    assert np.abs(force[-1, 0]) > 0.3 * force[-1, 1]
+    order = np.argsort(right.contact_position.values[:, 0])
+    mirrored = np.argsort(-left.contact_position.values[:, 0])
+    np.testing.assert_allclose(
+        left.slip_distance.values[:, mirrored], right.slip_distance.values[:, order], atol=1e-8 * 0.8e-3
+    )
+
+
+def test_a_node_that_moves_onto_the_plate_is_noticed_though_the_plate_stands_still():
+    """A free block is pushed down onto a plate 0.2 mm below it; only its lowest node may touch."""
+    contact = fs.Contact("bottom", body=fs.Plane(offset=-0.2e-3), friction=fs.Coulomb(0.4), reach=0.21e-3)
+    model = push_and_slide(
+        supports={"left": ("x",)},
+        contacts=(contact,),
+        programme=(),
+        tractions={"top": (0.0, -2e3)},
+        time=fs.TimeStepping(1e-3, end=0.2),
+    )
+    with pytest.raises(fs.SlipOutsideContactError, match="reached the plate but is no contact candidate"):
+        fs.simulate(model)
+
+
+def test_a_node_that_gives_way_to_the_plate_is_none_that_it_reaches():
+    """The plate passes the places at which outer nodes began, but these rise with the skin that it presses."""
+    reached = 0.06e-3
+    contact = fs.Contact("bottom", friction=fs.Coulomb(0.4), reach=reached)
+    model = push_and_slide(contacts=(contact,), programme=(fs.Press(0.1e-3, 4e-3),), mesh=pad("Q4", 40, 8))
+    bottom = np.unique(model.mesh.facets[:, model.mesh.boundaries["bottom"]])
+    heights = model.mesh.p[1, bottom]
+    assert ((heights > reached) & (heights < 0.1e-3)).any(), "or this test shows nothing"
+    history = fs.simulate(model)
+    assert history.sizes["contact_node"] == (heights <= reached).sum()

@@ -1,0 +1,37 @@
+"""Gmsh for one mesh: closed afterwards, and left alone where somebody else uses it."""
+
+from __future__ import annotations
+
+import gmsh
+import pytest
+
+from fingerslip.errors import MeshError
+from fingerslip.mesh.gmsh_session import gmsh_session, length_unit
+from fingerslip.mesh.section.build import build_section
+from fingerslip.specimens.fingertip import preset
+
+
+def test_session_ends_with_an_error_too():
+    def fail():
+        with gmsh_session():
+            assert gmsh.isInitialized()
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail()
+    assert not gmsh.isInitialized()
+
+
+def test_largest_size_is_less_than_one_for_gmsh():
+    assert 3e-3 / length_unit(3e-3) == 0.5
+
+
+def test_gmsh_that_someone_else_uses_is_left_alone():
+    gmsh.initialize(readConfigFiles=False)
+    gmsh.option.setNumber("General.Terminal", 0)
+    try:
+        with pytest.raises(MeshError, match="already initialised"):
+            build_section(preset("wang2014-2d"))
+        assert gmsh.isInitialized()
+    finally:
+        gmsh.finalize()

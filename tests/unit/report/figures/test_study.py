@@ -1,0 +1,87 @@
+"""Event times and latencies over the runs of a study, beside the published ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fingerslip.published import published
+from fingerslip.report.figures.study import event_times_figure, latency_figure
+from fingerslip.report.tables.events import RunEvents
+from fingerslip.slip import Events, SlipEvents
+from unit.report.figures.made import panels, words
+
+
+def swept_runs() -> list[RunEvents]:
+    def events(friction: float) -> Events:
+        overall = 1.0 + 0.71 * friction / 0.6
+        times = SlipEvents(overall - 0.18, None, overall - 0.05, overall)
+        return Events(times, times, SlipEvents(None, None, None, overall))
+
+    return [
+        RunEvents(
+            f"{variant} {friction}",
+            {"fingertip.phalanx.variant": variant, "contact.friction_coefficient": friction},
+            events(friction),
+            {"fingertip.fingerprint.enabled": False},
+        )
+        for variant in ("original", "scaled")
+        for friction in (0.2, 0.6, 0.8)
+    ]
+
+
+def test_event_times_have_a_panel_for_each_phalanx_and_the_published_values() -> None:
+    figure = event_times_figure(swept_runs(), reference=published("wang2014-table2"))
+    assert [axes.get_title(loc="left") for axes in panels(figure)] == ["phalanx original", "phalanx scaled"]
+    diamonds = [line.get_ydata()[0] for line in panels(figure)[0].lines if line.get_marker() == "D"]
+    assert sorted(diamonds) == [1.53, 1.71]
+    overall = panels(figure)[0].lines[6]
+    assert list(overall.get_xdata()) == [0.2, 0.6, 0.8]
+    assert overall.get_ydata()[1] == pytest.approx(1.71)
+    assert {"friction coefficient", "time from the start of the run [s]", "published"} <= words(figure)
+
+
+def test_latency_is_in_milliseconds_and_missing_where_an_event_is() -> None:
+    figure = latency_figure(swept_runs(), reference=published("wang2014-table2"))
+    axes = panels(figure)[1]
+    assert axes.get_title(loc="left") == "friction coefficient 0.6"
+    slip, _, acceleration = axes.lines[:3]
+    assert slip.get_ydata() == pytest.approx([180.0, 180.0])
+    assert np.isnan(acceleration.get_ydata()).all()
+    diamonds = [line.get_ydata()[0] for line in axes.lines if line.get_marker() == "D"]
+    assert diamonds == pytest.approx([180.0, 290.0])
+    assert "published" not in words(latency_figure(swept_runs()))
+
+
+def test_runs_without_the_swept_value_are_left_out() -> None:
+    runs = [*swept_runs(), RunEvents("other", {}, Events())]
+    assert len(panels(event_times_figure(runs))) == 2
+
+
+def test_published_values_are_shown_only_where_their_conditions_hold() -> None:
+    axes = panels(event_times_figure(swept_runs(), reference=published("wang2014-table2")))[1]
+    diamonds = [(line.get_xdata()[0], line.get_ydata()[0]) for line in axes.lines if line.get_marker() == "D"]
+    assert sorted(diamonds) == [(0.6, 1.48), (0.6, 1.77)], "those of the scaled phalanx at 0.6, and no latency"
+
+
+def test_words_on_the_axis_stand_in_order_of_appearance() -> None:
+    figure = event_times_figure(swept_runs(), "fingertip.phalanx.variant")
+    axes = panels(figure)[0]
+    assert axes.get_title(loc="left") == "friction coefficient 0.2"
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["original", "scaled"]
+    assert list(axes.get_xticks()) == [0, 1]
+    assert "phalanx" in words(figure)
+
+
+def test_numbers_on_the_axis_are_to_scale() -> None:
+    axes = panels(event_times_figure(swept_runs()))[0]
+    assert list(axes.get_xticks()) == [0.2, 0.6, 0.8]
+
+
+def test_a_missing_event_is_left_out_of_its_curve() -> None:
+    times = SlipEvents(1.5, None, None, 1.7)
+    runs = [RunEvents(str(mu), {"contact.friction_coefficient": mu}, Events(slip=times)) for mu in (0.2, 0.4)]
+    axes = panels(event_times_figure(runs))[0]
+    incipient, three_quarter = (np.asarray(axes.lines[place].get_ydata(), dtype=float) for place in (0, 3))
+    assert incipient.tolist() == [1.5, 1.5]
+    assert np.isnan(three_quarter).all()

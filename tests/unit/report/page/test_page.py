@@ -1,0 +1,89 @@
+"""The HTML page: well formed, self-contained, every text escaped."""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure
+
+from fingerslip.errors import ResultError
+from fingerslip.report.page.page import Picture, Report, ReportSection, parameters_table, render_page, write_page
+from fingerslip.report.tables.table import Column, Table
+from fingerslip.specimens.fingertip import PresetValue
+from unit.report.pages import checked
+
+PARAMETERS = (
+    PresetValue("layers.skin_thickness", "1.5 mm", "wang2014", ""),
+    PresetValue("depth", "1 mm", "assumed", "scales all forces"),
+)
+
+
+def picture(name: str) -> Picture:
+    figure = Figure(figsize=(1.0, 1.0))
+    figure.subplots().plot([0.0, 1.0])
+    return Picture(name, f'caption of "{name}"', figure)
+
+
+def report() -> Report:
+    table = Table("times", (Column("time", "s", 2), Column("name")), ((1.5, "a"), (None, "b")), "a note")
+    sections = (
+        ReportSection("First", ("a paragraph",), (table,), (picture("one"),)),
+        ReportSection("Second", pictures=(picture("two"),), folded=True),
+    )
+    return Report("A <study>", sections, {"commit": "abc"})
+
+
+def test_page_needs_no_other_file_and_is_well_formed() -> None:
+    checker = checked(render_page(report()))
+    assert len(checker.loaded) == 2
+    for source in checker.loaded:
+        kind, data = source.split(",")
+        assert kind == "data:image/png;base64"
+        assert base64.b64decode(data, validate=True).startswith(b"\x89PNG")
+    assert checker.links == ["#s0", "#s1"]
+    assert {"s0", "s1", "one", "two", "provenance"} <= checker.anchors
+
+
+def test_folded_sections_open_at_a_click_and_the_others_are_open() -> None:
+    page = render_page(report())
+    assert page.count("<details>") == 1
+    folded = page[page.index("<details>") : page.index("</details>")]
+    assert '<h2 id="s1">Second</h2>' in folded
+    assert "First" not in folded
+
+
+def test_page_without_provenance_has_no_such_section() -> None:
+    assert "provenance" not in render_page(Report("r", ()))
+
+
+def test_texts_are_escaped() -> None:
+    section = ReportSection("a & b", ("1 < 2",), (Table("t", (Column("x"),), (("<script>",),)),))
+    page = render_page(Report("<title>", (section,), {"k": "<v>"}))
+    checked(page)
+    assert "<script>" not in page
+    assert "&lt;script&gt;" in page
+    assert "1 &lt; 2" in page
+
+
+def test_missing_value_is_a_dash_and_numbers_stand_right() -> None:
+    page = render_page(report())
+    assert '<th class="number">time [s]</th>' in page
+    assert '<td class="number">1.50</td>' in page
+    assert '<td class="number">-</td>' in page
+    assert '<p class="note">a note</p>' in page
+
+
+def test_assumed_parameters_come_first() -> None:
+    table = parameters_table(PARAMETERS)
+    assert [row[2] for row in table.rows] == ["assumed", "wang2014"]
+    assert table.note.startswith("1 of 2 values are assumed")
+
+
+def test_page_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
+    write_page(report(), tmp_path / "report.html")
+    assert "caption of" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+    with pytest.raises(ResultError, match="cannot be written"):
+        write_page(Report("r", ()), tmp_path / "missing" / "report.html")

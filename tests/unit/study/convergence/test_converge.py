@@ -1,0 +1,155 @@
+"""Refining a study, with a simulation whose slip times depend on step and stiffness in a known way."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray as xr
+
+from fingerslip.errors import ConvergenceError, InputError
+from fingerslip.model import Model
+from fingerslip.study.convergence.converge import StudyConvergence, converge, level_folders
+from fingerslip.study.definition.spec import parse_study
+from fingerslip.study.running import compute
+from fingerslip.study.running.runner import StudyFailedError, run_study
+from places import ROOT
+from unit import synthetic
+from unit.study.block import FRICTIONS, block_values
+
+Write = Callable[..., Path]
+NAMES = [f"friction_coefficient-{friction}" for friction in FRICTIONS]
+STEP = 2e-3
+
+
+@pytest.fixture
+def called(monkeypatch: pytest.MonkeyPatch) -> list[Model]:
+    """Replace the simulation: slip is overall 8 ms later with the full step, and less so with finer ones."""
+    calls: list[Model] = []
+
+    def fake(model: Model, *, progress: Callable[[float], None]) -> xr.Dataset:
+        calls.append(model)
+        progress(1.0)
+        return synthetic.make(synthetic.Process(centre=1.7 + 0.1 * model.time.step / STEP))
+
+    monkeypatch.setattr(compute, "simulate", fake)
+    return calls
+
+
+def refined(path: Path, **options: Any) -> StudyConvergence:
+    return converge(path, results_dir=path.parent / "results", workers=1, **options)
+
+
+def plain(**values: object) -> dict[str, Any]:
+    return {**block_values(), "sweep": {}, **values}
+
+
+@pytest.mark.usefixtures("called", "reports")
+def test_order_and_limit_of_a_known_dependence(write_study: Write) -> None:
+    found = refined(write_study(plain())).runs[0].quantities["slip.overall"]
+    step = found.refinements["step"]
+    assert found.sources["step"].sizes == (1.0, 0.5, 0.25)
+    assert step.order == pytest.approx(1.0, abs=0.05)  # records are a step apart
+    assert step.limit == pytest.approx(found.value - 0.1, abs=5e-3)
+    assert found.refinements["penalty"].behaviour == "unchanged"
+    assert found.uncertainty == pytest.approx(1.25 * 0.1, rel=0.1)
+    assert found.unsettled == ()
+
+
+@pytest.mark.usefixtures("reports")
+def test_only_what_is_not_there_is_computed(write_study: Write, called: list[Model]) -> None:
+    path = write_study(plain())
+    run_study(path, results_dir=path.parent / "results", workers=1)
+    assert len(called) == 1
+    refined(path)
+    assert len(called) == 1 + 4
+    refined(path)
+    assert len(called) == 1 + 4
+    assert {model.time.step for model in called} == {STEP, STEP / 2, STEP / 4}
+
+
+@pytest.mark.usefixtures("called", "reports")
+def test_chosen_runs_are_refined_and_earlier_ones_stay_known(write_study: Write) -> None:
+    path = write_study()
+    assert [found.run for found in refined(path, only=NAMES[:1]).runs] == NAMES[:1]
+    refined(path, only=NAMES[1:2])
+    stored = json.loads((path.parent / "results" / "block" / "convergence" / "convergence.json").read_text())
+    assert sorted(stored) == NAMES[:2]
+
+
+@pytest.mark.usefixtures("called", "reports")
+def test_tables_of_the_study_carry_the_uncertainty(write_study: Write) -> None:
+    path = write_study()
+    refined(path, only=NAMES[:1])
+    runs = run_study(path, results_dir=path.parent / "results", workers=1).runs
+    assert runs[0].uncertainty["slip.overall"] == pytest.approx(0.125, rel=0.1)
+    assert runs[1].uncertainty == {}
+    with (path.parent / "results" / "block" / "summary.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert float(rows[0]["slip_overall_uncertainty_s"]) == pytest.approx(0.125, rel=0.1)
+    assert rows[1]["slip_overall_uncertainty_s"] == ""
+
+
+@pytest.mark.usefixtures("called")
+def test_report_is_made_again_with_the_uncertainties(write_study: Write, reports: list[tuple[str, ...]]) -> None:
+    path = write_study(plain())
+    refined(path)
+    refined(path)
+    assert len(reports) == 2  # before and after the refinement, and not a third time
+
+
+@pytest.mark.usefixtures("called", "reports")
+def test_tables_figures_and_series_are_written(write_study: Write) -> None:
+    found = refined(write_study(plain()))
+    folder = found.folder / "convergence"
+    assert [path.name for path in (folder / "figures").iterdir()] == ["run.png"]
+    with (folder / "convergence.csv").open() as file:
+        rows = [row for row in csv.DictReader(file) if row["quantity"] == "slip.overall" and row["setting"] == "step"]
+    assert [float(row["size"]) for row in rows] == [1.0, 0.5, 0.25]
+    assert "overall slip" in str(found.tables[0].rows)
+
+
+@pytest.mark.usefixtures("called", "reports")
+def test_folders_of_a_level_hold_its_runs(write_study: Write) -> None:
+    path = write_study(plain())
+    refined(path)
+    folders = level_folders(path, path.parent / "results")
+    assert len(folders) == 4
+    assert all((folder / "history.nc").is_file() for level in folders.values() for folder in level)
+
+
+def test_a_run_that_is_not_there_is_named_before_anything_is_computed(write_study: Write, called: list[Model]) -> None:
+    with pytest.raises(InputError, match=r"no run 'nix'.*friction_coefficient-0\.2"):
+        refined(write_study(), only=["nix"])
+    assert called == []
+
+
+@pytest.mark.usefixtures("reports")
+def test_a_level_that_fails_fails_the_refinement(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fake(model: Model, *, progress: Callable[[float], None]) -> xr.Dataset:
+        progress(1.0)
+        if model.time.step < STEP:
+            raise ConvergenceError(0.1, 3, 1.0, 1e-10, "try")
+        return synthetic.make(synthetic.Process())
+
+    monkeypatch.setattr(compute, "simulate", fake)
+    path = write_study(plain())
+    with pytest.raises(StudyFailedError, match=r"run_step-0\.5"):
+        refined(path)
+    assert not (path.parent / "results" / "block" / "convergence" / "convergence.json").exists()
+
+
+@pytest.mark.parametrize("factors", [[0.5], [0.5, 0.5], [1.0, 0.5], [0.5, 0.25, 0.125]])
+def test_a_refinement_needs_two_factors_of_its_own(factors: list[float]) -> None:
+    with pytest.raises(InputError, match=r"converge.step: has .*, needs two different factors|converge.step: has"):
+        parse_study(plain(converge={"step": factors}), Path("block.yaml"))
+
+
+def test_documentation_quotes_the_reference_table() -> None:
+    table = (ROOT / "results" / "reference" / "convergence.md").read_text(encoding="utf-8")
+    original = table[table.index("| quantity") :].split("\n\n")[0]
+    assert original in (ROOT / "docs" / "convergence.md").read_text(encoding="utf-8")

@@ -1,0 +1,209 @@
+"""The parts of a study file: the key says the kind, and a mistake is named where it stands."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fingerslip.contact.counterfaces import Plane, Sphere
+from fingerslip.contact.friction import Anisotropic, Coulomb
+from fingerslip.errors import InputError
+from fingerslip.model import QuasiStatic, TimeStepping
+from fingerslip.study.definition.settings import ContactSettings, TimeSettings
+from fingerslip.study.definition.spec import parse_study, study_mapping, study_schema
+from fingerslip.study.definition.sweep import expand, known_paths
+from unit.study.block import block_values
+
+SOURCE = Path("studies/x.yaml")
+DROP = {"static_kinetic": {"static": 0.8, "kinetic": 0.5, "decay_speed": "1 mm/s"}}
+BALL = {"sphere": {"radius": "5 mm", "normal": [0, 0, 1]}}
+SLIDING = (np.array([1e3]), np.array([1.0]))
+DRIVE = {"mass": "5 g", "force": "0.3 N"}
+
+
+def contact(**values: Any) -> dict[str, Any]:
+    return block_values() | {"contact": {"boundary": "bottom"} | values, "sweep": {}}
+
+
+def everything() -> dict[str, Any]:
+    """Return a study that uses every choice at once; it need not be computable."""
+    values = contact() | {
+        "contacts": [
+            {"friction": DROP, "drive": DRIVE, "programme": [{"press": {"depth": "1 mm", "speed": "1 mm/s"}}]},
+            {"friction": {"anisotropic": {"along": 0.4, "across": 0.6}}, "body": BALL},
+            {"friction": {"coulomb": {"coefficient": 0.3}}, "body": {"plane": {"normal": [0, -1], "offset": "1 mm"}}},
+        ],
+        "tractions": {"top": {"value": ["1 kPa"], "ramp": {"times": ["0 s"], "factors": [1.0]}}, "side": ["2 Pa"]},
+        "gravity": ["0 m/s^2", "-9.81 m/s^2"],
+        "initial_velocity": ["1 mm/s"],
+        "time": {"step": "2 ms", "scheme": "quasi_static"},
+    }
+    del values["contact"]
+    return values
+
+
+def test_short_form_is_a_plate_with_coulomb_friction() -> None:
+    settings = ContactSettings(friction_coefficient=0.6, offset=-1e-3)
+    assert settings.law == Coulomb(0.6)
+    assert settings.rigid_body == Plane((0.0, 1.0), -1e-3)
+
+
+def test_long_form_gives_any_law_and_body() -> None:
+    settings = parse_study(everything(), SOURCE).contacts
+    assert settings[1].law == Anisotropic(0.4, 0.6)
+    assert settings[1].rigid_body == Sphere(5e-3, (0.0, 0.0, 1.0))
+    assert settings[2].rigid_body == Plane((0.0, -1.0), 1e-3)
+
+
+def test_written_study_reads_back_the_same() -> None:
+    study = parse_study(everything(), SOURCE)
+    assert parse_study(study_mapping(study), SOURCE) == study
+
+
+def test_resolved_run_reads_back_the_same() -> None:
+    (run,) = expand(parse_study(everything(), SOURCE), SOURCE)
+    assert parse_study(run.resolved(), SOURCE).contacts == run.study.contacts
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (
+            {"friction_coefficient": 0.6, "friction": DROP},
+            "contact.friction: stands beside friction_coefficient, needs one of the two",
+        ),
+        (
+            {"friction": {"static_kinetic": {"static": 0.8, "kinetic": 0.5, "decay": "1 mm/s"}}},
+            (
+                "contact.friction.static_kinetic.decay: is not known, may be one of static, kinetic, decay_speed; "
+                "did you mean 'decay_speed'?"
+            ),
+        ),
+        (
+            {"friction": {"static_kinetik": {}}},
+            (
+                "contact.friction.static_kinetik: is not known, "
+                "may be one of coulomb, static_kinetic, pressure_dependent, anisotropic; did you mean 'static_kinetic'?"
+            ),
+        ),
+        (
+            {"friction": {}},
+            "contact.friction: has no law, needs one of coulomb, static_kinetic, pressure_dependent, anisotropic",
+        ),
+        (
+            {"friction": DROP | {"coulomb": {"coefficient": 1}}},
+            (
+                "contact.friction: has coulomb and static_kinetic, "
+                "needs one of coulomb, static_kinetic, pressure_dependent, anisotropic"
+            ),
+        ),
+        (
+            {"friction": {"coulomb": {"coefficient": -1}}},
+            "contact.friction.coulomb.coefficient: got -1, needs a number >= 0",
+        ),
+        (
+            {"friction": DROP, "body": {"cylinder": {"radius": 8}}},
+            "contact.body.cylinder.radius: '8' has no unit, needs a unit of [m]; write '8 mm' or '8 m'",
+        ),
+        (
+            {"friction": DROP, "body": {"cylinder": {"radius": "8 mm", "axis": [0, 0, 1]}}},
+            "contact.body.cylinder.axis: got (0.0, 0.0, 1.0), needs a direction in space and none in the plane",
+        ),
+        (
+            {"friction": DROP, "body": BALL, "offset": "1 mm"},
+            "contact.body: stands beside normal or offset, needs them inside it; move them into body",
+        ),
+        (
+            {"friction": DROP, "normal": [0, 0]},
+            "contact.normal: got (0.0, 0.0), needs two or three components, not all zero",
+        ),
+        (
+            {"friction": DROP, "programme": [{"pres": {}}]},
+            "contact.programme.0.pres: is not known, may be one of press, hold, slide, lift; did you mean 'press'?",
+        ),
+        (
+            {"friction": DROP, "drive": {"mass": "5 g", "force": 3}},
+            "contact.drive.force: '3' has no unit, needs a unit of [N]; write '3 N'",
+        ),
+        (
+            {"friction": DROP, "drive": DRIVE | {"ramp": {"times": ["1 s", "0 s"], "factors": [0, 1]}}},
+            "contact.drive.ramp.times: got (1.0, 0.0) and (0.0, 1.0), needs ascending times, a factor for each",
+        ),
+    ],
+)
+def test_mistake_in_a_contact_is_named_with_its_mend(values: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        parse_study(contact(**values), SOURCE)
+    assert str(caught.value) == f"studies/x.yaml: {message}"
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"contacts": [{"friction": DROP}]}, "contacts: stands beside contact, needs one of the two"),
+        ({"time": {"step": "1 ms", "scheme": "static"}}, "time.scheme: got 'static', needs 'hht_alpha' or"),
+        (
+            {"time": {"step": "1 ms", "scheme": "quasi_static", "alpha": -0.1}},
+            "time.alpha: got -0.1 for quasi-static steps, may not be given; leave it out",
+        ),
+        ({"gravity": [0, -9.81]}, "gravity.0: '0' has no unit, needs a unit of [m/s^2]"),
+        ({"tractions": {"top": [1]}}, "tractions.top.0: '1' has no unit, needs a unit of [Pa]"),
+        (
+            {"tractions": {"top": {"valu": ["1 Pa"]}}},
+            "tractions.top.valu: is not known, may be one of value, ramp; did you mean 'value'?",
+        ),
+        ({"supports": {"top": ["w"]}}, "supports.top.0: got 'w', needs 'x', 'y' or 'z'"),
+        ({"integration": "nodl"}, "integration: got 'nodl', needs 'selective', 'full' or 'nodal'"),
+    ],
+)
+def test_mistake_in_loads_and_time_is_named(values: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        parse_study(block_values() | {"sweep": {}} | values, SOURCE)
+    assert str(caught.value).startswith(f"studies/x.yaml: {message}")
+
+
+def test_mistake_in_one_of_several_contacts_is_numbered() -> None:
+    values = everything()
+    values["contacts"][1] = {"friction": {"anisotropic": {"along": 0.0, "across": 1.0}}}
+    with pytest.raises(
+        InputError, match=r"x\.yaml: contacts\.1\.friction\.anisotropic\.along: got 0\.0, needs a number > 0"
+    ):
+        parse_study(values, SOURCE)
+
+
+def test_values_in_every_choice_can_be_swept() -> None:
+    swept = {"contacts.0.friction.static_kinetic.kinetic": [0.8, 0.5], "contacts.1.body.sphere.radius": ["4 mm"]}
+    runs = expand(parse_study(everything() | {"sweep": swept}, SOURCE), SOURCE)
+    laws = [run.study.contacts[0].law for run in runs]
+    assert [law.coefficients(*SLIDING) for law in laws] == pytest.approx([0.8, 0.5])
+    assert {run.name for run in runs} == {"kinetic-0.8_radius-4mm", "kinetic-0.5_radius-4mm"}
+
+
+def test_whole_laws_can_be_swept() -> None:
+    values = contact(friction=DROP) | {"sweep": {"contact.friction": [DROP, {"coulomb": {"coefficient": 0.8}}]}}
+    runs = expand(parse_study(values, SOURCE), SOURCE)
+    assert [type(run.study.all_contacts[0].law).__name__ for run in runs] == ["StaticKinetic", "Coulomb"]
+    assert "contact.drive" in known_paths(parse_study(values, SOURCE), SOURCE)
+
+
+def test_scheme_decides_the_time_stepping() -> None:
+    assert TimeSettings(1e-3, alpha=-0.1, end=1.0).stepping == TimeStepping(1e-3, -0.1, 1.0)
+    assert TimeSettings(1e-3, scheme="quasi_static", end=1.0).stepping == QuasiStatic(1e-3, 1.0)
+    assert TimeSettings(1e-3).alpha == TimeStepping(1e-3).alpha
+
+
+def test_schema_knows_every_choice() -> None:
+    definitions = study_schema()["$defs"]
+    assert set(definitions["FrictionChoice"]["properties"]) == {
+        "coulomb",
+        "static_kinetic",
+        "pressure_dependent",
+        "anisotropic",
+    }
+    assert set(definitions["BodyChoice"]["properties"]) == {"plane", "cylinder", "sphere"}
+    assert definitions["TimeSettings"]["properties"]["scheme"]["enum"] == ["hht_alpha", "quasi_static"]
+    assert definitions["StaticKinetic"]["properties"]["decay_speed"]["examples"] == ["1.5 mm/s"]
+    assert "Ramp" in definitions

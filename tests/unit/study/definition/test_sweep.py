@@ -1,0 +1,146 @@
+"""Sweeps: all combinations in order, each with its values and a folder name of its own."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fingerslip.errors import InputError
+from fingerslip.study.definition import sweep
+from fingerslip.study.definition.spec import MeshFile, parse_study
+from fingerslip.study.definition.sweep import expand, known_paths
+from unit.study.block import block_values
+
+SOURCE = Path("studies/x.yaml")
+
+
+def runs_of(swept: dict[str, Any], values: dict[str, Any] | None = None) -> tuple[sweep.Run, ...]:
+    return expand(parse_study((values or block_values()) | {"sweep": swept}, SOURCE), SOURCE)
+
+
+def finger() -> dict[str, Any]:
+    return {
+        "fingertip": {"preset": "wang2014-2d"},
+        "contact": {"friction_coefficient": 0.6},
+        "programme": [{"press": {"depth": "1.5 mm", "speed": "1.5 mm/s"}}],
+        "time": {"step": "5 ms"},
+    }
+
+
+def test_first_path_varies_slowest() -> None:
+    runs = runs_of(
+        {"fingertip.phalanx.variant": ["original", "scaled"], "contact.friction_coefficient": [0.2, 0.6]}, finger()
+    )
+    assert [run.name for run in runs] == [
+        "variant-original_friction_coefficient-0.2",
+        "variant-original_friction_coefficient-0.6",
+        "variant-scaled_friction_coefficient-0.2",
+        "variant-scaled_friction_coefficient-0.6",
+    ]
+    assert [run.study.contact.friction_coefficient for run in runs if run.study.contact] == [0.2, 0.6, 0.2, 0.6]
+    assert [run.fingertip.phalanx.variant for run in runs if run.fingertip] == ["original"] * 2 + ["scaled"] * 2
+
+
+def test_study_without_sweep_is_one_run() -> None:
+    (run,) = runs_of({})
+    assert (run.name, dict(run.swept), run.where) == ("run", {}, "studies/x.yaml")
+
+
+def test_values_inside_lists_can_be_swept() -> None:
+    runs = runs_of({"programme.0.press.depth": ["0.1 mm", "0.2 mm"]})
+    assert [run.study.programme[0].phase for run in runs] != []
+    assert [run.study.programme[0].press.depth for run in runs if run.study.programme[0].press] == [1e-4, 2e-4]
+    assert [run.name for run in runs] == ["depth-0.1mm", "depth-0.2mm"]
+
+
+def test_optional_values_that_are_not_in_the_file_can_be_swept() -> None:
+    runs = runs_of({"contact.normal_penalty": ["1e9 Pa/m", "1e10 Pa/m"]})
+    assert [run.study.contact.normal_penalty for run in runs if run.study.contact] == [1e9, 1e10]
+
+
+def test_swept_mesh_file_is_relative_to_the_study() -> None:
+    runs = runs_of({"mesh.file": ["coarse.msh", "fine.msh"]})
+    folder = SOURCE.parent.resolve()
+    assert [run.study.mesh for run in runs] == [MeshFile(str(folder / f"{n}.msh")) for n in ("coarse", "fine")]
+
+
+def test_switches_are_named_after_what_they_switch() -> None:
+    runs = runs_of({"fingertip.fingerprint.enabled": [False, True]}, finger())
+    assert [run.name for run in runs] == ["fingerprint-false", "fingerprint-true"]
+
+
+def test_paths_with_one_last_name_are_told_apart() -> None:
+    swept = {"programme.0.press.speed": ["1 mm/s"], "programme.1.slide.speed": ["2 mm/s"]}
+    (run,) = runs_of(swept)
+    assert run.name == "programme-0-press-speed-1mm-per-s_programme-1-slide-speed-2mm-per-s"
+
+
+@pytest.mark.parametrize(
+    ("path", "mend"),
+    [
+        ("contact.coefficient", "did you mean 'contact.friction_coefficient'?"),
+        ("phalanx.variant", "did you mean 'fingertip.phalanx.variant'?"),
+        ("fingertip.phalanx.varient", "did you mean 'fingertip.phalanx.variant'?"),
+        ("time.stp", "did you mean 'time.step'?"),
+        ("programme.7.press.depth", "did you mean 'programme.0.press.depth'?"),
+        ("qqq", "fingerslip show STUDY lists all paths"),
+    ],
+)
+def test_unknown_path_is_refused_with_the_nearest(path: str, mend: str) -> None:
+    with pytest.raises(InputError) as caught:
+        runs_of({path: [1]}, finger())
+    assert caught.value.where == f"studies/x.yaml: sweep.{path}"
+    assert caught.value.mend == mend
+
+
+@pytest.mark.parametrize("path", ["title", "sweep", "compare"])
+def test_what_is_no_value_of_the_model_cannot_be_swept(path: str) -> None:
+    with pytest.raises(InputError, match="is not known"):
+        runs_of({path: ["a"]})
+
+
+def test_every_swept_value_is_checked() -> None:
+    with pytest.raises(InputError, match=r"contact\.friction_coefficient: got -0\.4, needs a number >= 0"):
+        runs_of({"contact.friction_coefficient": [0.2, -0.4]})
+
+
+def test_known_paths_reach_the_values_of_the_preset() -> None:
+    paths = known_paths(parse_study(finger(), SOURCE), SOURCE)
+    assert "fingertip.materials.tissue.youngs_modulus" in paths
+    assert "fingertip.preset" in paths
+
+
+def test_resolved_run_has_every_value_of_the_fingertip() -> None:
+    (run,) = runs_of({"fingertip.phalanx.variant": ["scaled"]}, finger())
+    resolved = run.resolved()
+    assert resolved["fingertip"]["phalanx"]["variant"] == "scaled"
+    assert resolved["fingertip"]["layers"]["skin_thickness"] == "0.0015 m"
+    assert "sweep" not in resolved
+    (again,) = expand(parse_study(resolved, SOURCE), SOURCE)
+    assert again.fingertip == run.fingertip
+
+
+values = st.one_of(
+    st.booleans(),
+    st.floats(allow_nan=False),
+    st.text(max_size=40),
+    st.sampled_from(["1 mm/s", "1mm/s", "A", "a", "../../x"]),
+)
+
+
+@given(lists=st.lists(st.lists(values, min_size=1, max_size=4, unique_by=str), min_size=1, max_size=3))
+def test_folder_names_are_safe_short_and_unique(lists: list[list[object]]) -> None:
+    paths = ["contact.friction_coefficient", "time.step", "fingertip.fingerprint.enabled"]
+    combinations = [dict(zip(paths, items, strict=False)) for items in itertools.product(*lists)]
+    names = sweep._names(combinations)
+    assert len({name.lower() for name in names}) == len(combinations)
+    for name in names:
+        assert re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._+-]*", name)
+        assert len(name) <= 110
+        assert not name.endswith(".")

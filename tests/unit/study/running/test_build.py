@@ -1,0 +1,294 @@
+"""From a run to its model."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fingerslip.contact.counterfaces import Cylinder, Plane
+from fingerslip.contact.friction import PressureDependent, StaticKinetic
+from fingerslip.dynamics.system import check_model
+from fingerslip.errors import InputError, MeshError, SlipOutsideContactError
+from fingerslip.materials.elastic import Elastic
+from fingerslip.mesh.io import write_mesh
+from fingerslip.model import Drive, Hold, QuasiStatic, Ramp, Traction
+from fingerslip.study.definition.spec import parse_study
+from fingerslip.study.definition.sweep import Run, expand
+from fingerslip.study.running.build import build_mesh, build_model, located, mesh_key
+from places import ROOT
+from unit.fingers import coarse_solid
+from unit.study.block import block_mesh, block_values
+
+SOURCE = Path("studies/x.yaml")
+ROLLER: dict[str, Any] = {
+    "body": {"cylinder": {"radius": "8 mm", "centre": ["0 mm", "-9 mm"]}},
+    "friction": {
+        "pressure_dependent": {"reference_coefficient": 0.6, "reference_pressure": "10 kPa", "exponent": -0.2}
+    },
+}
+
+
+def run_of(values: dict[str, Any], folder: Path = SOURCE.parent) -> Run:
+    source = folder / "x.yaml"
+    return expand(parse_study(values | {"sweep": {}}, source), source)[0]
+
+
+def finger(**more: Any) -> dict[str, Any]:
+    return {
+        "fingertip": {"preset": "wang2014-2d"},
+        "contact": {"friction_coefficient": 0.6},
+        "programme": [{"press": {"depth": "1.5 mm", "speed": "1.5 mm/s"}}],
+        "time": {"step": "5 ms"},
+    } | more
+
+
+def test_block_model_holds_what_the_file_says() -> None:
+    model = build_model(run_of(block_values()), block_mesh())
+    assert model.materials == {"block": Elastic(100e3, 0.3, 1000.0)}
+    assert (model.formulation, model.depth) == ("plane_strain", 1e-3)
+    assert model.contacts[0].boundary == "bottom"
+    assert model.contacts[0].friction.coefficient == 0.6
+    assert model.supports == {"top": ("x", "y")}
+    check_model(model)
+
+
+def test_rigid_phalanx_is_held_as_a_whole() -> None:
+    model = build_model(run_of(finger()), block_mesh())
+    assert model.supports == {"phalanx": ("x", "y")}
+    assert (model.formulation, model.depth) == ("plane_stress", 1e-3)
+
+
+def test_elastic_phalanx_is_held_at_its_back() -> None:
+    values = finger(fingertip={"preset": "wang2014-2d", "phalanx": {"rigid": False}})
+    assert build_model(run_of(values), block_mesh()).supports == {"phalanx_dorsal": ("x", "y")}
+
+
+def test_own_values_go_before_those_of_the_fingertip() -> None:
+    own = {"tissue": {"youngs_modulus": "50 kPa", "poisson_ratio": 0.4, "density": "900 kg/m^3"}}
+    values = finger(materials=own, supports={"phalanx_surface": ["y"]}, formulation="plane_strain", depth="2 mm")
+    model = build_model(run_of(values), block_mesh())
+    assert model.materials["tissue"] == Elastic(50e3, 0.4, 900.0)
+    assert model.materials["dermis"].youngs_modulus == 80e3
+    assert model.supports == {"phalanx_surface": ("y",)}
+    assert (model.formulation, model.depth) == ("plane_strain", 2e-3)
+
+
+def test_only_the_wanted_receptors_are_recorded() -> None:
+    extra = {"name": "middle", "kind": "own", "position": ["0 mm", "-5 mm"], "region": "tissue"}
+    model = build_model(run_of(finger(record={"receptors": ["FA-II"], "sites": [extra]})), block_mesh())
+    assert {site.kind for site in model.record.sites} == {"FA-II", "own"}
+    assert model.record.sites[-1].position == (0.0, -5e-3)
+
+
+def test_mesh_is_shared_exactly_where_its_inputs_are_the_same() -> None:
+    first = mesh_key(run_of(finger()))
+    assert mesh_key(run_of(finger(contact={"friction_coefficient": 0.2}))) == first
+    assert mesh_key(run_of(finger(mesh={"contact_size": "0.2 mm"}))) != first
+    flattened = {"preset": "wang2014-2d", "phalanx": {"variant": "flattened"}}
+    assert mesh_key(run_of(finger(fingertip=flattened))) != first
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="asks the kernel")
+def test_broken_pipes_do_not_end_the_process_after_meshing() -> None:
+    build_mesh(run_of(finger()))
+    ignored = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("SigIgn"))
+    assert int(ignored.split()[1], 16) >> (signal.SIGPIPE - 1) & 1
+
+
+def test_missing_mesh_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"x\.yaml: mesh\.file: cannot read .*block\.msh \(No such file"):
+        mesh_key(run_of(block_values(), tmp_path))
+
+
+@pytest.mark.parametrize("own", [{}, {"fingertip": {"preset": "wang2014-2d"}}])
+def test_mesh_file_in_millimetres_is_refused_until_it_says_so(tmp_path: Path, own: dict[str, Any]) -> None:
+    write_mesh(block_mesh().scaled(1e3), tmp_path / "block.msh")
+    with pytest.raises(InputError, match=r"x\.yaml: mesh\.file: the body is 10 m large, .* needs .* metres") as caught:
+        build_mesh(run_of(block_values() | own, tmp_path))
+    assert "'length_unit: mm'" in caught.value.mend
+    said = block_values() | own | {"mesh": {"file": "block.msh", "length_unit": "mm"}}
+    run = run_of(said, tmp_path)
+    assert np.ptp(build_mesh(run).p, axis=1) == pytest.approx([0.01, 0.005])
+    assert set(build_mesh(run).boundaries) == {"bottom", "top"}
+    metres = run_of(block_values() | {"mesh": {"file": "block.msh", "length_unit": "m"}}, tmp_path)
+    assert np.ptp(build_mesh(metres).p, axis=1) == pytest.approx([10.0, 5.0])
+    assert mesh_key(run) != mesh_key(metres)
+
+
+def test_inverted_mesh_is_refused(tmp_path: Path) -> None:
+    """One quadrilateral of two is drawn the other way round."""
+    import meshio
+
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0]], dtype=float)
+    cells = np.array([[0, 1, 2, 3], [1, 2, 5, 4]])
+    tags = {"gmsh:physical": [np.array([1, 1])], "gmsh:geometrical": [np.array([1, 1])]}
+    mesh = meshio.Mesh(points, [("quad", cells)], cell_data=tags, field_data={"block": np.array([1, 2])})
+    meshio.write(tmp_path / "block.msh", mesh, file_format="gmsh22")
+    with pytest.raises(MeshError, match=r"x\.yaml.*inverted"):
+        build_mesh(run_of(block_values(), tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("place", "shown"),
+    [
+        ("contacts.0.body.normal", "contact.normal"),
+        ("contacts.0.friction.coefficient", "contact.friction_coefficient"),
+        ("contacts.0", "contact"),
+        ("Model.depth", "depth"),
+        ("mesh", "mesh"),
+    ],
+)
+def test_places_of_the_model_get_the_names_of_the_study(place: str, shown: str) -> None:
+    error = located(SlipOutsideContactError(place, "a", "b", "c"), "studies/x.yaml (a = 1)")
+    assert type(error) is SlipOutsideContactError
+    assert str(error) == f"studies/x.yaml (a = 1): {shown}: a, b; c"
+
+
+@pytest.mark.parametrize(
+    ("place", "shown"),
+    [
+        ("materials.tissue.poisson_ratio", "fingertip.materials.tissue.poisson_ratio"),
+        ("materials.dermis.poisson_ratio", "materials.dermis.poisson_ratio"),
+        ("phalanx.sagittal.distal_end", "fingertip.phalanx.sagittal.distal_end"),
+        ("sagittal.zone", "fingertip.sagittal.zone"),
+        ("Model.depth", "fingertip.depth"),
+        ("mesh.contact_size", "mesh.contact_size"),
+    ],
+)
+def test_value_of_the_fingertip_is_named_as_such(place: str, shown: str) -> None:
+    own = {"dermis": {"youngs_modulus": "80 kPa", "poisson_ratio": 0.48, "density": "1000 kg/m^3"}}
+    error = located(InputError(place, "a", "b"), "studies/x.yaml", parse_study(finger(materials=own), SOURCE))
+    assert error.where == f"studies/x.yaml: {shown}"
+
+
+def test_mesh_error_names_the_fingertip() -> None:
+    values = finger(fingertip={"preset": "wang2014-2d", "phalanx": {"sagittal": {"distal_end": "-17 mm"}}})
+    with pytest.raises(InputError, match=r"x\.yaml: fingertip\.phalanx\.sagittal\.distal_end: got -17 mm"):
+        build_mesh(run_of(values))
+
+
+def test_place_that_names_the_file_already_stays() -> None:
+    error = InputError("studies/x.yaml: mesh", "a", "b")
+    assert located(error, "studies/x.yaml (a = 1)") is error
+
+
+@pytest.mark.parametrize(
+    ("contacts", "place", "shown"),
+    [
+        ({"contact": {"friction_coefficient": 0.6}}, "contacts.0.offset", "contact.offset"),
+        ({"contacts": [{"friction_coefficient": 0.6}]}, "contacts.0.body.normal", "contacts.0.normal"),
+        ({"contacts": [ROLLER]}, "contacts.0.centre", "contacts.0.body.cylinder.centre"),
+        ({"contacts": [ROLLER]}, "contacts.0.body.normal", "contacts.0.body.cylinder.normal"),
+        ({"contact": ROLLER}, "contacts.0.friction", "contact.friction"),
+        ({"contact": ROLLER}, "contacts.0.drive", "contact.drive"),
+        ({"contact": ROLLER}, "contacts.0.programme.1.slide.direction", "contact.programme.1.slide.direction"),
+    ],
+)
+def test_place_in_a_contact_is_named_as_the_study_writes_it(contacts: dict[str, Any], place: str, shown: str) -> None:
+    values = {key: value for key, value in block_values().items() if key not in ("contact", "sweep")} | contacts
+    error = located(InputError(place, "a", "b"), "studies/x.yaml", parse_study(values, SOURCE))
+    assert error.where == f"studies/x.yaml: {shown}"
+
+
+def test_everything_that_python_can_say_reaches_the_model() -> None:
+    """Two bodies of other shapes, each with its own law and motion, loads over time, quasi-static steps."""
+    drive = {"mass": "5 g", "force": "0.3 N", "ramp": {"times": ["0 s", "0.1 s"], "factors": [0.0, 1.0]}}
+    law = {"static_kinetic": {"static": 0.8, "kinetic": 0.5, "decay_speed": "1 mm/s"}}
+    plate = {
+        "boundary": "top",
+        "normal": [0, -1],
+        "friction": law,
+        "drive": drive,
+        "programme": [{"hold": {"duration": "1 s"}}],
+    }
+    values = block_values() | {
+        "contacts": [ROLLER | {"boundary": "bottom"}, plate],
+        "tractions": {"top": {"value": ["0 Pa", "-1 kPa"], "ramp": {"times": ["0 s", "1 s"], "factors": [0, 1]}}},
+        "gravity": ["0 m/s^2", "-9.81 m/s^2"],
+        "initial_velocity": ["10 mm/s", "0 mm/s"],
+        "integration": "nodal",
+        "time": {"step": "2 ms", "scheme": "quasi_static", "end": "0.1 s"},
+    }
+    del values["contact"]
+    model = build_model(run_of(values), block_mesh())
+    roller, plane = model.contacts
+    assert roller.body == Cylinder(8e-3, centre=(0.0, -9e-3))
+    assert roller.friction == PressureDependent(0.6, 10e3, -0.2)
+    assert roller.programme is None
+    assert plane.body == Plane((0.0, -1.0))
+    assert plane.friction == StaticKinetic(0.8, 0.5, 1e-3)
+    assert plane.programme == (Hold(1.0),)
+    assert plane.drive == Drive(5e-3, 0.3, Ramp((0.0, 0.1), (0.0, 1.0)))
+    assert model.tractions["top"] == Traction((0.0, -1e3), Ramp((0.0, 1.0), (0.0, 1.0)))
+    assert (model.gravity, model.initial_velocity) == ((0.0, -9.81), (0.01, 0.0))
+    assert (model.integration, model.time) == ("nodal", QuasiStatic(2e-3, 0.1))
+
+
+def test_constant_tractions_stay_lists() -> None:
+    values = block_values() | {"tractions": {"top": ["0 Pa", "-1 kPa"]}}
+    assert build_model(run_of(values), block_mesh()).tractions == {"top": (0.0, -1000.0)}
+
+
+def test_solid_needs_no_depth_and_holds_three_components() -> None:
+    values = finger(formulation="solid", contact={"friction_coefficient": 0.6, "normal": [0, 1, 0]})
+    model = build_model(run_of(values), block_mesh())
+    assert (model.formulation, model.depth) == ("solid", 1.0)
+    assert model.supports == {"phalanx": ("x", "y", "z")}
+    assert model.contacts[0].body == Plane((0.0, 1.0, 0.0))
+    own = {key: value for key, value in block_values().items() if key != "depth"}
+    assert build_model(run_of(own | {"formulation": "solid"}), block_mesh()).depth == 1.0
+
+
+def test_model_error_names_file_and_run(write_study: Callable[..., Path]) -> None:
+    path = write_study()
+    run = expand(parse_study(block_values() | {"formulation": "solid", "sweep": {}}, path), path)[0]
+    with pytest.raises(InputError, match=r"block\.yaml: depth: got 0\.001 m for a solid"):
+        build_model(run)
+
+
+def test_tetrahedra_make_a_model_in_space() -> None:
+    mesh = {"element": "T4", "contact_size": "0.8 mm", "bulk_size": "1.6 mm"}
+    values = finger(fingertip={"preset": "wang2014-3d"}, mesh=mesh, record={"receptors": ["FA-I"]})
+    model = build_model(run_of(values), coarse_solid())
+    assert (model.formulation, model.depth) == ("solid", 1.0)
+    assert model.supports == {"phalanx_dorsal": ("x", "y", "z")}
+    assert model.contacts[0].body.normal == (0.0, 1.0, 0.0)
+    assert {len(site.position) for site in model.record.sites} == {3}
+    assert build_mesh(run_of(values)).p.shape == coarse_solid().p.shape
+    check_model(model)
+
+
+def test_elements_too_small_for_the_memory_are_refused_before_they_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    """130,000 tetrahedra take more than one gigabyte; nothing is meshed to find that out."""
+    monkeypatch.setattr("fingerslip.study.running.build.mesh_solid", lambda *_: pytest.fail("it must not mesh"))
+    monkeypatch.setattr("fingerslip.linear.memory.available_memory", lambda: 10**9)
+    small = {"element": "T4", "contact_size": "0.45 mm", "bulk_size": "0.55 mm"}
+    with pytest.raises(InputError, match=r"memory: .* about \d\.\d GB \(assembly of about .* tetrahedra"):
+        build_mesh(run_of(finger(fingertip={"preset": "wang2014-3d"}, mesh=small)))
+
+
+def test_a_scan_with_elements_too_small_for_the_memory_is_refused_before_it_is_meshed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("fingerslip.study.running.build.mesh_scan", lambda _: pytest.fail("it must not mesh"))
+    monkeypatch.setattr("fingerslip.linear.memory.available_memory", lambda: 10**9)
+    scan = ROOT / "meshes" / "scan_skin.stl"
+    layers = {"contact_size": "0.1 mm", "bulk_size": "0.1 mm", "cut": "16 mm"}
+    mesh = {"skin": str(scan), "unit": "mm", "tip": [1, 0, 0], "pad": [0, -1, 0], "layers": layers}
+    with pytest.raises(InputError, match=r"memory: .* \(assembly of about .* tetrahedra"):
+        build_mesh(run_of(block_values() | {"mesh": mesh}))
+
+
+def test_a_scan_meets_a_plate_that_faces_up_where_nothing_else_is_written() -> None:
+    values = {
+        "mesh": {"skin": "a.stl", "bone": "b.stl", "unit": "mm", "tip": [1, 0, 0], "pad": [0, -1, 0]},
+        "materials": {"skin": {"youngs_modulus": "1 MPa", "poisson_ratio": 0.3, "density": "1000 kg/m^3"}},
+        "contact": {"friction_coefficient": 0.6},
+    }
+    model = build_model(run_of(block_values() | values), coarse_solid())
+    assert model.contacts[0].body == Plane((0.0, 1.0, 0.0))

@@ -1,0 +1,99 @@
+"""Large runs that share a mesh are computed together; one that fails does not keep the others from being computed."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.history import read_history
+from fingerslip.study.running import groups as together
+from fingerslip.study.running.groups import compute_group, groups
+from fingerslip.study.running.runner import run_study
+from problems.pushed import push_and_slide
+from unit.study.block import FRICTIONS, block_values
+
+Write = Callable[..., Path]
+
+
+def job(name: str, model: Any = None) -> Any:
+    return SimpleNamespace(run=SimpleNamespace(name=name), model=model or push_and_slide())
+
+
+def names(parts: Sequence[Sequence[Any]]) -> list[str]:
+    return ["".join(job.run.name for job in part) for part in parts]
+
+
+@pytest.fixture
+def all_are_large(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(together, "_LARGE", 0)
+
+
+@pytest.mark.usefixtures("all_are_large")
+def test_runs_that_share_a_matrix_make_a_group() -> None:
+    model = push_and_slide()
+    stiff = dataclasses.replace(model, materials={"bulk": fs.Elastic(1e6, 0.3, 1000.0)})
+    jobs = [job("a", model), job("b", stiff), job("c", push_and_slide(friction=0.9)), job("d", stiff)]
+    assert names(groups(jobs)) == ["ac", "bd"]
+
+
+@pytest.mark.usefixtures("all_are_large")
+@pytest.mark.parametrize(
+    ("together_are", "parts"), [("abcdefgh", ["abcdefgh"]), ("abcdefghij", ["abcde", "fghij"]), ("a", ["a"])]
+)
+def test_no_group_is_too_large(together_are: str, parts: list[str]) -> None:
+    assert names(groups([job(name) for name in together_are])) == parts
+
+
+def test_small_runs_stay_apart() -> None:
+    assert names(groups([job("a"), job("b")])) == ["a", "b"]
+
+
+NOT_SOLVED = fs.ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
+
+
+@pytest.mark.parametrize("error", [NOT_SOLVED, MemoryError()])
+def test_where_a_group_fails_its_runs_are_computed_one_by_one(
+    monkeypatch: pytest.MonkeyPatch, error: Exception
+) -> None:
+    alone: list[str] = []
+
+    def failing(*_: object) -> None:
+        raise error
+
+    def compute(one: Any, progress: Callable[[float], None]) -> None:
+        progress(1.0)
+        alone.append(one.run.name)
+        if one.run.name == "b":
+            raise error
+
+    monkeypatch.setattr(together, "compute_together", failing)
+    monkeypatch.setattr(together, "compute", compute)
+    told: list[tuple[str, float]] = []
+    found = compute_group([job(name) for name in "abc"], lambda name, fraction: told.append((name, fraction)))
+    assert found == {"b": error}
+    assert alone == ["a", "b", "c"]
+    assert told == [("a", 1.0), ("b", 1.0), ("c", 1.0)]
+
+
+@pytest.mark.usefixtures("reports")
+def test_a_study_gives_the_same_together(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write_study(block_values())
+    apart = run_study(path, results_dir=path.parent / "apart", workers=1)
+    monkeypatch.setattr(together, "_LARGE", 0)
+    joint = run_study(path, results_dir=path.parent / "joint", workers=1)
+    for friction in FRICTIONS:
+        name = f"friction_coefficient-{friction}"
+        one, other = (read_history(result.folder / name / "history.nc") for result in (apart, joint))
+        assert (one.attrs["n_simulated_together"], other.attrs["n_simulated_together"]) == (1, len(FRICTIONS))
+        np.testing.assert_allclose(other["body_force"], one["body_force"], rtol=1e-8, atol=1e-14)
+        log = (joint.folder / name / "log.txt").read_text(encoding="utf-8")
+        assert one.attrs["linear_solver"] in log
+        assert "one substitution a step" in log
+    assert joint.computed == apart.computed

@@ -1,0 +1,239 @@
+"""Running studies: nothing computed twice, nothing left half done, nothing written for a wrong input."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fingerslip.errors import ConvergenceError, InputError
+from fingerslip.history import read_history
+from fingerslip.study.running import compute
+from fingerslip.study.running.progress import SilentProgress
+from fingerslip.study.running.runner import StudyFailedError, plan_study, run_studies, run_study
+from fingerslip.study.storage import store
+from unit.study.block import FRICTIONS, block_values, changed
+
+Write = Callable[..., Path]
+NAMES = [f"friction_coefficient-{friction}" for friction in FRICTIONS]
+
+
+def leftovers(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.rglob(".*"))
+
+
+def run(path: Path, **options: Any) -> Any:
+    return run_study(path, results_dir=path.parent / "results", workers=1, **options)
+
+
+@pytest.mark.usefixtures("reports")
+def test_results_of_every_run_are_written(write_study: Write, simulated: list[float]) -> None:
+    result = run(write_study())
+    assert simulated == FRICTIONS
+    assert result.computed == tuple(NAMES)
+    assert sorted(path.name for path in result.folder.iterdir()) == sorted(
+        [*NAMES, "manifest.json", "report.html", "summary.csv"]
+    )
+    for name in NAMES:
+        files = sorted(path.name for path in (result.folder / name).iterdir())
+        assert files == ["events.json", "history.nc", "log.txt", "run.yaml"]
+    assert read_history(result.folder / NAMES[0] / "history.nc").sizes["time"] == 401
+
+
+def test_finished_study_is_not_computed_again(
+    write_study: Write, simulated: list[float], reports: list[tuple[str, ...]]
+) -> None:
+    path = write_study()
+    run(path)
+    again = run(path)
+    assert simulated == FRICTIONS
+    assert (again.computed, again.unchanged) == ((), tuple(NAMES))
+    assert reports == [tuple(NAMES)]
+
+
+@pytest.mark.usefixtures("reports")
+def test_force_computes_again(write_study: Write, simulated: list[float]) -> None:
+    path = write_study()
+    run(path)
+    run(path, force=True)
+    assert simulated == FRICTIONS * 2
+
+
+@pytest.mark.usefixtures("reports")
+def test_title_does_not_matter_but_every_other_value_does(write_study: Write, simulated: list[float]) -> None:
+    run(write_study())
+    run(write_study(changed("title", "Another title")))
+    assert simulated == FRICTIONS
+    run(write_study(changed("time.step", "1 ms")))
+    assert simulated == FRICTIONS * 2
+
+
+@pytest.mark.usefixtures("reports")
+def test_changed_mesh_file_is_computed_again(write_study: Write, simulated: list[float]) -> None:
+    run(write_study())
+    run(write_study(curvature=1.0))
+    assert simulated == FRICTIONS * 2
+
+
+@pytest.mark.usefixtures("reports")
+def test_new_value_in_a_sweep_is_the_only_one_computed(write_study: Write, simulated: list[float]) -> None:
+    run(write_study())
+    values = block_values() | {"sweep": {"contact.friction_coefficient": [0.2, 0.4, 0.6, 0.8]}}
+    result = run(write_study(values))
+    assert simulated == [*FRICTIONS, 0.8]
+    assert len((result.folder / "summary.csv").read_text().splitlines()) == 5
+
+
+@pytest.mark.usefixtures("reports")
+def test_interrupted_study_leaves_nothing_half_done_and_goes_on(
+    write_study: Write, simulated: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_study()
+    whole = compute.simulate
+
+    def interrupted(model: Any, *, progress: Callable[[float], None]) -> Any:
+        if model.contacts[0].friction.coefficient == 0.4:
+            raise KeyboardInterrupt
+        return whole(model, progress=progress)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(compute, "simulate", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            run(path)
+    folder = path.parent / "results" / "block"
+    assert sorted(item.name for item in folder.iterdir() if item.is_dir()) == [NAMES[0]]
+    assert leftovers(folder) == []
+    assert len((folder / "summary.csv").read_text().splitlines()) == 2
+    result = run(path)
+    assert result.unchanged == (NAMES[0],)
+    assert simulated == FRICTIONS
+
+
+@pytest.mark.usefixtures("reports")
+def test_interruption_before_the_first_result_leaves_no_folder(
+    write_study: Write, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(model: Any, *, progress: Callable[[float], None]) -> Any:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(compute, "simulate", interrupted)
+    path = write_study()
+    with pytest.raises(KeyboardInterrupt):
+        run(path)
+    assert not (path.parent / "results").exists()
+
+
+def test_failed_run_does_not_stop_the_others(
+    write_study: Write, simulated: list[float], reports: list[tuple[str, ...]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = compute.simulate
+
+    def failing(model: Any, *, progress: Callable[[float], None]) -> Any:
+        if model.contacts[0].friction.coefficient == 0.4:
+            raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
+        return whole(model, progress=progress)
+
+    monkeypatch.setattr(compute, "simulate", failing)
+    path = write_study()
+    with pytest.raises(StudyFailedError) as caught:
+        run(path)
+    assert list(caught.value.errors) == [f"block/{NAMES[1]}"]
+    assert str(caught.value).splitlines()[-1] == "1 of 3 runs failed, the others are finished"
+    assert simulated == [0.2, 0.6]
+    assert reports == [(NAMES[0], NAMES[2])]
+    assert leftovers(path.parent / "results") == []
+
+
+@pytest.mark.usefixtures("simulated", "reports")
+def test_failed_recomputation_keeps_the_old_run(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = run(write_study())
+    before = (result.folder / NAMES[0] / "events.json").read_text()
+
+    def failing(model: Any, *, progress: Callable[[float], None]) -> Any:
+        raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
+
+    monkeypatch.setattr(compute, "simulate", failing)
+    with pytest.raises(StudyFailedError):
+        run(write_study(changed("time.step", "1 ms")))
+    assert (result.folder / NAMES[0] / "events.json").read_text() == before
+    assert leftovers(result.folder) == []
+
+
+def test_all_runs_are_checked_before_anything_is_written(write_study: Write, simulated: list[float]) -> None:
+    values = block_values()
+    values["sweep"] = {"contact.boundary": ["bottom", "pulp"]}
+    path = write_study(values)
+    with pytest.raises(InputError, match="boundary 'pulp' not in mesh"):
+        run(path)
+    assert simulated == []
+    assert not (path.parent / "results").exists()
+
+
+def test_all_studies_are_checked_before_the_first_runs(write_study: Write, simulated: list[float]) -> None:
+    good = write_study()
+    bad = write_study(changed("contact.friction_coefficient", -0.2), name="bad")
+    with pytest.raises(InputError, match=r"bad\.yaml: contact\.friction_coefficient: got -0\.2"):
+        run_studies([good, bad], results_dir=good.parent / "results")
+    assert simulated == []
+
+
+def test_studies_of_one_name_are_refused(write_study: Write) -> None:
+    path = write_study()
+    with pytest.raises(InputError, match="needs a name of its own"):
+        run_studies([path, path], results_dir=path.parent / "results")
+
+
+def test_unknown_published_table_is_refused(write_study: Write) -> None:
+    path = write_study(block_values() | {"compare": ["wang2014-table3"]})
+    with pytest.raises(InputError, match=r"block\.yaml: compare: .*did you mean 'wang2014-table2'\?"):
+        plan_study(path)
+
+
+def test_runs_with_one_mesh_share_it(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fingerslip.study.running import runner
+
+    built: list[str] = []
+    whole = runner.build_mesh
+    monkeypatch.setattr(runner, "build_mesh", lambda run: built.append(run.name) or whole(run))
+    plan = plan_study(write_study())
+    jobs = runner.prepare(plan, plan.runs)
+    assert built == [NAMES[0]]
+    assert len(jobs) == 3
+
+
+@pytest.mark.usefixtures("simulated", "reports")
+def test_written_run_is_a_study_that_gives_the_same_run(write_study: Write) -> None:
+    result = run(write_study())
+    (repeated,) = plan_study(result.folder / NAMES[1] / "run.yaml").runs
+    original = plan_study(write_study()).runs[1]
+    assert store.identity(repeated) == store.identity(original)
+
+
+def test_progress_is_told_in_order(write_study: Write, simulated: list[float], reports: list[Any]) -> None:
+    told: list[tuple[Any, ...]] = []
+
+    class Telling(SilentProgress):
+        def begin(self, names: Any) -> None:
+            told.append(("begin", *names))
+
+        def advance(self, name: str, fraction: float) -> None:
+            told.append((name, fraction))
+
+        def finish(self, name: str, outcome: str) -> None:
+            told.append((name, outcome))
+
+        def say(self, message: str) -> None:
+            told.append((message,))
+
+    path = write_study(block_values() | {"sweep": {}})
+    run(path, progress=Telling())
+    run(path, progress=Telling())
+    assert told == [("begin", "run"), ("run", 0.5), ("run", "done"), ("block/run: unchanged",)]
+
+
+@pytest.mark.parametrize("workers", [0, -1])
+def test_workers_are_at_least_one(write_study: Write, workers: int) -> None:
+    with pytest.raises(InputError, match="needs a number >= 1"):
+        run_study(write_study(), workers=workers)

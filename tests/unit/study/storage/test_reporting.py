@@ -1,0 +1,111 @@
+"""From stored runs to tables, figures and page."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fingerslip.errors import ResultError
+from fingerslip.report.figures import save as figures
+from fingerslip.report.tables.events import RunEvents
+from fingerslip.slip import Events, SlipEvents
+from fingerslip.study.running import runner
+from fingerslip.study.running.runner import run_study
+from fingerslip.study.storage import reporting
+from fingerslip.study.storage.reporting import event_tables, read_manifest, read_stored, report_key, write_report
+from unit.report.pages import checked
+from unit.study.block import FRICTIONS, block_values
+
+Write = Callable[..., Path]
+NAMES = tuple(f"friction_coefficient-{friction}" for friction in FRICTIONS)
+
+
+@pytest.fixture
+def folder(write_study: Write, simulated: list[float], monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return the results of a study of three runs, without a report."""
+    monkeypatch.setattr(runner, "write_report", lambda _: None)
+    values = block_values() | {"compare": ["wang2014-table2"]}
+    path = write_study(values)
+    return run_study(path, results_dir=path.parent / "results", workers=1).folder
+
+
+def test_stored_runs_come_back_as_they_were(folder: Path) -> None:
+    stored = read_stored(folder)
+    assert (stored.title, stored.compare, stored.folder) == ("Block on a plate", ("wang2014-table2",), folder)
+    assert tuple(run.label for run in stored.runs) == NAMES
+    assert [run.swept["contact.friction_coefficient"] for run in stored.runs] == FRICTIONS
+    assert stored.runs[0].values["materials.block.youngs_modulus"] == "100000.0 Pa"
+    # Slip reaches the centre at 1.4 s + 0.5 s per unit of friction.
+    overall = [run.events.overall for run in stored.runs]
+    assert overall == pytest.approx([1.5, 1.6, 1.7], abs=0.02)
+
+
+@pytest.mark.parametrize("text", [None, "", "{broken", "{}"])
+def test_a_folder_without_a_manifest_holds_no_study(tmp_path: Path, text: str | None) -> None:
+    if text is not None:
+        (tmp_path / "manifest.json").write_text(text)
+    assert read_manifest(tmp_path) == {}
+    with pytest.raises(ResultError, match="holds no results of a study; needs a folder that fingerslip run wrote"):
+        read_stored(tmp_path)
+
+
+def test_a_run_that_has_gone_is_named(folder: Path) -> None:
+    shutil.rmtree(folder / NAMES[1])
+    with pytest.raises(ResultError, match=rf"{NAMES[1]}: holds no finished run; run the study again"):
+        read_stored(folder)
+
+
+def test_tables_beside_published_values_only_where_runs_meet_their_conditions() -> None:
+    events = Events(slip=SlipEvents(overall=1.75))
+    swept = {"fingertip.phalanx.variant": "original", "contact.friction_coefficient": 0.6}
+    fits = RunEvents("r", swept, events, {"fingertip.fingerprint.enabled": False})
+    assert len(event_tables([fits], ["wang2014-table2"])) == 2
+    assert len(event_tables([RunEvents("r", {}, events)], ["wang2014-table2"])) == 1
+
+
+def test_key_of_a_report_changes_with_all_that_it_shows() -> None:
+    base = ("title", ["a"], {"run": "1"}, {"run": {"slip.overall": 0.1}})
+    keys = {
+        report_key(*base),
+        report_key("other", *base[1:]),
+        report_key("title", [], *base[2:]),
+        report_key("title", ["a"], {"run": "2"}, base[3]),
+        report_key("title", ["a"], {"other": "1"}, base[3]),
+        report_key(*base[:3], {}),
+    }
+    assert len(keys) == 6
+    assert report_key("t", [], {"a": "1", "b": "2"}, {}) == report_key("t", [], {"b": "2", "a": "1"}, {})
+
+
+def test_report_has_a_picture_file_for_every_figure_and_one_section_for_the_one_mesh(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(figures, "_DOTS_PER_INCH", 20)
+    monkeypatch.setattr(reporting, "study_report", _without_details(reporting.study_report))
+    write_report(read_stored(folder))
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    checker = checked(page)
+    files = sorted(path.stem for path in (folder / "figures").iterdir())
+    assert f"section-{NAMES[0]}" in files
+    assert len([name for name in files if name.startswith("section-")]) == 1
+    assert "events-contact-friction-coefficient" in files
+    assert len(checker.loaded) == len(files)
+    assert set(files) <= checker.anchors
+    assert json.loads((folder / "manifest.json").read_text())["runs"][NAMES[0]]["identity"] not in page
+    assert "<dt>study</dt><dd>block.yaml</dd>" in page
+
+
+def _without_details(assemble: Callable[..., Any]) -> Callable[..., Any]:
+    """Leave the runs in detail out, whose figures take long."""
+
+    def report(results: Any) -> Any:
+        whole = assemble(results)
+        sections = tuple(section for section in whole.sections if not section.folded)
+        return type(whole)(whole.title, sections, whole.provenance)
+
+    return report

@@ -1,0 +1,101 @@
+"""The summary and the manifest of a study."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fingerslip.errors import ResultError
+from fingerslip.slip import Events, SlipEvents, events_mapping
+from fingerslip.study.running import compute
+from fingerslip.study.running.runner import plan_study, run_study
+from fingerslip.study.storage.summary import run_events, write_manifest, write_summary
+from unit.study.block import FRICTIONS
+
+Write = Callable[..., Path]
+NAMES = [f"friction_coefficient-{friction}" for friction in FRICTIONS]
+
+
+def run(path: Path) -> Any:
+    return run_study(path, results_dir=path.parent / "results", workers=1)
+
+
+@pytest.mark.usefixtures("reports", "simulated")
+def test_summary_has_exactly_the_promised_columns(write_study: Write) -> None:
+    result = run(write_study())
+    with (result.folder / "summary.csv").open() as stream:
+        rows = list(csv.DictReader(stream))
+    events = ["incipient_s", "three_quarter_s", "overall_s", "latency_s"]
+    expected = [f"{event}{suffix}" for suffix in ("", "_displacement", "_acceleration") for event in events]
+    assert list(rows[0]) == ["contact.friction_coefficient", *expected]
+    assert [row["contact.friction_coefficient"] for row in rows] == ["0.2", "0.4", "0.6"]
+    overall = [float(row["overall_s"]) for row in rows]
+    # Slip reaches the centre at 1.4 s + 0.5 s per unit of friction.
+    assert np.diff(overall) == pytest.approx([0.1, 0.1], abs=0.01)
+
+
+@pytest.mark.usefixtures("reports", "simulated")
+def test_event_that_did_not_happen_is_an_empty_field(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fingerslip.slip import Events
+
+    monkeypatch.setattr(compute, "find_events", lambda _: Events())
+    result = run(write_study())
+    lines = (result.folder / "summary.csv").read_text().splitlines()
+    assert lines[1] == "0.2" + "," * 12
+
+
+@pytest.mark.usefixtures("simulated", "reports")
+def test_manifest_says_what_made_the_results(write_study: Write) -> None:
+    result = run(write_study())
+    manifest = json.loads((result.folder / "manifest.json").read_text())
+    assert (manifest["study"], manifest["title"], manifest["compare"]) == ("block.yaml", "Block on a plate", [])
+    assert list(manifest["runs"]) == NAMES
+    assert manifest["versions"]["numpy"] == np.__version__
+    assert len({entry["mesh_hash"] for entry in manifest["runs"].values()}) == 1
+    assert len({entry["identity"] for entry in manifest["runs"].values()}) == 3
+    assert manifest["wall_time_s"] >= 0.0
+
+
+def stored(seconds: float, events: Events | None = None) -> dict[str, Any]:
+    return {
+        "events_s": events_mapping(events or Events()),
+        "identity": f"id {seconds}",
+        "mesh_hash": "m",
+        "wall_time_s": seconds,
+        "versions": {"numpy": "1"},
+        "numbers": {"records": 3},
+    }
+
+
+def test_events_of_a_run_come_with_all_its_values(write_study: Write) -> None:
+    first = plan_study(write_study()).runs[0]
+    events = Events(slip=SlipEvents(incipient=1.0, overall=1.5))
+    found = run_events(first, stored(1.0, events), {"slip.overall": 0.1})
+    assert (found.label, found.swept, found.events) == (NAMES[0], {"contact.friction_coefficient": 0.2}, events)
+    assert found.uncertainty == {"slip.overall": 0.1}
+    assert found.values["contact.friction_coefficient"] == 0.2
+    assert found.values["programme.0.press.depth"] == "0.0001 m"
+    assert found.values["materials.block.poisson_ratio"] == 0.3
+
+
+def test_manifest_adds_up_the_seconds_and_keeps_what_tells_runs_apart(write_study: Write, tmp_path: Path) -> None:
+    plan = plan_study(write_study())
+    results = {"a": stored(1.25), "b": stored(2.5)}
+    write_manifest(plan.source, plan.study, results, "key", tmp_path / "manifest.json")
+    manifest = json.loads((tmp_path / "manifest.json").read_text())
+    assert manifest["wall_time_s"] == 3.75
+    assert manifest["report"] == "key"
+    assert manifest["runs"]["b"] == {
+        "identity": "id 2.5", "mesh_hash": "m", "wall_time_s": 2.5, "versions": {"numpy": "1"},
+    }  # fmt: skip
+
+
+def test_a_summary_that_cannot_be_written_says_so(tmp_path: Path) -> None:
+    with pytest.raises(ResultError, match=r"summary\.csv: cannot be written"):
+        write_summary([], tmp_path / "missing" / "summary.csv")

@@ -1,0 +1,69 @@
+"""Checking studies: what running them would do, without doing it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from fingerslip.errors import InputError
+from fingerslip.study.running.runner import run_study
+from fingerslip.study.views.check import check_studies, estimated_seconds
+from unit.study.block import block_values, changed
+
+Write = Callable[..., Path]
+
+
+def test_estimate_grows_with_unknowns_times_steps() -> None:
+    small, large = estimated_seconds(10_000, 600), estimated_seconds(20_000, 600)
+    assert small == pytest.approx(2.5)
+    assert large - small == pytest.approx(2.5e-7 * 10_000 * 600)
+    assert estimated_seconds(20_000, 600) == estimated_seconds(10_000, 1200)
+
+
+def test_runs_in_space_are_known_to_take_longer() -> None:
+    """Measured on two cores: the paper's fingertip in space took 57 s, a coarse one 16 s."""
+    assert estimated_seconds(72_840, 300, dim=3) == pytest.approx(57.0, rel=0.15)
+    assert estimated_seconds(19_080, 300, dim=3) == pytest.approx(16.0, rel=0.15)
+
+
+def test_every_run_is_counted_with_its_size(write_study: Write) -> None:
+    table = check_studies([write_study()])
+    # 9 x 5 nodes with two unknowns; 60 ms in steps of 2 ms.
+    assert [row[:5] for row in table.rows] == [
+        ("block.yaml", f"friction_coefficient-{friction}", "to do", 90, 30) for friction in (0.2, 0.4, 0.6)
+    ]
+    assert [row[5] for row in table.rows] == [estimated_seconds(90, 30)] * 3
+    assert table.note == "3 runs, about 0.1 min of computing in one process."
+
+
+@pytest.mark.usefixtures("simulated", "reports")
+def test_finished_runs_cost_nothing(write_study: Write, tmp_path: Path) -> None:
+    run_study(write_study(), results_dir=tmp_path / "results", workers=1)
+    values = block_values() | {"sweep": {"contact.friction_coefficient": [0.4, 0.8]}}
+    path = write_study(values | {"time": {"step": "2 ms"}})
+    table = check_studies([path], tmp_path / "results")
+    assert [row[2] for row in table.rows] == ["finished", "to do"]
+
+
+def test_time_is_that_of_what_is_to_do(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fingerslip.study.views.check.estimated_seconds", lambda *_: 60.0)
+    assert check_studies([write_study()]).note.startswith("3 runs, about 3.0 min")
+
+
+@pytest.mark.usefixtures("reports", "simulated")
+def test_time_of_finished_runs_is_not_counted(
+    write_study: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write_study()
+    run_study(path, results_dir=tmp_path / "results", workers=1)
+    monkeypatch.setattr("fingerslip.study.views.check.estimated_seconds", lambda *_: 60.0)
+    assert check_studies([path], tmp_path / "results").note.startswith("3 runs, about 0.1 min")
+
+
+def test_the_first_mistake_of_any_study_is_told(write_study: Write) -> None:
+    good = write_study()
+    bad = write_study(changed("contact.boundary", "pulp"), name="bad")
+    with pytest.raises(InputError, match=r"bad\.yaml.*boundary 'pulp' not in mesh"):
+        check_studies([good, bad])

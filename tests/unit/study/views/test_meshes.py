@@ -1,0 +1,60 @@
+"""Writing the mesh of a study or of a preset, with the quality of its cells."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fingerslip.errors import InputError, ResultError
+from fingerslip.mesh.io import read_mesh
+from fingerslip.mesh.quality import quality_table
+from fingerslip.study.views.meshes import save_mesh
+from unit.study.block import block_values
+
+Write = Callable[..., Path]
+
+
+def test_mesh_of_the_first_run_of_a_study(write_study: Write, tmp_path: Path) -> None:
+    table = save_mesh(str(write_study()), tmp_path / "copy.msh")
+    mesh = read_mesh(tmp_path / "copy.msh")
+    assert mesh.p.shape[1] == 45
+    assert set(mesh.boundaries) == {"bottom", "top"}
+    assert table.note == "45 nodes, 32 cells; boundaries: bottom, top"
+    # Rectangles of 1.25 mm by 1.25 mm.
+    ((region, cells, jacobian, smallest, largest, aspect),) = table.rows
+    assert (region, cells) == ("block", 32)
+    assert (jacobian, smallest, largest, aspect) == pytest.approx((1.0, 90.0, 90.0, 1.0))
+
+
+def test_mesh_of_a_preset_goes_to_its_own_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    table = save_mesh("wang2014-2d")
+    mesh = read_mesh(tmp_path / "meshes" / "wang2014-2d.msh")
+    assert table.title == str(Path("meshes") / "wang2014-2d.msh")
+    assert [row[0] for row in table.rows] == ["epidermis", "dermis", "tissue", "phalanx"]
+    for row, known in zip(table.rows, quality_table(mesh), strict=True):
+        assert row[3:5] == pytest.approx(np.degrees([known.smallest_angle, known.largest_angle]))
+
+
+def test_mesh_of_a_study_goes_to_the_name_of_the_study(
+    write_study: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    save_mesh(str(write_study(block_values() | {"sweep": {}}, name="mine")))
+    assert (tmp_path / "meshes" / "mine.msh").is_file()
+
+
+def test_what_is_neither_a_study_nor_a_preset_is_refused() -> None:
+    with pytest.raises(InputError, match=r"mesh wang2014-2e: is neither .*; did you mean 'wang2014-2d'"):
+        save_mesh("wang2014-2e")
+    with pytest.raises(InputError, match=r"mesh nix: is neither a preset nor a study file, .*; presets: wang2014-2d"):
+        save_mesh("nix")
+
+
+def test_a_place_that_cannot_be_written_is_named(write_study: Write, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ResultError, match=r"file/copy\.msh: cannot be written"):
+        save_mesh(str(write_study()), tmp_path / "file" / "copy.msh")

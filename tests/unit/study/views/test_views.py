@@ -1,0 +1,119 @@
+"""Presets, studies and results as tables for people."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from fingerslip.errors import InputError, ResultError
+from fingerslip.specimens.fingertip import preset_names, preset_table
+from fingerslip.study.running.runner import run_study
+from fingerslip.study.views.views import presets_table, show
+from unit.study.block import FRICTIONS, block_values
+
+Write = Callable[..., Path]
+
+
+def rows_of(values: dict[str, Any], folder: Path) -> dict[str, tuple[str, str, str]]:
+    """Return value, source and note by path of a study as it is shown."""
+    path = folder / "x.yaml"
+    path.write_text(yaml.safe_dump(values))
+    (table,) = show(str(path))
+    paths = [row[0] for row in table.rows]
+    assert len(set(paths)) == len(paths), "no value may be shown twice"
+    return {path: tuple(rest) for path, *rest in table.rows}
+
+
+def finger(**more: Any) -> dict[str, Any]:
+    return {
+        "fingertip": {
+            "preset": "wang2014-2d",
+            "phalanx": {"variant": "scaled"},
+            "layers": {"skin_thickness": "1.4 mm"},
+        },
+        "contact": {"friction_coefficient": 0.6},
+        "programme": [{"press": {"depth": "1.5 mm", "speed": "1.5 mm/s"}}],
+        "time": {"step": "5 ms"},
+    } | more
+
+
+def test_presets_are_listed_with_their_papers() -> None:
+    table = presets_table()
+    assert tuple(row[0] for row in table.rows) == preset_names()
+    assert "ROBOMECH" in str(table.rows[0][1])
+
+
+def test_preset_is_shown_with_all_values_and_what_it_does_not_claim() -> None:
+    (table,) = show("wang2014-2d")
+    assert len(table.rows) == len(preset_table("wang2014-2d"))
+    sources = [row[2] for row in table.rows]
+    assert sources == sorted(sources, key=lambda source: source != "assumed")
+    assert "no dimension" in table.note
+
+
+def test_changes_of_a_study_stand_beside_the_values_of_the_preset(tmp_path: Path) -> None:
+    rows = rows_of(finger(), tmp_path)
+    assert rows["fingertip.phalanx.variant"] == ("scaled", "study file", "preset: original")
+    assert rows["fingertip.layers.skin_thickness"] == ("1.4 mm", "study file", "preset: 1.5 mm")
+    assert rows["fingertip.receptors.fa_ii_depth"][:2] == ("3 mm", "wang2014")
+
+
+def test_values_of_a_study_are_its_own_or_defaults_in_readable_units(tmp_path: Path) -> None:
+    rows = rows_of(finger(), tmp_path)
+    assert rows["time.step"] == ("5 ms", "study file", "")
+    assert rows["time.alpha"] == ("-0.05", "default", "")
+    assert rows["mesh.contact_size"] == ("0.12 mm", "default", "")
+    assert rows["programme.0.press.speed"] == ("1.5 mm/s", "study file", "")
+    assert "time.end" not in rows, "nothing stands for what was not given"
+
+
+def test_swept_values_are_all_shown(tmp_path: Path) -> None:
+    sweep = {
+        "contact.friction_coefficient": [0.2, 0.4],
+        "fingertip.fingerprint.enabled": [False, True],
+        "time.alpha": [0.0, -0.1],
+    }
+    rows = rows_of(finger(sweep=sweep), tmp_path)
+    assert rows["contact.friction_coefficient"] == ("0.2, 0.4", "study file, swept", "")
+    assert rows["fingertip.fingerprint.enabled"][:2] == ("false, true", "study file, swept")
+    assert rows["time.alpha"][:2] == ("0.0, -0.1", "study file, swept")
+
+
+def test_assumed_values_of_a_study_come_first(tmp_path: Path) -> None:
+    rows = rows_of(finger(), tmp_path)
+    assumed = [source == "assumed" for _, source, _ in rows.values()]
+    assert assumed == sorted(assumed, reverse=True)
+    assert assumed[0]
+
+
+def test_body_that_is_no_fingertip_has_no_preset(tmp_path: Path) -> None:
+    rows = rows_of(block_values(), tmp_path)
+    assert not [path for path in rows if path.startswith("fingertip")]
+    assert rows["mesh.file"] == ("block.msh", "study file", "")
+    assert (rows["supports.top.0"][0], rows["supports.top.1"][0]) == ("x", "y")
+
+
+@pytest.mark.usefixtures("simulated", "reports")
+def test_result_of_a_run_has_events_numbers_and_swept_values(write_study: Write, tmp_path: Path) -> None:
+    path = write_study()
+    result = run_study(path, results_dir=tmp_path / "results", workers=1)
+    events, numbers, swept = show(str(result.folder / "friction_coefficient-0.6"))
+    assert [row[0] for row in events.rows] == ["accumulated slip", "displacement", "acceleration peaks"]
+    assert dict(numbers.rows)["friction_force_ratio_end_of_slide"] == pytest.approx(0.6)
+    assert "numpy" in numbers.note
+    assert swept.rows == (("contact.friction_coefficient", "0.6"),)
+    (whole,) = show(str(result.folder))
+    assert [row[0] for row in whole.rows] == FRICTIONS
+
+
+def test_what_is_not_there_is_answered_with_what_is(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"show wang2013: is not there.*presets: wang2014-2d"):
+        show("wang2013")
+    with pytest.raises(ResultError, match="holds no results of a study"):
+        show(str(tmp_path))
+    with pytest.raises(InputError, match=r"gone\.yaml: is not there"):
+        show(str(tmp_path / "gone.yaml"))

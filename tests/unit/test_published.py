@@ -1,0 +1,63 @@
+"""Published values that ship."""
+
+from __future__ import annotations
+
+import pytest
+
+from fingerslip.errors import InputError
+from fingerslip.published import published, published_names
+
+SETS = [published(name) for name in published_names()]
+
+
+def test_table2_is_as_printed() -> None:
+    values = {value.id: (value.value, value.unit) for value in published("wang2014-table2").values}
+    assert values["original-overall"] == (1.71, "s")
+    assert values["scaled-latency"] == (0.29, "s")
+    assert len(values) == 9
+
+
+def test_latencies_agree_with_their_events_to_the_printed_digit() -> None:
+    values = {value.id: value.value for value in published("wang2014-table2").values}
+    for variant in ("original", "flattened", "scaled"):
+        overall, incipient, latency = (values[f"{variant}-{name}"] for name in ("overall", "incipient", "latency"))
+        assert overall - incipient == pytest.approx(latency, abs=1e-9)
+
+
+def test_derived_ways_follow_from_table2() -> None:
+    overall = {v.id.split("-")[0]: v.value for v in published("wang2014-table2").values if v.quantity == "overall"}
+    for value in published("wang2014-derived").values:
+        variant = value.id.split("-")[0]
+        assert (overall[variant] - 1.0) * 3.0 / (0.6 * 1.5) == pytest.approx(value.value, abs=6e-3)
+        assert value.kind == "derived"
+
+
+def test_conditions_are_those_of_group_and_row() -> None:
+    value = published("wang2014-table2").values[0]
+    run = {
+        "fingertip.phalanx.variant": "original",
+        "fingertip.fingerprint.enabled": False,
+        "contact.friction_coefficient": 0.6,
+    }
+    assert value.holds_for({**run, "time.step": "5 ms"})
+    assert not value.holds_for({**run, "contact.friction_coefficient": 0.4})
+    assert not value.holds_for({"fingertip.phalanx.variant": "original"})
+
+
+def test_range_has_its_middle_as_value() -> None:
+    value = next(v for v in published("wang2014-peaks").values if v.quantity == "three_quarter")
+    assert value.span == (1.63, 1.65)
+    assert value.value == pytest.approx(1.64)
+
+
+def test_every_row_has_an_identity_a_source_and_a_value_or_a_statement() -> None:
+    rows = [value for every in SETS for value in every.values]
+    assert len({value.id for value in rows}) == len(rows)
+    for value in rows:
+        assert value.source.startswith("wang2014, ")
+        assert (value.value is None) == (value.kind == "qualitative") == bool(value.statement) == bool(value.check)
+
+
+def test_unknown_set_names_the_nearest() -> None:
+    with pytest.raises(InputError, match="did you mean 'wang2014-table2'"):
+        published("wang2014-table-2")

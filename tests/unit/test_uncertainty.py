@@ -1,0 +1,124 @@
+"""Observed orders, limits and uncertainties of series whose law is known."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fingerslip.uncertainty import Convergence, Refinement, Series, combine, refine
+
+SIZES = (1.0, 2.0 / 3.0, 0.5)
+
+
+def series(*values: float | None, sizes: tuple[float, ...] = SIZES) -> Series:
+    return Series("mesh", sizes, values)
+
+
+@given(
+    order=st.floats(0.55, 2.0),
+    limit=st.floats(-10.0, 10.0),
+    slope=st.floats(0.1, 5.0) | st.floats(-5.0, -0.1),
+    sizes=st.sampled_from([SIZES, (1.0, 0.5, 0.25), (1.0, 1.5, 2.0), (1.0, 0.7, 1.4)]),
+)
+def test_a_power_law_gives_its_order_and_its_limit(
+    order: float, limit: float, slope: float, sizes: tuple[float, ...]
+) -> None:
+    found = refine(series(*(limit + slope * size**order for size in sizes), sizes=sizes), 2.0)
+    assert found.behaviour == "monotone"
+    assert found.order == pytest.approx(order, rel=1e-5)
+    assert found.limit == pytest.approx(limit, abs=1e-5)
+    assert found.uncertainty == pytest.approx(1.25 * abs(slope), rel=1e-4)
+    assert found.converges
+
+
+@given(
+    st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=3),
+    st.floats(1e-3, 1e3),
+    st.floats(-1e3, 1e3),
+)
+def test_uncertainty_goes_with_the_unit_and_not_with_the_zero(values: list[float], scale: float, shift: float) -> None:
+    plain = refine(series(*values), 2.0)
+    moved = refine(series(*(scale * value for value in values)), 2.0)
+    if plain.behaviour == "unchanged" or moved.behaviour != plain.behaviour:
+        return  # differences of the size of rounding
+    assert plain.uncertainty is not None
+    assert moved.uncertainty == pytest.approx(scale * plain.uncertainty, rel=1e-3, abs=1e-9 * scale)
+    there = refine(series(*(value + shift for value in values)), 2.0)
+    if there.behaviour == plain.behaviour:
+        assert there.uncertainty == pytest.approx(plain.uncertainty, rel=1e-2, abs=1e-6)
+
+
+@given(st.lists(st.floats(-1e3, 1e3), min_size=3, max_size=3))
+def test_uncertainty_is_never_less_than_what_was_seen(values: list[float]) -> None:
+    """The finest value lies between the one in use and the limit, or the range counts threefold."""
+    found = refine(series(*values), 2.0)
+    assert found.uncertainty is not None
+    assert found.uncertainty >= 0.999 * abs(values[0] - values[2])
+
+
+@pytest.mark.parametrize(
+    ("values", "behaviour"),
+    [
+        ((1.0, 2.0, 1.5), "oscillatory"),
+        ((1.0, 2.0, 2.0), "oscillatory"),
+        ((1.0, 1.1, 4.0), "divergent"),
+        ((1.0, 2.0, 2.66), "slow"),
+        ((3.0, 3.0, 3.0), "unchanged"),
+        ((1.0, None, 3.0), "missing"),
+    ],
+)
+def test_what_gives_no_limit_is_called_by_its_name(values: tuple[float | None, ...], behaviour: str) -> None:
+    found = refine(series(*values), 2.0)
+    assert (found.behaviour, found.limit) == (behaviour, None)
+    if behaviour in {"oscillatory", "divergent", "slow"}:
+        known = [value for value in values if value is not None]
+        assert found.uncertainty == pytest.approx(3.0 * (max(known) - min(known)))
+        assert not found.converges
+
+
+def test_an_order_beyond_the_elements_is_not_trusted() -> None:
+    """h^4 fits the values, but the limit is taken with the second order, and the misfit is added."""
+    values = tuple(1.0 + size**4 for size in SIZES)
+    found = refine(series(*values), 2.0)
+    assert found.order == pytest.approx(4.0, rel=1e-5)
+    slope = (values[0] - values[2]) / (1.0 - 0.25)
+    limit = values[0] - slope
+    misfit = abs(values[1] - (limit + slope * SIZES[1] ** 2))
+    assert found.limit == pytest.approx(limit)
+    assert found.uncertainty == pytest.approx(1.25 * slope + misfit)
+
+
+def test_a_small_change_has_settled_whatever_its_way() -> None:
+    found = refine(series(1.000, 1.001, 1.0005), 2.0)
+    assert found.behaviour == "oscillatory"
+    assert found.settled
+    assert found.converges
+
+
+def test_a_choice_has_its_largest_change_as_uncertainty() -> None:
+    found = refine(Series("alpha", (-0.4, -0.05, -0.3), (1.0, 1.5, 0.9)), None)
+    assert found == Refinement("divergent", 0.5)
+    assert refine(Series("alpha", (-0.4, -0.05), (1.0, 1.001)), None).converges
+
+
+def test_two_levels_are_too_few() -> None:
+    with pytest.raises(ValueError, match="needs 3 levels"):
+        refine(series(1.0, 2.0, sizes=(1.0, 0.5)), 2.0)
+
+
+def test_independent_uncertainties_add_as_squares() -> None:
+    assert combine([3.0, 4.0]) == 5.0
+    assert combine([3.0, None]) is None
+    assert combine([]) is None
+
+
+def test_a_number_converges_when_it_does_with_every_setting() -> None:
+    good = Series("mesh", SIZES, tuple(1.0 + size for size in SIZES))
+    bad = Series("step", SIZES, (2.0, 4.0, 1.0))
+    assert Convergence("q", "s", 2.0, {"mesh": good}).unsettled == ()
+    both = Convergence("q", "s", 2.0, {"mesh": good, "step": bad})
+    assert both.unsettled == ("step",)
+    assert both.uncertainty == pytest.approx(math.hypot(1.25, 9.0))

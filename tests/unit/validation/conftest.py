@@ -1,0 +1,47 @@
+"""Evidence from synthetic histories, for tests of the validation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pytest
+
+from fingerslip.report.tables.events import RunEvents
+from fingerslip.slip import find_events
+from fingerslip.validation.evidence import FINGERPRINT, FRICTION, VARIANT, VARIANTS, Evidence
+from fingerslip.validation.measures import Measures, measure
+from unit import synthetic
+
+UNCERTAINTY = {"slip.overall": 0.01, "peak_height": 2.0}
+
+
+def run(swept: dict[str, object], uncertainty: Mapping[str, float] | None = None, **process: float) -> Measures:
+    history = synthetic.make(synthetic.Process(**process))  # type: ignore[arg-type]
+    return measure(RunEvents("run", swept, find_events(history), {}, uncertainty or {}), history)
+
+
+@pytest.fixture(scope="module")
+def evidence() -> Evidence:
+    """Return evidence of histories in which slip is overall at 1.71 s, and 10 ms later after a refinement."""
+    phalanges = tuple(run({VARIANT: variant}, UNCERTAINTY) for variant in VARIANTS)
+    other = tuple(run({VARIANT: variant}, centre=1.72) for variant in VARIANTS)
+    same = tuple(run({VARIANT: variant}) for variant in VARIANTS)
+    return Evidence(
+        {
+            "wang2014_table2": phalanges,
+            "wang2014_friction": tuple(
+                run({FRICTION: mu}, friction=mu, edge=1.0 + 0.5 * mu, centre=1.1 + mu) for mu in (0.2, 0.4, 0.6, 0.8)
+            ),
+            "wang2014_fingerprint": tuple(
+                run({FINGERPRINT: on, VARIANT: variant}) for on in (False, True) for variant in VARIANTS
+            ),
+            "wang2014_formulation": tuple(
+                run({"fingertip.formulation": "plane_strain", VARIANT: variant}) for variant in VARIANTS
+            ),
+            "wang2014_3d": (run({}),),
+            "wang2014_section": tuple(
+                run({"fingertip.section": "transverse", VARIANT: variant}) for variant in VARIANTS
+            ),
+        },
+        (other, same),
+    )

@@ -1,0 +1,188 @@
+"""Every check of a published statement on evidence for which it holds, and on evidence for which it fails."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from fingerslip.published import published
+from fingerslip.report.tables.events import RunEvents
+from fingerslip.slip import Events, Peak, PeakTable, SlipEvents
+from fingerslip.validation.checks import CHECKS, PHALANX_CHECKS, determination
+from fingerslip.validation.evidence import FINGERPRINT, FRICTION, VARIANT, VARIANTS, Evidence
+from fingerslip.validation.measures import Densities, Measures
+
+PLACES = [(kind, area) for kind in ("FA-I", "SA-I", "FA-II", "SA-II") for area in ("A", "B")]
+DENSITIES = Densities(
+    growth=dict.fromkeys(PLACES, 1.2),
+    range_after=dict.fromkeys(PLACES, 0.01),
+    mean_after={place: 40.0 if place[1] == "B" else 20.0 for place in PLACES},
+)
+LARGEST = {"FA-I": 0.3, "SA-I": 0.2, "FA-II": 0.05, "SA-II": 0.1}
+
+
+def one(
+    swept: Mapping[str, Any],
+    incipient: float | None,
+    overall: float | None,
+    peaks: Mapping[float, float],
+    **others: Any,
+) -> Measures:
+    """Return the measures of a run; the first peak is read as incipient slip, the last one as overall slip."""
+    times = sorted(peaks)
+    read = SlipEvents(times[0] if len(times) > 1 else None, overall=times[-1] if times else None)
+    events = Events(slip=SlipEvents(incipient=incipient, overall=overall), acceleration=read)
+    table = PeakTable(tuple(Peak(time, peaks[time], peaks[time]) for time in times), others.pop("floor", 0.01))
+    defaults = {"largest_acceleration": LARGEST, "centre_after_edge": 0.1, "densities": DENSITIES, "rms_after": 0.01}
+    return Measures(RunEvents("run", dict(swept), events), table, **(defaults | others))
+
+
+def as_published() -> Evidence:
+    """Return evidence as the paper describes it."""
+    original = {1.53: 0.054, 1.63: 0.1, 1.71: 0.637}
+    phalanges = (
+        one({VARIANT: "original"}, 1.53, 1.71, original),
+        one({VARIANT: "flattened"}, 1.50, 1.72, {1.50: 0.058, 1.72: 0.423}),
+        one({VARIANT: "scaled"}, 1.48, 1.77, {1.48: 0.07, 1.77: 0.275}),
+    )
+    frictions = (
+        one({FRICTION: 0.2}, 1.20, 1.25, {1.20: 0.1, 1.25: 0.6}, rms_after=0.05),
+        one({FRICTION: 0.4}, 1.36, 1.48, {1.36: 0.1, 1.48: 0.6}),
+        one({FRICTION: 0.6}, 1.53, 1.71, original),
+        one({FRICTION: 0.8}, 1.70, 1.89, {1.70: 0.05, 1.89: 0.5}),
+    )
+    without = tuple(replace(phalanx, run=relabelled(phalanx, False)) for phalanx in phalanges)
+    ripples = ((1.71, 0.3, 0.01), (1.72, 0.5, 0.01), (1.77, 0.3, 0.03))
+    with_ripples = tuple(
+        one({FINGERPRINT: True, VARIANT: variant}, None, time, {time: height}, floor=0.05, rms_after=rms)
+        for variant, (time, height, rms) in zip(VARIANTS, ripples, strict=True)
+    )
+    studies = {"table2": phalanges, "friction": frictions, "fingerprint": (*without, *with_ripples)}
+    return Evidence({f"wang2014_{name}": runs for name, runs in studies.items()})
+
+
+def relabelled(measures: Measures, fingerprint: bool) -> RunEvents:
+    return replace(measures.run, swept={FINGERPRINT: fingerprint, **measures.run.swept})
+
+
+def changed(study: str, place: int, **values: Any) -> Evidence:
+    """Return the evidence as published, with one run of a study changed."""
+    measured = dict(as_published().measured)
+    name = f"wang2014_{study}"
+    runs = list(measured[name])
+    runs[place] = replace(runs[place], **values)
+    return Evidence(measured | {name: tuple(runs)})
+
+
+def with_events(study: str, place: int, incipient: float | None, overall: float | None) -> Evidence:
+    run = as_published().measured[f"wang2014_{study}"][place].run
+    slip = SlipEvents(incipient=incipient, overall=overall)
+    return changed(study, place, run=replace(run, events=replace(run.events, slip=slip)))
+
+
+def with_peaks(study: str, place: int, peaks: Mapping[float, float], **others: Any) -> Evidence:
+    old = as_published().measured[f"wang2014_{study}"][place]
+    new = one(old.run.swept, old.run.events.slip.incipient, old.run.events.slip.overall, peaks, **others)
+    return changed(study, place, run=new.run, peaks=new.peaks)
+
+
+def with_densities(**values: Any) -> Evidence:
+    return changed("table2", 0, densities=replace(DENSITIES, **values))
+
+
+def one_place(values: Mapping[tuple[str, str], float], value: float) -> dict[tuple[str, str], float]:
+    return {**values, ("FA-II", "B"): value}
+
+
+FAILING = {
+    "overall-order": with_events("table2", 2, 1.48, 1.70),
+    "latency-order": with_events("table2", 1, 1.60, 1.72),
+    "overall-peak-order": with_peaks("table2", 2, {1.48: 0.07, 1.77: 0.7}),
+    "linear-in-friction": with_events("friction", 3, 1.70, 2.60),
+    "latency-grows-with-friction": with_events("friction", 2, 1.64, 1.71),
+    "latency-flattens-with-friction": with_events("friction", 3, 1.65, 1.95),
+    "surface-receptors-feel-more": changed("table2", 0, largest_acceleration=LARGEST | {"SA-II": 0.25}),
+    "edges-first": changed("table2", 2, centre_after_edge=-0.01),
+    "density-rises": with_densities(growth=one_place(DENSITIES.growth, 0.9)),
+    "density-then-stays": with_densities(range_after=one_place(DENSITIES.range_after, 0.3)),
+    "density-larger-in-b": with_densities(mean_after=one_place(DENSITIES.mean_after, 19.0)),
+    "flattened-without-middle-peaks": with_peaks("table2", 1, {1.50: 0.058, 1.60: 0.1, 1.72: 0.423}),
+    "scaled-middle-peaks-merge": with_peaks("table2", 2, {1.48: 0.07, 1.60: 0.1, 1.77: 0.275}),
+    "fingerprint-adds-noise": with_peaks("fingerprint", 5, {1.77: 0.3}, floor=0.005),
+    "fingerprint-hides-incipient": with_peaks("fingerprint", 5, {1.50: 0.2, 1.77: 0.3}),
+    "fingerprint-leaves-overall": with_peaks("fingerprint", 5, {}),
+    "fingerprint-flattened-peak": with_peaks("fingerprint", 4, {1.72: 0.2}),
+    "fingerprint-scaled-vibrates": changed("fingerprint", 5, rms_after=0.005),
+    "low-friction-vibrates": changed("friction", 0, rms_after=0.005),
+    "high-friction-loses-middle-peaks": with_peaks("friction", 3, {1.70: 0.05, 1.80: 0.1, 1.89: 0.5}),
+    "high-friction-smaller-peaks": with_peaks("friction", 3, {1.70: 0.05, 1.89: 0.7}),
+}
+
+
+def test_every_published_statement_has_a_check_and_every_check_a_statement() -> None:
+    assert {value.id for value in published("wang2014-qualitative").values} == set(CHECKS) == set(FAILING)
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_check_holds_for_what_the_paper_describes(name: str) -> None:
+    finding = CHECKS[name](as_published())
+    assert finding.holds is True
+    assert finding.number is not None
+
+
+@pytest.mark.parametrize("name", FAILING)
+def test_check_fails_for_the_opposite(name: str) -> None:
+    assert CHECKS[name](FAILING[name]).holds is False
+
+
+@pytest.mark.parametrize("name", ["flattened-without-middle-peaks", "scaled-middle-peaks-merge"])
+def test_absent_peaks_prove_nothing_where_the_original_has_none_either(name: str) -> None:
+    assert CHECKS[name](with_peaks("table2", 0, {1.53: 0.054, 1.71: 0.637})).holds is False
+
+
+@pytest.mark.parametrize(
+    ("name", "evidence"),
+    [
+        ("overall-order", with_events("table2", 1, 1.5, None)),
+        ("latency-order", with_events("table2", 0, None, 1.71)),
+        ("overall-peak-order", with_peaks("table2", 0, {})),
+        ("linear-in-friction", with_events("friction", 3, 1.7, None)),
+        ("latency-grows-with-friction", with_events("friction", 0, None, 1.25)),
+        ("latency-flattens-with-friction", with_events("friction", 3, None, 1.89)),
+        ("surface-receptors-feel-more", changed("table2", 0, largest_acceleration={"FA-I": 0.1})),
+        ("edges-first", changed("table2", 0, centre_after_edge=None)),
+        ("density-rises", changed("table2", 0, densities=None)),
+        ("density-then-stays", changed("table2", 0, densities=None)),
+        ("density-larger-in-b", changed("table2", 0, densities=None)),
+        ("fingerprint-scaled-vibrates", changed("fingerprint", 5, rms_after=None)),
+        ("low-friction-vibrates", changed("friction", 0, rms_after=None)),
+        ("high-friction-smaller-peaks", with_peaks("friction", 3, {})),
+    ],
+)
+def test_check_tells_nothing_where_an_event_did_not_happen(name: str, evidence: Evidence) -> None:
+    finding = CHECKS[name](evidence)
+    assert (finding.number, finding.holds) == (None, None)
+
+
+def test_numbers_are_those_of_the_evidence() -> None:
+    evidence = as_published()
+    assert CHECKS["overall-order"](evidence).number == pytest.approx(0.01)
+    assert CHECKS["latency-grows-with-friction"](evidence).number == pytest.approx(0.18 / 0.05)
+    assert CHECKS["latency-flattens-with-friction"](evidence).number == pytest.approx(0.01 / 0.065)
+    assert CHECKS["surface-receptors-feel-more"](evidence).number == pytest.approx(2.0)
+    assert CHECKS["density-larger-in-b"](evidence).number == pytest.approx(2.0)
+    assert CHECKS["fingerprint-leaves-overall"](evidence).number == 3.0
+
+
+def test_determination_is_that_of_a_line() -> None:
+    assert determination([0.2, 0.4, 0.6, 0.8], [1.0, 0.0, 0.0, 1.0]) == pytest.approx(0.0, abs=1e-12)
+    assert determination([0.0, 1.0], [1.0, None]) is None
+    assert determination([0.0, 1.0], [1.5, 1.5]) is None
+
+
+def test_phalanx_checks_need_the_phalanges_only() -> None:
+    alone = Evidence({"wang2014_table2": as_published().measured["wang2014_table2"]})
+    assert all(check(alone).holds for check in PHALANX_CHECKS.values())

@@ -1,0 +1,122 @@
+"""Numbers read from histories whose slip is known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fingerslip.report.tables.events import RunEvents
+from fingerslip.slip import EventSettings, SlideWindow, find_events, slide_window
+from fingerslip.validation.measures import (
+    centre_after_edge,
+    densities,
+    largest_accelerations,
+    measure,
+    rms_after,
+    way_over_friction_depth,
+)
+from unit import synthetic
+
+SETTINGS = EventSettings()
+
+
+def prepared(process: synthetic.Process | None = None) -> tuple[xr.Dataset, SlideWindow]:
+    history = synthetic.make(process or synthetic.Process())
+    window = slide_window(history)
+    assert window is not None
+    return history, window
+
+
+def reversed_in_space(history: xr.Dataset) -> xr.Dataset:
+    """Let slip begin in the centre: the nodes in contact swap their motion from the edge inwards."""
+    inside = np.abs(history["contact_position"].values[:, 0]) <= synthetic.HALF_WIDTH + 1e-9
+    count = int(inside.sum())
+    half = count // 2
+    order = np.concatenate((np.arange(half)[::-1], np.arange(half, count)[::-1], np.arange(count, inside.size)))
+    swapped = history["contact_displacement"].values[:, order]
+    return history.assign(contact_displacement=(history["contact_displacement"].dims, swapped))
+
+
+def test_centre_leaves_after_the_edges_by_the_travel_of_slip() -> None:
+    history, window = prepared(synthetic.Process(jump=False))
+    travel = 1.71 - 1.30
+    # The medians of the inner and outer quarters lie at 1/8 and 7/8 of the half width.
+    assert centre_after_edge(history, window, SETTINGS) == pytest.approx(0.75 * travel, rel=0.05)
+
+
+def test_slip_from_the_centre_gives_the_other_sign() -> None:
+    history, window = prepared(synthetic.Process(jump=False))
+    later = centre_after_edge(reversed_in_space(history), window, SETTINGS)
+    assert later is not None
+    assert later < -0.2
+
+
+def test_three_nodes_are_too_few_for_quarters() -> None:
+    history, window = prepared(synthetic.Process(nodes=3))
+    assert centre_after_edge(history, window, SETTINGS) is None
+
+
+def test_largest_acceleration_falls_with_depth_and_leaves_the_transition_out() -> None:
+    history, window = prepared()
+    largest = largest_accelerations(history, window, 1.1)
+    assert largest["FA-I"] > largest["SA-I"] > largest["SA-II"] > largest["FA-II"] > 0.0
+    # The synthetic signal decays with depth over 2 mm, from 0.5 mm to 3 mm.
+    assert largest["FA-I"] / largest["FA-II"] == pytest.approx(np.exp(2.5 / 2.0))
+    strong = synthetic.Process(peaks={1.53: 0.054, 1.71: 0.1})
+    history, window = prepared(strong)
+    with_transition = largest_accelerations(history, window, 1.0)["FA-I"]
+    assert with_transition > 3.0 * largest_accelerations(history, window, 1.1)["FA-I"]
+
+
+def test_density_grows_to_overall_slip_and_stays() -> None:
+    history, window = prepared()
+    found = densities(history, window, 1.71)
+    assert found.growth["FA-I", "A"] == pytest.approx(1.71**2, rel=1e-6)
+    assert max(found.range_after.values()) < 1e-9
+    assert found.mean_after["FA-II", "B"] / found.mean_after["FA-II", "A"] == pytest.approx(1.2 / 0.8)
+
+
+def test_density_that_falls_after_overall_slip_has_a_range() -> None:
+    history, window = prepared()
+    fading = history["strain_energy_density"] * np.where(history["time"] > 1.8, 0.5, 1.0)[:, None]
+    found = densities(history.assign(strain_energy_density=fading), window, 1.71)
+    assert min(found.range_after.values()) > 0.5
+
+
+def test_way_is_counted_in_friction_times_indentation() -> None:
+    history, window = prepared()
+    assert way_over_friction_depth(history, window, 1.71) == pytest.approx(0.71 * 3.0 / (0.6 * 1.5))
+
+
+def test_vibration_counts_only_within_its_time() -> None:
+    history, window = prepared(synthetic.Process(peaks={1.80: 0.2}))
+    during, later = rms_after(history, window, 1.75), rms_after(history, window, 1.85)
+    assert during is not None
+    assert later is not None
+    assert during > 100.0 * later
+
+
+def test_run_is_measured_with_its_peaks() -> None:
+    history, _ = prepared()
+    found = measure(RunEvents("run", {}, find_events(history)), history)
+    assert found.overall_peak is not None
+    assert found.incipient_peak is not None
+    assert found.overall_peak.time == pytest.approx(1.71, abs=6e-3)
+    assert found.incipient_peak.time == pytest.approx(1.53, abs=6e-3)
+    assert found.middle_peaks == 1
+    assert found.way == pytest.approx(0.71 * 3.0 / 0.9, abs=0.05)
+
+
+def test_run_without_overall_slip_has_no_number_that_needs_it() -> None:
+    history, _ = prepared(synthetic.Process(edge=1.3, centre=9.0, peaks={}))
+    found = measure(RunEvents("run", {}, find_events(history)), history)
+    assert (found.densities, found.rms_after, found.way, found.overall_peak, found.middle_peaks) == (None,) * 4 + (0,)
+
+
+def test_run_without_slide_has_no_numbers() -> None:
+    process = synthetic.Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0)))
+    history = synthetic.make(process)
+    found = measure(RunEvents("run", {}, find_events(history)), history)
+    assert found.largest_acceleration == {}
+    assert found.centre_after_edge is None

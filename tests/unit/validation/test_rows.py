@@ -1,0 +1,88 @@
+"""Verdicts, the table, and the rows from evidence."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fingerslip.published import PublishedValue
+from fingerslip.validation import Row, rows_mapping, rows_markdown, rows_table
+from fingerslip.validation.rows import difference_from, number_row, statement_row
+
+TIME = PublishedValue("overall", "overall", "published", "paper, Table 1", "s", 1.72)
+RANGE = PublishedValue("middle", "three_quarter", "published", "paper, text", "s", 1.64, (1.63, 1.65))
+STATEMENT = PublishedValue(
+    "order", "overall", "qualitative", "paper, text", "s", statement="A first.", check="B less A"
+)
+
+
+def verdict(ours: float | None, uncertainty: float | None = None, resolution: float | None = 0.01) -> str:
+    return number_row("q", TIME, ours, uncertainty, resolution=resolution).verdict
+
+
+@pytest.mark.parametrize(
+    ("ours", "uncertainty", "expected"),
+    [
+        (1.73, None, "agrees"),
+        (1.7301, None, "misses"),
+        (1.71, 0.001, "agrees"),
+        (1.75, 0.03, "agrees"),
+        (1.75, 0.029, "misses"),
+        (None, 0.5, "not found"),
+    ],
+)
+def test_number_agrees_within_resolution_or_uncertainty(
+    ours: float | None, uncertainty: float | None, expected: str
+) -> None:
+    assert verdict(ours, uncertainty) == expected
+
+
+def test_number_without_resolution_is_not_judged() -> None:
+    assert verdict(1.72, 9.0, None) == "not judged"
+    assert verdict(None, None, None) == "not found"
+
+
+@given(st.floats(0.0, 3.0))
+def test_difference_leads_back_to_the_range(ours: float) -> None:
+    low, high = 1.63, 1.65
+    difference = difference_from(ours, (low, high))
+    assert low - 1e-12 <= ours - difference <= high + 1e-12
+    assert (difference == 0.0) == (low <= ours <= high)
+
+
+def test_range_keeps_both_ends() -> None:
+    row = number_row("q", RANGE, 1.66, None, resolution=0.01)
+    assert row.published == (1.63, 1.65)
+    assert row.difference == pytest.approx(0.01)
+
+
+def test_statement_is_no_number() -> None:
+    with pytest.raises(ValueError, match="order is no number"):
+        number_row("q", STATEMENT, 1.0, None, resolution=0.01)
+
+
+@pytest.mark.parametrize(("holds", "expected"), [(True, "holds"), (False, "fails"), (None, "not found")])
+def test_statement_has_its_number_and_its_words(holds: bool | None, expected: str) -> None:
+    row = statement_row(STATEMENT, 0.025, 0.007, holds)
+    assert (row.quantity, row.statement, row.ours, row.uncertainty) == ("B less A", "A first.", 0.025, 0.007)
+    assert (row.verdict, row.published, row.difference) == (expected, None, None)
+
+
+def test_table_and_json_have_the_same_rows() -> None:
+    rows = (number_row("overall slip", TIME, 1.84, 0.002, resolution=0.01), statement_row(STATEMENT, None, None, None))
+    table = rows_table(rows)
+    assert table.rows[0][:5] == ("overall slip", "paper, Table 1", "1.72", 1.84, pytest.approx(0.12))
+    assert table.rows[1][0] == "A first. (B less A)"
+    plain = json.loads(json.dumps(rows_mapping(rows)))
+    assert [entry["verdict"] for entry in plain] == ["misses", "not found"]
+    assert plain[1]["ours"] is None
+    assert set(plain[0]) == set(Row.__dataclass_fields__)
+
+
+def test_markdown_says_how_it_was_made_and_keeps_misses() -> None:
+    text = rows_markdown([number_row("overall slip", RANGE, 1.84, None, resolution=0.01)])
+    assert "fingerslip validate --markdown" in text
+    assert "| overall slip | paper, text | 1.63 to 1.65 | 1.840 | 0.190 | - | s | misses | predicted |" in text

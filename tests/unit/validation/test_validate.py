@@ -1,0 +1,75 @@
+"""The rows from evidence, and the reference tables that ship."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from fingerslip.errors import InputError
+from fingerslip.published import published
+from fingerslip.validation import Row, rows_markdown, validate
+from fingerslip.validation.evidence import Evidence
+from fingerslip.validation.validate import rows_of
+from places import ROOT
+
+
+def test_every_published_value_of_the_section_has_a_row(evidence: Evidence) -> None:
+    rows = rows_of(evidence)
+    statements = [row for row in rows if row.statement]
+    assert len(statements) == len(published("wang2014-qualitative").values)
+    # Nine times and the three-quarter range in two ways, three ways, six heights, two other models, the solid.
+    assert len(rows) - len(statements) == 2 * 10 + 3 + 6 + 2 * 3 + 9
+
+
+def test_only_the_original_row_from_accumulated_slip_is_calibrated(evidence: Evidence) -> None:
+    calibrated = [row.quantity for row in rows_of(evidence) if row.basis == "calibrated"]
+    assert len(calibrated) == 5
+    assert all("original" in name and "accumulated slip" in name for name in calibrated)
+    assert [row.basis for row in rows_of(evidence)[:5]] == ["calibrated"] * 5
+
+
+def test_rows_have_our_values_and_their_uncertainty(evidence: Evidence) -> None:
+    rows = {row.quantity: row for row in rows_of(evidence)}
+    overall = rows["overall slip, flattened (accumulated slip)"]
+    assert overall.ours == pytest.approx(1.715, abs=3e-3)
+    assert overall.uncertainty == 0.01
+    assert overall.verdict == "agrees"
+    assert rows["overall slip, scaled (accumulated slip)"].verdict == "misses"
+    assert rows["height of the overall slip peak, original"].verdict == "not judged"
+    assert rows["overall slip, scaled, plane strain (accumulated slip)"].uncertainty is None
+    assert rows["height of the overall slip peak, original"].uncertainty == 2.0
+    way = rows["way of the plate at overall slip / (friction x depth), scaled (accumulated slip)"]
+    assert way.uncertainty == pytest.approx(0.01 * 3.0 / (0.6 * 1.5))
+
+
+def test_statements_about_the_phalanges_have_a_spread(evidence: Evidence) -> None:
+    spreads = {row.statement: row.uncertainty for row in rows_of(evidence) if row.statement}
+    named = {value.id: value.statement for value in published("wang2014-qualitative").values}
+    assert spreads[named["edges-first"]] == pytest.approx(0.75 * 0.01, abs=1e-3)
+    assert spreads[named["linear-in-friction"]] is None
+
+
+def test_missing_study_is_an_error_before_anything_runs(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"wang2014_table2.yaml: is not there"):
+        validate(tmp_path, tmp_path / "results")
+    assert not (tmp_path / "results").exists()
+
+
+def test_reference_tables_and_documentation_have_the_same_rows() -> None:
+    stored = json.loads((ROOT / "results" / "reference" / "validation.json").read_text(encoding="utf-8"))
+    rows = [Row(**{**entry, "published": as_published(entry["published"])}) for entry in stored]
+    page = (ROOT / "results" / "reference" / "validation.md").read_text(encoding="utf-8")
+    assert rows_markdown(rows) == page
+    assert page[page.index("| quantity") :] in (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
+
+
+def as_published(value: float | list[float] | None) -> float | tuple[float, float] | None:
+    return (value[0], value[1]) if isinstance(value, list) else value
+
+
+def test_reference_statements_are_those_that_ship() -> None:
+    stored = json.loads((ROOT / "results" / "reference" / "validation.json").read_text(encoding="utf-8"))
+    named = [(entry["statement"], entry["quantity"]) for entry in stored if entry["statement"]]
+    assert named == [(value.statement, value.check) for value in published("wang2014-qualitative").values]
