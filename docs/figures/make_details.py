@@ -88,8 +88,8 @@ def forces(study: Path) -> Table:
         window = slide_window(history)
         assert window is not None
         overall = find_events(history).overall or np.nan
-        way = np.abs(history["body_displacement"].values[:, 0, 0])
-        normal = float(history["body_force"].values[window.first, 0, 1])
+        way = np.abs(history["counterface_displacement"].values[:, 0, 0])
+        normal = float(history["counterface_force"].values[window.first, 0, 1])
         rows.append((*run.swept.values(), normal, 1e3 * float(np.interp(overall, history["time"], way))))
     return Table("Normal force and way of the plate", columns, tuple(rows))
 
@@ -118,7 +118,7 @@ def drops(study: Path) -> Table:
     rows = []
     for run in stored.runs:
         history = read_history(study / run.label / "history.nc").sel(time=slice(1.0, None))
-        force = history["body_force"].values[:, 0]
+        force = history["counterface_force"].values[:, 0]
         ratio = np.abs(force[:, 0]) / force[:, 1]
         late = float(ratio[history["time"].values > 2.5].mean())
         rows.append((*run.swept.values(), run.events.slip.overall, float(ratio.max()), late))
@@ -158,8 +158,8 @@ def _slipped_rows(study: Path) -> Iterator[tuple[Cell, ...]]:
         fraction = slipped_fraction(history, window, SETTINGS.slip_tolerance)
         at_all = slipped_fraction(history, window, 1e-9)
         slide = history.isel(time=window.records)
-        force = slide["body_force"].values[:, 0]
-        limit = float(history["body_friction_coefficient"].values[0]) * force[:, 1]
+        force = slide["counterface_force"].values[:, 0]
+        limit = float(history["counterface_friction_coefficient"].values[0]) * force[:, 1]
         ratio = np.interp(find_events(history).incipient or np.nan, slide["time"], np.abs(force[:, 0]) / limit)
         given = (float(np.interp(moment, fraction["time"], fraction)) for moment in (*MOMENTS, 1.1))
         yield (*run.swept.values(), *given, float(np.interp(1.1, at_all["time"], at_all)), float(ratio))

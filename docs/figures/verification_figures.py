@@ -41,14 +41,14 @@ def line_contact() -> None:
     x, pressure, traction, _ = line.ordered(history)
     fine = np.linspace(-1.3, 1.3, 1001)
     _, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.2), sharey=True)
-    half_width, peak = line.closed_form(float(history["body_force"].values[line.STEPS, 0, 1]))
+    half_width, peak = line.closed_form(float(history["counterface_force"].values[line.STEPS, 0, 1]))
     left.plot(fine, line.semicircle(fine, 1.0), color=GREY, label="Hertz")
     mark(left, x / half_width, pressure[line.STEPS] / peak, BLUE, "computed")
     left.set(xlabel="x / a", ylabel="p / p$_0$", xlim=(-1.3, 1.3))
     left.legend(loc="upper right", fontsize=8)
     for wanted, colour in ((0.3, BLUE), (0.6, RED), (0.9, "#1b7837")):
         step = line.nearest_step(history, wanted)
-        tangential, normal = history["body_force"].values[step, 0]
+        tangential, normal = history["counterface_force"].values[step, 0]
         half_width, peak = line.closed_form(float(normal))
         ratio = float(tangential / (line.MU * normal))
         stick = np.sqrt(1 - ratio)
@@ -71,7 +71,7 @@ def ball() -> None:
 
     _, (left, right) = plt.subplots(1, 2, figsize=(8.0, 3.2), sharey=True)
     for step, axes in ((10, left), (16, right)):
-        tangential, _, normal = 2 * history["body_force"].values[step, 0]
+        tangential, _, normal = 2 * history["counterface_force"].values[step, 0]
         radius = float((3 * normal * sphere.RADIUS / (4 * sphere.PLANE_MODULUS)) ** (1 / 3))
         peak = 3 * normal / (2 * np.pi * radius**2)
         ratio = float(tangential / (sphere.MU * normal))
@@ -94,8 +94,11 @@ def ball() -> None:
 def cycle() -> None:
     """Tangential force over displacement of the ball, in one cycle."""
     history = sphere.cycled()
-    force, moved = 2 * history["body_force"].values[10:, 0, 0], history["body_displacement"].values[10:, 0, 0]
-    normal = 2 * float(history["body_force"].values[10, 0, 2])
+    force, moved = (
+        2 * history["counterface_force"].values[10:, 0, 0],
+        history["counterface_displacement"].values[10:, 0, 0],
+    )
+    normal = 2 * float(history["counterface_force"].values[10, 0, 2])
     full, largest = sphere.MU * normal, float(force[20])
     virgin = np.linspace(0, largest, 200)
     top = float(sphere.mindlin_displacement(largest, normal))

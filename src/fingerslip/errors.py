@@ -1,6 +1,8 @@
-"""The exceptions of fingerslip: every one says where, what was found, what is allowed and how to mend it."""
+"""The exceptions of fingerslip: every one says where, what was found, what is allowed and how to repair it."""
 
 from __future__ import annotations
+
+import warnings
 
 __all__ = [
     "ConvergenceError",
@@ -9,7 +11,13 @@ __all__ = [
     "MeshError",
     "ResultError",
     "SlipOutsideContactError",
+    "warn_renamed",
 ]
+
+
+def warn_renamed(old: str, new: str) -> None:
+    """Warn that a public name has a new one; the caller's caller is blamed."""
+    warnings.warn(f"'{old}' is now '{new}'; the old name goes with the next version", FutureWarning, stacklevel=3)
 
 
 class FingerslipError(Exception):
@@ -27,17 +35,23 @@ class InputError(FingerslipError, ValueError):
         What stands there, such as ``got -0.2``.
     allowed : str
         What may stand there, such as ``needs a number >= 0``.
-    mend : str, optional
+    repair : str, optional
         What to write instead, where `allowed` does not say it already.
     """
 
-    def __init__(self, where: str, found: str, allowed: str, mend: str = "") -> None:
-        self.where, self.found, self.allowed, self.mend = where, found, allowed, mend
-        super().__init__(where, found, allowed, mend)
+    def __init__(self, where: str, found: str, allowed: str, repair: str = "") -> None:
+        self.where, self.found, self.allowed, self.repair = where, found, allowed, repair
+        super().__init__(where, found, allowed, repair)
+
+    @property
+    def mend(self) -> str:
+        """Old name of `repair`."""
+        warn_renamed("mend", "repair")
+        return self.repair
 
     def __str__(self) -> str:
         text = f"{self.where}: {self.found}, {self.allowed}"
-        return f"{text}; {self.mend}" if self.mend else text
+        return f"{text}; {self.repair}" if self.repair else text
 
 
 class MeshError(InputError):

@@ -6,7 +6,6 @@ The variables, their dimensions and their units are in :data:`VARIABLES`; a hist
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +16,7 @@ import xarray as xr
 
 from fingerslip.contact.interface import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
+from fingerslip.files import write_bytes
 
 __all__ = [
     "COORDINATES",
@@ -52,11 +52,11 @@ COORDINATES: Mapping[str, Variable] = {
     "site_kind": Variable(("site",), "", "kind of the site: a mechanoreceptor type or empty"),
     "site_region": Variable(("site",), "", "region in which stress and strain energy are recovered"),
     "site_position": Variable(("site", "component"), "m", "reference position of the site's node"),
-    "body": Variable(("body",), "", "boundary that the rigid body touches"),
-    "body_normal": Variable(("body", "component"), "1", "outward unit normal of the rigid body"),
-    "body_friction_coefficient": Variable(("body",), "1", "friction coefficient"),
+    "counterface": Variable(("counterface",), "", "boundary that the counterface touches"),
+    "counterface_normal": Variable(("counterface", "component"), "1", "outward unit normal of the counterface"),
+    "counterface_friction_coefficient": Variable(("counterface",), "1", "friction coefficient"),
     "contact_node": Variable(("contact_node",), "", "mesh node of the contact candidate"),
-    "contact_body": Variable(("contact_node",), "", "index of the body that the candidate may touch"),
+    "contact_counterface": Variable(("contact_node",), "", "index of the body that the candidate may touch"),
     "contact_position": Variable(("contact_node", "component"), "m", "reference position of the candidate"),
     "contact_area": Variable(("contact_node",), "m^2", "tributary area of the candidate"),
     "snapshot_time": Variable(("snapshot_time",), "s", "time of the snapshot"),
@@ -77,21 +77,21 @@ VARIABLES: Mapping[str, Variable] = {
     "contact_displacement": Variable((*_CONTACT, "component"), "m", "displacement of the contact nodes"),
     "contact_velocity": Variable((*_CONTACT, "component"), "m/s", "velocity of the contact nodes"),
     "contact_acceleration": Variable((*_CONTACT, "component"), "m/s^2", "acceleration of the contact nodes"),
-    "gap": Variable(_CONTACT, "m", "distance from the rigid body, negative is penetration"),
+    "gap": Variable(_CONTACT, "m", "distance from the counterface, negative is penetration"),
     "normal_traction": Variable(_CONTACT, "Pa", "contact pressure"),
     "tangential_traction": Variable((*_CONTACT, "component"), "Pa", "friction traction on the skin"),
     "slip_distance": Variable(_CONTACT, "m", "slip accumulated while in contact"),
     "contact_state": Variable(_CONTACT, "", "0 open, 1 stick, 2 slip"),
-    "body_displacement": Variable(("time", "body", "component"), "m", "displacement of the rigid body"),
-    "body_velocity": Variable(("time", "body", "component"), "m/s", "velocity of the rigid body"),
-    "body_force": Variable(("time", "body", "component"), "N", "force of the rigid body on the deformable one"),
+    "counterface_displacement": Variable(("time", "counterface", "component"), "m", "displacement of the counterface"),
+    "counterface_velocity": Variable(("time", "counterface", "component"), "m/s", "velocity of the counterface"),
+    "counterface_force": Variable(("time", "counterface", "component"), "N", "force on the deformable body"),
     "kinetic_energy": Variable(("time",), "J", "kinetic energy"),
     "strain_energy": Variable(("time",), "J", "strain energy"),
     "contact_energy": Variable(("time",), "J", "energy stored in the contact penalties"),
     "friction_dissipation": Variable(("time",), "J", "energy dissipated by friction"),
     "damping_dissipation": Variable(("time",), "J", "energy dissipated by material damping"),
     "numerical_dissipation": Variable(("time",), "J", "energy dissipated by the time integration"),
-    "external_work": Variable(("time",), "J", "work done by the rigid bodies and the tractions"),
+    "external_work": Variable(("time",), "J", "work done by the counterfaces and the tractions"),
     "energy_imbalance": Variable(("time",), "J", "external work less all stored and dissipated energy"),
     "contact_iterations": Variable(("time",), "1", "iterations of the contact solver"),
     "contact_residual": Variable(("time",), "1", "relative residual of the contact solver"),
@@ -99,6 +99,17 @@ VARIABLES: Mapping[str, Variable] = {
     "snapshot_velocity": Variable(("snapshot_time", "node", "component"), "m/s", "velocity of all nodes"),
     "snapshot_strain_energy_density": Variable(("snapshot_time", "cell"), "J/m^3", "strain energy density of cells"),
     "snapshot_von_mises": Variable(("snapshot_time", "cell"), "Pa", "von Mises stress at the cells' centres"),
+}
+
+
+# Names in files of version 0.1.
+_RENAMED = {
+    "body": "counterface",
+    "contact_body": "contact_counterface",
+    **{
+        f"body_{quantity}": f"counterface_{quantity}"
+        for quantity in ("normal", "friction_coefficient", "displacement", "velocity", "force")
+    },
 }
 
 
@@ -151,17 +162,9 @@ def write_history(history: xr.Dataset, path: str | Path) -> None:
     ResultError
         Where the file cannot be written (full disk, no right to write).
     """
-    path = Path(path)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
     compressed = {name: {"zlib": True, "complevel": 1} for name, item in history.items() if item.dtype.kind == "f"}
-    try:
-        # Built in memory first: on a full disk the HDF5 library ends the process, writing bytes only fails.
-        partial.write_bytes(history.to_netcdf(engine="h5netcdf", encoding=compressed))
-        partial.replace(path)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be written ({error}); free some space or choose another folder") from error
-    finally:
-        partial.unlink(missing_ok=True)
+    # Built in memory first: on a full disk the HDF5 library ends the process, writing bytes only fails.
+    write_bytes(Path(path), bytes(history.to_netcdf(engine="h5netcdf", encoding=compressed)))
 
 
 def read_history(path: str | Path) -> xr.Dataset:
@@ -189,7 +192,9 @@ def read_history(path: str | Path) -> xr.Dataset:
         raise ResultError(f"{path}: cannot be read as a history ({error}); run the study again") from error
     if "time" not in history.coords:
         raise ResultError(f"{path}: is no history (it has no time); needs a file written by fingerslip run")
-    return history
+    return history.rename(
+        {old: new for old, new in _RENAMED.items() if old in history.variables or old in history.dims}
+    )
 
 
 def phase_times(history: xr.Dataset, kind: str) -> list[tuple[float, float]]:

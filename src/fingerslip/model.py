@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 import pydantic
 
-from fingerslip.contact.counterfaces import Plane, RigidBody
+from fingerslip.contact.counterfaces import Counterface, Plane
 from fingerslip.contact.friction import Coulomb, FrictionLaw
 from fingerslip.errors import InputError
 from fingerslip.materials.elastic import Elastic, RayleighDamping
@@ -51,7 +52,7 @@ NumericalDamping = Annotated[float, pydantic.Field(ge=-0.5, le=0.0)]
 
 @parameters
 class Press:
-    """Move the rigid bodies along their outward normals, towards the deformable body.
+    """Move the counterfaces along their outward normals, towards the deformable body.
 
     Parameters
     ----------
@@ -67,7 +68,7 @@ class Press:
 
 @parameters
 class Lift:
-    """Move the rigid bodies along their normals, away from the deformable body.
+    """Move the counterfaces along their normals, away from the deformable body.
 
     Parameters
     ----------
@@ -83,7 +84,7 @@ class Lift:
 
 @parameters
 class Hold:
-    """Keep the rigid bodies where they are.
+    """Keep the counterfaces where they are.
 
     Parameters
     ----------
@@ -96,7 +97,7 @@ class Hold:
 
 @parameters
 class Slide:
-    """Move the rigid bodies along their surfaces.
+    """Move the counterfaces along their surfaces.
 
     Parameters
     ----------
@@ -106,7 +107,7 @@ class Slide:
         Speed [m/s].
     direction : tuple of float, optional
         Direction of the body's motion, of any length; its part along the normal is left out.
-        Without it the body moves along its tangent, +x for a plate below the finger.
+        Without it the counterface moves along its tangent, +x for a plate below the finger.
     """
 
     distance: PositiveLength
@@ -162,7 +163,7 @@ class Traction:
 
 @parameters
 class Drive:
-    """A force on a rigid body of its own mass, along the body's normal.
+    """A force on a counterface of its own mass, along the counterface's normal.
 
     Parameters
     ----------
@@ -181,34 +182,36 @@ class Drive:
 
 @parameters
 class Contact:
-    """Unilateral frictional contact of a boundary with a rigid body.
+    """Unilateral frictional contact of a boundary with a counterface.
 
     Parameters
     ----------
     boundary : str
-        Named boundary of the mesh that may touch the body.
-    body : Plane, Cylinder or Sphere
+        Named boundary of the mesh that may touch the counterface.
+    counterface : Plane, Cylinder or Sphere
         The rigid counter-surface.
     friction : Coulomb, StaticKinetic, PressureDependent or Anisotropic
         The friction law.
     normal_penalty, tangential_penalty : float, optional
         Contact stiffness per area [Pa/m]; without them they follow from the layer under the boundary
         and the size of its facets.
-    reach : float, optional
+    search_distance : float, optional
         Nodes with an initial gap beyond this are no contact candidates [m]; without it one and a half times
-        the way that the body comes forward, and all nodes where loads may bring them to it.
+        the way that the counterface comes forward, and all nodes where loads may bring them to it.
     programme : tuple of Press, Hold, Slide or Lift, optional
-        The body's own motion; without it the model's programme.
+        The counterface's own motion; without it the model's programme.
     drive : Drive, optional
-        A force that moves the body along its normal, on top of the prescribed motion.
+        A force that moves the counterface along its normal, on top of the prescribed motion.
     """
 
+    RENAMED: ClassVar[Mapping[str, str]] = MappingProxyType({"body": "counterface", "reach": "search_distance"})
+
     boundary: str
-    body: RigidBody = Plane()
+    counterface: Counterface = Plane()
     friction: FrictionLaw = Coulomb(0.0)
     normal_penalty: Stiffness | None = None
     tangential_penalty: Stiffness | None = None
-    reach: PositiveLength | None = None
+    search_distance: PositiveLength | None = None
     programme: tuple[Phase, ...] | None = None
     drive: Drive | None = None
 
@@ -247,7 +250,7 @@ class TimeStepping:
 class QuasiStatic:
     """Steps without inertia: every step is in equilibrium.
 
-    The supports have to hold the body, and no rigid body may be driven by force.
+    The supports have to hold the counterface, and no counterface may be driven by force.
 
     Parameters
     ----------
@@ -299,7 +302,7 @@ class Model:
     contacts : tuple of Contact
         What may touch.
     programme : tuple of Press, Hold, Slide or Lift
-        The motion of the rigid bodies that have none of their own, phase after phase.
+        The motion of the counterfaces that have none of their own, phase after phase.
     time : TimeStepping or QuasiStatic
         How time passes.
     damping : RayleighDamping
@@ -350,6 +353,6 @@ class Model:
 
     @property
     def is_loaded(self) -> bool:
-        """Whether anything but prescribed motion may bring the body to the rigid ones."""
+        """Whether anything but prescribed motion may bring the counterface to the rigid ones."""
         driven = any(contact.drive for contact in self.contacts)
         return bool(self.tractions or driven or self.gravity or self.initial_velocity)

@@ -15,8 +15,9 @@ from typing import Annotated, Any, TypeVar, dataclass_transform, get_args, get_t
 
 import pydantic
 from pydantic.dataclasses import dataclass as pydantic_dataclass
+from pydantic_core import ArgsKwargs
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, warn_renamed
 from fingerslip.units import Unit
 
 __all__ = [
@@ -96,9 +97,18 @@ _PLAIN_NEEDS = {
 
 @dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field, pydantic.Field))
 def parameters(cls: type[T]) -> type[T]:
-    """Make `cls` a frozen, checked dataclass whose mistakes raise :class:`InputError`."""
+    """Make `cls` a frozen, checked dataclass whose mistakes raise :class:`InputError`.
+
+    A class whose fields were renamed says so in ``RENAMED``, a class variable that maps old names to new ones. The old
+    names are then still read, from Python and from files, with a FutureWarning.
+    """
+    renamed: Mapping[str, str] = getattr(cls, "RENAMED", {})
+    if renamed:
+        cls.accept_renamed = pydantic.model_validator(mode="before")(_with_new_names)  # type: ignore[attr-defined]
     config = pydantic.ConfigDict(extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False)
     made: Any = pydantic_dataclass(frozen=True, config=config)(cls)
+    for old, new in renamed.items():
+        setattr(made, old, _alias(old, new))
     initialise: Callable[..., None] = made.__init__
 
     @functools.wraps(initialise)
@@ -110,6 +120,33 @@ def parameters(cls: type[T]) -> type[T]:
 
     made.__init__ = init
     return made  # type: ignore[no-any-return]
+
+
+@classmethod  # type: ignore[misc]
+def _with_new_names(cls: Any, given: Any) -> Any:
+    """Give values under old names to the new ones; `given` is what pydantic validates."""
+    passed = given.kwargs if isinstance(given, ArgsKwargs) else given
+    if not isinstance(passed, Mapping) or passed.keys().isdisjoint(cls.RENAMED):
+        return given
+    values = dict(passed)
+    old_names = [name for name in cls.RENAMED if name in values]
+    for old in old_names:
+        new = cls.RENAMED[old]
+        if new in values:
+            raise InputError(old, f"stands beside {new}, its new name", "needs one of the two", f"leave {old} out")
+        warn_renamed(old, new)
+        values[new] = values.pop(old)
+    return ArgsKwargs(given.args, values) if isinstance(given, ArgsKwargs) else values
+
+
+def _alias(old: str, new: str) -> property:
+    """Return a property that reads a field under its old name."""
+
+    def read(self: object) -> Any:
+        warn_renamed(old, new)
+        return getattr(self, new)
+
+    return property(read, doc=f"Old name of `{new}`.")
 
 
 def from_mapping(cls: type[T], values: Mapping[str, Any], where: str) -> T:
@@ -209,14 +246,14 @@ def _input_error(error: pydantic.ValidationError, cls: type, where: str, separat
         path = ".".join(part for part in (path, cause.where) if part)
     place = f"{where}{separator}{path}" if path else where
     if isinstance(cause, InputError):
-        return type(cause)(place, cause.found, cause.allowed, cause.mend)
+        return type(cause)(place, cause.found, cause.allowed, cause.repair)
     if first["type"] == "missing":
         return InputError(place, "is missing", "needs a value")
     if first["type"] in _UNKNOWN:
         known = _known_keys(cls, location[:-1])
         near = difflib.get_close_matches(str(location[-1]), known, n=1, cutoff=_ALIKE)
-        mend = f"did you mean '{near[0]}'?" if near else ""
-        return InputError(place, "is not known", f"may be one of {', '.join(known)}", mend)
+        repair = f"did you mean '{near[0]}'?" if near else ""
+        return InputError(place, "is not known", f"may be one of {', '.join(known)}", repair)
     unit = _unit_at(cls, location)
     found = unit.format(first["input"]) if unit and isinstance(first["input"], int | float) else repr(first["input"])
     return InputError(place, f"got {found}", _PLAIN_NEEDS.get(first["type"]) or _need(str(first["msg"]), unit))

@@ -116,8 +116,8 @@ def published(name: str) -> PublishedSet:
     names = published_names()
     if name not in names:
         near = difflib.get_close_matches(name, names, n=1)
-        mend = f"did you mean '{near[0]}'?" if near else ""
-        raise InputError("compare", f"'{name}' is not known", f"needs one of {', '.join(names)}", mend)
+        repair = f"did you mean '{near[0]}'?" if near else ""
+        raise InputError("compare", f"'{name}' is not known", f"needs one of {', '.join(names)}", repair)
     paper, group = name.split("-", 1)
     document = _document(paper)
     entry = document["groups"][group]

@@ -80,8 +80,8 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
         raise _no_unit(number, si, unit_example, where)
     factor = _factor(unit, si)
     if factor is None:
-        mend = f"write for example '{number} {unit_example}'"
-        raise InputError(where, f"got '{text}'", f"needs a unit of [{si}]", mend)
+        repair = f"write for example '{number} {unit_example}'"
+        raise InputError(where, f"got '{text}'", f"needs a unit of [{si}]", repair)
     # Decimal arithmetic keeps decimal text exact: 0.13 mm is 0.00013, not 0.00013000000000000002.
     inverse = round(1.0 / factor)
     return float(Decimal(number) / inverse) if inverse > 1 and 1.0 / inverse == factor else float(number) * factor
@@ -89,8 +89,8 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
 
 def _no_unit(number: object, si: str, example: str, where: str = "") -> InputError:
     """Say that a bare number has no unit; the SI unit is named too, as the number may be meant in it."""
-    mend = f"write '{number} {example}'" + (f" or '{number} {si}'" if si != example else "")
-    return InputError(where, f"'{number}' has no unit", f"needs a unit of [{si}]", mend)
+    repair = f"write '{number} {example}'" + (f" or '{number} {si}'" if si != example else "")
+    return InputError(where, f"'{number}' has no unit", f"needs a unit of [{si}]", repair)
 
 
 def format_quantity(value: float, si: str, display: str = "") -> str:

@@ -90,7 +90,7 @@ def measure(case: Case) -> Timing:
         history = fs.simulate(model)
         total = time.perf_counter() - start
     parts = {name[8:]: value for name, value in history.attrs.items() if name.startswith("seconds_")}
-    force = history.body_force.values[-1, 0]
+    force = history.counterface_force.values[-1, 0]
     return Timing(
         case=case,
         nodes=history.attrs["n_nodes"],

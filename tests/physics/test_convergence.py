@@ -31,7 +31,7 @@ def exact_gradient(x):
     return np.array([slope, RATIO * slope])
 
 
-def body_force(x, lame, shear):
+def counterface_force(x, lame, shear):
     """-div sigma of the exact displacement: -(G laplace u + (lambda + G) grad div u)."""
     wave = np.sin(FRAME * x[0]) * np.sin(FRAME * x[1])
     mixed = np.cos(FRAME * x[0]) * np.cos(FRAME * x[1])
@@ -53,7 +53,7 @@ def errors(element, count, formulation, poisson_ratio):
     stiffness = stiffness_matrix(space, constants, 1.0, "selective")
     lame, shear = constants.first_lame[0], constants.shear_modulus[0]
     fine = skfem.Basis(space.mesh, skfem.ElementVector(space.scalar_element), intorder=8)
-    load = skfem.LinearForm(lambda v, w: dot(body_force(w.x, lame, shear), v)).assemble(fine)
+    load = skfem.LinearForm(lambda v, w: dot(counterface_force(w.x, lame, shear), v)).assemble(fine)
     edge = np.unique(np.concatenate([boundary_nodes(space, side) for side in ("left", "right", "top", "bottom")]))
     found = fine.interpolate(solve_static(stiffness, load, vector_dofs(edge, 2).ravel()))
 

@@ -45,7 +45,7 @@ def test_uniform_shear_in_closed_form(element):
     programme = (fs.Press(press, 1e-3), fs.Slide(2e-3, speed))
     history = fs.simulate(block(element, 0.0, supports, programme, step=step))
     pressure, shear_modulus = PENALTY * press, MODULUS / 2
-    slide = history.body_displacement.values[:, 0, 0]
+    slide = history.counterface_displacement.values[:, 0, 0]
     stiffness = 1.0 / (HEIGHT / shear_modulus + 1.0 / PENALTY)
     expected = np.minimum(stiffness * slide, MU * pressure)
     started = slide > 0.0
@@ -56,7 +56,7 @@ def test_uniform_shear_in_closed_form(element):
     stick = stiffness * slide < MU * pressure
     assert (history.contact_state.values[started & stick] == 1).all()
     assert (history.contact_state.values[~stick] == 2).all()
-    force = history.body_force.values[-1, 0]
+    force = history.counterface_force.values[-1, 0]
     assert force[0] / force[1] == pytest.approx(MU, rel=1e-12)
 
 
@@ -66,7 +66,7 @@ def test_a_soft_block_drags_at_exactly_mu(element):
     programme = (fs.Press(0.2e-3, 2e-3), fs.Slide(6e-3, 20e-3))
     model = block(element, 0.4, {"top": ("x", "y")}, programme, density=1000.0, penalty=1e9)
     history = fs.simulate(model)
-    force, state = history.body_force.values[1:, 0], history.contact_state.values[1:]
+    force, state = history.counterface_force.values[1:, 0], history.contact_state.values[1:]
     ratio, touching = force[:, 0] / force[:, 1], state > 0
     assert (np.abs(ratio) <= MU * (1 + 1e-12)).all()
     assert ratio[-1] == pytest.approx(MU, rel=1e-12)
@@ -88,7 +88,10 @@ def test_a_stuck_contact_does_not_creep(element):
     held = history.isel(time=slice(-1900, None))
     assert (held.contact_state.values != 0).any(axis=1).all()
     assert (held.contact_state.values == 1).any(axis=1).all()
-    for name, scale in (("contact_displacement", 0.1e-3), ("body_force", float(held.body_force[0, 0, 0]))):
+    for name, scale in (
+        ("contact_displacement", 0.1e-3),
+        ("counterface_force", float(held.counterface_force[0, 0, 0])),
+    ):
         drift = np.abs(held[name].values - held[name].values[0]).max()
         assert drift <= 1e-9 * scale, f"{name} drifts by {drift / scale:.1e}"
 

@@ -66,13 +66,13 @@ def balance(model):
     """
     system, times = build_system(model), step_times(model)
     stepper, watch = build_steppers([system], model.time, model.damping)[0], Stopwatch()
-    bodies = np.stack([motion.displacement(times) for motion in system.motions], axis=1)
+    counterfaces = np.stack([motion.displacement(times) for motion in system.motions], axis=1)
     states = [first_state(stepper)]
     start = stored(system, states[0])
     forces = [unbalance(stepper, states[0])] * 2
     lost = work = largest = imbalance = 0.0
     for number in range(1, times.size):
-        states = [states[-1], *advance([stepper], states[-1:], float(times[number]), [bodies[number]], watch)]
+        states = [states[-1], *advance([stepper], states[-1:], float(times[number]), [counterfaces[number]], watch)]
         forces = [*forces[-2:], unbalance(stepper, states[1])]
         lost += dissipated(stepper, *states) + taken_by_scheme(stepper, *states, forces)
         work += external_work(system, *states)
@@ -129,7 +129,7 @@ def taken_by_scheme(stepper, before, after, forces):
 def external_work(system, before, after):
     """Return the work of plate and loads in a step [J]."""
     mean = 0.5 * (before.contact_forces + after.contact_forces)
-    plate = np.sum(mean * (after.bodies - before.bodies)[system.candidates.body])
+    plate = np.sum(mean * (after.counterfaces - before.counterfaces)[system.candidates.counterface])
     return plate + 0.5 * (before.load + after.load) @ (after.displacement - before.displacement)
 
 

@@ -62,7 +62,7 @@ def away_from(x, *edges):
 
 
 def forces(history, step):
-    tangential, normal = history.body_force.values[step, 0]
+    tangential, normal = history.counterface_force.values[step, 0]
     return normal, tangential
 
 
@@ -102,7 +102,7 @@ def test_ciavarella_jaeger_from_two_normal_loads(profile, tolerance, step, reque
     history = request.getfixturevalue(profile)
     x, pressure, traction = ordered(history, "normal_traction", "tangential_traction")
     normal, tangential = forces(history, step)
-    loads = history.body_force.values[: PRESSED + 1, 0, 1]
+    loads = history.counterface_force.values[: PRESSED + 1, 0, 1]
     lower = np.array([np.interp(normal - tangential / MU, loads, node) for node in pressure[: PRESSED + 1].T])
     error = (traction[step] - MU * (pressure[step] - lower)) / (MU * pressure[step].max())
     edges = [np.abs(x[values > 0]).max() for values in (pressure[step], lower)]
@@ -113,5 +113,5 @@ def test_ciavarella_jaeger_from_two_normal_loads(profile, tolerance, step, reque
 
 def test_normal_force_stays_and_overall_slip_is_at_mu(hertz):
     """Sliding a half-plane does not change its normal load: uncoupled to a ten-thousandth."""
-    normal = hertz.body_force.values[PRESSED:, 0, 1]
+    normal = hertz.counterface_force.values[PRESSED:, 0, 1]
     assert np.abs(normal / normal[0] - 1).max() <= 1e-3

@@ -37,7 +37,7 @@ def test_finger_in_space_slips_after_it_has_stuck(history):
 
 @pytest.mark.slow
 def test_plate_force_is_in_the_middle_plane_and_ends_at_coulomb(history):
-    force = history["body_force"].values[:, 0]
+    force = history["counterface_force"].values[:, 0]
     assert np.abs(force[:, 2]).max() < 0.05 * np.abs(force[:, 1]).max()
     assert np.abs(force[-1, 0] / force[-1, 1]) == pytest.approx(MU, rel=1e-3)
 

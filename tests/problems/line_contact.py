@@ -41,7 +41,7 @@ def model(profile, programme, *, friction=0.5, steps=(20, 0), size=HALF_WIDTH / 
         friction=fs.Coulomb(friction),
         normal_penalty=1e3 * MODULUS / size,
         tangential_penalty=1e3 * MODULUS / size,
-        reach=profile(1.5 * HALF_WIDTH),
+        search_distance=profile(1.5 * HALF_WIDTH),
     )
     return fs.Model(
         mesh=mesh,

@@ -63,12 +63,12 @@ def _body(times: NDArray[np.float64], plate: NDArray[np.float64], process: Proce
     tangential = process.friction * normal * np.clip((times - PRESS_END) / (process.centre - PRESS_END), 0.0, 1.0)
     way = np.stack([plate, lift], axis=-1)[:, None]
     return {
-        "body": ["skin"],
-        "body_normal": [[0.0, 1.0]],
-        "body_friction_coefficient": [process.friction],
-        "body_displacement": way,
-        "body_velocity": np.gradient(way, times, axis=0),
-        "body_force": np.stack([tangential, normal], axis=-1)[:, None],
+        "counterface": ["skin"],
+        "counterface_normal": [[0.0, 1.0]],
+        "counterface_friction_coefficient": [process.friction],
+        "counterface_displacement": way,
+        "counterface_velocity": np.gradient(way, times, axis=0),
+        "counterface_force": np.stack([tangential, normal], axis=-1)[:, None],
     }
 
 
@@ -94,7 +94,7 @@ def _contact(times: NDArray[np.float64], plate: NDArray[np.float64], process: Pr
     pressure = np.where(touching, 3e3 * np.sqrt(np.clip(1.0 - (x / (1.01 * HALF_WIDTH)) ** 2, 0.0, None)), 0.0)
     return {
         "contact_node": 100 + np.arange(x.size),
-        "contact_body": np.zeros(x.size, dtype=int),
+        "contact_counterface": np.zeros(x.size, dtype=int),
         "contact_position": np.stack([x, np.full(x.size, -6.5e-3)], axis=-1),
         "contact_area": np.full(x.size, spacing * 1e-3),
         "contact_displacement": displacement,

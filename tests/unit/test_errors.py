@@ -1,4 +1,4 @@
-"""Errors say where, what was found, what is allowed and how to mend it; they survive the way between processes."""
+"""Errors say where, what was found, what is allowed and how to repair it; they survive the way between processes."""
 
 from __future__ import annotations
 
@@ -52,3 +52,8 @@ def test_one_base_catches_all(error: FingerslipError) -> None:
 def test_wrong_input_is_a_value_error() -> None:
     assert issubclass(MeshError, ValueError)
     assert not issubclass(ConvergenceError, ValueError)
+
+
+def test_the_old_name_of_the_repair_is_still_read() -> None:
+    with pytest.warns(FutureWarning, match="'mend' is now 'repair'"):
+        assert CASES[0].mend == CASES[0].repair == "write 5 ms"  # type: ignore[attr-defined]

@@ -98,3 +98,19 @@ def test_names_that_no_history_has_are_refused():
 def test_phase_times_are_start_and_end_of_each_phase_of_a_kind(history):
     assert phase_times(history, "slide") == [(pytest.approx(0.12), pytest.approx(0.22))]
     assert phase_times(history, "lift") == []
+
+
+def test_files_of_the_first_version_have_the_new_names(history, tmp_path):
+    old = history.rename(
+        counterface="body",
+        contact_counterface="contact_body",
+        counterface_force="body_force",
+        counterface_normal="body_normal",
+        counterface_displacement="body_displacement",
+        counterface_velocity="body_velocity",
+        counterface_friction_coefficient="body_friction_coefficient",
+    )
+    old.to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
+    back = read_history(tmp_path / "old.nc")
+    assert set(back.variables) == set(history.variables)
+    assert back["counterface_force"].dims == history["counterface_force"].dims

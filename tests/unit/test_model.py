@@ -32,7 +32,7 @@ def test_a_model_without_programme_needs_an_end():
         (lambda: fs.TimeStepping(1e-3, alpha=0.1), "TimeStepping.alpha: got 0.1, needs a number <= 0"),
         (lambda: fs.TimeStepping(1e-3, alpha=-0.6), "TimeStepping.alpha: got -0.6, needs a number >= -0.5"),
         (lambda: fs.Contact("bottom", normal_penalty=-1.0), "Contact.normal_penalty"),
-        (lambda: fs.Contact("bottom", reach=0.0), "Contact.reach"),
+        (lambda: fs.Contact("bottom", search_distance=0.0), "Contact.search_distance"),
         (lambda: fs.Recording(snapshots_every=-1.0), "Recording.snapshots_every"),
         (lambda: push_and_slide(formulation="plane"), "Model.formulation: got 'plane'"),
         (lambda: push_and_slide(integration="reduced"), "Model.integration: got 'reduced'"),
@@ -54,7 +54,7 @@ def test_text_with_units_is_read():
 def test_defaults_are_the_documented_ones():
     assert fs.TimeStepping(1e-3).alpha == -0.05
     assert fs.Contact("bottom").friction == fs.Coulomb(0.0)
-    assert fs.Contact("bottom").body == fs.Plane(normal=(0.0, 1.0), offset=None)
+    assert fs.Contact("bottom").counterface == fs.Plane(normal=(0.0, 1.0), offset=None)
     assert push_and_slide().integration == "selective"
 
 

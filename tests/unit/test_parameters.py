@@ -151,3 +151,37 @@ def test_schema_says_that_quantities_are_text() -> None:
 @pytest.mark.parametrize("value", [Hold(0.5), TimeStepping(step=0.005), Elastic(1.0, 0.3, 1.0)])
 def test_parameter_sets_go_to_worker_processes(value: object) -> None:
     assert pickle.loads(pickle.dumps(value)) == value
+
+
+@parameters
+class Renamed:
+    """A set whose field had another name."""
+
+    RENAMED = {"breadth": "width"}  # noqa: RUF012  a plain mapping serves here
+
+    width: PositiveLength = 1.0
+
+
+@parameters
+class Around:
+    """Holds one of them."""
+
+    part: Renamed
+
+
+def test_old_names_are_read_with_a_warning() -> None:
+    with pytest.warns(FutureWarning, match="'breadth' is now 'width'"):
+        made = Renamed(breadth=0.5)  # type: ignore[call-arg]
+    assert made == Renamed(0.5)
+    with pytest.warns(FutureWarning, match="'breadth' is now 'width'"):
+        assert made.breadth == 0.5  # type: ignore[attr-defined]
+    with pytest.warns(FutureWarning, match="'breadth' is now 'width'"):
+        assert from_mapping(Around, {"part": {"breadth": "50 cm"}}, "x.yaml") == Around(Renamed(0.5))
+    assert [field.name for field in dataclasses.fields(Renamed)] == ["width"]  # type: ignore[arg-type]
+
+
+def test_old_and_new_name_together_are_refused() -> None:
+    with pytest.raises(InputError, match="breadth: stands beside width, its new name"):
+        Renamed(width=1.0, breadth=0.5)  # type: ignore[call-arg]
+    with pytest.raises(InputError, match=r"x.yaml: part.breadth: stands beside width"):
+        from_mapping(Around, {"part": {"breadth": "50 cm", "width": "1 m"}}, "x.yaml")

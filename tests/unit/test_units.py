@@ -75,7 +75,7 @@ def test_mistakes_show_the_mend(text: str, message: str) -> None:
 def test_si_unit_is_not_offered_twice() -> None:
     with pytest.raises(InputError) as caught:
         parse_quantity("1", "s")
-    assert caught.value.mend == "write '1 s'"
+    assert caught.value.repair == "write '1 s'"
 
 
 @given(text=st.text(max_size=20))

@@ -325,6 +325,6 @@ def _say_error(message: str) -> None:
 
 
 def _exit_code(error: FingerslipError) -> int:
-    """Return 1 where computing failed, 2 where the user can mend the input or the place of the results."""
+    """Return 1 where computing failed, 2 where the user can repair the input or the place of the results."""
     errors = getattr(error, "errors", None) or {"": error}
     return 2 if any(isinstance(one, InputError | ResultError) for one in errors.values()) else 1

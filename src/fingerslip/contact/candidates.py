@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.contact.counterfaces import Plane, RigidBody
+from fingerslip.contact.counterfaces import Counterface, Plane
 from fingerslip.contact.frames import contact_frames, sliding_direction
 from fingerslip.contact.friction import Anisotropic, FrictionLaw
 from fingerslip.errors import InputError, SlipOutsideContactError
@@ -16,7 +16,7 @@ from fingerslip.fe.space import vector_dofs
 
 __all__ = [
     "Candidates",
-    "Surfaces",
+    "Counterfaces",
     "automatic_penalty",
     "check_outsiders",
     "find_candidates",
@@ -33,13 +33,13 @@ _PENALTY_RATIO = 10.0
 
 @dataclass(frozen=True)
 class Candidates:
-    """Nodes that may touch rigid bodies; the arrays have one entry per node.
+    """Nodes that may touch counterfaces; the arrays have one entry per node.
 
     Parameters
     ----------
     nodes : (n_c,) array
         Mesh nodes.
-    body : (n_c,) array
+    counterface : (n_c,) array
         Index of the body that each may touch.
     positions : (n_c, dim) array
         Reference positions [m].
@@ -50,7 +50,7 @@ class Candidates:
     """
 
     nodes: NDArray[np.int64]
-    body: NDArray[np.int64]
+    counterface: NDArray[np.int64]
     positions: Array
     area: Array
     normal_stiffness: Array
@@ -63,50 +63,50 @@ class Candidates:
 
 
 @dataclass(frozen=True)
-class Surfaces:
-    """The rigid bodies that candidates may touch, and the friction there.
+class Counterfaces:
+    """The counterfaces that candidates may touch, and the friction there.
 
     Parameters
     ----------
-    bodies : tuple of RigidBody
-        The bodies, placed.
+    shapes : tuple of Counterface
+        The counterfaces, placed.
     friction : tuple of FrictionLaw
         The friction law on each.
     """
 
-    bodies: tuple[RigidBody, ...]
+    shapes: tuple[Counterface, ...]
     friction: tuple[FrictionLaw, ...]
 
     @property
     def flat(self) -> bool:
-        """Whether all bodies are planes, so that frames never turn."""
-        return all(isinstance(body, Plane) for body in self.bodies)
+        """Whether all counterfaces are planes, so that frames never turn."""
+        return all(isinstance(counterface, Plane) for counterface in self.shapes)
 
-    def gaps(self, points: Array, body: NDArray[np.int64]) -> Array:
-        """Return the gap [m] of `points` (n, dim) [m], given relative to where their bodies started."""
+    def gaps(self, points: Array, counterface: NDArray[np.int64]) -> Array:
+        """Return the gap [m] of `points` (n, dim) [m], given relative to where their counterfaces started."""
         gaps = np.zeros(len(points))
-        for number, surface in enumerate(self.bodies):
-            own = body == number
+        for number, surface in enumerate(self.shapes):
+            own = counterface == number
             gaps[own] = surface.gap(points[own])
         return gaps
 
-    def normals(self, points: Array, body: NDArray[np.int64]) -> Array:
+    def normals(self, points: Array, counterface: NDArray[np.int64]) -> Array:
         """Return the outward unit normals (n, dim) at `points`."""
         normals = np.zeros_like(points)
-        for number, surface in enumerate(self.bodies):
-            own = body == number
+        for number, surface in enumerate(self.shapes):
+            own = counterface == number
             normals[own] = surface.normals(points[own])
         return normals
 
-    def frames(self, points: Array, body: NDArray[np.int64]) -> Array:
+    def frames(self, points: Array, counterface: NDArray[np.int64]) -> Array:
         """Return the frames (n, dim, dim) at `points`, normal first.
 
         With anisotropic friction the second tangent is stretched by the ratio of the coefficients, which turns
         the ellipse of the friction cone into a circle while force times displacement stays what it is.
         """
         frames = np.zeros((len(points), points.shape[1], points.shape[1]))
-        for number, (surface, law) in enumerate(zip(self.bodies, self.friction, strict=True)):
-            own = body == number
+        for number, (surface, law) in enumerate(zip(self.shapes, self.friction, strict=True)):
+            own = counterface == number
             direction = sliding_direction(surface.unit_normal)
             if isinstance(law, Anisotropic):
                 direction = np.asarray(law.direction)
@@ -115,11 +115,11 @@ class Surfaces:
                 frames[own, 2] *= law.across / law.along
         return frames
 
-    def coefficients(self, pressure: Array, slip_rate: Array, body: NDArray[np.int64]) -> Array:
+    def coefficients(self, pressure: Array, slip_rate: Array, counterface: NDArray[np.int64]) -> Array:
         """Return the friction coefficient of each node, shape (n,)."""
-        values = np.zeros(len(body))
+        values = np.zeros(len(counterface))
         for number, law in enumerate(self.friction):
-            own = body == number
+            own = counterface == number
             values[own] = law.coefficients(pressure[own], slip_rate[own])
         return values
 
@@ -137,31 +137,31 @@ def automatic_penalty(youngs_modulus: float, facet_size: float) -> float:
 
 
 def find_candidates(
-    surface: RigidBody,
+    surface: Counterface,
     positions: Array,
     nodes: NDArray[np.int64],
     areas: Array,
     *,
-    body: int,
-    reach: float,
+    counterface: int,
+    search_distance: float,
     penalties: tuple[float, float],
     where: str,
 ) -> Candidates:
-    """Choose the nodes of a boundary that a rigid body may touch.
+    """Choose the nodes of a boundary that a counterface may touch.
 
     Parameters
     ----------
-    surface : RigidBody
-        The body, placed at its start.
+    surface : Counterface
+        The counterface, placed at its start.
     positions : (n_nodes, dim) array
         Positions of all nodes [m].
     nodes : (n,) array
         Nodes of the boundary.
     areas : (n_nodes,) array
         Tributary areas of all nodes [m^2].
-    body : int
+    counterface : int
         Index of the body.
-    reach : float
+    search_distance : float
         Nodes with an initial gap beyond this are left out [m].
     penalties : tuple of float
         Normal and tangential penalty [Pa/m].
@@ -171,21 +171,21 @@ def find_candidates(
     Raises
     ------
     InputError
-        Where the body starts inside the deformable one, or too far away to touch it.
+        Where the counterface starts inside the deformable one, or too far away to touch it.
     """
     gap = surface.gap(positions[nodes])
     if gap.min() < -1e-9 * float(np.ptp(positions, axis=0).max()):
         _refuse_start_inside(surface, float(gap.min()), where)
     # Corner nodes of quadratic tetrahedra have no area of their own: the mid-side nodes carry all of it.
-    chosen = (gap <= reach) & (areas[nodes] > 1e-9 * areas[nodes].max())
+    chosen = (gap <= search_distance) & (areas[nodes] > 1e-9 * areas[nodes].max())
     if not chosen.any():
-        found = f"no node of the boundary is within {reach * 1e3:.4g} mm of the plate"
+        found = f"no node of the boundary is within {search_distance * 1e3:.4g} mm of the plate"
         raise InputError(where, found, "needs a programme or offset that brings the plate to it")
     nodes = nodes[chosen]
     area = areas[nodes]
     return Candidates(
         nodes=nodes,
-        body=np.full(nodes.size, body),
+        counterface=np.full(nodes.size, counterface),
         positions=positions[nodes],
         area=area,
         normal_stiffness=penalties[0] * area,
@@ -193,7 +193,7 @@ def find_candidates(
     )
 
 
-def _refuse_start_inside(surface: RigidBody, gap: float, where: str) -> None:
+def _refuse_start_inside(surface: Counterface, gap: float, where: str) -> None:
     found = f"the plate starts {-gap * 1e3:.4g} mm inside the body"
     if isinstance(surface, Plane):
         allowed = f"needs an offset <= {((surface.offset or 0.0) + gap) * 1e3:.6g} mm"
@@ -202,7 +202,7 @@ def _refuse_start_inside(surface: RigidBody, gap: float, where: str) -> None:
 
 
 def join_candidates(parts: list[Candidates], dim: int) -> Candidates:
-    """Put the candidates of several bodies into one set; an empty list gives an empty set."""
+    """Put the candidates of several counterfaces into one set; an empty list gives an empty set."""
     if not parts:
         none, ints = np.zeros(0), np.zeros(0, dtype=np.int64)
         return Candidates(ints, ints, np.zeros((0, dim)), none, none, none)
@@ -211,7 +211,7 @@ def join_candidates(parts: list[Candidates], dim: int) -> Candidates:
 
 
 def check_outsiders(gaps: Array, nodes: NDArray[np.int64], positions: Array, time: float) -> None:
-    """Refuse that a boundary node which is no candidate goes into the rigid body.
+    """Refuse that a boundary node which is no candidate goes into the counterface.
 
     Parameters
     ----------
@@ -231,5 +231,5 @@ def check_outsiders(gaps: Array, nodes: NDArray[np.int64], positions: Array, tim
             f"contact at t = {time:.6g} s",
             f"node {nodes[worst]} at ({place}) mm reached the plate but is no contact candidate",
             "the plate may touch candidates only",
-            "write a larger contact reach, or name a boundary that holds the whole contact",
+            "write a larger search_distance, or name a boundary that holds the whole contact",
         )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.parameters import PositiveLength, SignedLength, parameters
 
-__all__ = ["Cylinder", "Plane", "RigidBody", "Sphere"]
+__all__ = ["Counterface", "Cylinder", "Plane", "Sphere"]
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ class Plane:
 
     @property
     def unit_normal(self) -> Array:
-        """Direction in which the body presses: the outward unit normal, shape (dim,)."""
+        """Direction in which the counterface presses: the outward unit normal, shape (dim,)."""
         return _unit(self.normal, "normal")
 
     def placed(self, points: Array) -> Plane:
@@ -90,7 +90,7 @@ class Sphere:
 
     @property
     def unit_normal(self) -> Array:
-        """Direction in which the body presses, shape (dim,)."""
+        """Direction in which the counterface presses, shape (dim,)."""
         return _unit(self.normal, "normal")
 
     def placed(self, points: Array) -> Sphere:
@@ -147,7 +147,7 @@ class Cylinder:
 
     @property
     def unit_normal(self) -> Array:
-        """Direction in which the body presses, shape (dim,)."""
+        """Direction in which the counterface presses, shape (dim,)."""
         return _unit(self.normal, "normal")
 
     def placed(self, points: Array) -> Cylinder:
@@ -170,7 +170,7 @@ class Cylinder:
         return vectors - np.outer(vectors @ axis, axis)
 
 
-RigidBody = Plane | Cylinder | Sphere
+Counterface = Plane | Cylinder | Sphere
 
 Round = TypeVar("Round", Cylinder, Sphere)
 
@@ -187,24 +187,28 @@ def _check_centre(centre: tuple[float, ...] | None, normal: tuple[float, ...]) -
         raise InputError("centre", f"got {len(centre)} components", f"needs {len(normal)}")
 
 
-def _placed(body: Round, points: Array) -> Round:
-    """Return a round body with its centre, below the middle of `points` (n, dim) [m] where none was given."""
-    if body.centre is not None:
-        return body
+def _placed(counterface: Round, points: Array) -> Round:
+    """Return a round counterface with its centre, below the middle of `points` (n, dim) [m] where none was given."""
+    if counterface.centre is not None:
+        return counterface
     middle: Array = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    relative = body.across(points - middle)
-    return dataclasses.replace(body, centre=_touching_centre(relative, middle, body.unit_normal, body.radius))
+    relative = counterface.across(points - middle)
+    return dataclasses.replace(
+        counterface, centre=_touching_centre(relative, middle, counterface.unit_normal, counterface.radius)
+    )
 
 
-def _round_gap(body: Sphere | Cylinder, points: Array) -> Array:
-    """Return the signed distance [m] of `points` (n, dim) [m] from a placed round body."""
-    distance: Array = np.linalg.norm(body.across(points - np.asarray(body.centre)), axis=1) - body.radius
+def _round_gap(counterface: Sphere | Cylinder, points: Array) -> Array:
+    """Return the signed distance [m] of `points` (n, dim) [m] from a placed round counterface."""
+    distance: Array = (
+        np.linalg.norm(counterface.across(points - np.asarray(counterface.centre)), axis=1) - counterface.radius
+    )
     return distance
 
 
-def _round_normals(body: Sphere | Cylinder, points: Array) -> Array:
-    """Return the outward unit normals of a placed round body nearest to `points` (n, dim)."""
-    outward = body.across(points - np.asarray(body.centre))
+def _round_normals(counterface: Sphere | Cylinder, points: Array) -> Array:
+    """Return the outward unit normals of a placed round counterface nearest to `points` (n, dim)."""
+    outward = counterface.across(points - np.asarray(counterface.centre))
     unit: Array = outward / np.linalg.norm(outward, axis=1, keepdims=True)
     return unit
 

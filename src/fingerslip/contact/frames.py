@@ -38,9 +38,9 @@ def contact_frames(normals: Array, direction: Array) -> Array:
 
 
 def sliding_direction(normal: Array) -> Array:
-    """Return the tangent along which a body slides where no direction is said, unit and shape (dim,).
+    """Return the tangent along which a counterface slides where no direction is said, unit and shape (dim,).
 
-    In the plane the normal turned clockwise; in space the x axis, or the z axis where the body faces x.
+    In the plane the normal turned clockwise; in space the x axis, or the z axis where the counterface faces x.
     """
     if normal.size == 2:
         return np.array([normal[1], -normal[0]])

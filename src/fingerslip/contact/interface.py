@@ -23,9 +23,9 @@ class InterfaceState:
     Parameters
     ----------
     forces : (n_c, dim) array
-        Nodal forces of the rigid body on the skin in its frame, the normal one first [N].
+        Nodal forces of the counterface on the skin in its frame, the normal one first [N].
     relative : (n_c, dim) array
-        Gap, and tangential displacement relative to the body [m].
+        Gap, and tangential displacement relative to the counterface [m].
     slip_distance : (n_c,) array
         Slip accumulated while in contact [m].
     slip : (n_c,) array

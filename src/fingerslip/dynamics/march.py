@@ -40,7 +40,7 @@ def march(
     progress : callable, optional
         Called after every step with the fraction that is done.
     """
-    bodies = [_body_displacements(stepper.system, own) for stepper, own in zip(steppers, times, strict=True)]
+    counterfaces = [_displacements(stepper.system, own) for stepper, own in zip(steppers, times, strict=True)]
     alike = _alike(steppers)
     starts = {kind: first_state(steppers[kind]) for kind in set(alike)}
     states = [starts[kind] for kind in alike]
@@ -49,7 +49,7 @@ def march(
     last = max(own.size for own in times) - 1
     for step in range(1, last + 1):
         moving = [number for number, own in enumerate(times) if step < own.size]
-        shifts = {number: bodies[number][step] for number in moving}
+        shifts = {number: counterfaces[number][step] for number in moving}
         time = float(times[moving[0]][step])
         _advance_different(steppers, states, alike, shifts, time=time, watch=watch)
         with watch.part("recording"):
@@ -70,9 +70,9 @@ def _alike(steppers: Sequence[Stepper]) -> list[int]:
 
 
 def _moves_alike(one: System, other: System) -> bool:
-    """Tell whether two systems move alike as long as their rigid bodies do."""
+    """Tell whether two systems move alike as long as their counterfaces do."""
     return (
-        one.surfaces == other.surfaces
+        one.counterfaces == other.counterfaces
         and np.array_equal(one.candidates.nodes, other.candidates.nodes)
         and np.array_equal(one.initial_velocity, other.initial_velocity)
         and len(one.loads) == len(other.loads)
@@ -108,8 +108,8 @@ def _advance_different(
             states[number] = state
 
 
-def _body_displacements(system: System, times: Array) -> Array:
-    """Return the displacement of every rigid body at every time, shape (n_times, n_bodies, dim) [m]."""
+def _displacements(system: System, times: Array) -> Array:
+    """Return the displacement of every counterface at every time, shape (n_times, n_bodies, dim) [m]."""
     if not system.motions:
         return np.zeros((times.size, 0, system.space.dim))
     return np.stack([motion.displacement(times) for motion in system.motions], axis=1)
@@ -117,7 +117,9 @@ def _body_displacements(system: System, times: Array) -> Array:
 
 def _check_outside(system: System, state: State) -> None:
     """Refuse penetration by boundary nodes that are no contact candidates."""
-    for outsiders, body, shift in zip(system.outsiders, system.surfaces.bodies, state.bodies, strict=True):
+    for outsiders, counterface, shift in zip(
+        system.outsiders, system.counterfaces.shapes, state.counterfaces, strict=True
+    ):
         moved = (outsiders.relative @ state.displacement).reshape(outsiders.positions.shape) - shift
-        gaps = body.gap(outsiders.positions + moved)
+        gaps = counterface.gap(outsiders.positions + moved)
         check_outsiders(gaps, outsiders.nodes, outsiders.positions, state.time)

@@ -1,4 +1,4 @@
-"""The programme of phases as prescribed motion of the rigid bodies."""
+"""The programme of phases as prescribed motion of the counterfaces."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.counterfaces import RigidBody
+from fingerslip.contact.counterfaces import Counterface
 from fingerslip.contact.frames import sliding_direction
 from fingerslip.errors import InputError
 from fingerslip.model import Hold, Lift, Phase, Press, Slide, phase_duration
 
-__all__ = ["Motion", "body_motion", "largest_approach", "phase_table"]
+__all__ = ["Motion", "counterface_motion", "largest_approach", "phase_table"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Motion:
-    """Piecewise linear motion of a rigid body.
+    """Piecewise linear motion of a counterface.
 
     Parameters
     ----------
@@ -55,22 +55,22 @@ def phase_table(programme: Sequence[Phase]) -> tuple[list[str], Array]:
     return kinds, np.concatenate([[0.0], np.cumsum([phase_duration(phase) for phase in programme])])
 
 
-def body_motion(programme: Sequence[Phase], body: RigidBody, where: str = "programme") -> Motion:
-    """Turn a programme into the motion of one rigid body; errors call the programme `where`.
+def counterface_motion(programme: Sequence[Phase], counterface: Counterface, where: str = "programme") -> Motion:
+    """Turn a programme into the motion of one counterface; errors call the programme `where`.
 
     Raises
     ------
     InputError
         For a sliding direction that has no part along the surface.
     """
-    travels = [_travel(phase, body, f"{where}.{number}") for number, phase in enumerate(programme)]
-    dim = body.dim
+    travels = [_travel(phase, counterface, f"{where}.{number}") for number, phase in enumerate(programme)]
+    dim = counterface.dim
     positions = np.concatenate([np.zeros((1, dim)), np.cumsum(np.reshape(travels, (-1, dim)), axis=0)])
     return Motion(phase_table(programme)[1], positions)
 
 
-def _travel(phase: Phase, body: RigidBody, where: str) -> Array:
-    normal = body.unit_normal
+def _travel(phase: Phase, counterface: Counterface, where: str) -> Array:
+    normal = counterface.unit_normal
     match phase:
         case Press():
             return phase.depth * normal
@@ -79,7 +79,7 @@ def _travel(phase: Phase, body: RigidBody, where: str) -> Array:
         case Hold():
             return np.zeros_like(normal)
         case Slide():
-            return phase.distance * _direction(phase, body.unit_normal, f"{where}.slide.direction")
+            return phase.distance * _direction(phase, counterface.unit_normal, f"{where}.slide.direction")
 
 
 def _direction(phase: Slide, normal: Array, where: str) -> Array:
@@ -94,6 +94,6 @@ def _direction(phase: Slide, normal: Array, where: str) -> Array:
     return along / np.linalg.norm(along)
 
 
-def largest_approach(motion: Motion, body: RigidBody) -> float:
-    """Return how far a body comes forward at most [m]."""
-    return float(np.max(motion.positions @ body.unit_normal, initial=0.0))
+def largest_approach(motion: Motion, counterface: Counterface) -> float:
+    """Return how far a counterface comes forward at most [m]."""
+    return float(np.max(motion.positions @ counterface.unit_normal, initial=0.0))

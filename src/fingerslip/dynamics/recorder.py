@@ -87,7 +87,7 @@ class Recorder:
             "contact_node": len(system.candidates.nodes),
             "component": system.space.dim,
             "stress_component": len(stress_components(system.space.dim)),
-            "body": len(model.contacts),
+            "counterface": len(model.contacts),
             "snapshot_time": len(self._snapshots),
             "node": len(system.space.positions),
             "cell": system.space.mesh.nelements,
@@ -140,22 +140,22 @@ class Recorder:
         values, candidates, interface = self.values, self._system.candidates, state.interface
         values["gap"][step] = interface.relative[:, 0]
         values["normal_traction"][step] = interface.forces[:, 0] / candidates.area
-        normal = interface.forces[:, :1] * self._system.surfaces.normals(
-            candidates.positions + state.moved, candidates.body
+        normal = interface.forces[:, :1] * self._system.counterfaces.normals(
+            candidates.positions + state.moved, candidates.counterface
         )
         values["tangential_traction"][step] = (state.contact_forces - normal) / candidates.area[:, None]
         values["slip_distance"][step] = interface.slip_distance
         values["contact_state"][step] = interface.state
-        values["body_displacement"][step] = state.bodies
-        self._add_drives(values["body_displacement"][step], state.displacement)
-        self._add_drives(values["body_velocity"][step], state.velocity)
-        np.add.at(values["body_force"][step], candidates.body, state.contact_forces)
+        values["counterface_displacement"][step] = state.counterfaces
+        self._add_drives(values["counterface_displacement"][step], state.displacement)
+        self._add_drives(values["counterface_velocity"][step], state.velocity)
+        np.add.at(values["counterface_force"][step], candidates.counterface, state.contact_forces)
 
-    def _add_drives(self, bodies: Array, field: Array) -> None:
-        """Add what the drives do along the normals to the motion of the bodies (n_bodies, dim)."""
+    def _add_drives(self, counterfaces: Array, field: Array) -> None:
+        """Add what the drives do along the normals to the motion of the counterfaces (n_bodies, dim)."""
         system = self._system
         for number, value in zip(system.driven, field[system.free.size :], strict=True):
-            bodies[number] += value * system.surfaces.bodies[number].unit_normal
+            counterfaces[number] += value * system.counterfaces.shapes[number].unit_normal
 
     def _record_snapshot(self, number: int, state: State) -> None:
         values = self.values
@@ -189,7 +189,7 @@ def _regions(space: Space) -> NDArray[np.int8]:
 
 def _coordinates(model: Model, system: System, times: Array, snapshot_times: Array) -> dict[str, Any]:
     kinds, knots = phase_table(model.programmes[0])
-    sites, bodies = model.record.sites, [contact.body for contact in model.contacts]
+    sites, counterfaces = model.record.sites, [contact.counterface for contact in model.contacts]
     positions, candidates = system.space.positions, system.candidates
     dim = system.space.dim
     values = {
@@ -203,11 +203,11 @@ def _coordinates(model: Model, system: System, times: Array, snapshot_times: Arr
         "site_kind": np.array([site.kind for site in sites], dtype=str),
         "site_region": np.array([site.region or "" for site in sites], dtype=str),
         "site_position": positions[system.site_nodes],
-        "body": np.array([contact.boundary for contact in model.contacts], dtype=str),
-        "body_normal": np.reshape([body.unit_normal for body in bodies], (-1, dim)),
-        "body_friction_coefficient": np.array([own.friction.coefficient for own in model.contacts], dtype=float),
+        "counterface": np.array([contact.boundary for contact in model.contacts], dtype=str),
+        "counterface_normal": np.reshape([counterface.unit_normal for counterface in counterfaces], (-1, dim)),
+        "counterface_friction_coefficient": np.array([own.friction.coefficient for own in model.contacts], dtype=float),
         "contact_node": candidates.nodes,
-        "contact_body": candidates.body,
+        "contact_counterface": candidates.counterface,
         "contact_position": positions[candidates.nodes],
         "contact_area": candidates.area,
         "snapshot_time": snapshot_times,

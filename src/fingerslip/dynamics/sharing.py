@@ -57,7 +57,7 @@ def _stepping(model: Model) -> tuple[Any, ...]:
 
 def _surface(contact: Contact) -> tuple[Any, ...]:
     mass = contact.drive.mass if contact.drive else None
-    return contact.boundary, contact.body, contact.normal_penalty, contact.tangential_penalty, mass
+    return contact.boundary, contact.counterface, contact.normal_penalty, contact.tangential_penalty, mass
 
 
 def _same_mesh(one: Any, other: Any) -> bool:

@@ -67,7 +67,7 @@ def simulate(model: Model, *, progress: Callable[[float], None] | None = None) -
     ConvergenceError
         Where the contact problem of a step was not solved to its tolerance.
     SlipOutsideContactError
-        Where the boundary reaches a rigid body at a node that is no candidate.
+        Where the boundary reaches a counterface at a node that is no candidate.
     """
     return simulate_together([model], progress=progress)[0]
 
@@ -84,7 +84,7 @@ def simulate_together(
     Parameters
     ----------
     models : sequence of Model
-        What to compute. Mesh, materials, supports, damping, step, rigid bodies and penalties must be the same.
+        What to compute. Mesh, materials, supports, damping, step, counterfaces and penalties must be the same.
     progress : callable, optional
         Called after every step with the fraction that is done.
 
@@ -131,7 +131,9 @@ def _simulate(
 def _history(stepper: Stepper, recorder: Recorder, times: Array, count: int, watch: Stopwatch) -> xr.Dataset:
     system = stepper.system
     if system.motions:
-        recorder.values["body_velocity"] += np.stack([motion.velocity(times) for motion in system.motions], axis=1)
+        recorder.values["counterface_velocity"] += np.stack(
+            [motion.velocity(times) for motion in system.motions], axis=1
+        )
     return make_history(recorder.values, _provenance(stepper, count, watch))
 
 

@@ -48,12 +48,12 @@ class State:
         Forces of loads and drives [N].
     unbalance, unbalance_before : (n,) array
         Unbalanced force C v + K u - f now and one step earlier [N].
-    bodies : (n_bodies, dim) array
-        Prescribed displacement of the rigid bodies [m].
+    counterfaces : (n_bodies, dim) array
+        Prescribed displacement of the counterfaces [m].
     moved : (n_c, dim) array
-        Displacement of the candidates relative to their bodies [m].
+        Displacement of the candidates relative to their counterfaces [m].
     contact_forces : (n_c, dim) array
-        Forces of the rigid bodies on the candidates in global components [N].
+        Forces of the counterfaces on the candidates in global components [N].
     interface : InterfaceState
         The contact candidates in their frames.
     energies : Energies
@@ -74,7 +74,7 @@ class State:
     load: Array
     unbalance: Array
     unbalance_before: Array
-    bodies: Array
+    counterfaces: Array
     moved: Array
     contact_forces: Array
     interface: InterfaceState
@@ -90,7 +90,7 @@ class _Begun:
 
     state: State
     time: float
-    bodies: Array
+    counterfaces: Array
     load: Array
     predicted: Predictor
     moved: Array
@@ -125,16 +125,16 @@ def first_state(stepper: Stepper) -> State:
         load=load,
         unbalance=damped - load,
         unbalance_before=damped - load,
-        bodies=np.zeros((len(system.motions), system.space.dim)),
+        counterfaces=np.zeros((len(system.motions), system.space.dim)),
         moved=none,
         contact_forces=none,
-        interface=rest_state(candidates, system.surfaces.gaps(candidates.positions, candidates.body)),
+        interface=rest_state(candidates, system.counterfaces.gaps(candidates.positions, candidates.counterface)),
         energies=Energies(kinetic=_kinetic(stepper, velocity), initial=_kinetic(stepper, velocity)),
     )
 
 
 def advance(
-    steppers: Sequence[Stepper], states: Sequence[State], time: float, bodies: Sequence[Array], watch: Stopwatch
+    steppers: Sequence[Stepper], states: Sequence[State], time: float, counterfaces: Sequence[Array], watch: Stopwatch
 ) -> list[State]:
     """Take one step of several motions with one factorised matrix.
 
@@ -146,8 +146,8 @@ def advance(
         Their states at the start of the step.
     time : float
         Time at its end [s].
-    bodies : sequence of (n_bodies, dim) array
-        Prescribed displacement of their rigid bodies at its end [m].
+    counterfaces : sequence of (n_bodies, dim) array
+        Prescribed displacement of their counterfaces at its end [m].
     watch : Stopwatch
         Takes the times of substitution, contact and energies.
 
@@ -157,7 +157,8 @@ def advance(
         Where the contact problem was not solved.
     """
     begun = [
-        _begin(stepper, state, time, shift) for stepper, state, shift in zip(steppers, states, bodies, strict=True)
+        _begin(stepper, state, time, shift)
+        for stepper, state, shift in zip(steppers, states, counterfaces, strict=True)
     ]
     condensed, weight = steppers[0].condensed, steppers[0].force_weight
     steps: list[_ContactStep] = []
@@ -184,17 +185,17 @@ def advance(
         ]
 
 
-def _begin(stepper: Stepper, state: State, time: float, bodies: Array) -> _Begun:
+def _begin(stepper: Stepper, state: State, time: float, counterfaces: Array) -> _Begun:
     """Carry a state to the end of a step as if nothing forced it there."""
     predicted = predict(stepper.scheme, state.displacement, state.velocity, state.acceleration)
     load = stepper.system.load(time)
     return _Begun(
         state=state,
         time=time,
-        bodies=bodies,
+        counterfaces=counterfaces,
         load=load,
         predicted=predicted,
-        moved=_moved(stepper.system, predicted.displacement, bodies),
+        moved=_moved(stepper.system, predicted.displacement, counterfaces),
         right_hand_side=_right_hand_side(stepper, state, predicted, load),
     )
 
@@ -215,8 +216,8 @@ def _finish(stepper: Stepper, start: _Begun, unknown: Array, step: _ContactStep)
         load=start.load,
         unbalance=(scheme.alpha * state.unbalance - inertia) / stepper.force_weight,
         unbalance_before=state.unbalance,
-        bodies=start.bodies,
-        moved=_moved(system, displacement, start.bodies),
+        counterfaces=start.counterfaces,
+        moved=_moved(system, displacement, start.counterfaces),
         contact_forces=np.einsum("cij,ci->cj", step.frames, step.solution.forces),
         iterations=step.solution.iterations,
         residual=step.solution.residual,
@@ -225,10 +226,10 @@ def _finish(stepper: Stepper, start: _Begun, unknown: Array, step: _ContactStep)
     return _settled(stepper, state, after, step)
 
 
-def _moved(system: System, displacement: Array, bodies: Array) -> Array:
-    """Return the displacement of the candidates relative to their bodies, shape (n_c, dim) [m]."""
+def _moved(system: System, displacement: Array, counterfaces: Array) -> Array:
+    """Return the displacement of the candidates relative to their counterfaces, shape (n_c, dim) [m]."""
     moved: Array = (system.relative @ displacement).reshape(-1, system.space.dim)
-    return moved - bodies[system.candidates.body] if bodies.size else moved
+    return moved - counterfaces[system.candidates.counterface] if counterfaces.size else moved
 
 
 def _right_hand_side(stepper: Stepper, state: State, predicted: Predictor, load: Array) -> Array:
@@ -256,7 +257,7 @@ def _solve_contacts(steppers: Sequence[Stepper], begun: Sequence[_Begun], unknow
 def _solve_contact(stepper: Stepper, start: _Begun, unknown: Array) -> _ContactStep:
     """Find the contact forces of a step.
 
-    The frames of curved bodies are those at the predicted motion, about which the gap is linear; `unknown`
+    The frames of curved counterfaces are those at the predicted motion, about which the gap is linear; `unknown`
     (n_c, dim) is the candidates' part of the unknowns without contact forces.
     """
     system, candidates = stepper.system, stepper.system.candidates
@@ -265,13 +266,13 @@ def _solve_contact(stepper: Stepper, start: _Begun, unknown: Array) -> _ContactS
     points = candidates.positions + moved
     frames = stepper.flat_frames
     if frames is None:
-        frames = system.surfaces.frames(points, candidates.body)
+        frames = system.counterfaces.frames(points, candidates.counterface)
     beyond = np.einsum("cij,cj->ci", frames, free - moved)
     relative = before.relative + np.einsum("cij,cj->ci", frames, free - state.moved)
-    relative[:, 0] = system.surfaces.gaps(points, candidates.body) + beyond[:, 0]
+    relative[:, 0] = system.counterfaces.gaps(points, candidates.counterface) + beyond[:, 0]
     compliance = stepper.compliance if stepper.flat_frames is not None else replace(stepper.compliance, frames=frames)
-    coefficients = system.surfaces.coefficients(
-        before.forces[:, 0] / candidates.area, before.slip / stepper.scheme.step, candidates.body
+    coefficients = system.counterfaces.coefficients(
+        before.forces[:, 0] / candidates.area, before.slip / stepper.scheme.step, candidates.counterface
     )
     problem = contact_problem(candidates, before, relative)
     solution, work = solve_contact(compliance, problem, coefficients, before.forces, _GOAL, work=state.work)
@@ -318,8 +319,8 @@ def _energies(stepper: Stepper, before: State, after: State, settled: StepOutcom
         unbalance=(before.unbalance_before, before.unbalance, after.unbalance),
     )
     work = 0.5 * float((before.load + after.load) @ change)
-    if after.bodies.size:
-        work += float(np.sum(mean_forces * (after.bodies - before.bodies)[system.candidates.body]))
+    if after.counterfaces.size:
+        work += float(np.sum(mean_forces * (after.counterfaces - before.counterfaces)[system.candidates.counterface]))
     return before.energies.after(
         kinetic=_kinetic(stepper, after.velocity),
         strain=0.5 * float(after.displacement @ (system.stiffness @ after.displacement)),

@@ -58,7 +58,8 @@ class Stepper:
     compliance : Compliance
         Compliance of a step on the own candidates.
     flat_frames : (n_c, dim, dim) array or None
-        Frames of the candidates where all bodies are planes, so that they never turn; `compliance` is in them then.
+        Frames of the candidates where all counterfaces are planes, so that they never turn; `compliance` is in
+        them then.
     """
 
     system: System
@@ -118,7 +119,9 @@ def build_steppers(
 def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[NDArray[np.int64]]]:
     """Return the local displacements of all candidates of all systems, and the rows of each system's own."""
     dim = systems[0].space.dim
-    marks = [system.candidates.body * len(system.space.positions) + system.candidates.nodes for system in systems]
+    marks = [
+        system.candidates.counterface * len(system.space.positions) + system.candidates.nodes for system in systems
+    ]
     joint, first = np.unique(np.concatenate(marks), return_index=True)
     rows = [_components(np.searchsorted(joint, own), dim) for own in marks]
     if all(own.size == dim * joint.size for own in rows):
@@ -140,18 +143,18 @@ def _own_compliance(
     stiffness = [candidates.normal_stiffness] + [candidates.tangential_stiffness] * (system.space.dim - 1)
     own = joint if rows.size == len(joint) else joint[np.ix_(rows, rows)]
     compliance = Compliance(factor * own, 1.0 / np.column_stack(stiffness))
-    if not system.surfaces.flat:
+    if not system.counterfaces.flat:
         return compliance, None
     frames = _flat_frames(system)
     return compliance.turned(frames), frames
 
 
 def _flat_frames(system: System) -> Array:
-    return system.surfaces.frames(system.candidates.positions, system.candidates.body)
+    return system.counterfaces.frames(system.candidates.positions, system.candidates.counterface)
 
 
 def _key(system: System) -> bytes:
     """Return what tells the compliances of systems with the same matrices apart."""
-    frames = _flat_frames(system).tobytes() if system.surfaces.flat else b""
+    frames = _flat_frames(system).tobytes() if system.counterfaces.flat else b""
     candidates = system.candidates
-    return b"".join([candidates.nodes.tobytes(), candidates.body.tobytes(), frames])
+    return b"".join([candidates.nodes.tobytes(), candidates.counterface.tobytes(), frames])

@@ -11,16 +11,16 @@ from scipy import sparse
 
 from fingerslip.contact.candidates import (
     Candidates,
-    Surfaces,
+    Counterfaces,
     automatic_penalty,
     find_candidates,
     join_candidates,
     node_operator,
 )
-from fingerslip.contact.counterfaces import RigidBody
+from fingerslip.contact.counterfaces import Counterface
 from fingerslip.contact.friction import Anisotropic
 from fingerslip.dynamics.loads import Load, model_loads
-from fingerslip.dynamics.motion import Motion, body_motion, largest_approach, phase_table
+from fingerslip.dynamics.motion import Motion, counterface_motion, largest_approach, phase_table
 from fingerslip.errors import InputError
 from fingerslip.fe.forms import CellConstants, cell_constants, mass_matrix, stiffness_matrix
 from fingerslip.fe.space import (
@@ -41,7 +41,7 @@ Array = NDArray[np.float64]
 
 # Candidates lie within this many times the way that the plate comes forward: the skin beside the contact
 # bulges towards the plate and rolls onto it while sliding.
-_REACH = 1.5
+_SEARCH = 1.5
 
 # Of the soft thickness. A mean strain of a half is small in no sense (the published press is less than a third); one
 # of 99 % leaves nothing that could be a body.
@@ -62,7 +62,7 @@ class Outsiders:
     positions : (k, dim) array
         Reference positions [m].
     relative : sparse matrix, shape (k * dim, n)
-        Their displacement relative to what the body's drive adds to its prescribed motion.
+        Their displacement relative to what the counterface's drive adds to its prescribed motion.
     """
 
     nodes: NDArray[np.int64]
@@ -74,7 +74,7 @@ class Outsiders:
 class System:
     """A model's discrete system.
 
-    Its unknowns are the free degrees of freedom of the mesh, then one for every rigid body that a force drives:
+    Its unknowns are the free degrees of freedom of the mesh, then one for every counterface that a force drives:
     n altogether.
 
     Parameters
@@ -86,7 +86,7 @@ class System:
     free : (n_free,) array
         Free degrees of freedom of the mesh among all of it.
     driven : (n_driven,) array
-        Indices of the bodies that a force drives.
+        Indices of the counterfaces that a force drives.
     stiffness, mass : sparse matrix, shape (n, n)
         [N/m], [kg].
     loads : tuple of Load
@@ -94,15 +94,15 @@ class System:
     initial_velocity : (n,) array
         [m/s].
     candidates : Candidates
-        Contact candidates of all bodies.
-    surfaces : Surfaces
-        The rigid bodies and the friction on them.
+        Contact candidates of all counterfaces.
+    counterfaces : Counterfaces
+        The counterfaces and the friction on them.
     relative : sparse matrix, shape (n_c * dim, n)
-        Displacement of the candidates relative to what the drives add to the bodies' prescribed motion.
+        Displacement of the candidates relative to what the drives add to the counterfaces' prescribed motion.
     outsiders : tuple of Outsiders
-        For each body, the nodes of its boundary that are no candidates.
+        For each counterface, the nodes of its boundary that are no candidates.
     motions : tuple of Motion
-        Prescribed motion of each body.
+        Prescribed motion of each counterface.
     site_nodes : (n_sites,) array
         Mesh nodes of the recorded sites.
     """
@@ -116,7 +116,7 @@ class System:
     loads: tuple[Load, ...]
     initial_velocity: Array
     candidates: Candidates
-    surfaces: Surfaces
+    counterfaces: Counterfaces
     relative: sparse.csr_matrix
     outsiders: tuple[Outsiders, ...]
     motions: tuple[Motion, ...]
@@ -138,7 +138,7 @@ class _Checked:
     constants: CellConstants
     free: NDArray[np.int64]
     loads: tuple[Load, ...]
-    bodies: tuple[RigidBody, ...]
+    counterfaces: tuple[Counterface, ...]
     motions: tuple[Motion, ...]
     candidates: tuple[Candidates, ...]
     site_nodes: NDArray[np.int64]
@@ -189,13 +189,13 @@ def build_system(model: Model, twin: System | None = None) -> System:
         loads=tuple(_on_unknowns(load, free, driven.size) for load in known.loads) + _drive_loads(model, free.size),
         initial_velocity=_initial_velocity(model, space, free, driven.size),
         candidates=candidates,
-        surfaces=Surfaces(known.bodies, tuple(contact.friction for contact in model.contacts)),
-        relative=_relative_operator(picked(candidates.nodes), candidates.body, driven, known.bodies),
+        counterfaces=Counterfaces(known.counterfaces, tuple(contact.friction for contact in model.contacts)),
+        relative=_relative_operator(picked(candidates.nodes), candidates.counterface, driven, known.counterfaces),
         outsiders=tuple(
             Outsiders(
                 nodes,
                 space.positions[nodes],
-                _relative_operator(picked(nodes), np.full(nodes.size, number), driven, known.bodies),
+                _relative_operator(picked(nodes), np.full(nodes.size, number), driven, known.counterfaces),
             )
             for number, nodes in enumerate(outsiders)
         ),
@@ -220,26 +220,29 @@ def _check(model: Model, space: Space | None = None) -> _Checked:
     space = space or build_space(model.mesh)
     constants = cell_constants(space, model.materials, model.formulation)
     _check_contacts(model, space)
-    bodies = tuple(
-        contact.body.placed(space.positions[boundary_nodes(space, contact.boundary)]) for contact in model.contacts
+    counterfaces = tuple(
+        contact.counterface.placed(space.positions[boundary_nodes(space, contact.boundary)])
+        for contact in model.contacts
     )
     motions = tuple(
-        body_motion(programme, contact.body, "programme" if contact.programme is None else f"contacts.{n}.programme")
+        counterface_motion(
+            programme, contact.counterface, "programme" if contact.programme is None else f"contacts.{n}.programme"
+        )
         for n, (contact, programme) in enumerate(zip(model.contacts, model.programmes, strict=False))
     )
     candidates = tuple(
-        _candidates(model, space, number, body, motion)
-        for number, (body, motion) in enumerate(zip(bodies, motions, strict=True))
+        _candidates(model, space, number, counterface, motion)
+        for number, (counterface, motion) in enumerate(zip(counterfaces, motions, strict=True))
     )
-    _check_order(model, bodies, motions, candidates)
+    _check_order(model, counterfaces, motions, candidates)
     free = _free_dofs(model, space)
-    _check_depth(model, space, bodies, motions, free)
+    _check_depth(model, space, counterfaces, motions, free)
     return _Checked(
         space=space,
         constants=constants,
         free=free,
         loads=model_loads(model, space, constants),
-        bodies=bodies,
+        counterfaces=counterfaces,
         motions=motions,
         candidates=candidates,
         site_nodes=site_nodes(model.mesh, model.record.sites),
@@ -247,16 +250,23 @@ def _check(model: Model, space: Space | None = None) -> _Checked:
 
 
 def _check_contacts(model: Model, space: Space) -> None:
-    """Refuse bodies and friction laws of another dimension than the mesh, and drives without inertia."""
+    """Refuse counterfaces and friction laws of another dimension than the mesh, and drives without inertia."""
     for number, contact in enumerate(model.contacts):
         where = f"contacts.{number}"
-        if contact.body.dim != space.dim:
-            raise InputError(f"{where}.body.normal", f"got {contact.body.dim} components", f"needs {space.dim}")
+        if contact.counterface.dim != space.dim:
+            raise InputError(
+                f"{where}.counterface.normal", f"got {contact.counterface.dim} components", f"needs {space.dim}"
+            )
         if isinstance(contact.friction, Anisotropic) and space.dim == 2:
             raise InputError(f"{where}.friction", "got Anisotropic in the plane", "needs a model in space")
         if contact.drive and isinstance(model.time, QuasiStatic):
             found = "got a body that a force drives in a quasi-static model"
             raise InputError(f"{where}.drive", found, "needs prescribed motion", "take TimeStepping")
+
+
+def _programme_name(contact: Contact, number: int) -> str:
+    """Return how errors call the programme of a contact."""
+    return "programme" if contact.programme is None else f"contacts.{number}.programme"
 
 
 def _free_dofs(model: Model, space: Space) -> NDArray[np.int64]:
@@ -301,28 +311,34 @@ def _initial_velocity(model: Model, space: Space, free: NDArray[np.int64], n_dri
 
 
 def _relative_operator(
-    of_mesh: sparse.csr_matrix, body: NDArray[np.int64], driven: NDArray[np.int64], bodies: tuple[RigidBody, ...]
+    of_mesh: sparse.csr_matrix,
+    counterface: NDArray[np.int64],
+    driven: NDArray[np.int64],
+    counterfaces: tuple[Counterface, ...],
 ) -> sparse.csr_matrix:
-    """Return the map from the unknowns to displacements of nodes relative to their driven bodies.
+    """Return the map from the unknowns to displacements of nodes relative to their driven counterfaces.
 
-    `of_mesh` is the map to their displacements, `body` says which body each node may touch.
+    `of_mesh` is the map to their displacements, `counterface` says which counterface each node may touch.
     """
-    columns = [-((body == number)[:, None] * bodies[number].unit_normal[None, :]).reshape(-1, 1) for number in driven]
+    columns = [
+        -((counterface == number)[:, None] * counterfaces[number].unit_normal[None, :]).reshape(-1, 1)
+        for number in driven
+    ]
     return sparse.csr_matrix(sparse.hstack([of_mesh, *(sparse.csr_matrix(column) for column in columns)]))
 
 
-def _candidates(model: Model, space: Space, number: int, body: RigidBody, motion: Motion) -> Candidates:
+def _candidates(model: Model, space: Space, number: int, counterface: Counterface, motion: Motion) -> Candidates:
     contact = model.contacts[number]
     nodes, areas = boundary_nodes(space, contact.boundary), nodal_areas(space, contact.boundary, model.depth)
     size = float(np.ptp(space.positions, axis=0).max())
-    automatic = np.inf if model.is_loaded else _REACH * largest_approach(motion, body) + 1e-6 * size
+    automatic = np.inf if model.is_loaded else _SEARCH * largest_approach(motion, counterface) + 1e-6 * size
     return find_candidates(
-        body,
+        counterface,
         space.positions,
         nodes,
         areas,
-        body=number,
-        reach=automatic if contact.reach is None else contact.reach,
+        counterface=number,
+        search_distance=automatic if contact.search_distance is None else contact.search_distance,
         penalties=contact_penalties(model, contact),
         where=f"contacts.{number}",
     )
@@ -352,16 +368,16 @@ def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
 
 
 def _check_order(
-    model: Model, bodies: tuple[RigidBody, ...], motions: tuple[Motion, ...], candidates: tuple[Candidates, ...]
+    model: Model, counterfaces: tuple[Counterface, ...], motions: tuple[Motion, ...], candidates: tuple[Candidates, ...]
 ) -> None:
-    """Refuse programmes that slide before any body can touch."""
+    """Refuse programmes that slide before any counterface can touch."""
     sliding = [any(isinstance(phase, Slide) for phase in programme) for programme in model.programmes]
     if not model.contacts or model.is_loaded or not any(sliding):
         return
-    for programme, body, motion, own in zip(model.programmes, bodies, motions, candidates, strict=True):
+    for programme, counterface, motion, own in zip(model.programmes, counterfaces, motions, candidates, strict=True):
         first = next((i for i, phase in enumerate(programme) if isinstance(phase, Slide)), len(programme))
-        approach = float(np.max(motion.positions[: first + 1] @ body.unit_normal))
-        if approach > body.gap(own.positions).min():
+        approach = float(np.max(motion.positions[: first + 1] @ counterface.unit_normal))
+        if approach > counterface.gap(own.positions).min():
             return
     kinds = ", ".join(phase_table(model.programme)[0])
     raise InputError(
@@ -373,22 +389,26 @@ def _check_order(
 
 
 def _check_depth(
-    model: Model, space: Space, bodies: tuple[RigidBody, ...], motions: tuple[Motion, ...], free: NDArray[np.int64]
+    model: Model,
+    space: Space,
+    counterfaces: tuple[Counterface, ...],
+    motions: tuple[Motion, ...],
+    free: NDArray[np.int64],
 ) -> None:
-    """Refuse prescribed motion that brings a body through what is held, and warn where strains cannot be small."""
+    """Refuse motion that brings a counterface through what is held, and warn where strains cannot be small."""
     held = ~np.isin(vector_dofs(np.arange(len(space.positions)), space.dim), free)
-    for number, (contact, body, motion) in enumerate(zip(model.contacts, bodies, motions, strict=True)):
+    for number, (contact, counterface, motion) in enumerate(zip(model.contacts, counterfaces, motions, strict=True)):
         skin = boundary_nodes(space, contact.boundary)
-        stopped: NDArray[np.bool_] = np.all(held[:, np.abs(body.unit_normal) > 1e-9], axis=1)
-        lowest = float(body.gap(space.positions[skin]).min())
+        stopped: NDArray[np.bool_] = np.all(held[:, np.abs(counterface.unit_normal) > 1e-9], axis=1)
+        lowest = float(counterface.gap(space.positions[skin]).min())
         inner = stopped & ~np.isin(np.arange(len(stopped)), skin)
-        behind = space.positions[inner & (body.gap(space.positions) > lowest)]
+        behind = space.positions[inner & (counterface.gap(space.positions) > lowest)]
         # Where the contact is held itself, nothing gives way and the penalties take the press up.
         if stopped[skin].all() or not len(behind):
             continue
-        thickness = float(body.gap(behind).min()) - lowest
-        left = min(float(body.gap(behind - position).min()) for position in motion.positions)
-        where = "programme" if contact.programme is None else f"contacts.{number}.programme"
+        thickness = float(counterface.gap(behind).min()) - lowest
+        left = min(float(counterface.gap(behind - position).min()) for position in motion.positions)
+        where = _programme_name(contact, number)
         _judge_depth(where, thickness - left, thickness)
 
 

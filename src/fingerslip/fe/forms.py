@@ -87,8 +87,8 @@ def _material_constants(name: str, material: Elastic, formulation: Formulation, 
         return modulus * ratio / (1.0 - ratio**2), 0.0
     if ratio == 0.5:
         allowed = f"{formulation.replace('_', ' ')} with displacement elements needs < 0.5"
-        mend = f"write 0.4999{_LOCKING.get(element, '')}"
-        raise InputError(f"materials.{name}.poisson_ratio", "got 0.5", allowed, mend)
+        repair = f"write 0.4999{_LOCKING.get(element, '')}"
+        raise InputError(f"materials.{name}.poisson_ratio", "got 0.5", allowed, repair)
     return modulus * ratio / ((1.0 + ratio) * (1.0 - 2.0 * ratio)), ratio if formulation == "plane_strain" else 0.0
 
 

@@ -15,7 +15,7 @@ from fingerslip.sites import Site
 __all__ = ["site_nodes"]
 
 # FA-II alone have a depth of their own, so they alone can end up in the phalanx.
-_MENDS = {
+_REPAIRS = {
     "FA-II": "the tissue is thinner than receptors.fa_ii_depth there: make that smaller or the tissue thicker, or "
     "leave FA-II out of record.receptors"
 }
@@ -81,4 +81,4 @@ def _outside(site: Site, distance: float, reach: float) -> InputError:
     found = f"{place} is {distance * 1e3:.3g} mm from the nearest node of "
     found += f"'{site.region}'" if site.region else "the mesh"
     allowed = f"needs <= {reach * 1e3:.3g} mm, the element size there"
-    return InputError(f"site {site.name}", found, allowed, _MENDS.get(site.kind, "move it"))
+    return InputError(f"site {site.name}", found, allowed, _REPAIRS.get(site.kind, "move it"))

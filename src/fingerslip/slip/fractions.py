@@ -101,11 +101,11 @@ def relative_displacement(history: xr.Dataset, window: SlideWindow) -> NDArray[n
         Length of the part along the plate of the node's displacement less the plate's, both since
         the start of the slide [m].
     """
-    body = history["contact_body"].values
+    counterface = history["contact_counterface"].values
     node_way = history["contact_displacement"].values[window.records]
-    plate_way = history["body_displacement"].values[window.records][:, body]
+    plate_way = history["counterface_displacement"].values[window.records][:, counterface]
     relative = (node_way - node_way[0]) - (plate_way - plate_way[0])
-    normal = history["body_normal"].values[body]
+    normal = history["counterface_normal"].values[counterface]
     along_normal = np.einsum("tnc,nc->tn", relative, normal)
     tangential = relative - along_normal[..., None] * normal
     return np.asarray(np.linalg.norm(tangential, axis=-1), dtype=float)

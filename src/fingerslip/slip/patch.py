@@ -45,15 +45,15 @@ class Patch:
     axes: Floats
 
 
-def contact_patch(history: xr.Dataset, body: int = 0) -> Patch:
+def contact_patch(history: xr.Dataset, counterface: int = 0) -> Patch:
     """Join the contact candidates of a plate by triangles, Delaunay's in the plate's plane.
 
     Parameters
     ----------
     history : xarray.Dataset
         A history in space.
-    body : int, optional
-        The rigid body.
+    counterface : int, optional
+        The counterface.
 
     Raises
     ------
@@ -62,10 +62,12 @@ def contact_patch(history: xr.Dataset, body: int = 0) -> Patch:
     """
     if history.sizes["component"] != 3:
         raise InputError("history", "is two-dimensional", "needs a history in space")
-    nodes = np.flatnonzero(history["contact_body"].values == body)
+    nodes = np.flatnonzero(history["contact_counterface"].values == counterface)
     if nodes.size < 3:
-        raise InputError("history", f"has {nodes.size} contact candidates on body {body}", "needs three and more")
-    tangent, normal = plate_tangent(history, body), history["body_normal"].values[body]
+        raise InputError(
+            "history", f"has {nodes.size} contact candidates on counterface {counterface}", "needs three and more"
+        )
+    tangent, normal = plate_tangent(history, counterface), history["counterface_normal"].values[counterface]
     axes = np.array([tangent, np.cross(tangent, normal)])
     places = history["contact_position"].values[nodes] @ axes.T
     triangles = Delaunay(places).simplices
@@ -74,15 +76,15 @@ def contact_patch(history: xr.Dataset, body: int = 0) -> Patch:
     return Patch(nodes, places, np.asarray(triangles[kept], dtype=np.int64), axes)
 
 
-def patch_series(history: xr.Dataset, body: int = 0) -> xr.Dataset:
+def patch_series(history: xr.Dataset, counterface: int = 0) -> xr.Dataset:
     """Return the measures of the contact patch over time that optical studies of fingertips report.
 
     Parameters
     ----------
     history : xarray.Dataset
         A history.
-    body : int, optional
-        The rigid body; areas are those of all bodies.
+    counterface : int, optional
+        The counterface; areas are those of all counterfaces.
 
     Returns
     -------
@@ -93,9 +95,9 @@ def patch_series(history: xr.Dataset, body: int = 0) -> xr.Dataset:
     """
     area, ratio = contact_area(history), stick_ratio(history)
     stuck = (area * ratio.fillna(0.0)).rename("stick_area")
-    force = history["body_force"].values[:, body]
-    normal = force @ history["body_normal"].values[body]
-    tangential = np.linalg.norm(force - normal[:, None] * history["body_normal"].values[body], axis=1)
+    force = history["counterface_force"].values[:, counterface]
+    normal = force @ history["counterface_normal"].values[counterface]
+    tangential = np.linalg.norm(force - normal[:, None] * history["counterface_normal"].values[counterface], axis=1)
     over = np.full(normal.shape, np.nan)
     np.divide(tangential, normal, out=over, where=normal > 1e-9 * normal.max())
     series = {
@@ -128,7 +130,7 @@ def surface_strains(history: xr.Dataset, patch: Patch | None = None) -> xr.DataA
     history : xarray.Dataset
         A history in space.
     patch : Patch, optional
-        The patch; that of the first body without it.
+        The patch; that of the first counterface without it.
 
     Returns
     -------

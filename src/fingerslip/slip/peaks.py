@@ -152,7 +152,7 @@ def goes_along(history: xr.Dataset, window: SlideWindow, rows: NDArray[np.intp],
     tangent = plate_tangent(history)
     start = int(np.searchsorted(history["time"].values, time))
     ends = np.array([start, window.last])
-    plate = history["body_displacement"].values[ends, 0] @ tangent
+    plate = history["counterface_displacement"].values[ends, 0] @ tangent
     skin = history["displacement"].values[ends][:, rows] @ tangent
     way = float(plate[1] - plate[0])
     return float((skin[1] - skin[0]).mean()) / way if way else 1.0

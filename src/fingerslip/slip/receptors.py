@@ -30,15 +30,15 @@ __all__ = [
 AREAS = ("A", "B")
 
 
-def plate_tangent(history: xr.Dataset, body: int = 0) -> NDArray[np.float64]:
-    """Return the unit tangent of a rigid body: its normal turned clockwise in 2D, (1, 0) for a plate below.
+def plate_tangent(history: xr.Dataset, counterface: int = 0) -> NDArray[np.float64]:
+    """Return the unit tangent of a counterface: its normal turned clockwise in 2D, (1, 0) for a plate below.
 
-    In space it is the direction in which the body goes furthest along its surface, and x along it where it does not.
+    In space it is the direction in which the counterface goes furthest along its surface, and x where it does not.
     """
-    normal = np.asarray(history["body_normal"].values[body], dtype=float)
+    normal = np.asarray(history["counterface_normal"].values[counterface], dtype=float)
     if normal.size == 2:
         return np.array([normal[1], -normal[0]])
-    ways = np.asarray(history["body_displacement"].values[:, body], dtype=float)
+    ways = np.asarray(history["counterface_displacement"].values[:, counterface], dtype=float)
     along = np.vstack([np.eye(3)[:1], ways - np.outer(ways @ normal, normal)])
     along[0] -= normal[0] * normal
     furthest = along[1:][np.linalg.norm(along[1:], axis=1).argmax()]
@@ -46,7 +46,7 @@ def plate_tangent(history: xr.Dataset, body: int = 0) -> NDArray[np.float64]:
     return np.asarray(direction / np.linalg.norm(direction))
 
 
-def contact_edges(history: xr.Dataset, time: float | None = None, body: int = 0) -> tuple[float, float] | None:
+def contact_edges(history: xr.Dataset, time: float | None = None, counterface: int = 0) -> tuple[float, float] | None:
     """Return where the contact ends on both sides.
 
     Parameters
@@ -56,20 +56,20 @@ def contact_edges(history: xr.Dataset, time: float | None = None, body: int = 0)
     time : float, optional
         Time at which to look (the last record at or before it) [s]; without it the start of the first
         slide, or the last record where there is no slide.
-    body : int, optional
-        The rigid body.
+    counterface : int, optional
+        The counterface.
 
     Returns
     -------
     tuple of float or None
-        Smallest and largest reference coordinate along the body's tangent of the nodes in contact [m];
+        Smallest and largest reference coordinate along the counterface's tangent of the nodes in contact [m];
         None where nothing touches.
     """
     row = history["contact_state"].values[_record(history, time)]
-    touching = (row != OPEN) & (history["contact_body"].values == body)
+    touching = (row != OPEN) & (history["contact_counterface"].values == counterface)
     if not touching.any():
         return None
-    along = history["contact_position"].values[touching] @ plate_tangent(history, body)
+    along = history["contact_position"].values[touching] @ plate_tangent(history, counterface)
     return float(along.min()), float(along.max())
 
 

@@ -165,8 +165,8 @@ def _measured_in_space(folder: Path, run: RunEvents) -> Measures:
 def _study_file(folder: Path, name: str) -> Path:
     path = folder / f"{name}.yaml"
     if not path.is_file():
-        mend = "name the folder of the shipped studies, or run in the folder of the project"
-        raise InputError(str(path), "is not there", f"validate needs the studies {', '.join(STUDIES)}", mend)
+        repair = "name the folder of the shipped studies, or run in the folder of the project"
+        raise InputError(str(path), "is not there", f"validate needs the studies {', '.join(STUDIES)}", repair)
     return path
 
 

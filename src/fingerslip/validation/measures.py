@@ -202,10 +202,10 @@ def rms_after(history: xr.Dataset, window: SlideWindow, start: float) -> float |
 def way_over_friction_depth(history: xr.Dataset, window: SlideWindow, time: float) -> float:
     """Return the plate's way from the start of the slide to `time` [s], over friction times indentation [-]."""
     times = history["time"].values
-    along = history["body_displacement"].values[:, 0] @ plate_tangent(history)
-    normal = history["body_displacement"].values[window.first, 0] @ history["body_normal"].values[0]
+    along = history["counterface_displacement"].values[:, 0] @ plate_tangent(history)
+    normal = history["counterface_displacement"].values[window.first, 0] @ history["counterface_normal"].values[0]
     way = float(np.interp(time, times, along) - np.interp(window.start, times, along))
-    return way / (float(history["body_friction_coefficient"].values[0]) * float(normal))
+    return way / (float(history["counterface_friction_coefficient"].values[0]) * float(normal))
 
 
 def _accelerations(

@@ -71,7 +71,7 @@ def dragged(
     plane = element == "Q4"
     contact = Contact(
         boundary="bottom",
-        body=Plane((0.0, 1.0) if plane else (0.0, 0.0, 1.0)),
+        counterface=Plane((0.0, 1.0) if plane else (0.0, 0.0, 1.0)),
         friction=friction,
         normal_penalty=_PENALTY,
         tangential_penalty=_PENALTY,
@@ -94,13 +94,13 @@ def _drag() -> tuple[Check, ...]:
     checks: list[Check] = []
     for element in _ELEMENTS:
         history = dragged(element, Coulomb(_MU))
-        moved = history["body_displacement"].values[1:, 0, 0]
+        moved = history["counterface_displacement"].values[1:, 0, 0]
         traction = history["tangential_traction"].values[1:, :, 0]
         expected = np.minimum(SHEAR_STIFFNESS * moved, _MU * PRESSURE)[:, None]
         error = np.abs(traction - expected).max() / (_MU * PRESSURE)
         stick = (SHEAR_STIFFNESS * moved < _MU * PRESSURE)[:, None]
         wrong = (history["contact_state"].values[1:] != np.where(stick, 1, 2)).sum()
-        force = history["body_force"].values[-1, 0]
+        force = history["counterface_force"].values[-1, 0]
         checks += [
             absolute(f"{element}: traction, largest error / (mu p)", 0.0, float(error), 1e-9),
             absolute(f"{element}: nodes in the wrong state", 0.0, float(wrong), 0.0),
@@ -164,7 +164,7 @@ def _on_spring(
     modulus = spring.stiffness * _BAR / area
     contact = Contact(
         boundary="sole",
-        body=Plane((0.0, 1.0) if plane else (0.0, 0.0, 1.0)),
+        counterface=Plane((0.0, 1.0) if plane else (0.0, 0.0, 1.0)),
         friction=friction,
         normal_penalty=normal_penalty,
         tangential_penalty=2e6 * spring.stiffness / base,
@@ -255,7 +255,9 @@ def _sliding() -> tuple[Check, ...]:
         plane = element == "Q4"
         length, width, height = np.linspace(0, 0.2, 9), np.linspace(0, 0.1, 3), np.linspace(0, 0.05, 3)
         contact = Contact(
-            boundary="bottom", body=Plane((0.0, 1.0) if plane else (0.0, 0.0, 1.0), offset=0.0), friction=Coulomb(_MU)
+            boundary="bottom",
+            counterface=Plane((0.0, 1.0) if plane else (0.0, 0.0, 1.0), offset=0.0),
+            friction=Coulomb(_MU),
         )
         model = Model(
             mesh=box(element, length, height) if plane else box(element, length, width, height),

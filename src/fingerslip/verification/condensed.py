@@ -47,11 +47,11 @@ def _model(element: str, integration: Integration) -> Model:
     sides = (10e-3, 4e-3) if plane else (10e-3, 6e-3, 4e-3)
     contact = Contact(
         boundary="bottom",
-        body=Plane((0.0, 1.0) if plane else (0.0, 0.0, 1.0)),
+        counterface=Plane((0.0, 1.0) if plane else (0.0, 0.0, 1.0)),
         friction=Coulomb(_MU),
         normal_penalty=_PENALTY,
         tangential_penalty=_PENALTY,
-        reach=1.0,
+        search_distance=1.0,
     )
     return Model(
         mesh=box(element, *(np.linspace(0.0, side, count) for side, count in zip(sides, counts, strict=True))),
@@ -158,7 +158,7 @@ class _Full:
             if tiny:
                 displacement, velocity = self.place(acceleration, before)
                 return _Motion(displacement, velocity, acceleration, self.contact(displacement, before, plates)[0])
-        raise ConvergenceError(time, -1, float(np.abs(change).max()), 1e-11, "the reference has to be mended")
+        raise ConvergenceError(time, -1, float(np.abs(change).max()), 1e-11, "the reference has to be repaired")
 
     def march(self, plates: Array, times: Array) -> list[_Motion]:
         """Return the motion at every time, under the plate's displacements (n_times, dim)."""

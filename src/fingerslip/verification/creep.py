@@ -84,7 +84,7 @@ class _Block:
         """Return what happens until an hour after the ramp."""
         contact = Contact(
             boundary="bottom",
-            body=Plane(tuple(self.normal)),
+            counterface=Plane(tuple(self.normal)),
             friction=Coulomb(_MU),
             normal_penalty=_PENALTY,
             tangential_penalty=_PENALTY,
@@ -105,7 +105,7 @@ class _Block:
 def _slip(history: xr.Dataset) -> Array:
     """Return how far the contact nodes moved on the plate beyond their elastic slip, along and across the load [m]."""
     elastic = -history["tangential_traction"].values / _PENALTY
-    moved = history["contact_displacement"].values - history["body_displacement"].values
+    moved = history["contact_displacement"].values - history["counterface_displacement"].values
     slip: Array = moved[:, :, : elastic.shape[-1]] - elastic
     return slip
 
@@ -124,7 +124,7 @@ def _drift(history: xr.Dataset) -> float:
 
 def _share(history: xr.Dataset) -> Array:
     """Return the tangential over the largest frictional force in the hour [-]."""
-    force = history["body_force"].values[_held(history), 0]
+    force = history["counterface_force"].values[_held(history), 0]
     share: Array = np.abs(force[:, 0]) / (_MU * np.abs(force[:, -1]))
     return share
 

@@ -155,7 +155,7 @@ def _strike(element: str) -> tuple[Check, ...]:
     round_trip = 2 * _LENGTH / _WAVE_SPEED
     contact = Contact(
         boundary="bottom",
-        body=Plane((0.0, 1.0) if plane else (0.0, 0.0, 1.0)),
+        counterface=Plane((0.0, 1.0) if plane else (0.0, 0.0, 1.0)),
         friction=Coulomb(0.0),
         normal_penalty=1e3 * _MODULUS,
     )
@@ -170,7 +170,7 @@ def _strike(element: str) -> tuple[Check, ...]:
     )
     # The wave's pressure E v0 / c over the penalty is 3 um; twice that while the front rings.
     history = solved(model, penetration=2e-3 * speed / _WAVE_SPEED)
-    at, force = history["time"].values / round_trip, history["body_force"].values[:, 0, -1]
+    at, force = history["time"].values / round_trip, history["counterface_force"].values[:, 0, -1]
     plateau = force[(at > 0.1) & (at < 0.9)]
     impulse = float(force.sum()) * round_trip / 400
     mass = _DENSITY * area * _LENGTH
@@ -197,7 +197,7 @@ def _driven() -> tuple[Check, ...]:
         down = (0.0, -1.0) if plane else (0.0, 0.0, -1.0)
         contact = Contact(
             boundary="top",
-            body=Plane(down),
+            counterface=Plane(down),
             friction=Coulomb(0.0),
             normal_penalty=1e2 * _MODULUS,
             drive=Drive(mass, force),
@@ -213,7 +213,7 @@ def _driven() -> tuple[Check, ...]:
         )
         history = solved(model, penetration=2.1 * force / (1e2 * _MODULUS * area))
         exact = force / stiffness * (1 - np.cos(rotation * history["time"].values))
-        found = -history["body_displacement"].values[:, 0, -1]
+        found = -history["counterface_displacement"].values[:, 0, -1]
         error = float(np.abs(found - exact).max() / exact.max())
         checks.append(absolute(f"{element}: displacement, largest error / largest", 0.0, error, 0.005))
     return tuple(checks)

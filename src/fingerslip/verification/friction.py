@@ -55,8 +55,8 @@ def _directions() -> tuple[Check, ...]:
     The normal rule gives t = p (mu_1^2 d_1, mu_2^2 d_2) / sqrt(mu_1^2 d_1^2 + mu_2^2 d_2^2) for slip along d. The
     traction turns to that over slides of mu p / k = 0.25 mm; after 4 mm exp(-16) = 1e-7 is left.
     """
-    round_ = dragged("H8", Coulomb(0.5), direction=_DIRECTION)["body_force"].values[-1, 0]
-    oval = dragged("H8", _ELLIPSE, direction=_DIRECTION, travel=4e-3)["body_force"].values[-1, 0]
+    round_ = dragged("H8", Coulomb(0.5), direction=_DIRECTION)["counterface_force"].values[-1, 0]
+    oval = dragged("H8", _ELLIPSE, direction=_DIRECTION, travel=4e-3)["counterface_force"].values[-1, 0]
     scale = float(np.hypot(0.6, 0.3))
     return (
         relative("H8 Coulomb, diagonal: F / N", 0.5, float(np.hypot(round_[0], round_[1]) / round_[2]), 1e-9),
@@ -81,7 +81,10 @@ def _tangents() -> tuple[Check, ...]:
     for element in ("Q4", "H8"):
         # The third step of the slide, at 60 um, sticks: its traction follows the slide and not the pressure.
         history = dragged(element, Coulomb(0.5))
-        moved, traction = history["body_displacement"].values[:, 0, 0], history["tangential_traction"].values[:, 0, 0]
+        moved, traction = (
+            history["counterface_displacement"].values[:, 0, 0],
+            history["tangential_traction"].values[:, 0, 0],
+        )
         stick = (traction[4] - traction[3]) / (moved[4] - moved[3])
         slip = (traction[-1] - traction[-2]) / (moved[-1] - moved[-2])
         checks += [

@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.contact.counterfaces import Cylinder, Plane, RigidBody
+from fingerslip.contact.counterfaces import Counterface, Cylinder, Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Component, Contact, Model, Phase, Press, QuasiStatic, Slide
@@ -55,7 +55,7 @@ def _flattened(x: Array) -> Array:
 def _model(
     element: str,
     profile: Callable[[Array], Array],
-    body: RigidBody,
+    counterface: Counterface,
     programme: tuple[Phase, ...],
     *,
     cells: int = 20,
@@ -76,11 +76,11 @@ def _model(
     held: dict[str, tuple[Component, ...]] = {"top": ("x", "y"), "left": ("x",), "right": ("x",)}
     contact = Contact(
         boundary="bottom",
-        body=body,
+        counterface=counterface,
         friction=Coulomb(mu),
         normal_penalty=1e3 * MODULUS / size,
         tangential_penalty=1e3 * MODULUS / size,
-        reach=(1.5 * HALF_WIDTH) ** 2 / (2 * RADIUS),
+        search_distance=(1.5 * HALF_WIDTH) ** 2 / (2 * RADIUS),
     )
     return Model(
         mesh=box(element, *axes, shift=shift),
@@ -145,7 +145,7 @@ def _hertz(element: str, cells: int, factor: float) -> tuple[Check, ...]:
     history = _solved(_model(element, _flat, body, (Press(depth, depth),), cells=cells, mu=0.0), depth)
     x, pressures, _, _ = ordered(history)
     width = 1.0 if element == "Q4" else HALF_WIDTH / cells
-    force = float(history["body_force"].values[-1, 0, -1]) / width
+    force = float(history["counterface_force"].values[-1, 0, -1]) / width
     half_width, peak = closed_form(force)
     pressure = pressures[-1]
     inside = np.abs(x) < 0.9 * half_width
@@ -168,13 +168,13 @@ def _hertz_in_space() -> tuple[Check, ...]:
 
 def nearest_step(history: xr.Dataset, ratio: float) -> int:
     """Return the step of the slide at which Q / (mu P) is nearest to a value."""
-    force = np.abs(history["body_force"].values[STEPS:, 0])
+    force = np.abs(history["counterface_force"].values[STEPS:, 0])
     return STEPS + int(np.argmin(np.abs(force[:, 0] / (MU * force[:, 1]) - ratio)))
 
 
 def _forces(history: xr.Dataset, step: int) -> tuple[float, float]:
     """Return normal and tangential force per depth [N/m]."""
-    tangential, normal = history["body_force"].values[step, 0]
+    tangential, normal = history["counterface_force"].values[step, 0]
     return float(normal), float(tangential)
 
 
@@ -198,7 +198,7 @@ def _cattaneo() -> tuple[Check, ...]:
             absolute(f"{at}: traction, largest error / (mu p0)", 0.0, float(largest), 0.05),
             absolute(f"{at}: traction, rms error / (mu p0)", 0.0, _rms(error[np.abs(x) < half_width]), 0.03),
         ]
-    normal_force = history["body_force"].values[STEPS:, 0, 1]
+    normal_force = history["counterface_force"].values[STEPS:, 0, 1]
     drift = float(np.abs(normal_force / normal_force[0] - 1).max())
     # Sliding a half-plane with nu -> 0.5 leaves its normal load; a part in a thousand is the body's finite size.
     return (*checks, absolute("change of P while sliding / P", 0.0, drift, 1e-3))
@@ -216,7 +216,7 @@ def _ciavarella_jaeger() -> tuple[Check, ...]:
         x, pressures, tractions, _ = ordered(history)
         step = nearest_step(history, 0.5)
         normal, tangential = _forces(history, step)
-        loads = history["body_force"].values[: STEPS + 1, 0, 1]
+        loads = history["counterface_force"].values[: STEPS + 1, 0, 1]
         lower = np.array([np.interp(normal - tangential / MU, loads, node) for node in pressures[: STEPS + 1].T])
         pressure = pressures[step]
         error = (tractions[step] - MU * (pressure - lower)) / (MU * pressure.max())

@@ -47,11 +47,11 @@ def _model(programme: tuple[Phase, ...], steps: int) -> Model:
     heights = graded(0.75 * CONTACT_RADIUS, SIZE, OUTER, 1.8)
     contact = Contact(
         boundary="bottom",
-        body=Sphere(RADIUS, centre=(0.0, 0.0, -RADIUS)),
+        counterface=Sphere(RADIUS, centre=(0.0, 0.0, -RADIUS)),
         friction=Coulomb(MU),
         normal_penalty=1e3 * MODULUS / SIZE,
         tangential_penalty=1e3 * MODULUS / SIZE,
-        reach=(1.25 * CONTACT_RADIUS) ** 2 / (2 * RADIUS),
+        search_distance=(1.25 * CONTACT_RADIUS) ** 2 / (2 * RADIUS),
     )
     return Model(
         mesh=box("H8", along, aside, heights),
@@ -87,12 +87,12 @@ def cycled() -> xr.Dataset:
 
 def _normal_force(history: xr.Dataset) -> Array:
     """Return the force on the whole body, two halves [N]."""
-    force: Array = 2 * history["body_force"].values[:, 0, 2]
+    force: Array = 2 * history["counterface_force"].values[:, 0, 2]
     return force
 
 
 def _tangential_force(history: xr.Dataset) -> Array:
-    force: Array = 2 * history["body_force"].values[:, 0, 0]
+    force: Array = 2 * history["counterface_force"].values[:, 0, 0]
     return force
 
 
@@ -133,7 +133,7 @@ def _hertz() -> tuple[Check, ...]:
 def _mindlin() -> tuple[Check, ...]:
     history = slid()
     normal, tangential = _normal_force(history), _tangential_force(history)
-    moved = history["body_displacement"].values[:, 0, 0]
+    moved = history["counterface_displacement"].values[:, 0, 0]
     ratio = np.zeros_like(normal)
     ratio[1:] = tangential[1:] / (MU * normal[1:])
     partial = (ratio > 0.1) & (ratio < 0.95)
@@ -189,7 +189,7 @@ def _stick_checks(history: xr.Dataset, ratio: Array) -> tuple[Check, ...]:
 def _cycle() -> tuple[Check, ...]:
     history = cycled()
     normal = float(_normal_force(history)[_PRESS_STEPS])
-    tangential, moved = _tangential_force(history), history["body_displacement"].values[:, 0, 0]
+    tangential, moved = _tangential_force(history), history["counterface_displacement"].values[:, 0, 0]
     turn, back = _PRESS_STEPS + _SLIDE_STEPS, _PRESS_STEPS + 3 * _SLIDE_STEPS
     largest = float(tangential[turn])
     ratio = largest / (MU * normal)

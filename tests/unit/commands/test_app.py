@@ -196,13 +196,13 @@ def test_mistake_gives_one_error_and_nothing_is_written(
 
 def test_contact_outside_the_candidates(invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path) -> None:
     """A rounded bottom of which only the lowest nodes may touch is pressed flat."""
-    contact = {"friction_coefficient": 0.6, "boundary": "bottom", "reach": "0.001 mm"}
+    contact = {"friction_coefficient": 0.6, "boundary": "bottom", "search_distance": "0.001 mm"}
     path = block(curvature=10.0, contact=contact)
     before = contents(tmp_path)
     result = invoke("run", path)
     assert result.exit_code == 2
     assert "reached the plate but is no contact candidate" in result.stderr
-    assert "write a larger contact reach" in result.stderr
+    assert "write a larger search_distance" in result.stderr
     assert contents(tmp_path) == before
 
 

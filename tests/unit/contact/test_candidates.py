@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.contact.candidates import (
-    Surfaces,
+    Counterfaces,
     automatic_penalty,
     check_outsiders,
     find_candidates,
@@ -21,14 +21,14 @@ POSITIONS = np.array([[-2.0, 0.4], [-1.0, 0.1], [0.0, 0.0], [1.0, 0.1], [2.0, 0.
 AREAS = np.array([0.5, 1.0, 1.0, 1.0, 0.5, 0.0])
 
 
-def find(plane=None, *, reach=0.2, nodes=range(5), areas=AREAS, body=0):
+def find(plane=None, *, search_distance=0.2, nodes=range(5), areas=AREAS, counterface=0):
     return find_candidates(
         (plane or Plane()).placed(POSITIONS[np.array(nodes)]),
         POSITIONS,
         np.array(nodes),
         areas,
-        body=body,
-        reach=reach,
+        counterface=counterface,
+        search_distance=search_distance,
         penalties=(100.0, 40.0),
         where="contacts.0",
     )
@@ -40,7 +40,7 @@ def test_a_plane_without_offset_touches_and_reaches_the_near_nodes():
     np.testing.assert_array_equal(found.positions, POSITIONS[1:4])
     np.testing.assert_allclose(found.normal_stiffness, [100.0] * 3)
     np.testing.assert_allclose(found.tangential_stiffness, [40.0] * 3)
-    assert len(find(reach=1.0).nodes) == 5
+    assert len(find(search_distance=1.0).nodes) == 5
 
 
 def test_a_given_offset_is_a_gap_from_the_start():
@@ -65,18 +65,18 @@ def test_a_plate_out_of_reach_is_refused():
 
 
 def test_surfaces_give_gaps_frames_and_coefficients_body_by_body():
-    bodies = (Plane(normal=(-3.0, 4.0), offset=0.1), Plane(offset=-0.5))
-    surfaces = Surfaces(bodies, (Coulomb(0.3), Coulomb(0.7)))
-    points, body = np.array([[0.0, 1.0], [2.0, 1.0]]), np.array([0, 1])
+    counterfaces = (Plane(normal=(-3.0, 4.0), offset=0.1), Plane(offset=-0.5))
+    surfaces = Counterfaces(counterfaces, (Coulomb(0.3), Coulomb(0.7)))
+    points, counterface = np.array([[0.0, 1.0], [2.0, 1.0]]), np.array([0, 1])
     assert surfaces.flat
-    np.testing.assert_allclose(surfaces.gaps(points, body), [0.7, 1.5])
-    np.testing.assert_allclose(surfaces.frames(points, body)[0], [[-0.6, 0.8], [0.8, 0.6]])
-    np.testing.assert_allclose(surfaces.normals(points, body), [[-0.6, 0.8], [0.0, 1.0]])
-    np.testing.assert_allclose(surfaces.coefficients(np.ones(2), np.zeros(2), body), [0.3, 0.7])
+    np.testing.assert_allclose(surfaces.gaps(points, counterface), [0.7, 1.5])
+    np.testing.assert_allclose(surfaces.frames(points, counterface)[0], [[-0.6, 0.8], [0.8, 0.6]])
+    np.testing.assert_allclose(surfaces.normals(points, counterface), [[-0.6, 0.8], [0.0, 1.0]])
+    np.testing.assert_allclose(surfaces.coefficients(np.ones(2), np.zeros(2), counterface), [0.3, 0.7])
 
 
 def test_anisotropic_friction_stretches_the_second_tangent():
-    surfaces = Surfaces((Plane(normal=(0.0, 0.0, 1.0), offset=0.0),), (Anisotropic(0.4, 0.8, (0.0, 1.0, 0.0)),))
+    surfaces = Counterfaces((Plane(normal=(0.0, 0.0, 1.0), offset=0.0),), (Anisotropic(0.4, 0.8, (0.0, 1.0, 0.0)),))
     frame = surfaces.frames(np.zeros((1, 3)), np.zeros(1, dtype=int))[0]
     np.testing.assert_allclose(frame, [[0, 0, 1], [0, 1, 0], [-2, 0, 0]], atol=1e-15)
 
@@ -88,15 +88,17 @@ def test_the_node_operator_picks_displacements():
 
 
 def test_joining_keeps_order_and_bodies():
-    joined = join_candidates([find(body=0), find(Plane(normal=(0.0, -1.0)), nodes=[5], areas=np.ones(6), body=1)], 2)
+    joined = join_candidates(
+        [find(counterface=0), find(Plane(normal=(0.0, -1.0)), nodes=[5], areas=np.ones(6), counterface=1)], 2
+    )
     np.testing.assert_array_equal(joined.nodes, [1, 2, 3, 5])
-    np.testing.assert_array_equal(joined.body, [0, 0, 0, 1])
+    np.testing.assert_array_equal(joined.counterface, [0, 0, 0, 1])
     none = join_candidates([], 2)
     assert node_operator(none.nodes, 2, 12).shape == (0, 12)
 
 
 def test_outsiders_that_touch_are_refused_with_place_and_way_out():
-    with pytest.raises(SlipOutsideContactError, match=r"0.25 s: node 4 at \(2000, 400\) mm .* larger contact reach"):
+    with pytest.raises(SlipOutsideContactError, match=r"0.25 s: node 4 at \(2000, 400\) mm .* larger search_distance"):
         check_outsiders(np.array([0.1, -1e-6]), np.array([0, 4]), POSITIONS[[0, 4]], 0.25)
     check_outsiders(np.array([0.1, 0.0]), np.array([0, 4]), POSITIONS[[0, 4]], 0.25)
     check_outsiders(np.zeros(0), np.zeros(0, dtype=int), np.zeros((0, 2)), 0.25)

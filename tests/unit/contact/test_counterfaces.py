@@ -1,4 +1,4 @@
-"""Rigid bodies: their distance from points, their normals, and where they just touch."""
+"""Rigid counterfaces: their distance from points, their normals, and where they just touch."""
 
 from __future__ import annotations
 
@@ -62,25 +62,25 @@ ROUND = [
 ]
 
 
-@pytest.mark.parametrize("body", ROUND)
-def test_a_round_body_is_placed_where_it_just_touches_and_presses(body):
-    points = np.random.default_rng(2).uniform(-1.0, 1.0, size=(200, body.dim)) * 0.2
-    placed = body.placed(points)
+@pytest.mark.parametrize("counterface", ROUND)
+def test_a_round_body_is_placed_where_it_just_touches_and_presses(counterface):
+    points = np.random.default_rng(2).uniform(-1.0, 1.0, size=(200, counterface.dim)) * 0.2
+    placed = counterface.placed(points)
     gaps = placed.gap(points)
     assert gaps.min() == pytest.approx(0.0, abs=1e-12)
-    assert (np.asarray(placed.centre) - points.mean(axis=0)) @ body.unit_normal < 0.0, "it is behind its surface"
-    ahead = placed.gap(points - 0.01 * body.unit_normal)
+    assert (np.asarray(placed.centre) - points.mean(axis=0)) @ counterface.unit_normal < 0.0, "it is behind its surface"
+    ahead = placed.gap(points - 0.01 * counterface.unit_normal)
     assert ahead.min() < 0.0, "points that come against its direction go in"
 
 
-@pytest.mark.parametrize("body", ROUND)
-def test_normals_are_unit_and_the_slope_of_the_gap(body):
-    placed = body.placed(np.full((1, body.dim), 0.3))
-    points = np.asarray(placed.centre) + np.random.default_rng(1).normal(size=(20, body.dim))
+@pytest.mark.parametrize("counterface", ROUND)
+def test_normals_are_unit_and_the_slope_of_the_gap(counterface):
+    placed = counterface.placed(np.full((1, counterface.dim), 0.3))
+    points = np.asarray(placed.centre) + np.random.default_rng(1).normal(size=(20, counterface.dim))
     normals = placed.normals(points)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, rtol=1e-12)
-    for axis in range(body.dim):
-        step = 1e-6 * np.eye(body.dim)[axis]
+    for axis in range(counterface.dim):
+        step = 1e-6 * np.eye(counterface.dim)[axis]
         slope = (placed.gap(points + step) - placed.gap(points - step)) / 2e-6
         np.testing.assert_allclose(slope, normals[:, axis], atol=1e-8)
 

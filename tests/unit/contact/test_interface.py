@@ -18,7 +18,7 @@ def candidates(count=1):
     full = np.full(count, 1.0)
     return Candidates(
         nodes=np.arange(count),
-        body=np.zeros(count, dtype=np.int64),
+        counterface=np.zeros(count, dtype=np.int64),
         positions=np.zeros((count, 2)),
         area=full,
         normal_stiffness=NORMAL * full,

@@ -41,8 +41,8 @@ def test_a_driven_plate_rests_with_its_force_on_the_body():
     damping = fs.RayleighDamping(30.0, 0.0)
     model = push_and_slide(contacts=(contact,), programme=(), damping=damping, time=fs.TimeStepping(2e-3, end=1.5))
     history = fs.simulate(model)
-    assert history.body_force.values[-1, 0, 1] == pytest.approx(1e-3, rel=1e-3)
-    assert history.body_displacement.values[-1, 0, 1] > 0.0
+    assert history.counterface_force.values[-1, 0, 1] == pytest.approx(1e-3, rel=1e-3)
+    assert history.counterface_displacement.values[-1, 0, 1] > 0.0
     scale = np.abs(history.external_work.values).max()
     assert np.abs(history.energy_imbalance.values).max() <= 1e-9 * scale
 
@@ -50,7 +50,7 @@ def test_a_driven_plate_rests_with_its_force_on_the_body():
 def test_a_quasi_static_press_and_slide_ends_as_the_slow_dynamic_one():
     static = fs.simulate(push_and_slide(time=QuasiStatic(5e-3)))
     dynamic = fs.simulate(push_and_slide(alpha=-1 / 3))
-    np.testing.assert_allclose(static.body_force.values[-1], dynamic.body_force.values[-1], rtol=1e-3)
+    np.testing.assert_allclose(static.counterface_force.values[-1], dynamic.counterface_force.values[-1], rtol=1e-3)
     assert not static.kinetic_energy.values.any()
     work = static.external_work.values[-1]
     assert np.abs(static.energy_imbalance.values).max() <= 1e-12 * work

@@ -62,7 +62,7 @@ def test_motions_are_computed_once_until_they_part(monkeypatch):
     histories = simulate_together([first, back, first])
     assert numbers == [1] * 10 + [2] * (len(numbers) - 10)
     np.testing.assert_array_equal(histories[0].displacement, histories[2].displacement)
-    assert (histories[0].body_force.values[-1, 0, 0]) * histories[1].body_force.values[-1, 0, 0] < 0.0
+    assert (histories[0].counterface_force.values[-1, 0, 0]) * histories[1].counterface_force.values[-1, 0, 0] < 0.0
 
 
 def test_progress_counts_the_longest_motion():

@@ -38,17 +38,17 @@ def test_labels_tell_what_was_recorded(history):
     assert history.site_region.values.tolist() == ["", "bulk"]
     assert history.phase_kind.values.tolist() == ["press", "hold", "slide"]
     np.testing.assert_allclose(history.phase_end.values, [0.1, 0.12, 0.22])
-    assert history.body.values.tolist() == ["bottom"]
-    np.testing.assert_array_equal(history.body_normal.values, [[0.0, 1.0]])
-    assert history.body_friction_coefficient.values.tolist() == [0.4]
+    assert history.counterface.values.tolist() == ["bottom"]
+    np.testing.assert_array_equal(history.counterface_normal.values, [[0.0, 1.0]])
+    assert history.counterface_friction_coefficient.values.tolist() == [0.4]
 
 
 def test_body_force_is_the_sum_of_the_tractions(history):
     area = history.contact_area
     normal = (history.normal_traction * area).sum("contact_node")
     friction = (history.tangential_traction * area).sum("contact_node")
-    np.testing.assert_allclose(history.body_force.values[:, 0, 1], normal, rtol=1e-12, atol=1e-18)
-    np.testing.assert_allclose(history.body_force.values[:, 0, 0], friction[:, 0], rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(history.counterface_force.values[:, 0, 1], normal, rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(history.counterface_force.values[:, 0, 0], friction[:, 0], rtol=1e-12, atol=1e-18)
     np.testing.assert_allclose(friction[:, 1], 0.0, atol=1e-12 * float(normal[-1]))
     assert normal[-1] > 0.0
     assert friction[-1, 0] > 0.0, "a plate that moves along +x pulls the skin along +x"
@@ -57,7 +57,7 @@ def test_body_force_is_the_sum_of_the_tractions(history):
 def test_gap_follows_from_positions_and_is_penetration_over_penalty(history):
     height = history.contact_position[:, 1] + history.contact_displacement[:, :, 1]
     lowest = float(history.contact_position[:, 1].min())
-    gap = (height - lowest - history.body_displacement[:, 0, 1]).transpose("time", "contact_node").values
+    gap = (height - lowest - history.counterface_displacement[:, 0, 1]).transpose("time", "contact_node").values
     np.testing.assert_allclose(history.gap.values, gap, atol=1e-15)
     expected = np.maximum(-gap, 0.0) * history.attrs["normal_penalty"]
     np.testing.assert_allclose(history.normal_traction.values, expected, atol=1e-9 * expected.max())
@@ -122,12 +122,12 @@ def test_forces_of_an_inclined_plate_are_along_its_own_axes():
     points = np.ascontiguousarray(turn @ straight.mesh.p)
     mesh = type(straight.mesh)(points, straight.mesh.t, _subdomains=straight.mesh.subdomains)
     mesh = mesh.with_boundaries({name: np.asarray(facets) for name, facets in straight.mesh.boundaries.items()})
-    contact = fs.Contact("bottom", body=fs.Plane(normal=tuple(turn @ [0.0, 1.0])), friction=fs.Coulomb(0.4))
+    contact = fs.Contact("bottom", counterface=fs.Plane(normal=tuple(turn @ [0.0, 1.0])), friction=fs.Coulomb(0.4))
     turned = fs.simulate(push_and_slide(mesh=mesh, contacts=(contact,)))
     expected = fs.simulate(straight)
-    scale = np.abs(expected.body_force.values).max()
+    scale = np.abs(expected.counterface_force.values).max()
     np.testing.assert_allclose(
-        turned.body_force.values[:, 0], expected.body_force.values[:, 0] @ turn.T, atol=1e-8 * scale
+        turned.counterface_force.values[:, 0], expected.counterface_force.values[:, 0] @ turn.T, atol=1e-8 * scale
     )
     friction = expected["tangential_traction"].values
     scale = np.abs(friction).max()

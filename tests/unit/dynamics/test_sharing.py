@@ -22,7 +22,7 @@ def contact(**changes):
     [
         {"contacts": contact(friction=fs.Coulomb(0.9))},
         {"contacts": contact(programme=(fs.Press(1e-4, 1e-3),))},
-        {"contacts": contact(reach=1e-3)},
+        {"contacts": contact(search_distance=1e-3)},
         {"programme": (fs.Press(2e-4, 1e-3), fs.Slide(1e-3, 2e-3, (-1.0, 0.0)))},
         {"gravity": (0.0, -9.81)},
         {"record": fs.Recording(snapshots_every=0.01)},
@@ -46,7 +46,7 @@ def test_friction_programme_loads_and_records_may_differ(change):
         ({"time": fs.QuasiStatic(5e-3)}, "time"),
         ({"contacts": ()}, "contacts"),
         ({"contacts": contact(normal_penalty=1e7)}, "contacts.0"),
-        ({"contacts": contact(body=fs.Cylinder(0.01))}, "contacts.0"),
+        ({"contacts": contact(counterface=fs.Cylinder(0.01))}, "contacts.0"),
     ],
 )
 def test_what_changes_the_matrix_is_refused(change, part):

@@ -19,9 +19,11 @@ def history():
 
 
 def test_the_plate_moves_as_the_programme_says(history):
-    np.testing.assert_allclose(history.body_displacement.values[-1, 0], [0.8e-3, 0.4e-3])
+    np.testing.assert_allclose(history.counterface_displacement.values[-1, 0], [0.8e-3, 0.4e-3])
     sliding = (history.time.values > 0.13) & (history.time.values < 0.21)
-    np.testing.assert_allclose(history.body_velocity.values[sliding, 0], [[8e-3, 0.0]] * sliding.sum(), atol=1e-9)
+    np.testing.assert_allclose(
+        history.counterface_velocity.values[sliding, 0], [[8e-3, 0.0]] * sliding.sum(), atol=1e-9
+    )
 
 
 def test_provenance_says_solver_sizes_and_seconds(history):
@@ -63,8 +65,8 @@ def test_a_step_longer_than_the_run_is_refused():
 
 
 def test_contact_outside_the_candidates_is_refused():
-    contacts = (fs.Contact(boundary="bottom", friction=fs.Coulomb(0.4), reach=1e-6),)
-    with pytest.raises(fs.SlipOutsideContactError, match=r"reached the plate .* write a larger contact reach"):
+    contacts = (fs.Contact(boundary="bottom", friction=fs.Coulomb(0.4), search_distance=1e-6),)
+    with pytest.raises(fs.SlipOutsideContactError, match=r"reached the plate .* write a larger search_distance"):
         fs.simulate(push_and_slide(contacts=contacts))
 
 
@@ -79,7 +81,7 @@ def test_two_plates_squeeze_a_free_block_with_equal_and_opposite_forces():
     """Nothing else holds the block along y, so once it is at rest the forces of the plates balance."""
     plates = (
         fs.Contact("bottom", friction=fs.Coulomb(0.5)),
-        fs.Contact("top", body=fs.Plane(normal=(0.0, -1.0)), friction=fs.Coulomb(0.5)),
+        fs.Contact("top", counterface=fs.Plane(normal=(0.0, -1.0)), friction=fs.Coulomb(0.5)),
     )
     model = push_and_slide(
         supports={},
@@ -88,12 +90,12 @@ def test_two_plates_squeeze_a_free_block_with_equal_and_opposite_forces():
         damping=fs.RayleighDamping(mass=20.0, stiffness=5e-3),
     )
     history = fs.simulate(model)
-    below, above = history.body_force.values[-1]
+    below, above = history.counterface_force.values[-1]
     assert below[1] > 0.0
     np.testing.assert_allclose(above, -below, atol=1e-3 * below[1])
-    assert history.contact_body.values.tolist() == sorted(history.contact_body.values.tolist())
-    assert set(history.contact_body.values.tolist()) == {0, 1}
-    np.testing.assert_allclose(history.body_displacement.values[-1], [[0.0, 0.2e-3], [0.0, -0.2e-3]], atol=1e-15)
+    assert history.contact_counterface.values.tolist() == sorted(history.contact_counterface.values.tolist())
+    assert set(history.contact_counterface.values.tolist()) == {0, 1}
+    np.testing.assert_allclose(history.counterface_displacement.values[-1], [[0.0, 0.2e-3], [0.0, -0.2e-3]], atol=1e-15)
 
 
 def test_a_run_to_the_left_is_the_mirror_image_of_one_to_the_right():
@@ -101,9 +103,9 @@ def test_a_run_to_the_left_is_the_mirror_image_of_one_to_the_right():
     press, slide = fs.Press(0.4e-3, 4e-3), fs.Slide(0.8e-3, 8e-3)
     right = fs.simulate(push_and_slide(programme=(press, slide)))
     left = fs.simulate(push_and_slide(programme=(press, fs.Slide(0.8e-3, 8e-3, direction=(-1.0, 0.0)))))
-    force = right.body_force.values[:, 0]
+    force = right.counterface_force.values[:, 0]
     scale = np.abs(force).max()
-    np.testing.assert_allclose(left.body_force.values[:, 0], force * [-1.0, 1.0], atol=1e-8 * scale)
+    np.testing.assert_allclose(left.counterface_force.values[:, 0], force * [-1.0, 1.0], atol=1e-8 * scale)
     assert np.abs(force[-1, 0]) > 0.3 * force[-1, 1]
     order = np.argsort(right.contact_position.values[:, 0])
     mirrored = np.argsort(-left.contact_position.values[:, 0])
@@ -114,7 +116,9 @@ def test_a_run_to_the_left_is_the_mirror_image_of_one_to_the_right():
 
 def test_a_node_that_moves_onto_the_plate_is_noticed_though_the_plate_stands_still():
     """A free block is pushed down onto a plate 0.2 mm below it; only its lowest node may touch."""
-    contact = fs.Contact("bottom", body=fs.Plane(offset=-0.2e-3), friction=fs.Coulomb(0.4), reach=0.21e-3)
+    contact = fs.Contact(
+        "bottom", counterface=fs.Plane(offset=-0.2e-3), friction=fs.Coulomb(0.4), search_distance=0.21e-3
+    )
     model = push_and_slide(
         supports={"left": ("x",)},
         contacts=(contact,),
@@ -129,7 +133,7 @@ def test_a_node_that_moves_onto_the_plate_is_noticed_though_the_plate_stands_sti
 def test_a_node_that_gives_way_to_the_plate_is_none_that_it_reaches():
     """The plate passes the places at which outer nodes began, but these rise with the skin that it presses."""
     reached = 0.06e-3
-    contact = fs.Contact("bottom", friction=fs.Coulomb(0.4), reach=reached)
+    contact = fs.Contact("bottom", friction=fs.Coulomb(0.4), search_distance=reached)
     model = push_and_slide(contacts=(contact,), programme=(fs.Press(0.1e-3, 4e-3),), mesh=pad("Q4", 40, 8))
     bottom = np.unique(model.mesh.facets[:, model.mesh.boundaries["bottom"]])
     heights = model.mesh.p[1, bottom]

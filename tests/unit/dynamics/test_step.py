@@ -12,7 +12,7 @@ from fingerslip.contact.solve.newton import ContactSolution
 from fingerslip.contact.solve.working_set import solve_contact
 from fingerslip.dynamics import condensation
 from fingerslip.dynamics import step as step_module
-from fingerslip.dynamics.motion import body_motion
+from fingerslip.dynamics.motion import counterface_motion
 from fingerslip.dynamics.simulation import step_times
 from fingerslip.dynamics.step import advance, first_state
 from fingerslip.dynamics.stepper import Stopwatch, build_steppers
@@ -30,8 +30,8 @@ def test_a_step_leaves_the_state_before_as_it_was():
     for number in range(1, 4):
         arrays = {name: value.copy() for name, value in vars(state).items() if isinstance(value, np.ndarray)}
         forces = state.interface.forces.copy()
-        bodies = system.motions[0].displacement(np.array([number * 5e-3]))
-        after = advance([stepper], [state], number * 5e-3, [bodies], Stopwatch())[0]
+        counterfaces = system.motions[0].displacement(np.array([number * 5e-3]))
+        after = advance([stepper], [state], number * 5e-3, [counterfaces], Stopwatch())[0]
         for name, value in arrays.items():
             np.testing.assert_array_equal(getattr(state, name), value, err_msg=name)
         np.testing.assert_array_equal(state.interface.forces, forces)
@@ -39,7 +39,7 @@ def test_a_step_leaves_the_state_before_as_it_was():
 
 
 def test_the_first_acceleration_is_that_of_the_loads():
-    """A free block under traction falls as a rigid body: a = t A / m everywhere at the start."""
+    """A free block under traction falls as a counterface: a = t A / m everywhere at the start."""
     model = push_and_slide(
         supports={}, contacts=(), programme=(), tractions={"left": (7.0, 0.0), "right": (7.0, 0.0)},
         time=fs.TimeStepping(1e-4, end=1e-3),
@@ -105,10 +105,10 @@ def march(model):
     system = build_system(model)
     stepper = build_steppers([system], model.time, model.damping)[0]
     times = step_times(model)
-    bodies = system.motions[0].displacement(times)
+    counterfaces = system.motions[0].displacement(times)
     state, watch = first_state(stepper), Stopwatch()
     for number, time in enumerate(times):
-        state = advance([stepper], [state], time, [bodies[number : number + 1]], watch)[0] if number else state
+        state = advance([stepper], [state], time, [counterfaces[number : number + 1]], watch)[0] if number else state
         fields = np.zeros((3, system.space.n_dofs))
         fields[:, system.free] = state.displacement, state.velocity, state.acceleration
         yield fields, system.candidates.nodes, state.interface
@@ -121,11 +121,15 @@ def test_condensed_solution_is_the_full_solution(element, factor, monkeypatch):
     monkeypatch.setattr(condensation, "factorise", factor)
     penalty = 1e8
     contact = fs.Contact(
-        boundary="bottom", friction=fs.Coulomb(0.4), normal_penalty=penalty, tangential_penalty=penalty, reach=1.0
+        boundary="bottom",
+        friction=fs.Coulomb(0.4),
+        normal_penalty=penalty,
+        tangential_penalty=penalty,
+        search_distance=1.0,
     )
     model = push_and_slide(element, damping=fs.RayleighDamping(2.0, 1e-4), contacts=(contact,))
-    bodies = body_motion(model.programme, contact.body).displacement(step_times(model))
-    expected = list(reference(model, bodies, penalty))
+    counterfaces = counterface_motion(model.programme, contact.counterface).displacement(step_times(model))
+    expected = list(reference(model, counterfaces, penalty))
     found = list(march(model))
     for number, name in enumerate(("displacement", "velocity", "acceleration")):
         full = np.array([getattr(state, name) for state in expected])

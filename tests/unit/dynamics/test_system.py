@@ -27,9 +27,18 @@ def contact(**changes):
         ({"supports": {"bulk": ("x", "y")}}, "supports: fix every degree of freedom"),
         ({"tractions": {"left": (1.0,)}}, "tractions.left: got 1 components, needs 2"),
         ({"materials": {}}, "region 'bulk' has no material"),
-        ({"contacts": contact(body=fs.Plane(offset=1e-3))}, "contacts.0.offset: the plate starts 1 mm inside the body"),
-        ({"contacts": contact(body=fs.Plane(offset=-1.0))}, "no node of the boundary is within 0.6 mm of the plate"),
-        ({"contacts": contact(body=fs.Plane(normal=(0, 0, 1)))}, "contacts.0.body.normal: got 3 components, needs 2"),
+        (
+            {"contacts": contact(counterface=fs.Plane(offset=1e-3))},
+            "contacts.0.offset: the plate starts 1 mm inside the body",
+        ),
+        (
+            {"contacts": contact(counterface=fs.Plane(offset=-1.0))},
+            "no node of the boundary is within 0.6 mm of the plate",
+        ),
+        (
+            {"contacts": contact(counterface=fs.Plane(normal=(0, 0, 1)))},
+            "contacts.0.counterface.normal: got 3 components, needs 2",
+        ),
         (
             {"programme": (fs.Press(4.5e-3, 1e-3),)},
             "programme: presses 4.5 mm deep, needs less than the 4 mm between the contact and what the supports hold",
@@ -66,7 +75,9 @@ def test_supports_that_let_the_body_go_along_the_normal_do_not_stop_a_press():
 def test_what_is_held_behind_the_plate_does_not_stop_it():
     """The plate presses the top; the held bottom corner is on its other side from the start."""
     mesh = pad("Q4").with_boundaries({"foot": lambda x: x[1] < 1.1e-3})
-    plate = contact(boundary="top", body=fs.Plane(normal=(0, 1), offset=3.9e-3), programme=(fs.Press(0.2e-3, 1e-3),))
+    plate = contact(
+        boundary="top", counterface=fs.Plane(normal=(0, 1), offset=3.9e-3), programme=(fs.Press(0.2e-3, 1e-3),)
+    )
     check_model(push_and_slide(mesh=mesh, contacts=plate, supports={"foot": ("x", "y")}))
 
 
@@ -96,9 +107,11 @@ def test_missing_names_are_mesh_errors():
 
 def test_a_slide_after_a_press_that_is_too_short_is_refused():
     programme = (fs.Press(0.05e-3, 1e-3), fs.Slide(1e-3, 1e-3))
-    body = fs.Plane(offset=-0.1e-3)
+    counterface = fs.Plane(offset=-0.1e-3)
     with pytest.raises(InputError, match="deeper than the gap"):
-        check_model(push_and_slide(programme=programme, contacts=contact(body=body, reach=1e-3)))
+        check_model(
+            push_and_slide(programme=programme, contacts=contact(counterface=counterface, search_distance=1e-3))
+        )
 
 
 def test_supports_take_boundaries_and_whole_regions():
@@ -120,7 +133,7 @@ def test_matrices_are_those_of_the_free_degrees_of_freedom():
 
 def test_candidates_are_within_one_and_a_half_times_the_way_of_the_plate():
     system = build_system(push_and_slide())
-    gaps = system.surfaces.gaps(system.candidates.positions, system.candidates.body)
+    gaps = system.counterfaces.gaps(system.candidates.positions, system.candidates.counterface)
     assert gaps.max() <= 1.5 * 0.4e-3
     positions, outside = system.space.positions, system.outsiders[0].nodes
     assert len(outside) + len(system.candidates.nodes) == 9
@@ -130,7 +143,9 @@ def test_candidates_are_within_one_and_a_half_times_the_way_of_the_plate():
 def test_corners_of_quadratic_tetrahedra_may_follow_their_neighbours_into_the_plate():
     """They have no tributary area, so that no penalty holds them back: they are neither candidates nor outsiders."""
     axes = [np.linspace(0.0, 1.0, 2)] * 3
-    plate = fs.Contact(boundary="bottom", body=fs.Plane((0.0, 0.0, 1.0)), friction=fs.Coulomb(0.5), reach=1.0)
+    plate = fs.Contact(
+        boundary="bottom", counterface=fs.Plane((0.0, 0.0, 1.0)), friction=fs.Coulomb(0.5), search_distance=1.0
+    )
     model = fs.Model(
         mesh=box("T10", *axes),
         materials={"bulk": fs.Elastic(1e5, 0.3, 1000.0)},
@@ -143,7 +158,7 @@ def test_corners_of_quadratic_tetrahedra_may_follow_their_neighbours_into_the_pl
     system = build_system(model)
     assert len(system.candidates.nodes) == 5, "the mid-side nodes of two triangles"
     assert system.outsiders[0].nodes.size == 0
-    assert simulate(model)["body_force"].values[-1, 0, 2] > 0.0
+    assert simulate(model)["counterface_force"].values[-1, 0, 2] > 0.0
 
 
 @pytest.mark.parametrize("element", ["Q4", "T6"])
@@ -164,7 +179,7 @@ def test_given_penalties_are_taken():
 
 
 def test_tributary_areas_are_those_of_the_boundary():
-    system = build_system(push_and_slide(contacts=contact(reach=1.0)))
+    system = build_system(push_and_slide(contacts=contact(search_distance=1.0)))
     mesh = pad("Q4")
     ends = mesh.p[:, mesh.facets[:, mesh.boundaries["bottom"]]]
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0).sum()

@@ -182,11 +182,11 @@ def test_cells_in_no_region_are_refused():
 
 
 @pytest.mark.parametrize(
-    ("element", "mend"), [("Q4", "write 0.4999"), ("T3", "take Q4, T6 or integration 'nodal' because T3 locks")]
+    ("element", "repair"), [("Q4", "write 0.4999"), ("T3", "take Q4, T6 or integration 'nodal' because T3 locks")]
 )
-def test_incompressible_plane_strain_is_refused_with_a_way_out(element, mend):
+def test_incompressible_plane_strain_is_refused_with_a_way_out(element, repair):
     space = build_space(distorted(element))
-    with pytest.raises(InputError, match=f"poisson_ratio: got 0.5, .*{mend}"):
+    with pytest.raises(InputError, match=f"poisson_ratio: got 0.5, .*{repair}"):
         cell_constants(space, {"bulk": elastic(poisson_ratio=0.5)}, "plane_strain")
 
 

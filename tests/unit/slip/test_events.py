@@ -125,7 +125,7 @@ def test_node_rolled_onto_the_plate_during_the_slide_is_not_waited_for() -> None
 def test_stuck_node_that_lifts_off_is_counted_out() -> None:
     history = make(Process())
     state, displacement = history["contact_state"].copy(), history["contact_displacement"].copy()
-    plate = history["body_displacement"][:, 0, 0]
+    plate = history["counterface_displacement"][:, 0, 0]
     displacement[:, 20, 0] = plate
     stuck = history.assign(contact_displacement=displacement)
     assert displacement_events(stuck, EventSettings()).overall is None

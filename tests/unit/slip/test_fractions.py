@@ -103,14 +103,14 @@ def test_way_off_the_plates_line_is_along_the_plate_whatever_its_inclination(nor
     window = slide_window(HISTORY)
     assert window is not None
     count = HISTORY.sizes["contact_node"]
-    plate, lift = HISTORY["body_displacement"].values[:, 0].T
+    plate, lift = HISTORY["counterface_displacement"].values[:, 0].T
     along = HISTORY["contact_displacement"].values[..., 0]
     squeeze = 1e-4 * np.sin(20.0 * HISTORY["time"].values)
     node = along[..., None] * tangent + squeeze[:, None, None] * np.array(normal)
-    body = plate[:, None] * tangent + lift[:, None] * np.array(normal)
-    inclined = HISTORY.assign_coords(body_normal=(("body", "component"), [normal])).assign(
+    counterface = plate[:, None] * tangent + lift[:, None] * np.array(normal)
+    inclined = HISTORY.assign_coords(counterface_normal=(("counterface", "component"), [normal])).assign(
         contact_displacement=(("time", "contact_node", "component"), node),
-        body_displacement=(("time", "body", "component"), body[:, None]),
+        counterface_displacement=(("time", "counterface", "component"), counterface[:, None]),
     )
     expected = np.abs((along - along[window.first]) - (plate - plate[window.first])[:, None])[window.records]
     assert relative_displacement(inclined, window).shape == (window.last - window.first + 1, count)

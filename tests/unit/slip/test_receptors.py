@@ -68,7 +68,7 @@ def test_missing_types_have_count_zero() -> None:
 def test_tilted_plate_has_tangential_coordinates(normal: tuple[float, float]) -> None:
     turn = np.array([[normal[1], normal[0]], [-normal[0], normal[1]]])
     tilted = HISTORY.assign_coords(
-        body_normal=(("body", "component"), [normal]),
+        counterface_normal=(("counterface", "component"), [normal]),
         contact_position=(("contact_node", "component"), HISTORY["contact_position"].values @ turn.T),
     )
     assert contact_edges(tilted) == pytest.approx((-HALF_WIDTH, HALF_WIDTH))
@@ -78,16 +78,16 @@ def test_area_a_is_the_edge_at_the_smaller_position_along_the_plate() -> None:
     chosen = receptors_in_areas(HISTORY)
     places = {area: HISTORY["site_position"].sel(site=list(chosen["FA-I", area]), component="x") for area in "AB"}
     assert float(places["A"].max()) < 0.0 < float(places["B"].min())
-    upside_down = HISTORY.assign_coords(body_normal=(("body", "component"), [[0.0, -1.0]]))
+    upside_down = HISTORY.assign_coords(counterface_normal=(("counterface", "component"), [[0.0, -1.0]]))
     swapped = receptors_in_areas(upside_down)
     for one, other in (("A", "B"), ("B", "A")):
         assert set(swapped["FA-I", one]) == set(chosen["FA-I", other])
 
 
 def test_edges_are_those_of_one_body() -> None:
-    bodies = np.where(HISTORY["contact_position"][:, 0] > 1e-3, 1, 0)
-    two = HISTORY.assign_coords(contact_body=("contact_node", bodies))
-    assert contact_edges(two, body=0) == pytest.approx((-HALF_WIDTH, 1e-3), abs=2.1e-4)
+    counterfaces = np.where(HISTORY["contact_position"][:, 0] > 1e-3, 1, 0)
+    two = HISTORY.assign_coords(contact_counterface=("contact_node", counterfaces))
+    assert contact_edges(two, counterface=0) == pytest.approx((-HALF_WIDTH, 1e-3), abs=2.1e-4)
 
 
 def test_receptors_move_with_the_contact_over_time() -> None:

@@ -147,8 +147,8 @@ def _check_inside(bone: Surface, skin: Surface, cut: float) -> None:
     x, y, z = outside[int(depth.argmax())] * 1e3
     share = f"{len(outside)} of {len(points)} points" if len(outside) < len(points) else "all points"
     found = f"pokes {depth.max() * 1e3:.3g} mm through the skin at ({x:.3g}, {y:.3g}, {z:.3g}) mm with {share}"
-    mend = "check that both scans have the same unit and axes and the same placement"
-    raise MeshError(bone.name, found, f"needs to lie inside {skin.name}", mend)
+    repair = "check that both scans have the same unit and axes and the same placement"
+    raise MeshError(bone.name, found, f"needs to lie inside {skin.name}", repair)
 
 
 def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, Integers]:
@@ -174,9 +174,9 @@ def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, Intege
                 num_threads=1,
             )
     except (RuntimeError, ValueError) as error:
-        mend = "decimate the surfaces or write a larger tolerance"
+        repair = "decimate the surfaces or write a larger tolerance"
         raise MeshError(
-            bodies.skin.name, f"fTetWild says '{error}'", "needs surfaces that it can mesh", mend
+            bodies.skin.name, f"fTetWild says '{error}'", "needs surfaces that it can mesh", repair
         ) from error
     return found, _positive(found, np.asarray(cells, dtype=np.int64))
 

@@ -88,8 +88,8 @@ def placement_from_directions(skin: Surface, tip: ArrayLike, pad: ArrayLike, pla
     if axis @ towards < np.cos(_FAR):
         angle = np.degrees(np.arccos(axis @ towards))
         found = f"its long axis is {angle:.0f} degrees off the direction of the tip"
-        mend = "correct tip, or give landmarks (placement_from_landmarks) for a finger cut short"
-        raise MeshError(skin.name, found, "needs at most 45 degrees", mend)
+        repair = "correct tip, or give landmarks (placement_from_landmarks) for a finger cut short"
+        raise MeshError(skin.name, found, "needs at most 45 degrees", repair)
     return _placement(skin, axis, _unit("pad", pad), plate_angle)
 
 

@@ -206,8 +206,8 @@ def check_closed(surface: Surface) -> None:
         x, y, z = surface.points[loops[int(np.argmax(sizes))]].mean(axis=0) * 1e3
         largest = f"the largest {max(sizes) * 1e3:.3g} mm wide at ({x:.3g}, {y:.3g}, {z:.3g}) mm"
         found = f"is open: {len(loops)} hole{'s'[: len(loops) != 1]}, {largest}"
-        mend = "repair it with a larger largest_hole, cut the finger distal of it, or scan it again"
-        raise MeshError(surface.name, found, "needs a closed surface", mend)
+        repair = "repair it with a larger largest_hole, cut the finger distal of it, or scan it again"
+        raise MeshError(surface.name, found, "needs a closed surface", repair)
     if surface.volume <= 0:
         raise MeshError(surface.name, "is inside out", "needs normals that face outwards", "repair_surface turns it")
 
@@ -322,6 +322,6 @@ def _check_size(file: Path, points: Floats, unit: str) -> None:
     if _SMALLEST <= extent * _METRES[unit] <= _LARGEST:
         return
     others = [other for other, factor in _METRES.items() if _SMALLEST <= extent * factor <= _LARGEST]
-    mend = f"is its unit '{others[-1]}'?" if others else ""
+    repair = f"is its unit '{others[-1]}'?" if others else ""
     found = f"is {extent * _METRES[unit]:.3g} m long when its unit is '{unit}'"
-    raise MeshError(str(file), found, f"needs {_SMALLEST * 1e3:g} mm to {_LARGEST * 1e3:g} mm", mend)
+    raise MeshError(str(file), found, f"needs {_SMALLEST * 1e3:g} mm to {_LARGEST * 1e3:g} mm", repair)

@@ -110,8 +110,8 @@ def _check_resolved(name: str, pitch: float, contact_size: float) -> None:
     if contact_size > pitch / 3:
         found = f"got {contact_size * 1e3:.4g} mm"
         allowed = f"needs <= {pitch * 1e3 / 3:.4g} mm, a third of {name}.pitch"
-        mend = f"write '{pitch * 1e3 / 4:.4g} mm' or switch the {name} off"
-        raise InputError("mesh.contact_size", found, allowed, mend)
+        repair = f"write '{pitch * 1e3 / 4:.4g} mm' or switch the {name} off"
+        raise InputError("mesh.contact_size", found, allowed, repair)
 
 
 def _row_counts(fingertip: Fingertip, spacing: float) -> tuple[int, int]:

@@ -171,8 +171,8 @@ def _check_relief(fingertip: Fingertip, sizes: SolidSizes) -> None:
     fingerprint = fingertip.fingerprint
     if fingerprint.enabled and sizes.contact_size > fingerprint.pitch / 4:
         found, allowed = f"got {sizes.contact_size * 1e3:.4g} mm", f"needs <= {fingerprint.pitch * 1e3 / 4:.4g} mm"
-        mend = "write a smaller one or switch the fingerprint off"
-        raise InputError("mesh.contact_size", found, f"{allowed}, a quarter of fingerprint.pitch", mend)
+        repair = "write a smaller one or switch the fingerprint off"
+        raise InputError("mesh.contact_size", found, f"{allowed}, a quarter of fingerprint.pitch", repair)
 
 
 def _levels(fingertip: Fingertip, sizes: SolidSizes) -> Floats:

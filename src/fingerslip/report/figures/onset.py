@@ -29,15 +29,15 @@ _ARROW = 0.3
 
 
 @styled
-def slip_onset_figure(histories: Mapping[str, xr.Dataset], body: int = 0) -> Figure:
+def slip_onset_figure(histories: Mapping[str, xr.Dataset], counterface: int = 0) -> Figure:
     """Draw when every place of the contact slips for good, a panel for each run, all in the same axes of the plate.
 
     Parameters
     ----------
     histories : mapping of str to xarray.Dataset
         Histories in space by label, of runs with a slide on the same plate.
-    body : int, optional
-        The rigid body.
+    counterface : int, optional
+        The counterface.
 
     Returns
     -------
@@ -45,10 +45,10 @@ def slip_onset_figure(histories: Mapping[str, xr.Dataset], body: int = 0) -> Fig
         Colours count from the start of each run's slide; what sticks to its end is dark, an arrow shows the way of
         the plate.
     """
-    onsets = {label: _onsets(history, contact_patch(history, body)) for label, history in histories.items()}
+    onsets = {label: _onsets(history, contact_patch(history, counterface)) for label, history in histories.items()}
     latest = max((float(np.nanmax(times, initial=0.0)) for _, times in onsets.values()), default=0.0)
     colours = ScalarMappable(Normalize(0.0, latest or 1.0), "viridis_r")
-    axes_of_plate = _plate_axes(next(iter(histories.values())), body)
+    axes_of_plate = _plate_axes(next(iter(histories.values())), counterface)
     patches = {label: patch for label, (patch, _) in onsets.items()}
     low, high = _frame(histories, patches, axes_of_plate)
     size = _WIDTH, min(_WIDTH * (high[1] - low[1]) / (high[0] - low[0]), 3.0) + 0.4
@@ -91,9 +91,9 @@ def _onsets(history: xr.Dataset, patch: Patch) -> tuple[Patch, Floats]:
     return patch, onset
 
 
-def _plate_axes(history: xr.Dataset, body: int) -> Floats:
+def _plate_axes(history: xr.Dataset, counterface: int) -> Floats:
     """Return two axes of the plate that do not depend on the slide, shape (2, 3)."""
-    normal = history["body_normal"].values[body]
+    normal = history["counterface_normal"].values[counterface]
     first = sliding_direction(normal)
     return np.array([first, np.cross(first, normal)])
 

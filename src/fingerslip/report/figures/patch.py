@@ -190,7 +190,10 @@ def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, ti
         keys |= _draw_nodes(left, history, kind, 1e3 * history["displacement"].values @ tangent)
         _draw_nodes(right, history, kind, history["acceleration"].values @ tangent)
         left.plot(
-            history["time"], 1e3 * history["body_displacement"].values[:, 0] @ tangent, color=BLACK, linestyle=":"
+            history["time"],
+            1e3 * history["counterface_displacement"].values[:, 0] @ tangent,
+            color=BLACK,
+            linestyle=":",
         )
         left.set_ylabel("displacement [mm]")
         right.set_ylabel("acceleration [m/s²]")

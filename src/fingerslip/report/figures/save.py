@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import io
-import os
 from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from fingerslip.errors import ResultError
+from fingerslip.files import write_bytes
 from fingerslip.report.figures.section import section_figure
 from fingerslip.report.figures.signals import (
     acceleration_figure,
@@ -71,12 +70,4 @@ def save_figure(figure: Figure, path: str | Path) -> None:
         Where the file cannot be written.
     """
     path = Path(path)
-    picture = figure_bytes(figure, path.suffix.removeprefix(".").lower())
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        partial.write_bytes(picture)
-        partial.replace(path)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be written ({error}); free some space or choose another folder") from error
-    finally:
-        partial.unlink(missing_ok=True)
+    write_bytes(path, figure_bytes(figure, path.suffix.removeprefix(".").lower()))

@@ -299,7 +299,7 @@ def _draw_ratios(axes: Axes, history: xr.Dataset) -> None:
     pressed = normal > 0.02 * normal.max()
     ratio = np.full(times.shape, np.nan)
     np.divide(np.abs(tangential), normal, out=ratio, where=pressed)
-    friction = float(history["body_friction_coefficient"].values[0])
+    friction = float(history["counterface_friction_coefficient"].values[0])
     axes.plot(times, slipping_fraction(history).values, color=ORANGE, linewidth=1.0, label="slipping area fraction")
     axes.plot(times, ratio, color=BLUE, label="tangential / normal force")
     axes.axhline(friction, color=BLACK, linewidth=0.9, linestyle=(0, (1, 1.5)), label="friction coefficient")
@@ -308,8 +308,8 @@ def _draw_ratios(axes: Axes, history: xr.Dataset) -> None:
 
 def _forces(history: xr.Dataset) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return normal and tangential force of the first body on the finger [N]."""
-    force = history["body_force"].values[:, 0]
-    return force @ history["body_normal"].values[0], force @ plate_tangent(history)
+    force = history["counterface_force"].values[:, 0]
+    return force @ history["counterface_normal"].values[0], force @ plate_tangent(history)
 
 
 def _name(panels: Sequence[Axes], history: xr.Dataset, events: SlipEvents | None) -> None:

@@ -156,5 +156,5 @@ def _ways(
     """Return the ways along the plate of nodes and plate since the slide began [mm]."""
     tangent = plate_tangent(history)
     skin = 1e3 * history["contact_displacement"].values[window.records][:, nodes] @ tangent
-    plate = 1e3 * history["body_displacement"].values[window.records, 0] @ tangent
+    plate = 1e3 * history["counterface_displacement"].values[window.records, 0] @ tangent
     return skin - skin[0], plate - plate[0]

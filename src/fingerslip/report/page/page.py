@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
@@ -12,7 +11,7 @@ from types import MappingProxyType
 
 from matplotlib.figure import Figure
 
-from fingerslip.errors import ResultError
+from fingerslip.files import write_text
 from fingerslip.report.figures.save import figure_bytes
 from fingerslip.report.tables.table import Column, Table, is_numeric, texts
 from fingerslip.specimens.fingertip import PresetValue
@@ -124,16 +123,7 @@ def write_page(report: Report, path: str | Path) -> None:
     ResultError
         Where the file cannot be written.
     """
-    path = Path(path)
-    text = render_page(report)
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(path)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be written ({error}); free some space or choose another folder") from error
-    finally:
-        partial.unlink(missing_ok=True)
+    write_text(Path(path), render_page(report))
 
 
 def _section(section: ReportSection, anchor: str) -> str:

@@ -257,17 +257,17 @@ def _cut(
 def _draw_plate(plotter: Any, history: xr.Dataset, place: int, grid: pyvista.UnstructuredGrid) -> None:
     """Draw rigid planes where the gaps of the contact candidates say that they are."""
     step = int(np.abs(history["time"].values - float(history["snapshot_time"][place])).argmin())
-    for body, normal in enumerate(history["body_normal"].values):
-        own = history["contact_body"].values == body
+    for counterface, normal in enumerate(history["counterface_normal"].values):
+        own = history["contact_counterface"].values == counterface
         at = history["contact_position"].values[own] + history["contact_displacement"].values[step][own]
         on_plate = at - history["gap"].values[step][own][:, None] * normal
         heights = on_plate @ normal
         if not own.any() or np.ptp(heights) > _FLAT * grid.length / 1e3:
-            continue  # a curved body
+            continue  # a curved counterface
         centre, direction = 1e3 * _in_space(on_plate.mean(axis=0)[None]), _in_space(normal[None])[0]
         size = 1.2 * float(np.max(np.ptp(grid.points, axis=0)))
         plane = pyvista.Plane(center=centre[0], direction=direction, i_size=size, j_size=size)
-        plotter.add_mesh(plane, name=f"plate {body}", color="#b8c4cc", opacity=0.35, reset_camera=False)
+        plotter.add_mesh(plane, name=f"plate {counterface}", color="#b8c4cc", opacity=0.35, reset_camera=False)
 
 
 def _draw_sites(plotter: Any, history: xr.Dataset, place: int) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from fingerslip.errors import InputError, ResultError
+from fingerslip.files import new_file
 from fingerslip.report.scene.rendering import has_display, prepare_rendering
 from fingerslip.report.scene.scene import SceneOptions, aim, check_options, draw_scene, snapshot_at
 
@@ -208,12 +208,6 @@ def _checked_path(path: str | Path, endings: tuple[str, ...]) -> Path:
 
 def _write(path: Path, frames: list[Image.Image]) -> None:
     """Write frames, whole or not at all."""
-    partial = path.with_name(f".{os.getpid()}.partial{path.suffix}")
     more: dict[str, Any] = {"save_all": True, "append_images": frames[1:], "duration": _FRAME_MILLISECONDS, "loop": 0}
-    try:
+    with new_file(path) as partial:
         frames[0].save(partial, **(more if len(frames) > 1 else {}))
-        partial.replace(path)
-    except OSError as error:
-        raise ResultError(f"{path}: cannot be written ({error}); free some space or choose another folder") from error
-    finally:
-        partial.unlink(missing_ok=True)

@@ -303,8 +303,8 @@ def _check_ridges(fingertip: Fingertip) -> None:
             raise InputError(f"ridges.{name}", f"got {_mm(getattr(ridges, name))}", allowed)
     if ridges.mean_height >= layers.epidermis_thickness:
         found = f"mean height {_mm(ridges.mean_height)}, (intermediate_height + limiting_height) / 4"
-        mend = "make them lower or the epidermis thicker, which between ridges is thinner by that height"
-        raise InputError("ridges", found, f"needs < {_mm(layers.epidermis_thickness)} (epidermis_thickness)", mend)
+        repair = "make them lower or the epidermis thicker, which between ridges is thinner by that height"
+        raise InputError("ridges", found, f"needs < {_mm(layers.epidermis_thickness)} (epidermis_thickness)", repair)
 
 
 def _check_fingerprint(fingertip: Fingertip) -> None:
@@ -331,5 +331,5 @@ def _check_skin(fingertip: Fingertip) -> None:
     """Refuse a skin without room; a phalanx that is too large for a skin above FA-II shows with its contour."""
     thickness, (room, limit) = fingertip.layers.skin_thickness, skin_room(fingertip)
     if thickness >= fingertip.outline.half_height or thickness >= max(room, fingertip.receptors.fa_ii_depth):
-        mend = f"make the skin thinner or change {limit}"
-        raise InputError("layers.skin_thickness", f"got {_mm(thickness)}", f"needs a value < {_mm(room)}", mend)
+        repair = f"make the skin thinner or change {limit}"
+        raise InputError("layers.skin_thickness", f"got {_mm(thickness)}", f"needs a value < {_mm(room)}", repair)

@@ -148,8 +148,8 @@ def _document(name: str, where: str) -> dict[str, Any]:
     names = preset_names()
     if name not in names:
         near = difflib.get_close_matches(name, names, n=1)
-        mend = f"did you mean '{near[0]}'?" if near else ""
-        raise InputError(where, f"'{name}' is not known", f"needs one of {', '.join(names)}", mend)
+        repair = f"did you mean '{near[0]}'?" if near else ""
+        raise InputError(where, f"'{name}' is not known", f"needs one of {', '.join(names)}", repair)
     return _read(name)
 
 

@@ -41,8 +41,8 @@ def solid_shape(fingertip: Fingertip) -> SolidShape:
         Where the fingertip has only sections.
     """
     if fingertip.solid is None:
-        mend = "start from the preset wang2014-3d, or give its values"
-        raise InputError("fingertip.solid", "is missing", "needs the widths of the finger in space", mend)
+        repair = "start from the preset wang2014-3d, or give its values"
+        raise InputError("fingertip.solid", "is missing", "needs the widths of the finger in space", repair)
     return fingertip.solid
 
 

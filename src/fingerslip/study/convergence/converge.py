@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.errors import InputError, ResultError
+from fingerslip.files import new_folder, write_text
 from fingerslip.report.figures.convergence import convergence_figure
 from fingerslip.report.figures.save import save_figure
 from fingerslip.report.tables.convergence import convergence_table, series_table
@@ -31,7 +32,7 @@ from fingerslip.study.running.runner import (
     run_studies,
     write_up,
 )
-from fingerslip.study.storage.store import identity, new_folder, read_result, write_text
+from fingerslip.study.storage.store import identity, read_result
 from fingerslip.uncertainty import Convergence, Series
 
 __all__ = ["StudyConvergence", "converge", "level_folders"]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fingerslip.study.storage.store import mapping_text, write_text, writing
+from fingerslip.files import json_text, write_text, writing
 from fingerslip.uncertainty import Convergence, Series
 
 __all__ = [
@@ -94,7 +94,7 @@ def write_convergences(folder: Path, convergences: Mapping[str, RunConvergence])
     values = {name: _run_mapping(found) for name, found in convergences.items()}
     with writing(folder):
         (folder / FOLDER).mkdir(exist_ok=True)
-    write_text(folder / FOLDER / _FILE, mapping_text(values))
+    write_text(folder / FOLDER / _FILE, json_text(values))
 
 
 def read_convergences(folder: Path, identities: Mapping[str, str]) -> dict[str, RunConvergence]:

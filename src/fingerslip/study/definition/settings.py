@@ -1,18 +1,19 @@
 """The parts of a study file: mesh, contacts, programme, time, loads and what is recorded.
 
-Where one of several kinds is meant, the key says which: ``friction: {static_kinetic: {...}}``, ``body: {cylinder:
-{...}}``, ``- press: {...}``.
+Where one of several kinds is meant, the key says which: ``friction: {static_kinetic: {...}}``,
+``counterface: {cylinder: {...}}``, ``- press: {...}``.
 """
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Literal
 
 import pydantic
 
-from fingerslip.contact.counterfaces import Cylinder, Plane, RigidBody, Sphere
+from fingerslip.contact.counterfaces import Counterface, Cylinder, Plane, Sphere
 from fingerslip.contact.friction import Anisotropic, Coulomb, FrictionLaw, PressureDependent, StaticKinetic
 from fingerslip.errors import InputError
 from fingerslip.mesh.scan.build import SurfaceMesh
@@ -43,8 +44,8 @@ from fingerslip.sites import ReceptorKind, Site
 from fingerslip.units import parse_quantity
 
 __all__ = [
-    "BodyChoice",
     "ContactSettings",
+    "CounterfaceChoice",
     "FrictionChoice",
     "MeshFile",
     "MeshSettings",
@@ -139,13 +140,13 @@ class FrictionChoice:
 
 
 @parameters
-class BodyChoice:
-    """A rigid body, under the key that says its shape.
+class CounterfaceChoice:
+    """A counterface, under the key that says its shape.
 
     Parameters
     ----------
     plane, cylinder, sphere : Plane, Cylinder, Sphere
-        The body; exactly one of them.
+        The counterface; exactly one of them.
     """
 
     plane: Plane | None = None
@@ -153,7 +154,7 @@ class BodyChoice:
     sphere: Sphere | None = None
 
     def __post_init__(self) -> None:
-        _check_choice(self, "body")
+        _check_choice(self, "counterface")
 
     @property
     def shape(self) -> str:
@@ -161,15 +162,15 @@ class BodyChoice:
         return _chosen(self)[0]
 
     @property
-    def body(self) -> RigidBody:
-        """The body itself."""
-        body: RigidBody = _chosen(self)[1]
-        return body
+    def counterface(self) -> Counterface:
+        """The counterface itself."""
+        counterface: Counterface = _chosen(self)[1]
+        return counterface
 
 
 @parameters
 class ContactSettings:
-    """Contact of a boundary with one rigid body.
+    """Contact of a boundary with one counterface.
 
     Parameters
     ----------
@@ -178,32 +179,34 @@ class ContactSettings:
     friction : FrictionChoice, optional
         Any friction law; one of the two is needed.
     boundary : str
-        Boundary of the mesh that may touch the body.
+        Boundary of the mesh that may touch the counterface.
     normal : tuple of float
         Normal of the plate, towards the deformable body.
     offset : float, optional
         Start of the plate along its normal [m]; without it the plate starts where it just touches.
-    body : BodyChoice, optional
-        Any body instead of the plate with `normal` and `offset`.
+    counterface : CounterfaceChoice, optional
+        Any counterface instead of the plate with `normal` and `offset`.
     normal_penalty, tangential_penalty : float, optional
         Contact stiffness per area [Pa/m].
-    reach : float, optional
-        Distance from the body within which the boundary may come to touch it [m].
+    search_distance : float, optional
+        Distance from the counterface within which the boundary may come to touch it [m].
     programme : tuple of ProgrammeEntry, optional
-        The body's own motion; without it that of the study.
+        The counterface's own motion; without it that of the study.
     drive : Drive, optional
-        A force that moves the body along its normal, on top of the prescribed motion.
+        A force that moves the counterface along its normal, on top of the prescribed motion.
     """
+
+    RENAMED: ClassVar[Mapping[str, str]] = MappingProxyType({"body": "counterface", "reach": "search_distance"})
 
     friction_coefficient: NonNegativeNumber | None = None
     friction: FrictionChoice | None = None
     boundary: str = "skin"
     normal: tuple[float, ...] = _UPWARDS
     offset: SignedLength | None = None
-    body: BodyChoice | None = None
+    counterface: CounterfaceChoice | None = None
     normal_penalty: Stiffness | None = None
     tangential_penalty: Stiffness | None = None
-    reach: PositiveLength | None = None
+    search_distance: PositiveLength | None = None
     programme: tuple[ProgrammeEntry, ...] | None = None
     drive: Drive | None = None
 
@@ -212,9 +215,11 @@ class ContactSettings:
             raise InputError("friction_coefficient", "is missing", "needs a value", "or give another law in friction")
         if self.friction_coefficient is not None and self.friction is not None:
             raise InputError("friction", "stands beside friction_coefficient", "needs one of the two")
-        if self.body is not None and (self.offset is not None or self.normal != _UPWARDS):
-            raise InputError("body", "stands beside normal or offset", "needs them inside it", "move them into body")
-        if self.body is None:
+        if self.counterface is not None and (self.offset is not None or self.normal != _UPWARDS):
+            raise InputError(
+                "counterface", "stands beside normal or offset", "needs them inside it", "move them into counterface"
+            )
+        if self.counterface is None:
             _check_plane(self)
 
     @property
@@ -223,9 +228,9 @@ class ContactSettings:
         return self.friction.law if self.friction is not None else Coulomb(self.friction_coefficient or 0.0)
 
     @property
-    def rigid_body(self) -> RigidBody:
-        """The rigid body, short form or not."""
-        return self.body.body if self.body is not None else Plane(self.normal, self.offset)
+    def rigid_counterface(self) -> Counterface:
+        """The counterface, short form or not."""
+        return self.counterface.counterface if self.counterface is not None else Plane(self.normal, self.offset)
 
 
 @parameters
@@ -339,7 +344,7 @@ def _check_plane(settings: ContactSettings) -> None:
     try:
         Plane(settings.normal, settings.offset)
     except InputError as error:
-        raise InputError(error.where.removeprefix("Plane."), error.found, error.allowed, error.mend) from None
+        raise InputError(error.where.removeprefix("Plane."), error.found, error.allowed, error.repair) from None
 
 
 @parameters

@@ -106,8 +106,8 @@ def _check_path(path: str, known: Sequence[str], source: Path) -> None:
     if path in known:
         return
     near = _nearest(path, known)
-    mend = f"did you mean '{near}'?" if near else "fingerslip show STUDY lists all paths"
-    raise InputError(f"{source}: sweep.{path}", "is not known", "needs the dotted path of a value of the study", mend)
+    repair = f"did you mean '{near}'?" if near else "fingerslip show STUDY lists all paths"
+    raise InputError(f"{source}: sweep.{path}", "is not known", "needs the dotted path of a value of the study", repair)
 
 
 def _nearest(path: str, known: Sequence[str]) -> str | None:

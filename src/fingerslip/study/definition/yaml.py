@@ -98,8 +98,8 @@ def _read_text(path: Path) -> str:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError:
         near = ", ".join(sorted(str(other) for other in path.parent.glob("*.yaml"))[:6])
-        mend = f"in that folder: {near}" if near else ""
-        raise InputError(str(path), "is not there", "needs a study file", mend) from None
+        repair = f"in that folder: {near}" if near else ""
+        raise InputError(str(path), "is not there", "needs a study file", repair) from None
     except IsADirectoryError:
         raise InputError(str(path), "is a folder", "needs a study file") from None
     except UnicodeDecodeError:

@@ -174,7 +174,7 @@ def located(error: InputError, where: str, study: Study | None = None) -> InputE
     if error.where.startswith(source):
         return error
     place = _study_place(re.sub(r"^Model\.?", "", error.where), study)
-    return type(error)(f"{where}: {place}" if place else where, error.found, error.allowed, error.mend)
+    return type(error)(f"{where}: {place}" if place else where, error.found, error.allowed, error.repair)
 
 
 def _study_place(place: str, study: Study | None) -> str:
@@ -203,11 +203,15 @@ def _name_inside(inside: str, settings: ContactSettings | None) -> str:
     """Return how a study file calls a place inside a contact of a model."""
     if inside == "friction.coefficient" and (settings is None or settings.friction is None):
         return "friction_coefficient"
-    of_body = inside in ("offset", "centre") or inside.startswith("body.")
-    if not of_body:
+    of_counterface = inside in ("offset", "centre") or inside.startswith("counterface.")
+    if not of_counterface:
         return inside
-    field = inside.removeprefix("body.")
-    return field if settings is None or settings.body is None else f"body.{settings.body.shape}.{field}"
+    field = inside.removeprefix("counterface.")
+    return (
+        field
+        if settings is None or settings.counterface is None
+        else f"counterface.{settings.counterface.shape}.{field}"
+    )
 
 
 @contextlib.contextmanager
@@ -228,8 +232,8 @@ def _plausible(mesh: Any, study: Study) -> Any:
     if isinstance(settings, MeshFile) and settings.length_unit is None and extent > largest:
         beside = "a fingertip" if study.fingertip else f"a body that is touched over {way * 1e3:.4g} mm"
         found = f"the body is {extent:.4g} m large, too large for {beside}"
-        mend = "write 'length_unit: mm' beside 'file' for a file in millimetres, 'length_unit: m' if it is that large"
-        raise InputError("mesh.file", found, "needs coordinates in metres", mend)
+        repair = "write 'length_unit: mm' beside 'file' for a file in millimetres, 'length_unit: m' if it is that large"
+        raise InputError("mesh.file", found, "needs coordinates in metres", repair)
     return mesh
 
 
@@ -260,16 +264,16 @@ def _in_space(run: Run) -> bool:
 
 
 def _contact(run: Run, settings: ContactSettings) -> Contact:
-    body = settings.rigid_body
-    if _in_space(run) and settings.body is None and len(settings.normal) == 2:
-        body = Plane((*settings.normal, 0.0), settings.offset)
+    counterface = settings.rigid_counterface
+    if _in_space(run) and settings.counterface is None and len(settings.normal) == 2:
+        counterface = Plane((*settings.normal, 0.0), settings.offset)
     return Contact(
         boundary=settings.boundary,
-        body=body,
+        counterface=counterface,
         friction=settings.law,
         normal_penalty=settings.normal_penalty,
         tangential_penalty=settings.tangential_penalty,
-        reach=settings.reach,
+        search_distance=settings.search_distance,
         programme=None if settings.programme is None else _phases(settings.programme),
         drive=settings.drive,
     )

@@ -15,6 +15,7 @@ import numpy as np
 
 from fingerslip.dynamics.simulation import simulate, simulate_together
 from fingerslip.errors import InputError
+from fingerslip.files import json_text, new_folder, write_text, writing
 from fingerslip.history import write_history
 from fingerslip.model import Model
 from fingerslip.slip import acceleration_peaks, events_mapping, find_events
@@ -24,7 +25,6 @@ from fingerslip.study.running.build import located
 from fingerslip.study.storage.numbers import key_numbers
 from fingerslip.study.storage.provenance import versions
 from fingerslip.study.storage.snapshots import write_snapshots
-from fingerslip.study.storage.store import mapping_text, new_folder, write_text, writing
 
 __all__ = ["Job", "compute", "compute_together", "mesh_hash", "mesh_size"]
 
@@ -108,7 +108,7 @@ def _write(job: Job, folder: Path, history: Any, seconds: float) -> None:
         with writing(folder):
             write_mapping(job.run.resolved(), folder / "run.yaml", comment="fingerslip run run.yaml repeats this run")
             write_snapshots(history, folder)
-        write_text(folder / "events.json", mapping_text(_result(job, history, seconds)))
+        write_text(folder / "events.json", json_text(_result(job, history, seconds)))
 
 
 def mesh_hash(mesh: Any) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 
 from fingerslip.dynamics.system import check_model
 from fingerslip.errors import FingerslipError, InputError
+from fingerslip.files import clean_stale, remove_empty
 from fingerslip.published import published
 from fingerslip.report.tables.events import RunEvents
 from fingerslip.study.convergence.uncertainties import read_uncertainties
@@ -19,7 +20,7 @@ from fingerslip.study.running.compute import Job
 from fingerslip.study.running.pool import compute_all
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
 from fingerslip.study.storage.reporting import StoredStudy, read_manifest, report_key, write_report
-from fingerslip.study.storage.store import clean_stale, identity, read_result, remove_empty
+from fingerslip.study.storage.store import identity, read_result
 from fingerslip.study.storage.summary import run_events, write_manifest, write_summary
 
 __all__ = [

@@ -38,9 +38,9 @@ def key_numbers(history: xr.Dataset) -> dict[str, float | int | None]:
 
 def _forces(history: xr.Dataset) -> dict[str, float | int | None]:
     """Largest and last normal force, largest friction force, and friction over normal force at the end of the slide."""
-    if history.sizes.get("body", 0) == 0:
+    if history.sizes.get("counterface", 0) == 0:
         return dict.fromkeys(_FORCES)
-    force, unit = history["body_force"].values[:, 0, :], history["body_normal"].values[0]
+    force, unit = history["counterface_force"].values[:, 0, :], history["counterface_normal"].values[0]
     normal = force @ unit
     tangential = np.linalg.norm(force - normal[:, None] * unit, axis=1)
     slides = phase_times(history, "slide")

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.errors import ResultError
+from fingerslip.files import new_folder
 from fingerslip.history import read_history
 from fingerslip.published import published
 from fingerslip.report.figures.save import save_figure
@@ -24,7 +25,7 @@ from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.definition.yaml import read_mapping
 from fingerslip.study.running.build import build_mesh
-from fingerslip.study.storage.store import new_folder, read_result
+from fingerslip.study.storage.store import read_result
 from fingerslip.uncertainty import Convergence
 
 __all__ = ["StoredStudy", "event_tables", "read_manifest", "read_stored", "report_key", "stored_run", "write_report"]

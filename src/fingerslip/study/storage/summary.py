@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from fingerslip.files import json_text, write_text
 from fingerslip.report.tables.events import RunEvents, flatten, summary_table
 from fingerslip.report.tables.table import to_csv
 from fingerslip.slip import events_from_mapping
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.storage.provenance import commit, versions
-from fingerslip.study.storage.store import mapping_text, write_text
 
 __all__ = ["run_events", "write_manifest", "write_summary"]
 
@@ -78,4 +78,4 @@ def write_manifest(
         "report": report,
         "runs": {name: {key: result[key] for key in kept} for name, result in results.items()},
     }
-    write_text(path, mapping_text(manifest))
+    write_text(path, json_text(manifest))

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from fingerslip.errors import InputError
+from fingerslip.files import writing
 from fingerslip.report.figures.fingertip import fingertip_figure
 from fingerslip.specimens.fingertip import Fingertip, preset
 from fingerslip.study.running.runner import plan_study
-from fingerslip.study.storage.store import writing
 
 __all__ = ["draw_fingertip"]
 

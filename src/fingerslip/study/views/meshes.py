@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.errors import InputError
+from fingerslip.files import writing
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.quality import quality_table
 from fingerslip.mesh.scan.build import SurfaceMesh, mesh_scan
@@ -19,7 +20,6 @@ from fingerslip.study.definition.scans import scan_tables
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import build_mesh, located
 from fingerslip.study.running.runner import plan_study
-from fingerslip.study.storage.store import writing
 
 __all__ = ["save_and_show", "save_mesh"]
 
@@ -123,9 +123,9 @@ def _check_preset(target: str) -> None:
     if target in names:
         return
     near = difflib.get_close_matches(target, names, n=1)
-    mend = f"did you mean '{near[0]}'?" if near else f"presets: {', '.join(names)}"
+    repair = f"did you mean '{near[0]}'?" if near else f"presets: {', '.join(names)}"
     found = "is neither a preset nor a study file"
-    raise InputError(f"mesh {target}", found, "needs the name of a preset or the path of a study (.yaml)", mend)
+    raise InputError(f"mesh {target}", found, "needs the name of a preset or the path of a study (.yaml)", repair)
 
 
 def _mesh_of(fingertip: Fingertip) -> Any:

@@ -48,8 +48,8 @@ def show(target: str) -> tuple[Table, ...]:
         return (_study_table(path),)
     if target in preset_names():
         return (_preset_table(target),)
-    mend = f"presets: {', '.join(preset_names())}"
-    raise InputError(f"show {target}", "is not there", "needs a preset, a study file or a folder of results", mend)
+    repair = f"presets: {', '.join(preset_names())}"
+    raise InputError(f"show {target}", "is not there", "needs a preset, a study file or a folder of results", repair)
 
 
 def presets_table() -> Table:

@@ -1,4 +1,4 @@
-"""Surfaces from files: units, joined points, holes; wrong files and wrong units are one clear error."""
+"""Counterfaces from files: units, joined points, holes; wrong files and wrong units are one clear error."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ def test_quadrilaterals_are_cut_in_two(tmp_path: Path):
     assert read_surface(tmp_path / "plane.vtu").area == pytest.approx(1e-4)
 
 
-@pytest.mark.parametrize(("written", "read", "mend"), [("mm", "m", "'mm'"), ("m", "mm", "'m'"), ("um", "mm", "'um'")])
-def test_wrong_unit_names_the_right_one(tmp_path: Path, written, read, mend: str):
+@pytest.mark.parametrize(("written", "read", "repair"), [("mm", "m", "'mm'"), ("m", "mm", "'m'"), ("um", "mm", "'um'")])
+def test_wrong_unit_names_the_right_one(tmp_path: Path, written, read, repair: str):
     write_surface(ellipsoid(), tmp_path / "skin.stl", written)
-    with pytest.raises(MeshError, match=f"skin.stl: is .* m long when its unit is '{read}', .*is its unit {mend}"):
+    with pytest.raises(MeshError, match=f"skin.stl: is .* m long when its unit is '{read}', .*is its unit {repair}"):
         read_surface(tmp_path / "skin.stl", read)
 
 

@@ -1,4 +1,4 @@
-"""Badly shaped quadrilaterals are mended; good ones and fixed nodes are left alone."""
+"""Badly shaped quadrilaterals are repaired; good ones and fixed nodes are left alone."""
 
 from __future__ import annotations
 

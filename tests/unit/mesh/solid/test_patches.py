@@ -1,4 +1,4 @@
-"""Surfaces of rows of points as triangles: closed, turned outwards, of the wanted size, nodes on the lines."""
+"""Counterfaces of rows of points as triangles: closed, turned outwards, of the wanted size, nodes on the lines."""
 
 from __future__ import annotations
 

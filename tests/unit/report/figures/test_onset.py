@@ -54,7 +54,7 @@ def test_what_sticks_to_the_end_is_dark_and_what_never_touches_is_not_drawn(hist
 
 def test_panels_share_the_axes_of_the_plate_and_arrows_tell_the_ways_apart(history: xr.Dataset) -> None:
     turned = history.copy()
-    turned["body_displacement"] = -history["body_displacement"]
+    turned["counterface_displacement"] = -history["counterface_displacement"]
     figure = slip_onset_figure({"there": history, "back": turned})
     panels = [axes for axes in figure.axes if axes.get_title("left")]
     (there,), (back,) = ([text for text in axes.texts if hasattr(text, "arrow_patch")] for axes in panels)

@@ -89,7 +89,7 @@ def test_overview_without_a_signal_says_so(history: object) -> None:
 def test_ratio_is_left_out_while_hardly_anything_presses() -> None:
     ratios = panels(force_figure(HISTORY))[1]
     ratio = next(line for line in ratios.lines if line.get_label() == "tangential / normal force").get_ydata()
-    normal = HISTORY["body_force"].values[:, 0, 1]
+    normal = HISTORY["counterface_force"].values[:, 0, 1]
     assert np.array_equal(np.isnan(ratio), normal <= 0.02 * normal.max())
     level = next(line for line in ratios.lines if line.get_label() == "friction coefficient")
     assert level.get_ydata()[0] == 0.6

@@ -50,7 +50,7 @@ def test_displacement_is_drawn_for_both_edges_and_the_centre_last_to_leave() -> 
 
 
 def test_a_slide_to_the_left_is_drawn_downwards() -> None:
-    names = ("body_displacement", "contact_displacement")
+    names = ("counterface_displacement", "contact_displacement")
     left = HISTORY.assign({name: HISTORY[name] * [-1.0, 1.0] for name in names})
     low, high = panels(contact_displacement_figure(left))[0].get_ylim()
     assert low < -2.0

@@ -96,7 +96,7 @@ def test_a_cut_leaves_half_of_the_body(history: xr.Dataset) -> None:
 def test_the_plate_is_where_the_body_touches(history: xr.Dataset) -> None:
     plotter = drawn(history, SceneOptions())
     step = int(np.abs(history["time"].values - float(history["snapshot_time"][2])).argmin())
-    height = 1e3 * float(history["body_displacement"].values[step, 0, 2])
+    height = 1e3 * float(history["counterface_displacement"].values[step, 0, 2])
     assert plotter.actors["plate 0"].bounds[4:] == pytest.approx((height, height), abs=1e-6)
 
 

@@ -30,4 +30,4 @@ def test_skin_without_room_is_named_before_the_receptors_in_it() -> None:
     """FA-II at 3 mm would be in this skin too, but it is the skin that does not fit."""
     with pytest.raises(InputError, match=r"layers\.skin_thickness: got 4 mm, needs a value < 3 mm") as caught:
         change(layers={"skin_thickness": "4 mm"})
-    assert caught.value.mend == "make the skin thinner or change phalanx.sagittal.distal_end"
+    assert caught.value.repair == "make the skin thinner or change phalanx.sagittal.distal_end"

@@ -33,8 +33,11 @@ def everything() -> dict[str, Any]:
     values = contact() | {
         "contacts": [
             {"friction": DROP, "drive": DRIVE, "programme": [{"press": {"depth": "1 mm", "speed": "1 mm/s"}}]},
-            {"friction": {"anisotropic": {"along": 0.4, "across": 0.6}}, "body": BALL},
-            {"friction": {"coulomb": {"coefficient": 0.3}}, "body": {"plane": {"normal": [0, -1], "offset": "1 mm"}}},
+            {"friction": {"anisotropic": {"along": 0.4, "across": 0.6}}, "counterface": BALL},
+            {
+                "friction": {"coulomb": {"coefficient": 0.3}},
+                "counterface": {"plane": {"normal": [0, -1], "offset": "1 mm"}},
+            },
         ],
         "tractions": {"top": {"value": ["1 kPa"], "ramp": {"times": ["0 s"], "factors": [1.0]}}, "side": ["2 Pa"]},
         "gravity": ["0 m/s^2", "-9.81 m/s^2"],
@@ -48,14 +51,14 @@ def everything() -> dict[str, Any]:
 def test_short_form_is_a_plate_with_coulomb_friction() -> None:
     settings = ContactSettings(friction_coefficient=0.6, offset=-1e-3)
     assert settings.law == Coulomb(0.6)
-    assert settings.rigid_body == Plane((0.0, 1.0), -1e-3)
+    assert settings.rigid_counterface == Plane((0.0, 1.0), -1e-3)
 
 
 def test_long_form_gives_any_law_and_body() -> None:
     settings = parse_study(everything(), SOURCE).contacts
     assert settings[1].law == Anisotropic(0.4, 0.6)
-    assert settings[1].rigid_body == Sphere(5e-3, (0.0, 0.0, 1.0))
-    assert settings[2].rigid_body == Plane((0.0, -1.0), 1e-3)
+    assert settings[1].rigid_counterface == Sphere(5e-3, (0.0, 0.0, 1.0))
+    assert settings[2].rigid_counterface == Plane((0.0, -1.0), 1e-3)
 
 
 def test_written_study_reads_back_the_same() -> None:
@@ -105,16 +108,16 @@ def test_resolved_run_reads_back_the_same() -> None:
             "contact.friction.coulomb.coefficient: got -1, needs a number >= 0",
         ),
         (
-            {"friction": DROP, "body": {"cylinder": {"radius": 8}}},
-            "contact.body.cylinder.radius: '8' has no unit, needs a unit of [m]; write '8 mm' or '8 m'",
+            {"friction": DROP, "counterface": {"cylinder": {"radius": 8}}},
+            "contact.counterface.cylinder.radius: '8' has no unit, needs a unit of [m]; write '8 mm' or '8 m'",
         ),
         (
-            {"friction": DROP, "body": {"cylinder": {"radius": "8 mm", "axis": [0, 0, 1]}}},
-            "contact.body.cylinder.axis: got (0.0, 0.0, 1.0), needs a direction in space and none in the plane",
+            {"friction": DROP, "counterface": {"cylinder": {"radius": "8 mm", "axis": [0, 0, 1]}}},
+            "contact.counterface.cylinder.axis: got (0.0, 0.0, 1.0), needs a direction in space and none in the plane",
         ),
         (
-            {"friction": DROP, "body": BALL, "offset": "1 mm"},
-            "contact.body: stands beside normal or offset, needs them inside it; move them into body",
+            {"friction": DROP, "counterface": BALL, "offset": "1 mm"},
+            "contact.counterface: stands beside normal or offset, needs them inside it; move them into counterface",
         ),
         (
             {"friction": DROP, "normal": [0, 0]},
@@ -175,7 +178,7 @@ def test_mistake_in_one_of_several_contacts_is_numbered() -> None:
 
 
 def test_values_in_every_choice_can_be_swept() -> None:
-    swept = {"contacts.0.friction.static_kinetic.kinetic": [0.8, 0.5], "contacts.1.body.sphere.radius": ["4 mm"]}
+    swept = {"contacts.0.friction.static_kinetic.kinetic": [0.8, 0.5], "contacts.1.counterface.sphere.radius": ["4 mm"]}
     runs = expand(parse_study(everything() | {"sweep": swept}, SOURCE), SOURCE)
     laws = [run.study.contacts[0].law for run in runs]
     assert [law.coefficients(*SLIDING) for law in laws] == pytest.approx([0.8, 0.5])
@@ -203,7 +206,7 @@ def test_schema_knows_every_choice() -> None:
         "pressure_dependent",
         "anisotropic",
     }
-    assert set(definitions["BodyChoice"]["properties"]) == {"plane", "cylinder", "sphere"}
+    assert set(definitions["CounterfaceChoice"]["properties"]) == {"plane", "cylinder", "sphere"}
     assert definitions["TimeSettings"]["properties"]["scheme"]["enum"] == ["hht_alpha", "quasi_static"]
     assert definitions["StaticKinetic"]["properties"]["decay_speed"]["examples"] == ["1.5 mm/s"]
     assert "Ramp" in definitions

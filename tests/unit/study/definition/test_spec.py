@@ -1,4 +1,4 @@
-"""The study file: every mistake gives one error that says where, what, what is allowed and how to mend it."""
+"""The study file: every mistake gives one error that says where, what, what is allowed and how to repair it."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def test_unknown_key_is_refused_with_the_nearest(path: str, nearest: str) -> Non
     with pytest.raises(InputError) as caught:
         parse_study(changed(path, 1), SOURCE)
     assert caught.value.where == f"studies/x.yaml: {path}"
-    assert caught.value.mend == f"did you mean '{nearest}'?"
+    assert caught.value.repair == f"did you mean '{nearest}'?"
 
 
 @pytest.mark.parametrize("name", ["materials", "formulation", "depth"])

@@ -82,7 +82,7 @@ def test_paths_with_one_last_name_are_told_apart() -> None:
 
 
 @pytest.mark.parametrize(
-    ("path", "mend"),
+    ("path", "repair"),
     [
         ("contact.coefficient", "did you mean 'contact.friction_coefficient'?"),
         ("phalanx.variant", "did you mean 'fingertip.phalanx.variant'?"),
@@ -92,11 +92,11 @@ def test_paths_with_one_last_name_are_told_apart() -> None:
         ("qqq", "fingerslip show STUDY lists all paths"),
     ],
 )
-def test_unknown_path_is_refused_with_the_nearest(path: str, mend: str) -> None:
+def test_unknown_path_is_refused_with_the_nearest(path: str, repair: str) -> None:
     with pytest.raises(InputError) as caught:
         runs_of({path: [1]}, finger())
     assert caught.value.where == f"studies/x.yaml: sweep.{path}"
-    assert caught.value.mend == mend
+    assert caught.value.repair == repair
 
 
 @pytest.mark.parametrize("path", ["title", "sweep", "compare"])

@@ -26,7 +26,7 @@ from unit.study.block import block_mesh, block_values
 
 SOURCE = Path("studies/x.yaml")
 ROLLER: dict[str, Any] = {
-    "body": {"cylinder": {"radius": "8 mm", "centre": ["0 mm", "-9 mm"]}},
+    "counterface": {"cylinder": {"radius": "8 mm", "centre": ["0 mm", "-9 mm"]}},
     "friction": {
         "pressure_dependent": {"reference_coefficient": 0.6, "reference_pressure": "10 kPa", "exponent": -0.2}
     },
@@ -110,7 +110,7 @@ def test_mesh_file_in_millimetres_is_refused_until_it_says_so(tmp_path: Path, ow
     write_mesh(block_mesh().scaled(1e3), tmp_path / "block.msh")
     with pytest.raises(InputError, match=r"x\.yaml: mesh\.file: the body is 10 m large, .* needs .* metres") as caught:
         build_mesh(run_of(block_values() | own, tmp_path))
-    assert "'length_unit: mm'" in caught.value.mend
+    assert "'length_unit: mm'" in caught.value.repair
     said = block_values() | own | {"mesh": {"file": "block.msh", "length_unit": "mm"}}
     run = run_of(said, tmp_path)
     assert np.ptp(build_mesh(run).p, axis=1) == pytest.approx([0.01, 0.005])
@@ -136,7 +136,7 @@ def test_inverted_mesh_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("place", "shown"),
     [
-        ("contacts.0.body.normal", "contact.normal"),
+        ("contacts.0.counterface.normal", "contact.normal"),
         ("contacts.0.friction.coefficient", "contact.friction_coefficient"),
         ("contacts.0", "contact"),
         ("Model.depth", "depth"),
@@ -181,9 +181,9 @@ def test_place_that_names_the_file_already_stays() -> None:
     ("contacts", "place", "shown"),
     [
         ({"contact": {"friction_coefficient": 0.6}}, "contacts.0.offset", "contact.offset"),
-        ({"contacts": [{"friction_coefficient": 0.6}]}, "contacts.0.body.normal", "contacts.0.normal"),
-        ({"contacts": [ROLLER]}, "contacts.0.centre", "contacts.0.body.cylinder.centre"),
-        ({"contacts": [ROLLER]}, "contacts.0.body.normal", "contacts.0.body.cylinder.normal"),
+        ({"contacts": [{"friction_coefficient": 0.6}]}, "contacts.0.counterface.normal", "contacts.0.normal"),
+        ({"contacts": [ROLLER]}, "contacts.0.centre", "contacts.0.counterface.cylinder.centre"),
+        ({"contacts": [ROLLER]}, "contacts.0.counterface.normal", "contacts.0.counterface.cylinder.normal"),
         ({"contact": ROLLER}, "contacts.0.friction", "contact.friction"),
         ({"contact": ROLLER}, "contacts.0.drive", "contact.drive"),
         ({"contact": ROLLER}, "contacts.0.programme.1.slide.direction", "contact.programme.1.slide.direction"),
@@ -217,10 +217,10 @@ def test_everything_that_python_can_say_reaches_the_model() -> None:
     del values["contact"]
     model = build_model(run_of(values), block_mesh())
     roller, plane = model.contacts
-    assert roller.body == Cylinder(8e-3, centre=(0.0, -9e-3))
+    assert roller.counterface == Cylinder(8e-3, centre=(0.0, -9e-3))
     assert roller.friction == PressureDependent(0.6, 10e3, -0.2)
     assert roller.programme is None
-    assert plane.body == Plane((0.0, -1.0))
+    assert plane.counterface == Plane((0.0, -1.0))
     assert plane.friction == StaticKinetic(0.8, 0.5, 1e-3)
     assert plane.programme == (Hold(1.0),)
     assert plane.drive == Drive(5e-3, 0.3, Ramp((0.0, 0.1), (0.0, 1.0)))
@@ -239,7 +239,7 @@ def test_solid_needs_no_depth_and_holds_three_components() -> None:
     model = build_model(run_of(values), block_mesh())
     assert (model.formulation, model.depth) == ("solid", 1.0)
     assert model.supports == {"phalanx": ("x", "y", "z")}
-    assert model.contacts[0].body == Plane((0.0, 1.0, 0.0))
+    assert model.contacts[0].counterface == Plane((0.0, 1.0, 0.0))
     own = {key: value for key, value in block_values().items() if key != "depth"}
     assert build_model(run_of(own | {"formulation": "solid"}), block_mesh()).depth == 1.0
 
@@ -257,7 +257,7 @@ def test_tetrahedra_make_a_model_in_space() -> None:
     model = build_model(run_of(values), coarse_solid())
     assert (model.formulation, model.depth) == ("solid", 1.0)
     assert model.supports == {"phalanx_dorsal": ("x", "y", "z")}
-    assert model.contacts[0].body.normal == (0.0, 1.0, 0.0)
+    assert model.contacts[0].counterface.normal == (0.0, 1.0, 0.0)
     assert {len(site.position) for site in model.record.sites} == {3}
     assert build_mesh(run_of(values)).p.shape == coarse_solid().p.shape
     check_model(model)
@@ -291,4 +291,4 @@ def test_a_scan_meets_a_plate_that_faces_up_where_nothing_else_is_written() -> N
         "contact": {"friction_coefficient": 0.6},
     }
     model = build_model(run_of(block_values() | values), coarse_solid())
-    assert model.contacts[0].body == Plane((0.0, 1.0, 0.0))
+    assert model.contacts[0].counterface == Plane((0.0, 1.0, 0.0))

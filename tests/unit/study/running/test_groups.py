@@ -92,7 +92,7 @@ def test_a_study_gives_the_same_together(write_study: Write, monkeypatch: pytest
         name = f"friction_coefficient-{friction}"
         one, other = (read_history(result.folder / name / "history.nc") for result in (apart, joint))
         assert (one.attrs["n_simulated_together"], other.attrs["n_simulated_together"]) == (1, len(FRICTIONS))
-        np.testing.assert_allclose(other["body_force"], one["body_force"], rtol=1e-8, atol=1e-14)
+        np.testing.assert_allclose(other["counterface_force"], one["counterface_force"], rtol=1e-8, atol=1e-14)
         log = (joint.folder / name / "log.txt").read_text(encoding="utf-8")
         assert one.attrs["linear_solver"] in log
         assert "one substitution a step" in log

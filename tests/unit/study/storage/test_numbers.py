@@ -15,7 +15,7 @@ PHASES = (("press", 0.0, 1.0), ("slide", 1.0, 1.5), ("lift", 1.5, 2.0))
 
 def with_forces(history: xr.Dataset, normal: np.ndarray, tangential: np.ndarray) -> xr.Dataset:
     force = np.stack([tangential, normal], axis=-1)[:, None]
-    return history.assign(body_force=(("time", "body", "component"), force))
+    return history.assign(counterface_force=(("time", "counterface", "component"), force))
 
 
 def test_forces_are_the_largest_the_last_and_their_ratio_at_the_end_of_the_slide() -> None:
@@ -31,8 +31,10 @@ def test_forces_are_the_largest_the_last_and_their_ratio_at_the_end_of_the_slide
 
 def test_forces_are_along_the_plates_own_axes() -> None:
     turn = np.array([[0.8, -0.6], [0.6, 0.8]])
-    turned = HISTORY.assign_coords(body_normal=(("body", "component"), [turn @ [0.0, 1.0]]))
-    turned = turned.assign(body_force=HISTORY["body_force"].copy(data=HISTORY["body_force"].values @ turn.T))
+    turned = HISTORY.assign_coords(counterface_normal=(("counterface", "component"), [turn @ [0.0, 1.0]]))
+    turned = turned.assign(
+        counterface_force=HISTORY["counterface_force"].copy(data=HISTORY["counterface_force"].values @ turn.T)
+    )
     straight, inclined = key_numbers(HISTORY), key_numbers(turned)
     assert straight["friction_force_ratio_end_of_slide"] == pytest.approx(0.6)
     for name in ("normal_force_max_N", "normal_force_end_N", "friction_force_ratio_end_of_slide"):
@@ -73,7 +75,7 @@ def test_a_gap_that_never_closes_is_no_penetration() -> None:
 
 
 def test_without_body_and_contact_their_numbers_are_none() -> None:
-    bare = HISTORY.drop_dims(["body", "contact_node"])
+    bare = HISTORY.drop_dims(["counterface", "contact_node"])
     numbers = key_numbers(bare)
     assert numbers["records"] == 401
     of_contact = [name for name in numbers if name.endswith(("_N", "_m", "_m2", "_Pa", "slide"))]

@@ -1,0 +1,166 @@
+"""Files and folders that are there whole or not at all: the only place that writes results.
+
+What is being written has a temporary name beside the final one, ``.NAME.PROCESS.partial`` and the ending of the
+file. It takes the final name when it is whole, and is removed when writing it fails.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import json
+import os
+import re
+import shutil
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from fingerslip.errors import ResultError
+
+__all__ = [
+    "clean_stale",
+    "json_text",
+    "new_file",
+    "new_folder",
+    "remove_empty",
+    "write_bytes",
+    "write_text",
+    "writing",
+]
+
+_FULL = {errno.ENOSPC, errno.EDQUOT}
+_DAY = 86400.0
+_TEMPORARY = re.compile(r"\.(?P<name>.+)\.(?P<process>\d+)\.(?:partial|old)(?:\.\w+)?")
+
+
+@contextlib.contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turn the operating system's refusals to write into errors that say what to do.
+
+    Raises
+    ------
+    ResultError
+        Where the disk is full or nothing may be written at `path`.
+    """
+    try:
+        yield
+    except OSError as error:
+        repair = "free some space" if error.errno in _FULL else "give write access"
+        reason = error.strerror or str(error)
+        raise ResultError(f"{path}: cannot be written ({reason}); {repair} or choose another folder") from error
+
+
+@contextlib.contextmanager
+def new_file(final: Path) -> Iterator[Path]:
+    """Give a temporary file name that becomes `final` when the block ends; nothing is left when it fails.
+
+    Raises
+    ------
+    ResultError
+        Where the file cannot be written or renamed.
+    """
+    partial = final.with_name(f".{final.name}.{os.getpid()}.partial{final.suffix}")
+    try:
+        with writing(final):
+            yield partial
+            partial.replace(final)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def new_folder(final: Path) -> Iterator[Path]:
+    """Give a temporary folder that takes the name `final` when the block ends, and is removed when it fails.
+
+    What was there under that name is replaced only when the new folder is whole.
+
+    Raises
+    ------
+    ResultError
+        Where the folder cannot be made or renamed.
+    """
+    partial = final.with_name(f".{final.name}.{os.getpid()}.partial")
+    try:
+        with writing(final.parent):
+            partial.mkdir(parents=True)
+        yield partial
+        with writing(final.parent):
+            _replace(partial, final)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file in UTF-8, whole or not at all; raise ResultError where it cannot be written."""
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file, whole or not at all; raise ResultError where it cannot be written."""
+    with new_file(path) as partial:
+        partial.write_bytes(content)
+
+
+def json_text(values: Mapping[str, Any]) -> str:
+    """Write plain data as JSON that people can read."""
+    return json.dumps(values, indent=2, ensure_ascii=False) + "\n"
+
+
+def clean_stale(folder: Path) -> None:
+    """Remove what processes that are gone left unfinished in `folder`, and put back what they had moved away."""
+    if not folder.is_dir():
+        return
+    for old in folder.glob(".*.old"):
+        if _is_stale(old) and not _final(old).exists():
+            old.rename(_final(old))
+    for left in (*folder.glob(".*.partial*"), *folder.glob(".*.old")):
+        if _is_stale(left):
+            _remove(left)
+
+
+def remove_empty(*folders: Path) -> None:
+    """Remove folders that hold nothing, the innermost first."""
+    for folder in folders:
+        with contextlib.suppress(OSError):
+            folder.rmdir()
+
+
+def _replace(new: Path, final: Path) -> None:
+    old = final.with_name(f".{final.name}.{os.getpid()}.old")
+    if final.exists():
+        final.rename(old)
+    new.rename(final)
+    shutil.rmtree(old, ignore_errors=True)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def _final(temporary: Path) -> Path:
+    match = _TEMPORARY.fullmatch(temporary.name)
+    return temporary.with_name(match["name"]) if match else temporary
+
+
+def _is_stale(temporary: Path) -> bool:
+    match = _TEMPORARY.fullmatch(temporary.name)
+    return match is not None and not _is_alive(int(match["process"]), temporary)
+
+
+def _is_alive(process: int, temporary: Path) -> bool:
+    if process == os.getpid():
+        return False
+    if os.name != "posix":  # there is no harmless signal to ask with
+        return time.time() - temporary.stat().st_mtime < _DAY
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True

@@ -1,0 +1,94 @@
+"""Files and folders that are there whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from fingerslip.errors import ResultError
+from fingerslip.files import clean_stale, new_folder, write_text, writing
+
+
+def dead_process() -> int:
+    """Return the number of a process that has ended."""
+    with subprocess.Popen([sys.executable, "-c", "pass"]) as process:
+        process.wait()
+        return process.pid
+
+
+def test_folder_takes_its_name_when_whole(tmp_path: Path) -> None:
+    with new_folder(tmp_path / "run") as partial:
+        (partial / "a").write_text("1")
+        assert not (tmp_path / "run").exists()
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+def test_folder_is_replaced_as_a_whole(tmp_path: Path) -> None:
+    for name in ("old", "new"):
+        with new_folder(tmp_path / "run") as partial:
+            (partial / name).write_text("1")
+    assert [path.name for path in (tmp_path / "run").iterdir()] == ["new"]
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
+@pytest.mark.parametrize("kind", [ValueError, KeyboardInterrupt])
+def test_failure_leaves_the_old_folder_alone(tmp_path: Path, kind: type[BaseException]) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "old").write_text("1")
+    with pytest.raises(kind), new_folder(tmp_path / "run"):
+        raise kind
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+    assert (tmp_path / "run" / "old").exists()
+
+
+def test_what_dead_processes_left_is_removed(tmp_path: Path) -> None:
+    (tmp_path / f".run.{dead_process()}.partial").mkdir()
+    (tmp_path / f".summary.csv.{dead_process()}.partial").write_text("")
+    clean_stale(tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_living_process_is_writing_stays(tmp_path: Path) -> None:
+    partial = tmp_path / f".run.{os.getppid()}.partial"
+    partial.mkdir()
+    clean_stale(tmp_path)
+    assert partial.exists()
+
+
+def test_run_that_was_moved_away_is_put_back(tmp_path: Path) -> None:
+    old = tmp_path / f".run-0.6.{dead_process()}.old"
+    old.mkdir()
+    (old / "events.json").write_text("{}")
+    clean_stale(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["run-0.6"]
+
+
+def test_foreign_hidden_files_stay(tmp_path: Path) -> None:
+    for name in (".gitignore", ".notes.partial", ".x.y.old"):
+        (tmp_path / name).write_text("")
+    clean_stale(tmp_path)
+    assert len(list(tmp_path.iterdir())) == 3
+
+
+def test_text_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_text(tmp_path / "a.csv", "old")
+
+    def full(self: Path, *arguments: object, **options: object) -> None:
+        self.touch()
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(ResultError, match=r"No space left on device.*free some space"):
+        write_text(tmp_path / "a.csv", "new")
+    assert (tmp_path / "a.csv").read_text() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
+
+
+def test_missing_right_to_write_is_not_called_a_full_disk(tmp_path: Path) -> None:
+    with pytest.raises(ResultError, match=r"Permission denied.*give write access"), writing(tmp_path):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
