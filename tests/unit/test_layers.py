@@ -11,12 +11,13 @@ import pytest
 import fingerslip
 
 SOURCE = Path(fingerslip.__file__).parent
-LAYERS = """
-    errors units parameters files sites
-    materials specimens mesh fe linear contact model history dynamics
-    slip uncertainty published report
-    verification study validation commands
-""".split()
+ROWS = (
+    "errors units parameters files digest sites",
+    "materials specimens mesh fe linear contact model history dynamics",
+    "slip uncertainty published report",
+    "verification study validation commands",
+)
+LAYERS = [name for row in ROWS for name in row.split()]
 # The package's face names everything lazily, and the entry point calls the command line.
 FACES = {"__init__", "__main__"}
 # Looks for missing system libraries, so it must work where the package itself cannot be loaded.

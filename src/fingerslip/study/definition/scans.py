@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-import hashlib
-import json
 from pathlib import Path
 
+from fingerslip.digest import digest, file_digest
 from fingerslip.errors import InputError
 from fingerslip.mesh.scan.build import ScanMesh, SurfaceMesh
 from fingerslip.parameters import as_mapping
@@ -68,7 +67,7 @@ def scan_key(settings: SurfaceMesh, where: str) -> str:
     for name in ("skin", "bone"):
         if values[name] is not None:
             values[name] = _content(Path(values[name]), f"{where}: mesh.{name}")
-    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
+    return digest(values)
 
 
 def scan_tables(scan: ScanMesh, title: str) -> tuple[Table, Table, Table]:
@@ -118,6 +117,6 @@ def scan_tables(scan: ScanMesh, title: str) -> tuple[Table, Table, Table]:
 
 def _content(file: Path, where: str) -> str:
     try:
-        return hashlib.sha256(file.read_bytes()).hexdigest()
+        return file_digest(file)
     except OSError as error:
         raise InputError(where, f"cannot read {file} ({error.strerror})", "needs a surface file") from None

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
-import json
 import re
 import signal
 import threading
@@ -15,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from fingerslip.contact.counterfaces import Plane
+from fingerslip.digest import digest, file_digest
 from fingerslip.errors import InputError
 from fingerslip.linear.memory import require_memory
 from fingerslip.mesh.io import read_mesh
@@ -103,8 +102,7 @@ def mesh_key(run: Run) -> str:
     settings = run.study.mesh
     if isinstance(settings, MeshFile):
         try:
-            content = Path(settings.file).read_bytes()
-            return hashlib.sha256(content + (settings.length_unit or "").encode()).hexdigest()
+            return digest(file_digest(Path(settings.file)), settings.length_unit)
         except OSError as error:
             raise InputError(
                 f"{run.where}: mesh.file", f"cannot read {settings.file} ({error.strerror})", "needs a mesh file"
@@ -112,7 +110,7 @@ def mesh_key(run: Run) -> str:
     if isinstance(settings, SurfaceMesh):
         return scan_key(settings, run.where)
     shape = {key: value for key, value in as_mapping(_fingertip(run)).items() if key not in ("materials", "receptors")}
-    return hashlib.sha256(json.dumps([shape, as_mapping(settings)], sort_keys=True).encode()).hexdigest()
+    return digest([shape, as_mapping(settings)])
 
 
 def build_model(run: Run, mesh: Any = None) -> Model:

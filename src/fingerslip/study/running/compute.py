@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import logging
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -11,8 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from fingerslip.digest import digest
 from fingerslip.dynamics.simulation import simulate, simulate_together
 from fingerslip.errors import InputError
 from fingerslip.files import json_text, new_folder, write_text, writing
@@ -113,10 +111,7 @@ def _write(job: Job, folder: Path, history: Any, seconds: float) -> None:
 
 def mesh_hash(mesh: Any) -> str:
     """Return a hash of the points and cells of a mesh."""
-    digest = hashlib.sha256()
-    for array in (mesh.p, mesh.t):
-        digest.update(np.ascontiguousarray(array).tobytes())
-    return digest.hexdigest()
+    return digest(mesh.p, mesh.t)
 
 
 def mesh_size(mesh: Any) -> float:

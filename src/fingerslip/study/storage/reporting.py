@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fingerslip.digest import digest
 from fingerslip.errors import ResultError
 from fingerslip.files import new_folder
 from fingerslip.history import read_history
@@ -105,8 +105,7 @@ def report_key(
     uncertainties: Mapping[str, Mapping[str, float]],
 ) -> str:
     """Return a hash of all that a report shows, so that an unchanged one is not made again."""
-    text = json.dumps([title, list(compare), dict(identities), dict(uncertainties)], sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
+    return digest([title, list(compare), dict(identities), dict(uncertainties)])
 
 
 def write_report(stored: StoredStudy) -> None:

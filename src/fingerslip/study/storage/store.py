@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from fingerslip.digest import digest
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.study.definition.spec import MeshFile
 from fingerslip.study.definition.sweep import Run
@@ -25,8 +25,7 @@ def identity(run: Run) -> str:
     if isinstance(run.study.mesh, MeshFile | SurfaceMesh):
         values["mesh"] = {"hash": mesh_key(run)}
     made_by = {"format": RESULT_FORMAT, "version": metadata.version("fingerslip")}
-    text = json.dumps([made_by, values], sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
+    return digest([made_by, values])
 
 
 def read_result(folder: Path) -> dict[str, Any] | None:

@@ -1,0 +1,23 @@
+"""The code of every how-to page runs as it is printed, from top to bottom; its assertions are the test."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from places import DOCS
+
+PAGES = sorted(path for path in (DOCS / "howto").glob("*.md") if path.name != "index.md")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    assert blocks, "a how-to page has code"
+    assert any("assert " in block for block in blocks), "and says what must come out"
+    names: dict[str, object] = {"__name__": "howto"}
+    for number, block in enumerate(blocks, start=1):
+        exec(compile(block, f"{page.name}, block {number}", "exec"), names)
