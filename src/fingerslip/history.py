@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from fingerslip.contact.interface import OPEN, SLIP, STICK
+from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
 from fingerslip.files import write_bytes
 
@@ -81,7 +81,7 @@ VARIABLES: Mapping[str, Variable] = {
     "normal_traction": Variable(_CONTACT, "Pa", "contact pressure"),
     "tangential_traction": Variable((*_CONTACT, "component"), "Pa", "friction traction on the skin"),
     "slip_distance": Variable(_CONTACT, "m", "slip accumulated while in contact"),
-    "contact_state": Variable(_CONTACT, "", "0 open, 1 stick, 2 slip"),
+    "contact_state": Variable(_CONTACT, "", f"{OPEN} open, {STICK} stick, {SLIP} slip"),
     "counterface_displacement": Variable(("time", "counterface", "component"), "m", "displacement of the counterface"),
     "counterface_velocity": Variable(("time", "counterface", "component"), "m/s", "velocity of the counterface"),
     "counterface_force": Variable(("time", "counterface", "component"), "N", "force on the deformable body"),

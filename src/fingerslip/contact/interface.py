@@ -8,12 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.candidates import Candidates
+from fingerslip.contact.states import OPEN, SLIP, STICK
 
-__all__ = ["OPEN", "SLIP", "STICK", "InterfaceState", "StepOutcome", "contact_problem", "rest_state", "settle"]
+__all__ = ["InterfaceState", "StepOutcome", "contact_problem", "rest_state", "settle"]
 
 Array = NDArray[np.float64]
-
-OPEN, STICK, SLIP = 0, 1, 2
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.interface import InterfaceState, StepOutcome, contact_problem, rest_state, settle
-from fingerslip.contact.solve.krylov import WorkSet
+from fingerslip.contact.solve.forces import solve_contact
 from fingerslip.contact.solve.newton import ContactSolution
-from fingerslip.contact.solve.working_set import solve_contact
+from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.energy import Energies, integration_dissipation
 from fingerslip.dynamics.scheme import Predictor, predict
 from fingerslip.dynamics.stepper import Stepper, Stopwatch
@@ -62,8 +62,8 @@ class State:
         Iterations of the contact solver in the last step.
     residual : float
         Its relative residual.
-    work : WorkSet or None
-        What it keeps for the next step.
+    working_set : WorkingSet or None
+        What the contact solver keeps for the next step.
     """
 
     time: float
@@ -81,7 +81,7 @@ class State:
     energies: Energies
     iterations: int = 0
     residual: float = 0.0
-    work: WorkSet | None = None
+    working_set: WorkingSet | None = None
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class _ContactStep:
     coefficients: Array
     relative: Array
     solution: ContactSolution
-    work: WorkSet | None
+    working_set: WorkingSet | None
 
 
 def first_state(stepper: Stepper) -> State:
@@ -221,7 +221,7 @@ def _finish(stepper: Stepper, start: _Begun, unknown: Array, step: _ContactStep)
         contact_forces=np.einsum("cij,ci->cj", step.frames, step.solution.forces),
         iterations=step.solution.iterations,
         residual=step.solution.residual,
-        work=step.work,
+        working_set=step.working_set,
     )
     return _settled(stepper, state, after, step)
 
@@ -275,7 +275,9 @@ def _solve_contact(stepper: Stepper, start: _Begun, unknown: Array) -> _ContactS
         before.forces[:, 0] / candidates.area, before.slip / stepper.scheme.step, candidates.counterface
     )
     problem = contact_problem(candidates, before, relative)
-    solution, work = solve_contact(compliance, problem, coefficients, before.forces, _GOAL, work=state.work)
+    solution, working_set = solve_contact(
+        compliance, problem, coefficients, before.forces, _GOAL, working_set=state.working_set
+    )
     if not solution.residual <= _TOLERANCE:
         raise ConvergenceError(
             start.time,
@@ -285,7 +287,7 @@ def _solve_contact(stepper: Stepper, start: _Begun, unknown: Array) -> _ContactS
             "try a smaller time step, softer contact penalties or less friction",
         )
     response = compliance.response(solution.forces) if solution.response is None else solution.response
-    return _ContactStep(frames, coefficients, relative + response, solution, work)
+    return _ContactStep(frames, coefficients, relative + response, solution, working_set)
 
 
 def _settled(stepper: Stepper, before: State, after: State, step: _ContactStep) -> State:

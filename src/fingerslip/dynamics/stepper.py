@@ -146,7 +146,7 @@ def _own_compliance(
     if not system.counterfaces.flat:
         return compliance, None
     frames = _flat_frames(system)
-    return compliance.turned(frames), frames
+    return compliance.in_frames(frames), frames
 
 
 def _flat_frames(system: System) -> Array:

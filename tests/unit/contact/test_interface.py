@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fingerslip.contact.candidates import Candidates
-from fingerslip.contact.interface import OPEN, SLIP, STICK, contact_problem, rest_state, settle
+from fingerslip.contact.interface import contact_problem, rest_state, settle
 from fingerslip.contact.solve.newton import solve_friction
+from fingerslip.contact.states import OPEN, SLIP, STICK
 
 NORMAL, TANGENTIAL, MU = 400.0, 100.0, 0.5
 

@@ -47,7 +47,7 @@ def test_histories_are_those_of_single_simulations(way, monkeypatch):
 
 def test_several_threads_find_the_same_contact_forces(monkeypatch):
     """The contact problems of different motions are solved side by side, by factors that they share at first."""
-    monkeypatch.setattr("fingerslip.contact.solve.working_set._FEW", 0)
+    monkeypatch.setattr("fingerslip.contact.solve.forces._FEW", 0)
     one_thread = simulate_together(models())
     monkeypatch.setenv("MKL_NUM_THREADS", "4")
     for alone, beside in zip(one_thread, simulate_together(models()), strict=True):

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
+from fingerslip.contact.solve.forces import solve_contact
 from fingerslip.contact.solve.newton import ContactSolution
-from fingerslip.contact.solve.working_set import solve_contact
 from fingerslip.dynamics import condensation
 from fingerslip.dynamics import step as step_module
 from fingerslip.dynamics.motion import counterface_motion
@@ -56,10 +56,10 @@ def test_the_first_acceleration_is_that_of_the_loads():
 def test_unsolved_contact_is_an_error_that_says_when_where_and_how_badly(monkeypatch):
     calls = []
 
-    def broken(compliance, free, friction, start, tolerance, *, work):
+    def broken(compliance, free, friction, start, tolerance, *, working_set):
         calls.append(None)
         bad = 0.25 if len(calls) == 3 else 0.0
-        return ContactSolution(np.zeros_like(free), bad, 7, 2), work
+        return ContactSolution(np.zeros_like(free), bad, 7, 2), working_set
 
     monkeypatch.setattr(step_module, "solve_contact", broken)
     model = push_and_slide()
@@ -73,8 +73,8 @@ def test_unsolved_contact_is_an_error_that_says_when_where_and_how_badly(monkeyp
 
 
 def test_a_residual_that_is_no_number_is_an_error_too(monkeypatch):
-    def broken(compliance, free, friction, start, tolerance, *, work):
-        return ContactSolution(np.full_like(free, np.nan), np.nan, 7, 0), work
+    def broken(compliance, free, friction, start, tolerance, *, working_set):
+        return ContactSolution(np.full_like(free, np.nan), np.nan, 7, 0), working_set
 
     monkeypatch.setattr(step_module, "solve_contact", broken)
     with pytest.raises(fs.ConvergenceError):
@@ -86,10 +86,10 @@ def test_the_residual_that_the_solver_states_decides(monkeypatch, residual):
     """The solver is asked for more than what a step has to have, and the forces themselves are not looked at."""
     asked = []
 
-    def stated(compliance, free, friction, start, tolerance, *, work):
+    def stated(compliance, free, friction, start, tolerance, *, working_set):
         asked.append(tolerance)
-        solution, work = solve_contact(compliance, free, friction, start, tolerance, work=work)
-        return replace(solution, residual=residual), work
+        solution, working_set = solve_contact(compliance, free, friction, start, tolerance, working_set=working_set)
+        return replace(solution, residual=residual), working_set
 
     monkeypatch.setattr(step_module, "solve_contact", stated)
     if residual > 1e-10:

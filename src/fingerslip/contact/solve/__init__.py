@@ -1,1 +1,4 @@
-"""The frictional contact problem of one step, solved on the contact nodes."""
+"""The frictional contact problem of one step, solved on the contact nodes.
+
+Compiled Newton for few candidates, and a working set with GMRES directions for many.
+"""

@@ -26,17 +26,16 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.contact.solve.compliance import active_product
+from fingerslip.contact.solve.line_search import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough
 from fingerslip.contact.solve.projection import derivative, project, project_node, step_lengths
 
 __all__ = ["ContactSolution", "friction_residual", "solve_friction"]
 
 Array = NDArray[np.float64]
 
-_NEWTON_LIMIT = 60
 _SWEEPS = 40
 _ROUNDS = 25
-_SEARCH_LIMIT = 12
-_SUFFICIENT = 1e-4
 
 
 @dataclass(frozen=True)
@@ -118,21 +117,9 @@ def friction_residual(compliance: Array, free: Array, friction_coefficient: Arra
 
 
 @numba.njit(cache=True, nogil=True)
-def _active_product(compliance, forces):  # type: ignore[no-untyped-def]
-    """Return W r, skipping nodes without force: W is symmetric, so its rows serve as columns."""
-    count, dim = forces.shape
-    out = np.zeros(count * dim)
-    for i in range(count):
-        for k in range(dim):
-            if forces[i, k] != 0.0:
-                out += forces[i, k] * compliance[i * dim + k]
-    return out.reshape(count, dim)
-
-
-@numba.njit(cache=True, nogil=True)
 def _evaluate(compliance, free, friction, scale, forces):  # type: ignore[no-untyped-def]
     """Return the trial forces z and the residual r - P(z)."""
-    trial = forces - scale * (_active_product(compliance, forces) + free)
+    trial = forces - scale * (active_product(compliance, forces) + free)
     return trial, forces - project(trial, friction)
 
 
@@ -148,7 +135,7 @@ def _newton_step(compliance, friction, scale, forces, trial, residual):  # type:
     matrix, right = np.zeros((size, size)), np.empty(size)
     open_step = step.copy()
     open_step[touching] = 0.0
-    known = _active_product(compliance, open_step)
+    known = active_product(compliance, open_step)
     block = np.zeros((dim, dim))
     for a in range(touching.size):
         i = touching[a]
@@ -178,7 +165,7 @@ def _sweep(compliance, free, friction, scale, forces):  # type: ignore[no-untype
     """One projected Gauss-Seidel sweep, in place."""
     count, dim = forces.shape
     trial, new = np.empty(dim), np.empty(dim)
-    product = _active_product(compliance, forces)
+    product = active_product(compliance, forces)
     for i in range(count):
         for k in range(dim):
             trial[k] = forces[i, k] - scale[i, k] * (product[i, k] + free[i, k])
@@ -195,7 +182,7 @@ def _newton(compliance, free, friction, scale, forces, goal):  # type: ignore[no
     """Iterate until the residual is below `goal` or the line search stalls; return forces and iterations."""
     trial, residual = _evaluate(compliance, free, friction, scale, forces)
     merit = np.sum(residual**2)
-    for iteration in range(_NEWTON_LIMIT):
+    for iteration in range(NEWTON_LIMIT):
         if np.max(np.abs(residual)) <= goal:
             return forces, iteration
         try:
@@ -203,17 +190,17 @@ def _newton(compliance, free, friction, scale, forces, goal):  # type: ignore[no
         except Exception:  # noqa: BLE001  numba knows no narrower one: the matrix is singular, sweeps must go on
             return forces, iteration + 1
         length = 1.0
-        for _ in range(_SEARCH_LIMIT):
+        for _ in range(SEARCH_LIMIT):
             candidate = forces + length * step
             new_trial, new_residual = _evaluate(compliance, free, friction, scale, candidate)
             new_merit = np.sum(new_residual**2)
-            if new_merit <= (1.0 - 2.0 * _SUFFICIENT * length) * merit:
+            if decreases_enough(new_merit, merit, length):
                 break
             length *= 0.5
         if not new_merit < merit:
             return forces, iteration + 1
         forces, trial, residual, merit = candidate, new_trial, new_residual, new_merit
-    return forces, _NEWTON_LIMIT
+    return forces, NEWTON_LIMIT
 
 
 @numba.njit(cache=True, nogil=True)

@@ -38,7 +38,7 @@ def test_block_diagonal_and_response_are_those_of_the_matrix(dim, turning):
 @pytest.mark.parametrize("dim", [2, 3])
 def test_frames_that_stay_may_be_turned_into_once(dim):
     compliance, exact, frames = example(dim, turning=True)
-    turned = Compliance(compliance.body, compliance.penalty).turned(frames)
+    turned = Compliance(compliance.body, compliance.penalty).in_frames(frames)
     assert turned.frames is None
     np.testing.assert_allclose(turned.matrix, exact, rtol=1e-12, atol=1e-12)
 

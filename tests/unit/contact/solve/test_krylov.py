@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from fingerslip.contact.solve import krylov
-from fingerslip.contact.solve.krylov import Start, WorkSet, newton_krylov
+from fingerslip.contact.solve.krylov import Start, newton_krylov
 from fingerslip.contact.solve.newton import friction_residual, solve_friction
 from fingerslip.contact.solve.projection import project, step_lengths
+from fingerslip.contact.solve.working_set import WorkingSet
 
 
 def problem(seed, count, dim=3, friction=0.5):
@@ -18,8 +19,8 @@ def problem(seed, count, dim=3, friction=0.5):
     root = rng.normal(size=(count * dim, count * dim))
     block = root @ root.T / (count * dim) + 0.3 * np.eye(count * dim)
     scale = step_lengths(np.diag(block).reshape(count, dim).copy())
-    work = WorkSet(np.arange(count), scale, (scale.reshape(-1, 1) * block).astype(np.float32))
-    return Problem(block, rng.normal(size=(count, dim)) - np.eye(1, dim), np.full(count, friction)), work
+    working_set = WorkingSet(np.arange(count), scale, (scale.reshape(-1, 1) * block).astype(np.float32))
+    return Problem(block, rng.normal(size=(count, dim)) - np.eye(1, dim), np.full(count, friction)), working_set
 
 
 @dataclass(frozen=True)
@@ -28,19 +29,19 @@ class Problem:
     free: np.ndarray
     friction: np.ndarray
 
-    def trial(self, work, forces):
-        return forces - work.scale * ((self.block @ forces.ravel()).reshape(forces.shape) + self.free)
+    def trial(self, working_set, forces):
+        return forces - working_set.scale * ((self.block @ forces.ravel()).reshape(forces.shape) + self.free)
 
-    def solve(self, work, forces=None, goal=1e-10):
+    def solve(self, working_set, forces=None, goal=1e-10):
         """Come back with the residual in double precision until it is small enough, as the caller does."""
         forces, total = np.zeros_like(self.free) if forces is None else forces, 0
         for _ in range(4):
-            start = Start(forces, self.trial(work, forces), goal)
-            forces, work, solved, iterations = newton_krylov(work, self.friction, start)
+            start = Start(forces, self.trial(working_set, forces), goal)
+            forces, working_set, solved, iterations = newton_krylov(working_set, self.friction, start)
             total += iterations
             if not solved or self.residual(forces) <= 10 * goal:
                 break
-        return forces, work, solved, total
+        return forces, working_set, solved, total
 
     def residual(self, forces):
         own = friction_residual(self.block, self.free, self.friction, forces)
@@ -50,8 +51,8 @@ class Problem:
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("dim", [2, 3])
 def test_solutions_are_those_of_the_compiled_solver(seed, dim):
-    given, work = problem(seed, 20, dim)
-    forces, work, solved, iterations = given.solve(work)
+    given, working_set = problem(seed, 20, dim)
+    forces, working_set, solved, iterations = given.solve(working_set)
     if solved:
         assert given.residual(forces) <= 1e-9
         exact = solve_friction(given.block, given.free, given.friction, np.zeros_like(given.free), 1e-10).forces
@@ -61,8 +62,8 @@ def test_solutions_are_those_of_the_compiled_solver(seed, dim):
 
 
 def test_sliding_nodes_are_on_the_cone_and_open_ones_without_force_to_the_last_digit():
-    given, work = problem(0, 40)
-    forces, _, solved, _ = given.solve(work, np.ones((40, 3)))
+    given, working_set = problem(0, 40)
+    forces, _, solved, _ = given.solve(working_set, np.ones((40, 3)))
     assert solved
     closed = forces[:, 0] > 0.0
     assert 0 < closed.sum() < 40
@@ -73,65 +74,65 @@ def test_sliding_nodes_are_on_the_cone_and_open_ones_without_force_to_the_last_d
 
 
 def test_directions_are_newtons_own_and_tell_what_they_do_to_the_trial_forces():
-    given, work = problem(3, 15)
+    given, working_set = problem(3, 15)
     forces = np.abs(np.random.default_rng(1).normal(size=(15, 3)))
-    trial = given.trial(work, forces)
+    trial = given.trial(working_set, forces)
     residual = forces - project(trial, given.friction)
-    direction, change, _ = krylov._direction(work, given.friction, trial, residual, 1e-6)
+    direction, change, _ = krylov._direction(working_set, given.friction, trial, residual, 1e-6)
     slopes = krylov._slopes(trial, given.friction)
-    matrix, scaled = np.eye(45), work.scale.reshape(-1, 1) * given.block
+    matrix, scaled = np.eye(45), working_set.scale.reshape(-1, 1) * given.block
     for node in range(15):
         rows = slice(3 * node, 3 * node + 3)
         matrix[rows] -= slopes[node] @ (np.eye(45) - scaled)[rows]
     exact = np.linalg.solve(matrix, -residual.ravel())
     np.testing.assert_allclose(direction.ravel(), exact, atol=1e-4 * np.abs(exact).max())
-    difference = given.trial(work, forces + direction) - trial
+    difference = given.trial(working_set, forces + direction) - trial
     np.testing.assert_allclose(change, difference, atol=1e-5 * np.abs(difference).max())
 
 
 def count_factors(monkeypatch):
-    made, factorised = [], krylov._factorised
-    monkeypatch.setattr(krylov, "_factorised", lambda *given: made.append(None) or factorised(*given))
+    made, factorised = [], krylov._with_fresh_factors
+    monkeypatch.setattr(krylov, "_with_fresh_factors", lambda *given: made.append(None) or factorised(*given))
     return made
 
 
 def test_a_factor_is_kept_until_the_iterations_it_loses_have_cost_as_much_as_a_new_one(monkeypatch):
     made = count_factors(monkeypatch)
-    given, work = problem(0, 30)
-    _, work, _, _ = given.solve(work)
+    given, working_set = problem(0, 30)
+    _, working_set, _, _ = given.solve(working_set)
     first = len(made)
     assert first >= 1
-    assert work.lost * krylov._UNKNOWNS_PER_ITERATION <= 90
+    assert working_set.lost * krylov._UNKNOWNS_PER_ITERATION <= 90
     moved = replace(given, free=given.free + 1e-3)
-    moved.solve(replace(work, lost=0))
+    moved.solve(replace(working_set, lost=0))
     assert len(made) == first
-    moved.solve(replace(work, lost=90))
+    moved.solve(replace(working_set, lost=90))
     assert len(made) > first
 
 
 def test_the_factor_of_other_nodes_serves_for_those_that_stay(monkeypatch):
     """Of 30 nodes the factor knows 25, and five others that have left."""
-    given, work = problem(0, 30)
-    _, known, _, _ = given.solve(work)
+    given, working_set = problem(0, 30)
+    _, known, _, _ = given.solve(working_set)
     monkeypatch.setattr(krylov, "_UNKNOWNS_PER_ITERATION", 1)
-    old = replace(known.factor, nodes=np.where(np.arange(30) < 5, np.arange(30) + 100, np.arange(30)))
+    old = replace(known.preconditioner, nodes=np.where(np.arange(30) < 5, np.arange(30) + 100, np.arange(30)))
     made = count_factors(monkeypatch)
-    forces, *_ = given.solve(replace(work, factor=old.moved_to(np.arange(30), 3)))
+    forces, *_ = given.solve(replace(working_set, preconditioner=old.moved_to(np.arange(30), 3)))
     assert not made
-    np.testing.assert_allclose(forces, given.solve(work)[0], atol=1e-8 * np.abs(forces).max())
+    np.testing.assert_allclose(forces, given.solve(working_set)[0], atol=1e-8 * np.abs(forces).max())
 
 
 def test_a_solution_needs_no_iterations():
-    given, work = problem(0, 20)
-    forces = given.solve(work, goal=1e-12)[0]
-    again, _, solved, iterations = given.solve(work, forces)
+    given, working_set = problem(0, 20)
+    forces = given.solve(working_set, goal=1e-12)[0]
+    again, _, solved, iterations = given.solve(working_set, forces)
     assert (solved, iterations) == (True, 0)
     np.testing.assert_allclose(again, forces, atol=1e-9 * np.abs(forces).max())
 
 
 @pytest.mark.parametrize("unit", [1e-12, 1e9])
 def test_the_size_of_forces_does_not_matter_though_directions_are_single_precision(unit):
-    given, work = problem(0, 20)
-    forces = given.solve(work)[0]
-    scaled = replace(given, free=unit * given.free).solve(work)[0]
+    given, working_set = problem(0, 20)
+    forces = given.solve(working_set)[0]
+    scaled = replace(given, free=unit * given.free).solve(working_set)[0]
     np.testing.assert_allclose(scaled / unit, forces, atol=1e-8 * np.abs(forces).max())

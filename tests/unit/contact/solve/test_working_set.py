@@ -1,4 +1,4 @@
-"""Many candidates: what is found on the touching nodes holds on all, and equals what compiled code finds."""
+"""Working sets: the part of W on their nodes, and a preconditioner that moves with them."""
 
 from __future__ import annotations
 
@@ -7,119 +7,61 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fingerslip.contact.frames import contact_frames
-from fingerslip.contact.solve import working_set as active
 from fingerslip.contact.solve.compliance import Compliance
-from fingerslip.contact.solve.newton import ContactSolution, friction_residual, solve_friction
-from fingerslip.contact.solve.working_set import solve_contact
+from fingerslip.contact.solve.dense import factorise_dense
+from fingerslip.contact.solve.working_set import Preconditioner, WorkingSet, gather
 
-TOLERANCE = 1e-10
-
-
-@pytest.fixture(autouse=True)
-def always_on_a_work_set(monkeypatch):
-    monkeypatch.setattr(active, "_FEW", 0)
+DIM, COUNT = 3, 8
 
 
-def half_space(side, depth, slide, dim=3):
-    """Return a paraboloid of side x side nodes pressed on a half-space (1/r compliance) and pulled sideways."""
-    x, y = (part.ravel() for part in np.meshgrid(*[np.linspace(-1.0, 1.0, side)] * 2))
-    distance = np.hypot(x[:, None] - x, y[:, None] - y) + 0.5 / side * np.eye(side**2)
-    body = np.kron(0.05 / distance, np.eye(dim) + 0.1 * (np.eye(dim, k=1) + np.eye(dim, k=-1)))
-    free = np.column_stack([x**2 + 0.7 * y**2 - depth, np.full((side**2, dim - 1), 0.0)])
-    free[:, 1] = slide
-    return Compliance(body, np.full((side**2, dim), 0.1)), free, np.full(side**2, 0.6)
+def compliance() -> Compliance:
+    root = np.random.default_rng(0).normal(size=(COUNT * DIM, COUNT * DIM))
+    return Compliance(root @ root.T, np.full((COUNT, DIM), 0.5))
 
 
-@pytest.mark.parametrize("slide", [0.0, 0.05, 0.2, 2.0])
-@pytest.mark.parametrize("depth", [0.1, 0.5, 2.5])
-def test_forces_are_those_of_the_compiled_solver_on_all_candidates(depth, slide):
-    compliance, free, friction = half_space(14, depth, slide)
-    start = np.zeros_like(free)
-    exact = solve_friction(compliance.matrix, free, friction, start, TOLERANCE)
-    found, work = solve_contact(compliance, free, friction, start, TOLERANCE)
-    np.testing.assert_allclose(found.response, compliance.response(found.forces), rtol=1e-12, atol=0.0)
-    assert found.residual <= TOLERANCE
-    np.testing.assert_allclose(found.forces, exact.forces, atol=1e-8 * np.abs(exact.forces).max())
-    assert work.nodes.size < len(free) or depth > 1.0
+def preconditioner(nodes: np.ndarray) -> tuple[Preconditioner, np.ndarray]:
+    """Return factors for some nodes, and the matrix that they are of."""
+    size = nodes.size * DIM
+    matrix = (np.eye(size) + 0.1 * np.random.default_rng(1).normal(size=(size, size))).astype(np.float32)
+    factors = factorise_dense(matrix.copy())
+    return Preconditioner(factors, nodes, np.ones(size, dtype=bool), np.arange(size)), matrix
 
 
-def test_a_path_is_followed_with_what_the_step_before_left():
-    """Pressed, then pulled in small steps: the work set and its factor are taken along, and grow where they must."""
-    forces, work, sizes = np.zeros((196, 3)), None, []
-    for depth, slide in [*((0.1 * k, 0.0) for k in range(1, 7)), *((0.6, 0.02 * k) for k in range(1, 9))]:
-        compliance, free, friction = half_space(14, depth, slide)
-        found, work = solve_contact(compliance, free, friction, forces, TOLERANCE, work=work)
-        own = np.abs(friction_residual(compliance.matrix, free, friction, found.forces)).max()
-        assert own <= TOLERANCE * np.abs(found.forces).max()
-        forces = found.forces
-        sizes.append(work.nodes.size)
-        assert np.isin(np.flatnonzero(forces[:, 0]), work.nodes).all()
-    assert sizes[-1] > sizes[0]
+def test_a_working_set_has_the_scaled_compliance_among_its_nodes():
+    nodes, scale = np.array([1, 4, 6]), np.random.default_rng(2).uniform(1.0, 2.0, (COUNT, DIM))
+    made = gather(compliance(), scale, nodes, None)
+    np.testing.assert_array_equal(made.nodes, nodes)
+    exact = scale[nodes].reshape(-1, 1) * compliance().block(nodes)
+    np.testing.assert_allclose(made.scaled, exact, rtol=1e-6)
+    assert made.scaled.dtype == np.float32
+    assert made.preconditioner is None
 
 
-def test_forces_that_grow_steadily_are_foreseen():
-    """In sticking contact forces are linear in the slide: two steps tell the third, which then needs no iteration."""
-    forces, work, iterations = np.zeros((196, 3)), None, []
-    for slide in (0.0, 1e-4, 2e-4, 3e-4):
-        compliance, free, _ = half_space(14, 0.5, slide)
-        found, work = solve_contact(compliance, free, np.full(196, 10.0), forces, 1e-8, work=work)
-        forces = found.forces
-        iterations.append(found.iterations)
-    assert iterations[-1] == 0 < iterations[1]
+def test_an_old_working_set_hands_on_its_preconditioner_and_its_forces():
+    scale, before = np.ones((COUNT, DIM)), np.ones((COUNT, DIM))
+    old = gather(compliance(), scale, np.array([1, 4]), None)
+    assert gather(compliance(), scale, np.array([4, 5]), replace(old, before=before)).before is None
+    full = replace(old, preconditioner=preconditioner(old.nodes)[0], lost=7, before=before)
+    made = gather(compliance(), scale, np.array([4, 5]), full)
+    assert isinstance(made, WorkingSet)
+    assert (made.lost, made.before is before) == (7, True)
+    np.testing.assert_array_equal(made.preconditioner.unknowns, [0, 1, 2])
+    np.testing.assert_array_equal(made.preconditioner.kept, [False] * 3 + [True] * 3)
 
 
-def test_a_work_set_that_is_too_large_is_made_smaller():
-    compliance, free, friction = half_space(14, 2.5, 0.0)
-    _, large = solve_contact(compliance, free, friction, np.zeros_like(free), TOLERANCE)
-    _, free, _ = half_space(14, 0.1, 0.0)
-    start = np.zeros_like(free)
-    start[98] = 1.0
-    _, small = solve_contact(compliance, free, friction, start, TOLERANCE, work=large)
-    assert small.nodes.size < large.nodes.size / 2
-
-
-def test_nothing_that_touches_gives_exact_zeros():
-    compliance, free, friction = half_space(14, -0.1, 0.3)
-    found, _ = solve_contact(compliance, free, friction, np.ones_like(free), TOLERANCE)
-    assert found.residual == 0.0
-    assert not found.forces.any()
-
-
-def test_frames_that_turn_are_followed():
-    compliance, free, friction = half_space(14, 0.4, 0.1)
-    normals = np.tile([0.0, 0.6, 0.8], (196, 1))
-    turning = Compliance(compliance.body, compliance.penalty, contact_frames(normals, np.array([1.0, 0.0, 0.0])))
-    found, work = solve_contact(turning, free, friction, np.zeros_like(free), TOLERANCE)
-    exact = solve_friction(turning.matrix, free, friction, np.zeros_like(free), TOLERANCE)
-    np.testing.assert_allclose(found.forces, exact.forces, atol=1e-8 * np.abs(exact.forces).max())
-    again, _ = solve_contact(turning, free, friction, found.forces, TOLERANCE, work=replace(work, before=None))
-    assert again.iterations == 0
-
-
-def test_where_newton_stalls_the_robust_solver_goes_on(monkeypatch):
-    monkeypatch.setattr(active, "newton_krylov", lambda work, _, start: (start.forces, work, False, 3))
-    compliance, free, friction = half_space(10, 0.5, 0.2)
-    found, _ = solve_contact(compliance, free, friction, np.zeros_like(free), TOLERANCE)
-    assert found.residual <= TOLERANCE
-    assert found.iterations > 3
-
-
-def test_a_wrong_answer_is_never_passed_off(monkeypatch):
-    """If all fails the residual, over all candidates, says so."""
-    monkeypatch.setattr(active, "newton_krylov", lambda work, _, start: (start.forces + 1.0, work, False, 1))
-    monkeypatch.setattr(active, "solve_friction", lambda *given: ContactSolution(0 * given[1] + 1.0, 0.0, 1, 0))
-    compliance, free, friction = half_space(10, 0.5, 0.2)
-    found, _ = solve_contact(compliance, free, friction, np.zeros_like(free), TOLERANCE)
-    own = np.abs(friction_residual(compliance.matrix, free, friction, found.forces)).max(axis=1)
-    assert found.residual == pytest.approx(own.max() / np.abs(found.forces).max())
-    assert found.residual > 1e-3
-    assert found.worst == np.argmax(own)
-
-
-def test_few_candidates_are_solved_all_together(monkeypatch):
-    monkeypatch.setattr(active, "_FEW", 900)
-    compliance, free, friction = half_space(5, 0.5, 0.2)
-    found, work = solve_contact(compliance, free, friction, np.zeros_like(free), TOLERANCE)
-    assert work is None
-    assert found.residual <= TOLERANCE
+@pytest.mark.parametrize("nodes", [[2, 5, 7], [0, 2, 3, 5, 6, 7], [5, 9], [9, 10]])
+def test_a_moved_preconditioner_solves_for_kept_nodes_and_passes_new_ones(nodes):
+    made, matrix = preconditioner(np.array([2, 5, 7]))
+    vector = np.random.default_rng(3).normal(size=len(nodes) * DIM).astype(np.float32)
+    found = made.moved_to(np.array(nodes), DIM).solve(vector)
+    given = np.zeros(9)
+    places = {node: slice(DIM * i, DIM * i + DIM) for i, node in enumerate(nodes)}
+    for i, node in enumerate((2, 5, 7)):
+        if node in places:
+            given[DIM * i : DIM * i + DIM] = vector[places[node]]
+    solved = np.linalg.solve(matrix, given)
+    for i, node in enumerate((2, 5, 7)):
+        if node in places:
+            np.testing.assert_allclose(found[places[node]], solved[DIM * i : DIM * i + DIM], atol=1e-5)
+    for node in set(nodes) - {2, 5, 7}:
+        np.testing.assert_array_equal(found[places[node]], vector[places[node]])

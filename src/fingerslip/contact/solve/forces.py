@@ -1,0 +1,200 @@
+"""The contact forces of one step, for any number of candidates.
+
+Few candidates are solved all together by compiled code (:mod:`fingerslip.contact.solve.newton`). Of many, most stay
+open: the touching nodes and the nearest open ones form the *working set* on which Newton's method runs
+(:mod:`fingerslip.contact.solve.krylov`). Its forces are then checked on all candidates. Nodes outside the working set
+that would be penetrated join it, until there are none.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.solve.compliance import Compliance
+from fingerslip.contact.solve.krylov import Start, newton_krylov
+from fingerslip.contact.solve.newton import ContactSolution, solve_friction
+from fingerslip.contact.solve.projection import project, step_lengths
+from fingerslip.contact.solve.working_set import WorkingSet, gather
+
+__all__ = ["solve_contact"]
+
+Array = NDArray[np.float64]
+
+# Unknowns up to which compiled code on all candidates is faster.
+_FEW = 900
+_ROUNDS = 25
+# The working set holds this share of open nodes beside the touching ones, so that it lasts for some steps.
+_SPARE_SHARE, _SPARE_NODES = 0.1, 20
+_TOO_MANY = 1.5
+# Tolerance on the working set, so that the last projection and the other nodes keep the residual below that of all.
+_FINER = 0.1
+# Relative residual of the first Newton direction, from the last step's forces and from nearly solved ones.
+_ROUGH, _FINE = 0.1, 1e-4
+
+
+def solve_contact(
+    compliance: Compliance,
+    free: Array,
+    friction_coefficient: Array,
+    start: Array,
+    tolerance: float,
+    *,
+    working_set: WorkingSet | None = None,
+) -> tuple[ContactSolution, WorkingSet | None]:
+    """Find the contact forces of one step.
+
+    Parameters
+    ----------
+    compliance : Compliance
+        W of the n_c candidates.
+    free : (n_c, dim) array
+        q, gap and slip without contact forces [m].
+    friction_coefficient : (n_c,) array
+        Friction coefficients [-].
+    start : (n_c, dim) array
+        First guess of the forces, best those of the last step [N].
+    tolerance : float
+        Relative residual at which to stop, over all candidates [-].
+    working_set : WorkingSet, optional
+        The working set of the last step.
+
+    Returns
+    -------
+    solution : ContactSolution
+        The best forces found; the caller compares their residual with the tolerance.
+    working_set : WorkingSet or None
+        For the next step; None where all candidates were solved together.
+    """
+    if free.size <= _FEW:
+        return solve_friction(compliance.matrix, free, friction_coefficient, start, tolerance), None
+    return _solve_on_working_set(_problem(compliance, free, friction_coefficient), start, tolerance, working_set)
+
+
+@dataclass(frozen=True)
+class _Check:
+    """Forces and their residual on all candidates."""
+
+    forces: Array
+    response: Array
+    trial: Array
+    residual: Array
+    least: float
+
+    @property
+    def relative_residual(self) -> float:
+        """Largest residual over the largest force."""
+        size = max(float(np.abs(self.forces).max()), self.least)
+        return float(np.abs(self.residual).max()) / size if size > 0.0 else 0.0
+
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """Which nodes have a force or would get one."""
+        touching: NDArray[np.bool_] = (self.forces[:, 0] > 0.0) | (self.trial[:, 0] > 0.0)
+        return touching
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """The contact problem on all candidates, with the step lengths of its projection."""
+
+    compliance: Compliance
+    free: Array
+    friction: Array
+    scale: Array
+    least: float
+
+    def check(self, forces: Array) -> _Check:
+        response = self.compliance.response(forces)
+        trial = forces - self.scale * (response + self.compliance.penalty * forces + self.free)
+        return _Check(forces, response, trial, forces - project(trial, self.friction), self.least)
+
+
+def _problem(compliance: Compliance, free: Array, friction: Array) -> _Problem:
+    scale = step_lengths(compliance.diagonal)
+    # The force that would undo the worst free penetration alone sets the scale of rounding.
+    least = 1e-12 * float(np.max(scale * np.abs(free)))
+    return _Problem(compliance, np.ascontiguousarray(free), friction, scale, least)
+
+
+def _solve_on_working_set(
+    problem: _Problem, start: Array, tolerance: float, old: WorkingSet | None
+) -> tuple[ContactSolution, WorkingSet]:
+    found = problem.check(start if old is None else _extrapolated(old.before, start))
+    working_set = _initial_working_set(problem, found, old)
+    iterations, solved = 0, True
+    for round_number in range(_ROUNDS):
+        if not np.isin(np.flatnonzero(found.touching), working_set.nodes).all():
+            working_set = _chosen(problem, found, working_set)
+        elif not solved:
+            found, used = _solve_robustly(problem, working_set, found, tolerance)
+            iterations += used
+        roughest = _ROUGH if round_number == 0 else _FINE
+        before = found.relative_residual
+        found, working_set, solved, used = _newton(problem, working_set, found, tolerance, roughest)
+        iterations += used
+        if found.relative_residual <= tolerance:
+            break
+        # Newton's method may only claim success where the residual of all candidates has decreased.
+        solved = solved and found.relative_residual < 0.5 * before
+    if working_set.nodes.size > _TOO_MANY * _wanted(found):
+        working_set = _chosen(problem, found, working_set)
+    worst = int(np.argmax(np.abs(found.residual).max(axis=1)))
+    solution = ContactSolution(found.forces, found.relative_residual, iterations, worst, found.response)
+    return solution, replace(working_set, before=start)
+
+
+def _initial_working_set(problem: _Problem, found: _Check, old: WorkingSet | None) -> WorkingSet:
+    """Return the working set with which a step begins: the old one, with the compliance of the present frames."""
+    if old is None:
+        return _chosen(problem, found, None)
+    if problem.compliance.frames is None:
+        return old
+    return gather(problem.compliance, problem.scale, old.nodes, old)
+
+
+def _extrapolated(before: Array | None, last: Array) -> Array:
+    """Return the forces, extrapolated from the last two steps; open nodes stay open."""
+    if before is None:
+        return last
+    guess = 2.0 * last - before
+    guess[(last[:, 0] <= 0.0) | (guess[:, 0] <= 0.0)] = 0.0
+    return guess
+
+
+def _newton(
+    problem: _Problem, working_set: WorkingSet, found: _Check, tolerance: float, roughest: float
+) -> tuple[_Check, WorkingSet, bool, int]:
+    """Continue Newton's method on the working set; the other nodes have no force."""
+    nodes = working_set.nodes
+    start = Start(found.forces[nodes], found.trial[nodes], _FINER * tolerance, problem.least, roughest)
+    own, working_set, solved, iterations = newton_krylov(working_set, problem.friction[nodes], start)
+    return problem.check(_scattered(own, nodes, found.forces)), working_set, solved, iterations
+
+
+def _solve_robustly(problem: _Problem, working_set: WorkingSet, found: _Check, tolerance: float) -> tuple[_Check, int]:
+    """Solve on the working set with the compiled solver, which has sweeps where Newton's method stalls."""
+    nodes = working_set.nodes
+    block, free, friction = problem.compliance.block(nodes), problem.free[nodes], problem.friction[nodes]
+    own = solve_friction(block, free, friction, found.forces[nodes], _FINER * tolerance)
+    return problem.check(_scattered(own.forces, nodes, found.forces)), own.iterations
+
+
+def _scattered(own: Array, nodes: NDArray[np.int64], like: Array) -> Array:
+    forces = np.zeros_like(like)
+    forces[nodes] = own
+    return forces
+
+
+def _wanted(found: _Check) -> int:
+    """Return how many nodes a working set should have."""
+    touching = int(np.count_nonzero(found.touching))
+    return min(len(found.forces), touching + int(_SPARE_SHARE * touching) + _SPARE_NODES)
+
+
+def _chosen(problem: _Problem, found: _Check, old: WorkingSet | None) -> WorkingSet:
+    """Choose the touching nodes and the nearest open ones."""
+    order = np.argsort(-found.trial[:, 0] / problem.scale[:, 0] - np.where(found.touching, np.inf, 0.0))
+    return gather(problem.compliance, problem.scale, np.sort(order[: _wanted(found)]), old)

@@ -1,0 +1,14 @@
+"""The three states of a contact node."""
+
+from __future__ import annotations
+
+from typing import Final
+
+__all__ = ["OPEN", "SLIP", "STICK"]
+
+# No contact: the gap is open and the node carries no force.
+OPEN: Final = 0
+# Contact within the friction limit, |t| < mu p: the tangential motion is elastic and will be recovered.
+STICK: Final = 1
+# Contact at the friction limit, |t| = mu p: the node slides. Without friction every touching node slips.
+SLIP: Final = 2
