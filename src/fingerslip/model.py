@@ -25,6 +25,7 @@ from fingerslip.parameters import (
     Stiffness,
     parameters,
 )
+from fingerslip.protocols import conforms
 from fingerslip.sites import Site
 
 __all__ = [
@@ -48,6 +49,9 @@ Component = Literal["x", "y", "z"]
 Formulation = Literal["plane_strain", "plane_stress", "solid"]
 Integration = Literal["selective", "full", "nodal"]
 NumericalDamping = Annotated[float, pydantic.Field(ge=-0.5, le=0.0)]
+
+_A_COUNTERFACE = pydantic.PlainValidator(conforms(Counterface, "a counterface, such as Plane, Cylinder or Sphere"))
+_A_LAW = pydantic.PlainValidator(conforms(FrictionLaw, "a friction law, such as Coulomb(0.5)"))
 
 
 @parameters
@@ -189,9 +193,10 @@ class Contact:
     boundary : str
         Named boundary of the mesh that may touch the counterface.
     counterface : Plane, Cylinder or Sphere
-        The rigid counter-surface.
+        The rigid counterface, or any object with the members of
+        :class:`~fingerslip.contact.counterfaces.Counterface`.
     friction : Coulomb, StaticKinetic, PressureDependent or Anisotropic
-        The friction law.
+        The friction law, or any object with the members of :class:`~fingerslip.contact.friction.FrictionLaw`.
     normal_penalty, tangential_penalty : float, optional
         Contact stiffness per area [Pa/m]; without them they follow from the layer under the boundary
         and the size of its facets.
@@ -207,8 +212,8 @@ class Contact:
     RENAMED: ClassVar[Mapping[str, str]] = MappingProxyType({"body": "counterface", "reach": "search_distance"})
 
     boundary: str
-    counterface: Counterface = Plane()
-    friction: FrictionLaw = Coulomb(0.0)
+    counterface: Annotated[Counterface, _A_COUNTERFACE] = Plane()
+    friction: Annotated[FrictionLaw, _A_LAW] = Coulomb(0.0)
     normal_penalty: Stiffness | None = None
     tangential_penalty: Stiffness | None = None
     search_distance: PositiveLength | None = None

@@ -18,6 +18,7 @@ MODULES = sorted(
 )
 # What is true of the package as a whole, and of no single module.
 ABOUT_ALL = {
+    "test_doctests.py",
     "test_howto.py",
     "test_layers.py",
     "test_mirror.py",

@@ -33,6 +33,19 @@ def test_a_model_without_programme_needs_an_end():
         (lambda: fs.TimeStepping(1e-3, alpha=-0.6), "TimeStepping.alpha: got -0.6, needs a number >= -0.5"),
         (lambda: fs.Contact("bottom", normal_penalty=-1.0), "Contact.normal_penalty"),
         (lambda: fs.Contact("bottom", search_distance=0.0), "Contact.search_distance"),
+        (
+            lambda: fs.Contact("bottom", friction=0.5),
+            "Contact.friction: got 0.5, needs a friction law, such as Coulomb",
+        ),
+        (
+            lambda: fs.Contact("bottom", friction=fs.Plane()),
+            "Contact.friction: got a Plane, needs a friction law, such as Coulomb(0.5)",
+        ),
+        (
+            lambda: fs.Contact("bottom", counterface="plate"),
+            "Contact.counterface: got 'plate', needs a counterface, such as Plane, Cylinder or Sphere",
+        ),
+        (lambda: fs.Contact("bottom", counterface=fs.Plane), "got the class Plane, needs a counterface"),
         (lambda: fs.Recording(snapshots_every=-1.0), "Recording.snapshots_every"),
         (lambda: push_and_slide(formulation="plane"), "Model.formulation: got 'plane'"),
         (lambda: push_and_slide(integration="reduced"), "Model.integration: got 'reduced'"),

@@ -1,4 +1,4 @@
-"""Contact candidates: the boundary nodes that may touch, their frames, areas and penalties."""
+"""Contact candidates: the boundary nodes that may touch, with their areas and penalties, and what they may touch."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.contact.counterfaces import Counterface, Plane
+from fingerslip.contact.counterfaces import Counterface
 from fingerslip.contact.frames import contact_frames, sliding_direction
-from fingerslip.contact.friction import Anisotropic, FrictionLaw
+from fingerslip.contact.friction import Conditions, FrictionLaw
 from fingerslip.errors import InputError, SlipOutsideContactError
 from fingerslip.fe.space import vector_dofs
 
@@ -25,9 +25,10 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 # Penalty over the stiffness E/h of the outermost row of cells: large enough that the penetration is a few per
-# cent of that row's own squeezing, small enough that the contact problem stays well conditioned.
+# cent of that row's own compression, small enough that the contact problem stays well conditioned.
 _PENALTY_RATIO = 10.0
 
 
@@ -40,17 +41,17 @@ class Candidates:
     nodes : (n_c,) array
         Mesh nodes.
     counterface : (n_c,) array
-        Index of the body that each may touch.
+        Index of the counterface that each may touch.
     positions : (n_c, dim) array
         Reference positions [m].
     area : (n_c,) array
-        Tributary area [m^2].
+        Tributary areas [m^2].
     normal_stiffness, tangential_stiffness : (n_c,) array
         Penalties times areas [N/m].
     """
 
-    nodes: NDArray[np.int64]
-    counterface: NDArray[np.int64]
+    nodes: Indices
+    counterface: Indices
     positions: Array
     area: Array
     normal_stiffness: Array
@@ -64,7 +65,10 @@ class Candidates:
 
 @dataclass(frozen=True)
 class Counterfaces:
-    """The counterfaces that candidates may touch, and the friction there.
+    """The counterfaces that candidates may touch, with the friction on each.
+
+    In the methods, `points` (n, dim) [m] are positions relative to where the counterfaces started, and `counterface`
+    (n,) holds the index of the counterface that each point belongs to.
 
     Parameters
     ----------
@@ -78,53 +82,46 @@ class Counterfaces:
     friction: tuple[FrictionLaw, ...]
 
     @property
-    def flat(self) -> bool:
-        """Whether all counterfaces are planes, so that frames never turn."""
-        return all(isinstance(counterface, Plane) for counterface in self.shapes)
+    def are_flat(self) -> bool:
+        """Whether all of them are flat, so that frames never turn."""
+        return all(shape.is_flat for shape in self.shapes)
 
-    def gaps(self, points: Array, counterface: NDArray[np.int64]) -> Array:
-        """Return the gap [m] of `points` (n, dim) [m], given relative to where their counterfaces started."""
+    def gaps(self, points: Array, counterface: Indices) -> Array:
+        """Return the gaps, shape (n,) [m]."""
         gaps = np.zeros(len(points))
-        for number, surface in enumerate(self.shapes):
+        for number, shape in enumerate(self.shapes):
             own = counterface == number
-            gaps[own] = surface.gap(points[own])
+            gaps[own] = shape.gap(points[own])
         return gaps
 
-    def normals(self, points: Array, counterface: NDArray[np.int64]) -> Array:
-        """Return the outward unit normals (n, dim) at `points`."""
+    def normals(self, points: Array, counterface: Indices) -> Array:
+        """Return the outward unit normals, shape (n, dim) [-]."""
         normals = np.zeros_like(points)
-        for number, surface in enumerate(self.shapes):
+        for number, shape in enumerate(self.shapes):
             own = counterface == number
-            normals[own] = surface.normals(points[own])
+            normals[own] = shape.normals(points[own])
         return normals
 
-    def frames(self, points: Array, counterface: NDArray[np.int64]) -> Array:
-        """Return the frames (n, dim, dim) at `points`, normal first.
-
-        With anisotropic friction the second tangent is stretched by the ratio of the coefficients, which turns
-        the ellipse of the friction cone into a circle while force times displacement stays what it is.
-        """
+    def frames(self, points: Array, counterface: Indices) -> Array:
+        """Return the frames that the friction laws ask for, shape (n, dim, dim) [-]; rows normal, then tangents."""
         frames = np.zeros((len(points), points.shape[1], points.shape[1]))
-        for number, (surface, law) in enumerate(zip(self.shapes, self.friction, strict=True)):
-            own = counterface == number
-            direction = sliding_direction(surface.unit_normal)
-            if isinstance(law, Anisotropic):
-                direction = np.asarray(law.direction)
-            frames[own] = contact_frames(surface.normals(points[own]), direction)
-            if isinstance(law, Anisotropic):
-                frames[own, 2] *= law.across / law.along
+        for number, (shape, law) in enumerate(zip(self.shapes, self.friction, strict=True)):
+            own, wanted = counterface == number, law.frame
+            direction = sliding_direction(shape.unit_normal) if wanted.direction is None else wanted.direction
+            frames[own] = contact_frames(shape.normals(points[own]), np.asarray(direction))
+            frames[own, 2:] *= wanted.stretch
         return frames
 
-    def coefficients(self, pressure: Array, slip_rate: Array, counterface: NDArray[np.int64]) -> Array:
-        """Return the friction coefficient of each node, shape (n,)."""
+    def coefficients(self, conditions: Conditions, counterface: Indices) -> Array:
+        """Return the friction coefficient of every node under the given conditions, shape (n,) [-]."""
         values = np.zeros(len(counterface))
         for number, law in enumerate(self.friction):
             own = counterface == number
-            values[own] = law.coefficients(pressure[own], slip_rate[own])
+            values[own] = law.coefficients(conditions.at(own))
         return values
 
 
-def node_operator(nodes: NDArray[np.int64], dim: int, n_dofs: int) -> sparse.csr_matrix:
+def node_operator(nodes: Indices, dim: int, n_dofs: int) -> sparse.csr_matrix:
     """Return the map from displacements (n_dofs,) to those of `nodes`, shape (n * dim, n_dofs)."""
     columns = vector_dofs(nodes, dim).ravel()
     ones = np.ones(columns.size)
@@ -137,9 +134,9 @@ def automatic_penalty(youngs_modulus: float, facet_size: float) -> float:
 
 
 def find_candidates(
-    surface: Counterface,
+    shape: Counterface,
     positions: Array,
-    nodes: NDArray[np.int64],
+    nodes: Indices,
     areas: Array,
     *,
     counterface: int,
@@ -151,7 +148,7 @@ def find_candidates(
 
     Parameters
     ----------
-    surface : Counterface
+    shape : Counterface
         The counterface, placed at its start.
     positions : (n_nodes, dim) array
         Positions of all nodes [m].
@@ -160,9 +157,9 @@ def find_candidates(
     areas : (n_nodes,) array
         Tributary areas of all nodes [m^2].
     counterface : int
-        Index of the body.
+        Index of the counterface.
     search_distance : float
-        Nodes with an initial gap beyond this are left out [m].
+        Nodes with a larger initial gap are left out [m].
     penalties : tuple of float
         Normal and tangential penalty [Pa/m].
     where : str
@@ -171,16 +168,16 @@ def find_candidates(
     Raises
     ------
     InputError
-        Where the counterface starts inside the deformable one, or too far away to touch it.
+        Where the counterface starts inside the deformable body, or too far away to touch it.
     """
-    gap = surface.gap(positions[nodes])
+    gap = shape.gap(positions[nodes])
     if gap.min() < -1e-9 * float(np.ptp(positions, axis=0).max()):
-        _refuse_start_inside(surface, float(gap.min()), where)
+        _refuse_start_inside(shape, float(gap.min()), where)
     # Corner nodes of quadratic tetrahedra have no area of their own: the mid-side nodes carry all of it.
     chosen = (gap <= search_distance) & (areas[nodes] > 1e-9 * areas[nodes].max())
     if not chosen.any():
-        found = f"no node of the boundary is within {search_distance * 1e3:.4g} mm of the plate"
-        raise InputError(where, found, "needs a programme or offset that brings the plate to it")
+        found = f"no node of the boundary is within {search_distance * 1e3:.4g} mm of the counterface"
+        raise InputError(where, found, "needs a programme or a start that brings the counterface to it")
     nodes = nodes[chosen]
     area = areas[nodes]
     return Candidates(
@@ -193,16 +190,14 @@ def find_candidates(
     )
 
 
-def _refuse_start_inside(surface: Counterface, gap: float, where: str) -> None:
-    found = f"the plate starts {-gap * 1e3:.4g} mm inside the body"
-    if isinstance(surface, Plane):
-        allowed = f"needs an offset <= {((surface.offset or 0.0) + gap) * 1e3:.6g} mm"
-        raise InputError(f"{where}.offset", found, allowed, "leave it out and the plate starts where it touches")
-    raise InputError(f"{where}.centre", found, "needs to start outside", "leave it out and it starts where it touches")
+def _refuse_start_inside(shape: Counterface, gap: float, where: str) -> None:
+    field, allowed = shape.start_hint(gap)
+    found = f"the counterface starts {-gap * 1e3:.4g} mm inside the body"
+    raise InputError(f"{where}.{field}", found, allowed, "leave it out and the counterface starts where it touches")
 
 
 def join_candidates(parts: list[Candidates], dim: int) -> Candidates:
-    """Put the candidates of several counterfaces into one set; an empty list gives an empty set."""
+    """Join the candidates of several counterfaces; an empty list gives an empty set in `dim` dimensions."""
     if not parts:
         none, ints = np.zeros(0), np.zeros(0, dtype=np.int64)
         return Candidates(ints, ints, np.zeros((0, dim)), none, none, none)
@@ -210,8 +205,8 @@ def join_candidates(parts: list[Candidates], dim: int) -> Candidates:
     return Candidates(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in fields})
 
 
-def check_outsiders(gaps: Array, nodes: NDArray[np.int64], positions: Array, time: float) -> None:
-    """Refuse that a boundary node which is no candidate goes into the counterface.
+def check_outsiders(gaps: Array, nodes: Indices, positions: Array, time: float) -> None:
+    """Refuse penetration by a boundary node that is no candidate.
 
     Parameters
     ----------
@@ -223,13 +218,18 @@ def check_outsiders(gaps: Array, nodes: NDArray[np.int64], positions: Array, tim
         Their reference positions [m].
     time : float
         Present time [s].
+
+    Raises
+    ------
+    SlipOutsideContactError
+        Where a gap is negative.
     """
     if gaps.size and gaps.min() < 0.0:
         worst = int(np.argmin(gaps))
-        place = ", ".join(f"{value * 1e3:.4g}" for value in positions[worst])
+        position = ", ".join(f"{value * 1e3:.4g}" for value in positions[worst])
         raise SlipOutsideContactError(
             f"contact at t = {time:.6g} s",
-            f"node {nodes[worst]} at ({place}) mm reached the plate but is no contact candidate",
-            "the plate may touch candidates only",
+            f"node {nodes[worst]} at ({position}) mm reached the counterface but is no contact candidate",
+            "only candidates may touch the counterface",
             "write a larger search_distance, or name a boundary that holds the whole contact",
         )

@@ -1,9 +1,13 @@
-"""Rigid counter-surfaces: where they are, how far points are from them, and which way they face."""
+"""Rigid counterfaces: where they start, how far points are from them, and their normals.
+
+A counterface moves without turning. All points are given relative to its motion: a node at x, with a counterface that
+has moved by s since the start, has the gap of the point x - s.
+"""
 
 from __future__ import annotations
 
 import dataclasses
-from typing import TypeVar
+from typing import ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,14 +15,48 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.parameters import PositiveLength, SignedLength, parameters
 
-__all__ = ["Counterface", "Cylinder", "Plane", "Sphere"]
+__all__ = ["BuiltInCounterface", "Counterface", "Cylinder", "Plane", "Sphere"]
 
 Array = NDArray[np.float64]
 
 
+class Counterface(Protocol):
+    """A rigid body that the deformable one may touch."""
+
+    @property
+    def dim(self) -> int:
+        """Number of space dimensions, 2 or 3."""
+
+    @property
+    def unit_normal(self) -> Array:
+        """Direction in which the counterface presses, towards the deformable body, shape (dim,) [-]."""
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether its normal is the same everywhere, so that the frames of contact nodes never turn."""
+
+    def placed(self, points: Array) -> Counterface:
+        """Return the counterface at its start.
+
+        Without a given position it just touches `points` (n, dim) [m], the boundary that it may touch.
+        """
+
+    def gap(self, points: Array) -> Array:
+        """Return the distance of `points` (n, dim) [m] from the placed counterface, shape (n,) [m], negative inside."""
+
+    def normals(self, points: Array) -> Array:
+        """Return the outward unit normals nearest to `points` (n, dim) [m], same shape [-]."""
+
+    def start_hint(self, gap: float) -> tuple[str, str]:
+        """Return the field that says where the counterface starts, and what it needs, for a start inside the body.
+
+        Both are parts of an error; `gap` is the least gap at the start [m], negative.
+        """
+
+
 @parameters
 class Plane:
-    """A rigid half-space below a plane, which may move without turning.
+    """A rigid half-space below a plane.
 
     Parameters
     ----------
@@ -28,6 +66,8 @@ class Plane:
         Signed distance of the plane from the origin along `normal` at the start [m].
         Without it the plane starts where it just touches the boundary.
     """
+
+    is_flat: ClassVar[bool] = True
 
     normal: tuple[float, ...] = (0.0, 1.0)
     offset: SignedLength | None = None
@@ -42,137 +82,135 @@ class Plane:
 
     @property
     def unit_normal(self) -> Array:
-        """Direction in which the counterface presses: the outward unit normal, shape (dim,)."""
+        """Outward unit normal, shape (dim,) [-]."""
         return _unit(self.normal, "normal")
 
     def placed(self, points: Array) -> Plane:
-        """Return the plane with its offset, the touching one of `points` (n_points, dim) [m] where none was given."""
+        """Return the plane with its offset; it touches `points` (n, dim) [m] where none was given."""
         if self.offset is not None:
             return self
         return dataclasses.replace(self, offset=float(np.min(points @ self.unit_normal)))
 
     def gap(self, points: Array) -> Array:
-        """Return the signed distance [m] of `points` (n_points, dim) [m] from a placed plane, negative inside it."""
+        """Return the signed distance of `points` (n, dim) [m] from the placed plane, shape (n,) [m]."""
         height: Array = points @ self.unit_normal - (self.offset or 0.0)
         return height
 
     def normals(self, points: Array) -> Array:
-        """Return the outward unit normal nearest to each of `points` (n_points, dim), same shape."""
+        """Return the outward unit normal for each of `points` (n, dim) [m], same shape [-]."""
         return np.broadcast_to(self.unit_normal, points.shape).copy()
+
+    def start_hint(self, gap: float) -> tuple[str, str]:
+        """Return 'offset' and what it needs where the plane starts inside the body by -`gap` [m]."""
+        return "offset", f"needs an offset <= {((self.offset or 0.0) + gap) * 1e3:.6g} mm"
 
 
 @parameters
-class Sphere:
+class _Round:
+    """What a sphere and a cylinder share: the points at a distance `radius` from a centre or an axis."""
+
+    is_flat: ClassVar[bool] = False
+
+    radius: PositiveLength
+    normal: tuple[float, ...] = (0.0, 1.0)
+    centre: tuple[SignedLength, ...] | None = None
+
+    def __post_init__(self) -> None:
+        _unit(self.normal, "normal")
+        if self.centre is not None and len(self.centre) != len(self.normal):
+            raise InputError("centre", f"got {len(self.centre)} components", f"needs {len(self.normal)}")
+
+    @property
+    def dim(self) -> int:
+        """Number of space dimensions."""
+        return len(self.normal)
+
+    @property
+    def unit_normal(self) -> Array:
+        """Direction in which it presses, shape (dim,) [-]."""
+        return _unit(self.normal, "normal")
+
+    def placed(self, points: Array) -> Self:
+        """Return the counterface with its centre; it touches `points` (n, dim) [m] where none was given."""
+        if self.centre is not None:
+            return self
+        middle: Array = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        relative = self.across(points - middle)
+        return dataclasses.replace(self, centre=_touching_centre(relative, middle, self.unit_normal, self.radius))
+
+    def gap(self, points: Array) -> Array:
+        """Return the signed distance of `points` (n, dim) [m] from the placed counterface, shape (n,) [m]."""
+        distance: Array = np.linalg.norm(self.across(points - np.asarray(self.centre)), axis=1) - self.radius
+        return distance
+
+    def normals(self, points: Array) -> Array:
+        """Return the outward unit normals nearest to `points` (n, dim) [m], same shape [-]."""
+        outward = self.across(points - np.asarray(self.centre))
+        unit: Array = outward / np.linalg.norm(outward, axis=1, keepdims=True)
+        return unit
+
+    def start_hint(self, gap: float) -> tuple[str, str]:
+        """Return 'centre' and what it needs where the counterface starts inside the body by -`gap` [m]."""
+        return "centre", f"needs a centre at least {-gap * 1e3:.4g} mm further away"
+
+    def across(self, vectors: Array) -> Array:
+        """Return the part of `vectors` (n, dim) [m] that counts as distance; here all of it."""
+        return vectors
+
+
+@parameters
+class Sphere(_Round):
     """A rigid ball.
 
     Parameters
     ----------
     radius : float
-        [m].
+        Radius [m].
     normal : tuple of float
         Direction in which it presses, towards the deformable body; any length but zero [-].
     centre : tuple of float, optional
-        Where its centre starts [m]. Without it the ball is below the middle of the boundary and just touches it.
+        Its centre at the start [m]. Without it the ball is below the middle of the boundary and just touches it.
     """
 
-    radius: PositiveLength
     normal: tuple[float, ...] = (0.0, 0.0, 1.0)
-    centre: tuple[SignedLength, ...] | None = None
-
-    def __post_init__(self) -> None:
-        _unit(self.normal, "normal")
-        _check_centre(self.centre, self.normal)
-
-    @property
-    def dim(self) -> int:
-        """Number of space dimensions."""
-        return len(self.normal)
-
-    @property
-    def unit_normal(self) -> Array:
-        """Direction in which the counterface presses, shape (dim,)."""
-        return _unit(self.normal, "normal")
-
-    def placed(self, points: Array) -> Sphere:
-        """Return the ball with its centre, touching `points` (n_points, dim) [m] where none was given."""
-        return _placed(self, points)
-
-    def gap(self, points: Array) -> Array:
-        """Return the signed distance [m] of `points` (n_points, dim) [m] from a placed ball, negative inside it."""
-        return _round_gap(self, points)
-
-    def normals(self, points: Array) -> Array:
-        """Return the outward unit normal nearest to each of `points` (n_points, dim), same shape."""
-        return _round_normals(self, points)
-
-    def across(self, vectors: Array) -> Array:
-        """Return the part of vectors (n, dim) that counts as distance from the centre: all of it."""
-        return vectors
 
 
 @parameters
-class Cylinder:
+class Cylinder(_Round):
     """A rigid cylinder: a disc in the plane, infinitely long in space.
 
     Parameters
     ----------
     radius : float
-        [m].
+        Radius [m].
     normal : tuple of float
         Direction in which it presses, towards the deformable body; any length but zero [-].
     centre : tuple of float, optional
-        Where a point of its axis starts [m]. Without it the cylinder is below the middle of the boundary and just
+        A point of its axis at the start [m]. Without it the cylinder is below the middle of the boundary and just
         touches it.
     axis : tuple of float, optional
-        Direction of its axis in space, square to `normal` [-]; not in the plane.
+        Direction of its axis in space, perpendicular to `normal` [-]; not in the plane.
     """
 
-    radius: PositiveLength
-    normal: tuple[float, ...] = (0.0, 1.0)
-    centre: tuple[SignedLength, ...] | None = None
     axis: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        normal = _unit(self.normal, "normal")
-        _check_centre(self.centre, self.normal)
-        if (self.axis is None) != (len(self.normal) == 2):
+        super().__post_init__()
+        if (self.axis is None) != (self.dim == 2):
             raise InputError("axis", f"got {self.axis}", "needs a direction in space and none in the plane")
-        if self.axis is not None and (len(self.axis) != 3 or abs(_unit(self.axis, "axis") @ normal) > 1e-9):
-            raise InputError("axis", f"got {self.axis}", "needs three components, square to the normal")
-
-    @property
-    def dim(self) -> int:
-        """Number of space dimensions."""
-        return len(self.normal)
-
-    @property
-    def unit_normal(self) -> Array:
-        """Direction in which the counterface presses, shape (dim,)."""
-        return _unit(self.normal, "normal")
-
-    def placed(self, points: Array) -> Cylinder:
-        """Return the cylinder with its centre, touching `points` (n_points, dim) [m] where none was given."""
-        return _placed(self, points)
-
-    def gap(self, points: Array) -> Array:
-        """Return the signed distance [m] of `points` (n_points, dim) [m] from a placed cylinder, negative inside it."""
-        return _round_gap(self, points)
-
-    def normals(self, points: Array) -> Array:
-        """Return the outward unit normal nearest to each of `points` (n_points, dim), same shape."""
-        return _round_normals(self, points)
+        if self.axis is not None and (len(self.axis) != 3 or abs(_unit(self.axis, "axis") @ self.unit_normal) > 1e-9):
+            raise InputError("axis", f"got {self.axis}", "needs three components, perpendicular to the normal")
 
     def across(self, vectors: Array) -> Array:
-        """Return the part of vectors (n, dim) that counts as distance from the axis: that across it."""
+        """Return the part of `vectors` (n, dim) [m] that is perpendicular to the axis."""
         if self.axis is None:
             return vectors
         axis = _unit(self.axis, "axis")
         return vectors - np.outer(vectors @ axis, axis)
 
 
-Counterface = Plane | Cylinder | Sphere
-
-Round = TypeVar("Round", Cylinder, Sphere)
+# What study files can name, each by its class in snake case.
+BuiltInCounterface = Plane | Cylinder | Sphere
 
 
 def _unit(vector: tuple[float, ...], where: str) -> Array:
@@ -180,37 +218,6 @@ def _unit(vector: tuple[float, ...], where: str) -> Array:
     if len(vector) not in (2, 3) or not length > 0.0:
         raise InputError(where, f"got {vector}", "needs two or three components, not all zero")
     return np.asarray(vector, dtype=np.float64) / length
-
-
-def _check_centre(centre: tuple[float, ...] | None, normal: tuple[float, ...]) -> None:
-    if centre is not None and len(centre) != len(normal):
-        raise InputError("centre", f"got {len(centre)} components", f"needs {len(normal)}")
-
-
-def _placed(counterface: Round, points: Array) -> Round:
-    """Return a round counterface with its centre, below the middle of `points` (n, dim) [m] where none was given."""
-    if counterface.centre is not None:
-        return counterface
-    middle: Array = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    relative = counterface.across(points - middle)
-    return dataclasses.replace(
-        counterface, centre=_touching_centre(relative, middle, counterface.unit_normal, counterface.radius)
-    )
-
-
-def _round_gap(counterface: Sphere | Cylinder, points: Array) -> Array:
-    """Return the signed distance [m] of `points` (n, dim) [m] from a placed round counterface."""
-    distance: Array = (
-        np.linalg.norm(counterface.across(points - np.asarray(counterface.centre)), axis=1) - counterface.radius
-    )
-    return distance
-
-
-def _round_normals(counterface: Sphere | Cylinder, points: Array) -> Array:
-    """Return the outward unit normals of a placed round counterface nearest to `points` (n, dim)."""
-    outward = counterface.across(points - np.asarray(counterface.centre))
-    unit: Array = outward / np.linalg.norm(outward, axis=1, keepdims=True)
-    return unit
 
 
 def _touching_centre(relative: Array, middle: Array, normal: Array, radius: float) -> tuple[float, ...]:

@@ -1,4 +1,17 @@
-"""The contact interface over a step: from free motion to forces, states, slip and energies."""
+"""The contact interface over a step: from motion without contact forces to forces, states, slip and energies.
+
+The contact law of a node with tributary area A, all quantities in the node's frame::
+
+    gap          g = distance from the counterface, negative is penetration
+    pressure     p = k_n max(0, -g)
+    trial        t* = t_0 - k_t (d - d_0)
+    return       t = t* where |t*| <= mu p (stick), t = mu p t* / |t*| elsewhere (slip)
+    slip         s = d - d_0 + (t - t_0) / k_t
+
+with the penalties k_n and k_t [Pa/m], the tangential displacement d relative to the counterface [m], and the values d_0
+and t_0 at the start of the step: penalty contact with return mapping (Simo & Laursen 1992). An open node has t_0 = 0.
+Nodal forces are tractions [Pa] times A [m^2].
+"""
 
 from __future__ import annotations
 
@@ -8,9 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.candidates import Candidates
+from fingerslip.contact.friction import Conditions
 from fingerslip.contact.states import OPEN, SLIP, STICK
 
-__all__ = ["InterfaceState", "StepOutcome", "contact_problem", "rest_state", "settle"]
+__all__ = ["InterfaceState", "StepOutcome", "conditions", "contact_problem", "rest_state", "settle"]
 
 Array = NDArray[np.float64]
 
@@ -22,20 +36,23 @@ class InterfaceState:
     Parameters
     ----------
     forces : (n_c, dim) array
-        Nodal forces of the counterface on the skin in its frame, the normal one first [N].
+        Nodal forces of the counterface on the deformable body in the nodes' frames, the normal one first [N].
     relative : (n_c, dim) array
         Gap, and tangential displacement relative to the counterface [m].
     slip_distance : (n_c,) array
-        Slip accumulated while in contact [m].
+        Slip accumulated over the whole motion [m].
+    slip_since_stick : (n_c,) array
+        Slip accumulated since the node last stuck or came into contact [m].
     slip : (n_c,) array
         Slip of the last step [m].
     state : (n_c,) array of int
-        0 open, 1 stick, 2 slip; without friction every closed node slips.
+        :data:`~fingerslip.contact.states.OPEN`, STICK or SLIP; without friction every closed node slips.
     """
 
     forces: Array
     relative: Array
     slip_distance: Array
+    slip_since_stick: Array
     slip: Array
     state: NDArray[np.int8]
 
@@ -68,14 +85,41 @@ def rest_state(candidates: Candidates, gaps: Array) -> InterfaceState:
     relative = np.zeros((count, dim))
     relative[:, 0] = gaps
     none = np.zeros(count)
-    return InterfaceState(np.zeros((count, dim)), relative, none, none, np.zeros(count, dtype=np.int8))
+    return InterfaceState(np.zeros((count, dim)), relative, none, none, none, np.full(count, OPEN, dtype=np.int8))
+
+
+def conditions(candidates: Candidates, before: InterfaceState, step: float, time: float) -> Conditions:
+    """Return what the friction laws of a step may depend on.
+
+    Parameters
+    ----------
+    candidates : Candidates
+        The candidates.
+    before : InterfaceState
+        The interface at the start of the step.
+    step : float
+        Time step [s].
+    time : float
+        End of the step [s].
+    """
+    return Conditions(before.forces[:, 0] / candidates.area, before.slip / step, before.slip_since_stick, time)
 
 
 def contact_problem(candidates: Candidates, before: InterfaceState, free_relative: Array) -> Array:
     """Return q of :mod:`fingerslip.contact.solve.newton`, shape (n_c, dim) [m].
 
-    The normal part is the gap without contact forces. The tangential part is the motion of the step without
-    contact forces, less the elastic slip from which it starts.
+    Parameters
+    ----------
+    candidates : Candidates
+        The candidates.
+    before : InterfaceState
+        The interface at the start of the step.
+    free_relative : (n_c, dim) array
+        Gap and relative tangential displacement at the end of the step, without contact forces [m].
+
+    Notes
+    -----
+    The normal part is the gap. The tangential part is the motion of the step, less the elastic slip at its start.
     """
     free = free_relative.copy()
     elastic = -before.forces[:, 1:] / candidates.tangential_stiffness[:, None]
@@ -93,7 +137,7 @@ def settle(
     stretch: Array,
     work: float,
 ) -> StepOutcome:
-    """Update states, slip and energies with the forces that were found.
+    """Update states, slip and energies with the contact forces of a step.
 
     Parameters
     ----------
@@ -110,28 +154,54 @@ def settle(
     stretch : (n_c, dim - 1) array
         Length of the frames' tangents [-]: 1 but for anisotropic friction.
     work : float
-        Work that went into the interface in the step, by the mean of the forces at both ends [J].
+        Work done on the interface in the step, by the mean of the forces at both ends [J].
+
+    Examples
+    --------
+    Two nodes with springs of 400 and 100 N/m, pressed in by 10 mm, are moved on by 15 and by 50 mm under mu = 0.5. The
+    first sticks. The second slips, by all of its motion but the 20 mm that stretch its spring to the friction limit:
+
+    >>> from dataclasses import replace
+    >>> from fingerslip.contact.solve.newton import solve_friction
+    >>> node = np.arange(2)
+    >>> springs = Candidates(node, 0 * node, np.zeros((2, 2)), np.ones(2), np.full(2, 400.0), np.full(2, 100.0))
+    >>> before = replace(rest_state(springs, np.full(2, -0.01)), forces=np.array([[4.0, 0.0], [4.0, 0.0]]))
+    >>> relative, mu = np.array([[-0.01, 0.015], [-0.01, 0.05]]), np.full(2, 0.5)
+    >>> problem, compliance = contact_problem(springs, before, relative), np.diag([1 / 400, 1 / 100] * 2)
+    >>> forces = solve_friction(compliance, problem, mu, before.forces, 1e-12).forces
+    >>> tangents = np.ones((2, 1))
+    >>> after = settle(springs, before, forces, relative, friction_coefficient=mu, stretch=tangents, work=0.0).state
+    >>> after.forces.round(9).tolist(), after.state.tolist(), after.slip.round(9).tolist()
+    ([[4.0, -1.5], [4.0, -2.0]], [1, 2], [0.0, 0.03])
     """
     stiffness = candidates.tangential_stiffness[:, None]
-    closed, was_closed = forces[:, 0] > 0.0, before.forces[:, 0] > 0.0
     slip = relative[:, 1:] - before.relative[:, 1:] + (forces[:, 1:] - before.forces[:, 1:]) / stiffness
-    limit = friction_coefficient * forces[:, 0]
-    slides = closed & (np.linalg.norm(forces[:, 1:], axis=1) >= limit * (1.0 - 1e-9))
+    state = _states(forces, friction_coefficient)
+    slides = state == SLIP
     # A node that lands during the step has moved freely for part of it: that is no slip.
-    length = np.linalg.norm(slip / stretch, axis=1) * (slides & was_closed)
-    state = InterfaceState(
+    length = np.linalg.norm(slip / stretch, axis=1) * (slides & (before.forces[:, 0] > 0.0))
+    after = InterfaceState(
         forces=forces,
         relative=relative,
         slip_distance=before.slip_distance + length,
+        slip_since_stick=np.where(slides, before.slip_since_stick + length, 0.0),
         slip=length,
-        state=np.where(closed, np.where(slides, SLIP, STICK), OPEN).astype(np.int8),
+        state=state,
     )
     stored = _stored(candidates, forces)
     friction = -float(np.sum(forces[:, 1:] * slip))
-    return StepOutcome(state, stored, friction, work - (stored - _stored(candidates, before.forces)) - friction)
+    return StepOutcome(after, stored, friction, work - (stored - _stored(candidates, before.forces)) - friction)
+
+
+def _states(forces: Array, friction_coefficient: Array) -> NDArray[np.int8]:
+    """Return the state of every node under its forces (n_c, dim) [N], shape (n_c,)."""
+    limit = friction_coefficient * forces[:, 0]
+    slides = np.linalg.norm(forces[:, 1:], axis=1) >= limit * (1.0 - 1e-9)
+    return np.where(forces[:, 0] > 0.0, np.where(slides, SLIP, STICK), OPEN).astype(np.int8)
 
 
 def _stored(candidates: Candidates, forces: Array) -> float:
+    """Return the energy in the penalty springs under nodal forces (n_c, dim) [N], in J."""
     normal = forces[:, 0] ** 2 / candidates.normal_stiffness
     tangential = np.sum(forces[:, 1:] ** 2, axis=1) / candidates.tangential_stiffness
     return 0.5 * float(np.sum(normal + tangential))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.interface import InterfaceState, StepOutcome, contact_problem, rest_state, settle
+from fingerslip.contact.interface import InterfaceState, StepOutcome, conditions, contact_problem, rest_state, settle
 from fingerslip.contact.solve.forces import solve_contact
 from fingerslip.contact.solve.newton import ContactSolution
 from fingerslip.contact.solve.working_set import WorkingSet
@@ -272,7 +272,7 @@ def _solve_contact(stepper: Stepper, start: _Begun, unknown: Array) -> _ContactS
     relative[:, 0] = system.counterfaces.gaps(points, candidates.counterface) + beyond[:, 0]
     compliance = stepper.compliance if stepper.flat_frames is not None else replace(stepper.compliance, frames=frames)
     coefficients = system.counterfaces.coefficients(
-        before.forces[:, 0] / candidates.area, before.slip / stepper.scheme.step, candidates.counterface
+        conditions(candidates, before, stepper.scheme.step, start.time), candidates.counterface
     )
     problem = contact_problem(candidates, before, relative)
     solution, working_set = solve_contact(

@@ -143,7 +143,7 @@ def _own_compliance(
     stiffness = [candidates.normal_stiffness] + [candidates.tangential_stiffness] * (system.space.dim - 1)
     own = joint if rows.size == len(joint) else joint[np.ix_(rows, rows)]
     compliance = Compliance(factor * own, 1.0 / np.column_stack(stiffness))
-    if not system.counterfaces.flat:
+    if not system.counterfaces.are_flat:
         return compliance, None
     frames = _flat_frames(system)
     return compliance.in_frames(frames), frames
@@ -155,6 +155,6 @@ def _flat_frames(system: System) -> Array:
 
 def _key(system: System) -> bytes:
     """Return what tells the compliances of systems with the same matrices apart."""
-    frames = _flat_frames(system).tobytes() if system.counterfaces.flat else b""
+    frames = _flat_frames(system).tobytes() if system.counterfaces.are_flat else b""
     candidates = system.candidates
     return b"".join([candidates.nodes.tobytes(), candidates.counterface.tobytes(), frames])

@@ -18,7 +18,6 @@ from fingerslip.contact.candidates import (
     node_operator,
 )
 from fingerslip.contact.counterfaces import Counterface
-from fingerslip.contact.friction import Anisotropic
 from fingerslip.dynamics.loads import Load, model_loads
 from fingerslip.dynamics.motion import Motion, counterface_motion, largest_approach, phase_table
 from fingerslip.errors import InputError
@@ -257,8 +256,12 @@ def _check_contacts(model: Model, space: Space) -> None:
             raise InputError(
                 f"{where}.counterface.normal", f"got {contact.counterface.dim} components", f"needs {space.dim}"
             )
-        if isinstance(contact.friction, Anisotropic) and space.dim == 2:
-            raise InputError(f"{where}.friction", "got Anisotropic in the plane", "needs a model in space")
+        if space.dim not in contact.friction.dims:
+            raise InputError(
+                f"{where}.friction",
+                f"got {type(contact.friction).__name__} in {space.dim} dimensions",
+                f"needs {' or '.join(map(str, contact.friction.dims))}",
+            )
         if contact.drive and isinstance(model.time, QuasiStatic):
             found = "got a body that a force drives in a quasi-static model"
             raise InputError(f"{where}.drive", found, "needs prescribed motion", "take TimeStepping")

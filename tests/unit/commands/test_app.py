@@ -171,7 +171,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "plate inside the body": (
         {"contact": {"friction_coefficient": 0.6, "boundary": "bottom", "offset": "1 mm"}},
-        "contact.offset: the plate starts 1 mm inside the body, needs an offset <= 0 mm",
+        "contact.offset: the counterface starts 1 mm inside the body, needs an offset <= 0 mm",
     ),
 }
 
@@ -201,7 +201,7 @@ def test_contact_outside_the_candidates(invoke: Callable[..., Any], block: Calla
     before = contents(tmp_path)
     result = invoke("run", path)
     assert result.exit_code == 2
-    assert "reached the plate but is no contact candidate" in result.stderr
+    assert "reached the counterface but is no contact candidate" in result.stderr
     assert "write a larger search_distance" in result.stderr
     assert contents(tmp_path) == before
 

@@ -13,8 +13,8 @@ from fingerslip.contact.candidates import (
     join_candidates,
     node_operator,
 )
-from fingerslip.contact.counterfaces import Plane
-from fingerslip.contact.friction import Anisotropic, Coulomb
+from fingerslip.contact.counterfaces import Cylinder, Plane
+from fingerslip.contact.friction import Anisotropic, Conditions, Coulomb
 from fingerslip.errors import InputError, SlipOutsideContactError
 
 POSITIONS = np.array([[-2.0, 0.4], [-1.0, 0.1], [0.0, 0.0], [1.0, 0.1], [2.0, 0.4], [0.0, 3.0]])
@@ -55,12 +55,21 @@ def test_nodes_without_area_are_no_candidates():
 
 
 def test_a_plate_inside_the_body_is_refused():
-    with pytest.raises(InputError, match=r"contacts.0.offset: the plate starts 50 mm inside the body, needs an offset"):
+    message = r"contacts.0.offset: the counterface starts 50 mm inside the body, needs an offset <= 0 mm"
+    with pytest.raises(InputError, match=message):
         find(Plane(offset=0.05))
 
 
+def test_a_cylinder_inside_the_body_is_refused():
+    message = (
+        r"contacts.0.centre: the counterface starts 250 mm inside the body, needs a centre at least 250 mm further"
+    )
+    with pytest.raises(InputError, match=message):
+        find(Cylinder(1.0, centre=(0.0, -0.75)))
+
+
 def test_a_plate_out_of_reach_is_refused():
-    with pytest.raises(InputError, match=r"contacts.0: no node of the boundary is within 200 mm of the plate"):
+    with pytest.raises(InputError, match=r"contacts.0: no node of the boundary is within 200 mm of the counterface"):
         find(Plane(offset=-1.0))
 
 
@@ -68,17 +77,24 @@ def test_surfaces_give_gaps_frames_and_coefficients_body_by_body():
     counterfaces = (Plane(normal=(-3.0, 4.0), offset=0.1), Plane(offset=-0.5))
     surfaces = Counterfaces(counterfaces, (Coulomb(0.3), Coulomb(0.7)))
     points, counterface = np.array([[0.0, 1.0], [2.0, 1.0]]), np.array([0, 1])
-    assert surfaces.flat
+    at_rest = Conditions(np.ones(2), np.zeros(2), np.zeros(2), 0.0)
+    assert surfaces.are_flat
     np.testing.assert_allclose(surfaces.gaps(points, counterface), [0.7, 1.5])
     np.testing.assert_allclose(surfaces.frames(points, counterface)[0], [[-0.6, 0.8], [0.8, 0.6]])
     np.testing.assert_allclose(surfaces.normals(points, counterface), [[-0.6, 0.8], [0.0, 1.0]])
-    np.testing.assert_allclose(surfaces.coefficients(np.ones(2), np.zeros(2), counterface), [0.3, 0.7])
+    np.testing.assert_allclose(surfaces.coefficients(at_rest, counterface), [0.3, 0.7])
 
 
 def test_anisotropic_friction_stretches_the_second_tangent():
     surfaces = Counterfaces((Plane(normal=(0.0, 0.0, 1.0), offset=0.0),), (Anisotropic(0.4, 0.8, (0.0, 1.0, 0.0)),))
     frame = surfaces.frames(np.zeros((1, 3)), np.zeros(1, dtype=int))[0]
     np.testing.assert_allclose(frame, [[0, 0, 1], [0, 1, 0], [-2, 0, 0]], atol=1e-15)
+
+
+def test_a_law_that_asks_for_no_direction_takes_that_of_the_counterface():
+    surfaces = Counterfaces((Plane(normal=(0.0, 0.0, 1.0), offset=0.0),), (Coulomb(0.4),))
+    frame = surfaces.frames(np.zeros((1, 3)), np.zeros(1, dtype=int))[0]
+    np.testing.assert_allclose(frame, [[0, 0, 1], [1, 0, 0], [0, 1, 0]], atol=1e-15)
 
 
 def test_the_node_operator_picks_displacements():

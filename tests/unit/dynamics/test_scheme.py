@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import doctest
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.dynamics import scheme as scheme_module
 from fingerslip.dynamics.scheme import hht, predict
 from problems.blocks import fitted_slope
 from unit.dynamics.oscillator import FREQUENCY, STATIC, oscillator
@@ -63,8 +60,3 @@ def test_second_order_on_one_oscillator(alpha):
         errors.append(np.abs(history.displacement.values[:, 0, 0] - exact).max())
     slope = fitted_slope(steps, errors)
     assert slope == pytest.approx(2.0, abs=0.1), f"alpha {alpha}: fitted order {slope:.3f}, errors {errors}"
-
-
-def test_the_examples_in_the_docstrings():
-    assert doctest.testmod(scheme_module).failed == 0
-    assert doctest.testmod(scheme_module).attempted >= 1

@@ -66,7 +66,7 @@ def test_a_step_longer_than_the_run_is_refused():
 
 def test_contact_outside_the_candidates_is_refused():
     contacts = (fs.Contact(boundary="bottom", friction=fs.Coulomb(0.4), search_distance=1e-6),)
-    with pytest.raises(fs.SlipOutsideContactError, match=r"reached the plate .* write a larger search_distance"):
+    with pytest.raises(fs.SlipOutsideContactError, match=r"reached the counterface .* write a larger search_distance"):
         fs.simulate(push_and_slide(contacts=contacts))
 
 
@@ -126,7 +126,7 @@ def test_a_node_that_moves_onto_the_plate_is_noticed_though_the_plate_stands_sti
         tractions={"top": (0.0, -2e3)},
         time=fs.TimeStepping(1e-3, end=0.2),
     )
-    with pytest.raises(fs.SlipOutsideContactError, match="reached the plate but is no contact candidate"):
+    with pytest.raises(fs.SlipOutsideContactError, match="reached the counterface but is no contact candidate"):
         fs.simulate(model)
 
 

@@ -29,11 +29,11 @@ def contact(**changes):
         ({"materials": {}}, "region 'bulk' has no material"),
         (
             {"contacts": contact(counterface=fs.Plane(offset=1e-3))},
-            "contacts.0.offset: the plate starts 1 mm inside the body",
+            "contacts.0.offset: the counterface starts 1 mm inside the body, needs an offset <= 0 mm",
         ),
         (
             {"contacts": contact(counterface=fs.Plane(offset=-1.0))},
-            "no node of the boundary is within 0.6 mm of the plate",
+            "no node of the boundary is within 0.6 mm of the counterface",
         ),
         (
             {"contacts": contact(counterface=fs.Plane(normal=(0, 0, 1)))},

@@ -1,4 +1,4 @@
-"""The projection on Coulomb's cone that the contact conditions are, and its derivative, compiled."""
+"""The contact conditions as one projection of trial forces, and its derivative, compiled."""
 
 from __future__ import annotations
 
@@ -10,7 +10,13 @@ __all__ = ["derivative", "project", "project_node", "step_lengths"]
 
 @numba.njit(cache=True, nogil=True)
 def step_lengths(diagonal):  # type: ignore[no-untyped-def]
-    """Return rho, the inverse diagonal of W (n_c, dim), normal and mean tangential for each node."""
+    """Return the step lengths rho of the projection, shape (n_c, dim) [N/m].
+
+    Parameters
+    ----------
+    diagonal : (n_c, dim) array
+        Diagonal of the compliance W [m/N]. Both tangents of a node take the inverse of their mean.
+    """
     scale = np.empty_like(diagonal)
     for i in range(diagonal.shape[0]):
         scale[i, 0] = 1.0 / diagonal[i, 0]
@@ -20,7 +26,7 @@ def step_lengths(diagonal):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True, nogil=True)
 def project_node(trial, friction, out):  # type: ignore[no-untyped-def]
-    """Project one node's trial force on the Coulomb cone section at its own normal part."""
+    """Write the projection of one node's trial force (dim,) [N] into `out`; see :func:`project`."""
     out[:] = 0.0
     if trial[0] <= 0.0:
         return
@@ -33,7 +39,36 @@ def project_node(trial, friction, out):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True, nogil=True)
 def project(trial, friction):  # type: ignore[no-untyped-def]
-    """Project the trial forces (n_c, dim) of all nodes."""
+    """Return trial forces to Coulomb's cone, node by node: the return mapping of the contact law.
+
+    With the trial force z, normal part first, the force r is ::
+
+        open     r = 0                                    where z_n <= 0
+        stick    r = z                                    where |z_t| <= mu z_n
+        slip     r_n = z_n,  r_t = mu z_n z_t / |z_t|     elsewhere
+
+    Applied to z = r - rho y with the slip y of a step, its fixed points are the solutions of the contact conditions
+    (Alart & Curnier 1991).
+
+    Parameters
+    ----------
+    trial : (n_c, dim) array
+        Trial forces z [N]. Tractions [Pa] do as well.
+    friction : (n_c,) array
+        Friction coefficients mu [-].
+
+    Returns
+    -------
+    (n_c, dim) array
+        Forces r [N].
+
+    Examples
+    --------
+    Three nodes with mu = 0.5. The first sticks, the second slips, the third is open:
+
+    >>> project(np.array([[2.0, 0.6], [2.0, 3.0], [-1.0, 3.0]]), np.full(3, 0.5)).tolist()
+    [[2.0, 0.6], [2.0, 1.0], [0.0, 0.0]]
+    """
     out = np.empty_like(trial)
     for i in range(trial.shape[0]):
         project_node(trial[i], friction[i], out[i])
@@ -42,7 +77,7 @@ def project(trial, friction):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True, nogil=True)
 def derivative(trial, friction, block):  # type: ignore[no-untyped-def]
-    """Write the derivative of the projection of a touching node's trial force into `block`."""
+    """Write the derivative of the projection at a touching node's trial force (dim,) [N] into `block` (dim, dim)."""
     dim = trial.size
     block[:, :] = 0.0
     block[0, 0] = 1.0

@@ -6,30 +6,18 @@ Where one of several kinds is meant, the key says which: ``friction: {static_kin
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 import pydantic
 
-from fingerslip.contact.counterfaces import Counterface, Cylinder, Plane, Sphere
-from fingerslip.contact.friction import Anisotropic, Coulomb, FrictionLaw, PressureDependent, StaticKinetic
+from fingerslip.contact.counterfaces import BuiltInCounterface, Counterface, Plane
+from fingerslip.contact.friction import BuiltInLaw, Coulomb, FrictionLaw
 from fingerslip.errors import InputError
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.sizes import MeshSizes, SolidSizes
-from fingerslip.model import (
-    Drive,
-    Hold,
-    Lift,
-    NumericalDamping,
-    Phase,
-    Press,
-    QuasiStatic,
-    Slide,
-    TimeStepping,
-    Traction,
-)
+from fingerslip.model import Drive, NumericalDamping, Phase, QuasiStatic, TimeStepping, Traction
 from fingerslip.parameters import (
     Duration,
     NonNegativeNumber,
@@ -41,6 +29,7 @@ from fingerslip.parameters import (
     parameters,
 )
 from fingerslip.sites import ReceptorKind, Site
+from fingerslip.study.definition.choices import choice_of, chosen
 from fingerslip.units import parse_quantity
 
 __all__ = [
@@ -83,88 +72,44 @@ class MeshFile:
         return parse_quantity(f"1 {self.length_unit or 'm'}", "m")
 
 
-@parameters
+@choice_of(Phase, "phase")
 class ProgrammeEntry:
-    """One phase of the programme, under the key that says its kind.
-
-    Parameters
-    ----------
-    press, hold, slide, lift : Press, Hold, Slide, Lift
-        The phase; exactly one of them.
-    """
-
-    press: Press | None = None
-    hold: Hold | None = None
-    slide: Slide | None = None
-    lift: Lift | None = None
-
-    def __post_init__(self) -> None:
-        _check_choice(self, "phase")
+    """One phase of the programme, under the key that names its kind; exactly one is given."""
 
     @property
     def phase(self) -> Phase:
         """The phase itself."""
-        phase: Phase = _chosen(self)[1]
+        phase: Phase = chosen(self)[1]
         return phase
 
 
-@parameters
+@choice_of(BuiltInLaw, "law")
 class FrictionChoice:
-    """A friction law, under the key that says its kind.
+    """A friction law, under the key that names its kind; exactly one is given.
 
-    Parameters
-    ----------
-    coulomb : Coulomb
-        One coefficient; `friction_coefficient` of the contact is short for it.
-    static_kinetic : StaticKinetic
-        Friction that drops with the slip rate.
-    pressure_dependent : PressureDependent
-        Friction that is a power of the pressure.
-    anisotropic : Anisotropic
-        An elliptic cone, in space.
+    `friction_coefficient` of the contact is short for ``coulomb``.
     """
-
-    coulomb: Coulomb | None = None
-    static_kinetic: StaticKinetic | None = None
-    pressure_dependent: PressureDependent | None = None
-    anisotropic: Anisotropic | None = None
-
-    def __post_init__(self) -> None:
-        _check_choice(self, "law")
 
     @property
     def law(self) -> FrictionLaw:
         """The law itself."""
-        law: FrictionLaw = _chosen(self)[1]
+        law: FrictionLaw = chosen(self)[1]
         return law
 
 
-@parameters
+@choice_of(BuiltInCounterface, "counterface")
 class CounterfaceChoice:
-    """A counterface, under the key that says its shape.
-
-    Parameters
-    ----------
-    plane, cylinder, sphere : Plane, Cylinder, Sphere
-        The counterface; exactly one of them.
-    """
-
-    plane: Plane | None = None
-    cylinder: Cylinder | None = None
-    sphere: Sphere | None = None
-
-    def __post_init__(self) -> None:
-        _check_choice(self, "counterface")
+    """A counterface, under the key that names its shape; exactly one is given."""
 
     @property
     def shape(self) -> str:
-        """The key of the body."""
-        return _chosen(self)[0]
+        """The key of the counterface."""
+        return chosen(self)[0]
 
     @property
     def counterface(self) -> Counterface:
         """The counterface itself."""
-        counterface: Counterface = _chosen(self)[1]
+        counterface: Counterface = chosen(self)[1]
         return counterface
 
 
@@ -318,25 +263,6 @@ TractionSettings = Annotated[
     Annotated[Traction, pydantic.Tag("Traction")] | Annotated[tuple[SignedPressure, ...], pydantic.Tag("Components")],
     pydantic.Discriminator(_traction_kind),
 ]
-
-
-def _given(choice: object) -> dict[str, Any]:
-    """Return the fields of a choice that were given."""
-    values = {field.name: getattr(choice, field.name) for field in dataclasses.fields(choice)}  # type: ignore[arg-type]
-    return {name: value for name, value in values.items() if value is not None}
-
-
-def _check_choice(choice: object, what: str) -> None:
-    """Hold that exactly one field of a choice is given."""
-    given = _given(choice)
-    if len(given) != 1:
-        known = ", ".join(field.name for field in dataclasses.fields(choice))  # type: ignore[arg-type]
-        raise InputError("", f"has {' and '.join(given) or f'no {what}'}", f"needs one of {known}")
-
-
-def _chosen(choice: object) -> tuple[str, Any]:
-    """Return the one field of a choice that was given: its name and its value."""
-    return next(iter(_given(choice).items()))
 
 
 def _check_plane(settings: ContactSettings) -> None:

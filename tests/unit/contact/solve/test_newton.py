@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -229,12 +227,6 @@ def test_the_derivative_of_the_projection_is_that_of_finite_differences(dim, tan
             projection.project_node(trial + sign * step * np.eye(dim)[column], mu, side)
         numeric[:, column] = (out[0] - out[1]) / (2 * step)
     np.testing.assert_allclose(exact, numeric, atol=1e-8)
-
-
-def test_the_examples_in_the_docstrings():
-    failures, tested = doctest.testmod(newton)
-    assert tested >= 3
-    assert failures == 0
 
 
 def test_an_interrupt_inside_compiled_code_stays_an_interrupt(monkeypatch):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fingerslip.contact.counterfaces import Plane, Sphere
-from fingerslip.contact.friction import Anisotropic, Coulomb
+from fingerslip.contact.friction import Anisotropic, Conditions, Coulomb
 from fingerslip.errors import InputError
 from fingerslip.model import QuasiStatic, TimeStepping
 from fingerslip.study.definition.settings import ContactSettings, TimeSettings
@@ -20,7 +20,7 @@ from unit.study.block import block_values
 SOURCE = Path("studies/x.yaml")
 DROP = {"static_kinetic": {"static": 0.8, "kinetic": 0.5, "decay_speed": "1 mm/s"}}
 BALL = {"sphere": {"radius": "5 mm", "normal": [0, 0, 1]}}
-SLIDING = (np.array([1e3]), np.array([1.0]))
+SLIDING = Conditions(np.array([1e3]), np.array([1.0]), np.array([1.0]), 1.0)
 DRIVE = {"mass": "5 g", "force": "0.3 N"}
 
 
@@ -181,7 +181,7 @@ def test_values_in_every_choice_can_be_swept() -> None:
     swept = {"contacts.0.friction.static_kinetic.kinetic": [0.8, 0.5], "contacts.1.counterface.sphere.radius": ["4 mm"]}
     runs = expand(parse_study(everything() | {"sweep": swept}, SOURCE), SOURCE)
     laws = [run.study.contacts[0].law for run in runs]
-    assert [law.coefficients(*SLIDING) for law in laws] == pytest.approx([0.8, 0.5])
+    assert [law.coefficients(SLIDING) for law in laws] == pytest.approx([0.8, 0.5])
     assert {run.name for run in runs} == {"kinetic-0.8_radius-4mm", "kinetic-0.5_radius-4mm"}
 
 

@@ -1,0 +1,47 @@
+"""Parameters that take any object with the members of a protocol, also one that a user wrote."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from fingerslip.errors import InputError
+
+__all__ = ["conforms", "require"]
+
+T = TypeVar("T")
+
+
+def require(value: Any, protocol: type[T], needs: str, where: str = "") -> T:
+    """Return a value that has all members of a protocol; refuse any other.
+
+    Parameters
+    ----------
+    value : object
+        What was given.
+    protocol : type
+        The protocol, without bases of its own.
+    needs : str
+        What errors ask for, such as ``a counterface: Plane, Cylinder, Sphere``.
+    where : str, optional
+        What errors name.
+
+    Raises
+    ------
+    InputError
+        For a value that lacks members, and for a class where an object is needed.
+    """
+    members = [name for name in vars(protocol) if not name.startswith("_")]
+    missing = [name for name in members if not hasattr(value, name)]
+    if isinstance(value, type):
+        raise InputError(where, f"got the class {value.__name__}", f"needs {needs}", f"write {value.__name__}(...)")
+    if missing:
+        found = f"got {value!r}" if isinstance(value, str | int | float | None) else f"got a {type(value).__name__}"
+        repair = f"{type(value).__name__} lacks {', '.join(missing)}" if len(missing) < len(members) else ""
+        raise InputError(where, found, f"needs {needs}", repair)
+    return value  # type: ignore[no-any-return]
+
+
+def conforms(protocol: type[T], needs: str) -> Callable[[Any], T]:
+    """Return the validator of a parameter that :func:`require` checks."""
+    return lambda value: require(value, protocol, needs)

@@ -1,0 +1,30 @@
+"""The examples in docstrings give what they print."""
+
+from __future__ import annotations
+
+import doctest
+import importlib
+from pathlib import Path
+
+import pytest
+
+import fingerslip
+
+SOURCE = Path(fingerslip.__file__).parent
+EXAMPLES = {
+    ".".join(["fingerslip", *path.relative_to(SOURCE).with_suffix("").parts]): path
+    for path in sorted(SOURCE.rglob("*.py"))
+    if ">>> " in path.read_text(encoding="utf-8")
+}
+
+
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_examples(name: str) -> None:
+    failed, attempted = doctest.testmod(importlib.import_module(name))
+    assert failed == 0
+    assert attempted == EXAMPLES[name].read_text(encoding="utf-8").count(">>> "), "doctest has not found all of them"
+
+
+def test_contact_and_friction_laws_have_examples() -> None:
+    laws = {"contact.friction", "contact.interface", "contact.solve.newton", "contact.solve.projection"}
+    assert {f"fingerslip.{law}" for law in laws} <= set(EXAMPLES)
