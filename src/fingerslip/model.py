@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import pairwise
 from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Protocol
 
 import numpy as np
 import pydantic
@@ -41,6 +41,7 @@ __all__ = [
     "Recording",
     "Slide",
     "TimeStepping",
+    "Timing",
     "Traction",
     "phase_duration",
 ]
@@ -232,6 +233,21 @@ def phase_duration(phase: Phase) -> float:
             return phase.duration
 
 
+class Timing(Protocol):
+    """What a model needs to know of its time integration."""
+
+    @property
+    def step(self) -> float:
+        """Time step [s]."""
+
+    @property
+    def end(self) -> float | None:
+        """End of the simulation [s]; None for the end of the programme."""
+
+
+_A_TIMING = pydantic.PlainValidator(conforms(Timing, "the time integration: TimeStepping or QuasiStatic"))
+
+
 @parameters
 class TimeStepping:
     """HHT-alpha time integration at a fixed step.
@@ -309,7 +325,8 @@ class Model:
     programme : tuple of Press, Hold, Slide or Lift
         The motion of the counterfaces that have none of their own, phase after phase.
     time : TimeStepping or QuasiStatic
-        How time passes.
+        Time integration and its step, or any object with a `step`, an `end` and the members of
+        :class:`~fingerslip.dynamics.scheme.Scheme`.
     damping : RayleighDamping
         Material damping.
     integration : {'selective', 'full', 'nodal'}
@@ -327,7 +344,7 @@ class Model:
     mesh: Any
     materials: Mapping[str, Elastic]
     formulation: Formulation
-    time: TimeStepping | QuasiStatic
+    time: Annotated[Timing, _A_TIMING]
     depth: PositiveLength = 1.0
     supports: Mapping[str, tuple[Component, ...]] = pydantic.Field(default_factory=dict)
     tractions: Mapping[str, tuple[float, ...] | Traction] = pydantic.Field(default_factory=dict)

@@ -6,21 +6,14 @@ Over a step, with d the change and bar the mean of start and end values, the sch
                     + friction + damping + numerical dissipation
 
 so whatever is left over is rounding, or an error. The numerical dissipation is that of the time integration
-(closed form below) and that of the contact law's implicit step.
+(:meth:`fingerslip.dynamics.scheme.Scheme.dissipation`) and that of the contact law's implicit step.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
-from fingerslip.dynamics.scheme import Scheme, Static
-
-__all__ = ["Energies", "integration_dissipation"]
-
-Array = NDArray[np.float64]
+__all__ = ["Energies"]
 
 
 @dataclass(frozen=True)
@@ -67,40 +60,3 @@ class Energies:
             numerical=self.numerical + numerical,
             external_work=self.external_work + work,
         )
-
-
-def integration_dissipation(
-    scheme: Scheme,
-    *,
-    displacement_change: Array,
-    velocity_change: Array,
-    inertia_change: Array,
-    unbalance: tuple[Array, Array, Array],
-) -> float:
-    """Return the energy that the time integration itself takes out in one step [J].
-
-    Parameters
-    ----------
-    scheme : HHT or Static
-        The coefficients.
-    displacement_change, velocity_change : (n,) array
-        du [m] and dv [m/s] over the step.
-    inertia_change : (n,) array
-        Mass times the change of acceleration, M da [N].
-    unbalance : tuple of three (n,) arrays
-        Unbalanced force at the start of the step before, at the start and at the end of this one, F0, F1, F2 [N].
-
-    Notes
-    -----
-    From the mean of the equations of motion at both ends and the two Newmark relations::
-
-        h (beta - gamma/2) da.M dv - (gamma - 1/2) da.M du + alpha/2 du.(F2 - F0)
-
-    Without inertia only the jump from an unbalanced start remains: -du.(F1 + F2)/2.
-    """
-    earliest, start, end = unbalance
-    if isinstance(scheme, Static):
-        return -0.5 * float(displacement_change @ (start + end))
-    newmark = scheme.step * (scheme.beta - 0.5 * scheme.gamma) * (inertia_change @ velocity_change)
-    newmark -= (scheme.gamma - 0.5) * (inertia_change @ displacement_change)
-    return float(newmark + 0.5 * scheme.alpha * (displacement_change @ (end - earliest)))

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from fingerslip.dynamics.scheme import make_scheme
 from fingerslip.errors import InputError
 from fingerslip.model import Contact, Model
 
@@ -43,16 +44,12 @@ def _difference(one: Model, other: Model) -> str:
             return name
     if not _same_mesh(one.mesh, other.mesh):
         return "mesh"
-    if _stepping(one) != _stepping(other):
+    if make_scheme(one.time) != make_scheme(other.time):
         return "time"
     if len(one.contacts) != len(other.contacts):
         return "contacts"
     pairs = enumerate(zip(one.contacts, other.contacts, strict=True))
     return next((f"contacts.{number}" for number, (a, b) in pairs if _surface(a) != _surface(b)), "")
-
-
-def _stepping(model: Model) -> tuple[Any, ...]:
-    return type(model.time), model.time.step, getattr(model.time, "alpha", None)
 
 
 def _surface(contact: Contact) -> tuple[Any, ...]:

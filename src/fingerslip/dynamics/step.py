@@ -13,8 +13,8 @@ from fingerslip.contact.interface import InterfaceState, StepOutcome, conditions
 from fingerslip.contact.solve.forces import solve_contact
 from fingerslip.contact.solve.newton import ContactSolution
 from fingerslip.contact.solve.working_set import WorkingSet
-from fingerslip.dynamics.energy import Energies, integration_dissipation
-from fingerslip.dynamics.scheme import Predictor, predict
+from fingerslip.dynamics.energy import Energies
+from fingerslip.dynamics.scheme import Predictor, StepChange
 from fingerslip.dynamics.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system import System
 from fingerslip.errors import ConvergenceError
@@ -160,7 +160,7 @@ def advance(
         _begin(stepper, state, time, shift)
         for stepper, state, shift in zip(steppers, states, counterfaces, strict=True)
     ]
-    condensed, weight = steppers[0].condensed, steppers[0].force_weight
+    condensed, weight = steppers[0].condensed, steppers[0].scheme.end_weight
     steps: list[_ContactStep] = []
 
     def contact(given: Array) -> Array:
@@ -187,7 +187,7 @@ def advance(
 
 def _begin(stepper: Stepper, state: State, time: float, counterfaces: Array) -> _Begun:
     """Carry a state to the end of a step as if nothing forced it there."""
-    predicted = predict(stepper.scheme, state.displacement, state.velocity, state.acceleration)
+    predicted = stepper.scheme.predict(state.displacement, state.velocity, state.acceleration)
     load = stepper.system.load(time)
     return _Begun(
         state=state,
@@ -214,7 +214,7 @@ def _finish(stepper: Stepper, start: _Begun, unknown: Array, step: _ContactStep)
         acceleration=acceleration,
         inertia=inertia,
         load=start.load,
-        unbalance=(scheme.alpha * state.unbalance - inertia) / stepper.force_weight,
+        unbalance=(scheme.start_weight * state.unbalance - inertia) / scheme.end_weight,
         unbalance_before=state.unbalance,
         counterfaces=start.counterfaces,
         moved=_moved(system, displacement, start.counterfaces),
@@ -237,7 +237,7 @@ def _right_hand_side(stepper: Stepper, state: State, predicted: Predictor, load:
     force = system.stiffness @ (predicted.displacement + damping.stiffness * predicted.velocity)
     if damping.mass:
         force = force + damping.mass * (system.mass @ predicted.velocity)
-    total: Array = stepper.force_weight * (load - force) + stepper.scheme.alpha * state.unbalance
+    total: Array = stepper.scheme.end_weight * (load - force) + stepper.scheme.start_weight * state.unbalance
     return total
 
 
@@ -313,12 +313,13 @@ def _energies(stepper: Stepper, before: State, after: State, settled: StepOutcom
     if damping.mass or damping.stiffness:
         mean = 0.5 * (before.velocity + after.velocity)
         damped = float(change @ (damping.mass * (system.mass @ mean) + damping.stiffness * (system.stiffness @ mean)))
-    numerical = integration_dissipation(
-        stepper.scheme,
-        displacement_change=change,
-        velocity_change=after.velocity - before.velocity,
-        inertia_change=after.inertia - before.inertia,
-        unbalance=(before.unbalance_before, before.unbalance, after.unbalance),
+    numerical = stepper.scheme.dissipation(
+        StepChange(
+            displacement=change,
+            velocity=after.velocity - before.velocity,
+            inertia=after.inertia - before.inertia,
+            unbalance=(before.unbalance_before, before.unbalance, after.unbalance),
+        )
     )
     work = 0.5 * float((before.load + after.load) @ change)
     if after.counterfaces.size:

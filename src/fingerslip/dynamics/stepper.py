@@ -13,10 +13,10 @@ from scipy import sparse
 
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.condensation import Condensed, condense
-from fingerslip.dynamics.scheme import Scheme, Static, hht
+from fingerslip.dynamics.scheme import Scheme, make_scheme
 from fingerslip.dynamics.system import System
 from fingerslip.materials.elastic import RayleighDamping
-from fingerslip.model import QuasiStatic, TimeStepping
+from fingerslip.model import Timing
 
 __all__ = ["Stepper", "Stopwatch", "build_steppers"]
 
@@ -47,7 +47,7 @@ class Stepper:
     ----------
     system : System
         Matrices and candidates.
-    scheme : HHT or Static
+    scheme : Scheme
         Time integration.
     damping : RayleighDamping
         Material damping.
@@ -70,23 +70,16 @@ class Stepper:
     compliance: Compliance
     flat_frames: Array | None
 
-    @property
-    def force_weight(self) -> float:
-        """Weight 1 + alpha of the forces at the end of a step."""
-        return 1.0 + self.scheme.alpha
 
-
-def build_steppers(
-    systems: Sequence[System], time: TimeStepping | QuasiStatic, damping: RayleighDamping, later: int = 0
-) -> list[Stepper]:
+def build_steppers(systems: Sequence[System], time: Timing, damping: RayleighDamping, later: int = 0) -> list[Stepper]:
     """Factorise and condense for a fixed step.
 
     Parameters
     ----------
     systems : sequence of System
         Systems with the same stiffness and mass; their candidates, programmes and loads may differ.
-    time : TimeStepping or QuasiStatic
-        The step.
+    time : TimeStepping, QuasiStatic or Scheme
+        Time integration.
     damping : RayleighDamping
         Material damping.
     later : int, optional
@@ -97,14 +90,14 @@ def build_steppers(
     InputError
         Where the memory will not suffice.
     """
-    scheme = Static(time.step) if isinstance(time, QuasiStatic) else hht(time.step, time.alpha)
-    weight = 1.0 + scheme.alpha
+    scheme = make_scheme(time)
+    weight = scheme.end_weight
     stiffness_part = scheme.displacement_factor + scheme.velocity_factor * damping.stiffness
     mass_part = scheme.inertia_factor + weight * scheme.velocity_factor * damping.mass
     effective = mass_part * systems[0].mass + weight * stiffness_part * systems[0].stiffness
     local, rows = _joint_rows(systems)
     condensed, compliance = condense(sparse.csr_matrix(effective), local, later)
-    # A force at the end of the step has the weight 1 + alpha, a unit of the unknown the displacement factor.
+    # A force at the end of the step has the end weight, a unit of the unknown the displacement factor.
     factor = weight * scheme.displacement_factor
     known: dict[bytes, tuple[Compliance, Array | None]] = {}
     steppers = []

@@ -20,6 +20,7 @@ from fingerslip.contact.candidates import (
 from fingerslip.contact.counterfaces import Counterface
 from fingerslip.dynamics.loads import Load, model_loads
 from fingerslip.dynamics.motion import Motion, counterface_motion, largest_approach, phase_table
+from fingerslip.dynamics.scheme import make_scheme
 from fingerslip.errors import InputError
 from fingerslip.fe.forms import CellConstants, cell_constants, mass_matrix, stiffness_matrix
 from fingerslip.fe.space import (
@@ -32,7 +33,7 @@ from fingerslip.fe.space import (
     vector_dofs,
 )
 from fingerslip.mesh.site_nodes import site_nodes
-from fingerslip.model import Contact, Model, QuasiStatic, Slide
+from fingerslip.model import Contact, Model, Slide
 
 __all__ = ["Outsiders", "System", "build_system", "check_model"]
 
@@ -262,8 +263,8 @@ def _check_contacts(model: Model, space: Space) -> None:
                 f"got {type(contact.friction).__name__} in {space.dim} dimensions",
                 f"needs {' or '.join(map(str, contact.friction.dims))}",
             )
-        if contact.drive and isinstance(model.time, QuasiStatic):
-            found = "got a body that a force drives in a quasi-static model"
+        if contact.drive and not make_scheme(model.time).inertia_factor:
+            found = "got a force that drives a counterface in a model without inertia"
             raise InputError(f"{where}.drive", found, "needs prescribed motion", "take TimeStepping")
 
 

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.dynamics.energy import Energies, integration_dissipation
-from fingerslip.dynamics.scheme import hht, predict
+from fingerslip.dynamics.energy import Energies
 from unit.dynamics.oscillator import STATIC, oscillator
 
 
@@ -47,45 +44,3 @@ def test_stored_energies_are_replaced_and_dissipations_and_work_add_up():
     after = before.after(kinetic=0.1, strain=0.2, contact=0.4, friction=0.8, damping=1.6, numerical=3.2, work=6.4)
     assert after == Energies(0.1, 0.2, 0.4, 8.8, 17.6, 35.2, 70.4, initial=5.0)
     assert before.friction == 8.0
-
-
-def free_oscillation(scheme, mass, stiffness, start, steps):
-    """Yield what a step of a free oscillator loses of its energy, and what the closed form says."""
-    (u, v), weight = start, 1.0 + scheme.alpha
-    a, two_back = -stiffness * u / mass, None
-    force_before = stiffness * u
-    for _ in range(steps):
-        ahead = predict(scheme, *np.array([[u], [v], [a]]))
-        right = scheme.alpha * stiffness * u - weight * stiffness * ahead.displacement[0]
-        new_a = right / (mass + weight * stiffness * scheme.displacement_factor)
-        new_u = ahead.displacement[0] + scheme.displacement_factor * new_a
-        new_v = ahead.velocity[0] + scheme.velocity_factor * new_a
-        two_back = force_before if two_back is None else two_back
-        said = integration_dissipation(
-            scheme,
-            displacement_change=np.array([new_u - u]),
-            velocity_change=np.array([new_v - v]),
-            inertia_change=np.array([mass * (new_a - a)]),
-            unbalance=(np.array([two_back]), np.array([stiffness * u]), np.array([stiffness * new_u])),
-        )
-        lost = 0.5 * mass * (v**2 - new_v**2) + 0.5 * stiffness * (u**2 - new_u**2)
-        yield lost, said
-        two_back, (u, v, a) = stiffness * u, (new_u, new_v, new_a)
-
-
-@settings(deadline=None, derandomize=True)
-@given(st.floats(-0.5, 0.0), st.floats(0.05, 20.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
-def test_dissipation_of_the_scheme_is_the_energy_that_a_free_oscillator_loses(alpha, step, place, speed):
-    scheme = hht(step, alpha)
-    pairs = np.array(list(free_oscillation(scheme, 2.0, 3.0, (place, speed), 12)))
-    scale = 2.0 * speed**2 + 3.0 * place**2
-    np.testing.assert_allclose(pairs[:, 0], pairs[:, 1], atol=1e-12 * scale * (1.0 + step**2))
-
-
-def test_the_trapezoidal_rule_takes_nothing_out_whatever_the_motion():
-    changes = np.random.default_rng(0).normal(size=(6, 9))
-    names = ("displacement_change", "velocity_change", "inertia_change")
-    said = integration_dissipation(
-        hht(0.3, 0.0), **dict(zip(names, changes[:3], strict=True)), unbalance=tuple(changes[3:])
-    )
-    assert said == 0.0
