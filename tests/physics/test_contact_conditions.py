@@ -8,7 +8,9 @@ solved may be anything, but its stated residual must say so: then :func:`advance
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -17,11 +19,8 @@ from hypothesis import strategies as st
 
 import fingerslip as fs
 from fingerslip.contact.solve.newton import solve_friction
-from fingerslip.dynamics.simulation import step_times
-from fingerslip.dynamics.step import advance, first_state
-from fingerslip.dynamics.stepper import Stopwatch, build_steppers
-from fingerslip.dynamics.system import build_system
 from fingerslip.verification.meshes import box
+from fingerslip.verification.reference import condensed_states, make_stepper
 
 TOLERANCE = 1e-10
 ROUNDING = 1e-13
@@ -179,16 +178,10 @@ def pressed_block(element, friction, penalties):
 
 def states(model):
     """Yield the state before and after every step, until the end or until a step is not solved."""
-    system, times = build_system(model), step_times(model)
-    stepper, bodies = build_steppers([system], model.time, model.damping)[0], system.motions[0].displacement(times)
-    state = first_state(stepper)
-    for number in range(1, times.size):
-        try:
-            (after,) = advance([stepper], [state], float(times[number]), [bodies[number : number + 1]], Stopwatch())
-        except fs.ConvergenceError:
-            return
-        yield system.candidates, state.interface, after.interface
-        state = after
+    stepper = make_stepper(model)
+    with contextlib.suppress(fs.ConvergenceError):
+        for before, after in pairwise(condensed_states(stepper, model)):
+            yield stepper.system.candidates, before.interface, after.interface
 
 
 @settings(max_examples=40, deadline=None, derandomize=True)

@@ -7,13 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from fingerslip.dynamics.simulation import step_times
-from fingerslip.dynamics.step import advance, first_state
-from fingerslip.dynamics.stepper import Stopwatch, build_steppers
-from fingerslip.dynamics.system import build_system
 from fingerslip.study.definition.spec import MeshFile, read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key
+from fingerslip.verification.reference import condensed_states, make_stepper
 from places import ROOT
 
 STUDIES = sorted((ROOT / "studies").glob("*.yaml"))
@@ -64,15 +61,14 @@ def balance(model):
     + alpha/2 du.(F2 - F0) per step. A plane's contact law takes dt.s/2 where a node slips by s, and half the old force
     times the new gap where it opens, less the new force times the old gap where it closes.
     """
-    system, times = build_system(model), step_times(model)
-    stepper, watch = build_steppers([system], model.time, model.damping)[0], Stopwatch()
-    counterfaces = np.stack([motion.displacement(times) for motion in system.motions], axis=1)
-    states = [first_state(stepper)]
+    stepper = make_stepper(model)
+    system, marching = stepper.system, condensed_states(stepper, model)
+    states = [next(marching)]
     start = stored(system, states[0])
     forces = [unbalance(stepper, states[0])] * 2
     lost = work = largest = imbalance = 0.0
-    for number in range(1, times.size):
-        states = [states[-1], *advance([stepper], states[-1:], float(times[number]), [counterfaces[number]], watch)]
+    for after in marching:
+        states = [states[-1], after]
         forces = [*forces[-2:], unbalance(stepper, states[1])]
         lost += dissipated(stepper, *states) + taken_by_scheme(stepper, *states, forces)
         work += external_work(system, *states)

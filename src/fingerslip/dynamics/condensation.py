@@ -1,85 +1,84 @@
-"""Condense a time step onto the contact nodes: substitutions, with the contact problem in their middle.
+"""Condense a time step onto the contact nodes: a substitution with the contact problem in its middle.
 
-With the effective matrix A = L U, loads b, contact operator B (local displacements of the candidates) and
-weight w of the contact forces, the acceleration of a step is a = A^-1 (b + w B^T r). Its local part without
-contact forces, B A^-1 b, and the compliance B A^-1 B^T make the contact problem, which gives r.
+With the effective matrix A = L U, loads b, the contact operator B (local displacements of the candidates) and the
+weighted contact forces r, the unknown of a step is x = A^-1 (b + B^T r). Its local part without contact forces,
+B A^-1 b, and the compliance B A^-1 B^T make the contact problem, which gives r.
 
-*By columns.* Z = U^-T B^T and Y = L^-1 B^T are computed once. The local part Z^T y is known after the forward
-half of the substitution, y = L^-1 b; the halfway vector becomes y + w Y r, and the backward half gives the
-acceleration. With Cholesky factors Y and Z are the same and sparse, because a column fills only along its path
-through the elimination tree.
+*By columns.* Z = U^-T B^T and Y = L^-1 B^T are computed once. After the forward half, y = L^-1 b, the local part is
+Z^T y; the backward half starts from y + Y r. With Cholesky factors Y and Z are the same and sparse, because a column
+fills only along its path through the elimination tree.
 
-*By the Schur complement.* For many contact rows these columns are larger than the factors. Then only the unknowns
-that the contact does not depend on are factorised, and C, the inverse of the Schur complement on the others, is
-stored: it is their part of A^-1. The forward half leaves the right-hand side c of the Schur complement; B C c is
-the local part without contact forces, C (c + w B^T r) what the contact's own unknowns become, and the backward half
-gives all others.
+*By the Schur complement.* For many contact rows these columns are larger than the factors. Then only the unknowns on
+which the contact does not depend are factorised; the others are kept, with C, the inverse of their Schur complement,
+which is their part of A^-1. The forward half leaves the right-hand side c of the Schur complement. B C c is the local
+part without contact forces, C (c + B^T r) the solution at the kept unknowns, and the backward half gives all others.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import blas
 
-from fingerslip.linear.factorisation import Factor, SchurFactor, factorise, factorise_around, schur_bytes
+from fingerslip.linear.factorisation import factorise_around
 from fingerslip.linear.memory import require_memory
+from fingerslip.linear.solver import Factor, LinearSolver, SchurFactor
 
-__all__ = ["ByColumns", "BySchur", "Condensed", "condense"]
+__all__ = ["ByColumns", "BySchur", "Condensed", "Halfway", "condense"]
 
 Array = NDArray[np.float64]
-Contact = Callable[[Array], Array]
 
 _COLUMNS_AT_ONCE = 256
 _SPARSE_BELOW = 0.25
-# Size m n of the columns up to which they are quicker than the Schur complement (measured): in the plane, where
+# Size m n of the columns up to which they are faster than the Schur complement (measured): in the plane, where
 # rows of A are shorter and columns fill less, this many times larger.
 _COLUMNS_UP_TO, _IN_PLANE = 6_000_000, 12
 _ROW_IN_PLANE = 30
-# How often the compliance is there at most: as it is, turned into frames, and what Newton's method takes of it.
+# Copies of the compliance that exist at once: as it is, in frames, and what Newton's method takes of it.
 _COPIES = 5
+
+
+@dataclass(frozen=True)
+class Halfway:
+    """A substitution between its halves; k right-hand sides are columns.
+
+    Parameters
+    ----------
+    vector : (n,) or (n, k) array
+        The forward half.
+    local : (m,) or (m, k) array
+        Local part of the solution without contact forces, B A^-1 b.
+    kept : (p,) or (p, k) array, optional
+        The solution at the kept unknowns without contact forces, where there are any.
+    """
+
+    vector: Array
+    local: Array
+    kept: Array | None = None
 
 
 class Condensed(Protocol):
     """A factorised effective matrix, condensed onto contact rows."""
 
     @property
-    def solver(self) -> str:
-        """Name of the library that factorised."""
-
-    @property
     def description(self) -> str:
         """How it is condensed, and what a step costs."""
 
-    def solve(self, right_hand_side: Array, weight: float, contact: Contact) -> tuple[Array, Array]:
-        """Solve A a = b + w B^T r, r being found by `contact` on the way.
+    def forward(self, right_hand_side: Array) -> Halfway:
+        """Take the forward half for a right-hand side b, shape (n,) or (n, k)."""
 
-        Parameters
-        ----------
-        right_hand_side : (n,) or (n, k) array
-            b.
-        weight : float
-            w.
-        contact : callable
-            Takes the local part B A^-1 b, shape (m,) or (m, k), and returns the contact forces r of the same shape.
-
-        Returns
-        -------
-        solution : (n,) or (n, k) array
-            a.
-        forces : (m,) or (m, k) array
-            r.
-        """
+    def backward(self, halfway: Halfway, forces: Array) -> Array:
+        """Return the solution x of A x = b + B^T r for contact forces r, shape (m,) or (m, k)."""
 
 
 @dataclass(frozen=True)
 class ByColumns:
-    """Condensed by columns: one substitution.
+    """Condensed by columns.
 
     Parameters
     ----------
@@ -94,47 +93,39 @@ class ByColumns:
     factor: Factor
     forward_columns: Array | sparse.csr_matrix
     backward_rows: Array | sparse.csr_matrix
-    description = "columns, one substitution a step"
+    description: ClassVar[str] = "columns, one substitution a step"
 
-    @property
-    def solver(self) -> str:
-        """Name of the library that factorised."""
-        return self.factor.name
+    def forward(self, right_hand_side: Array) -> Halfway:
+        """Take the forward half; see :class:`Condensed`."""
+        vector = self.factor.forward(right_hand_side)
+        return Halfway(vector, self.backward_rows @ vector)
 
-    def solve(self, right_hand_side: Array, weight: float, contact: Contact) -> tuple[Array, Array]:
-        """Solve with one substitution; see :class:`Condensed`."""
-        halfway = self.factor.forward(right_hand_side)
-        forces = contact(self.backward_rows @ halfway)
-        if forces.any():
-            halfway = halfway + weight * (self.forward_columns @ forces)
-        return self.factor.backward(halfway), forces
+    def backward(self, halfway: Halfway, forces: Array) -> Array:
+        """Return the solution; see :class:`Condensed`."""
+        loaded = halfway.vector + self.forward_columns @ forces if forces.any() else halfway.vector
+        return self.factor.backward(loaded)
 
 
 @dataclass(frozen=True)
 class BySchur:
-    """Condensed by the Schur complement: one substitution, and two products with a matrix of the contact's size.
+    """Condensed by the Schur complement: two products with a matrix of the contact's size beside the substitution.
 
     Parameters
     ----------
     factor : SchurFactor
-        Of all unknowns but those that the local displacements depend on.
-    places : (p,) array
-        These.
+        Factors of all unknowns but the kept ones.
+    kept : (p,) array
+        The unknowns that the local displacements depend on.
     inverse : (p, p) array
         C, symmetric.
     rows : sparse matrix, shape (m, p), or None
-        B on them; None where it is the identity.
+        B on the kept unknowns; None where it is the identity.
     """
 
     factor: SchurFactor
-    places: NDArray[np.int64]
+    kept: NDArray[np.int64]
     inverse: Array
     rows: sparse.csr_matrix | None
-
-    @property
-    def solver(self) -> str:
-        """Name of the library that factorised."""
-        return self.factor.name
 
     @property
     def description(self) -> str:
@@ -142,26 +133,32 @@ class BySchur:
         substitutions = "one substitution" if self.factor.substitutions == 1 else "two substitutions"
         return f"Schur complement, {substitutions} a step"
 
-    def solve(self, right_hand_side: Array, weight: float, contact: Contact) -> tuple[Array, Array]:
-        """Solve with one substitution; see :class:`Condensed`."""
-        halfway = self.factor.forward(right_hand_side)
-        condensed = halfway[self.places]
-        solution = _symmetric_times(self.inverse, condensed)
-        forces = contact(solution if self.rows is None else self.rows @ solution)
+    def forward(self, right_hand_side: Array) -> Halfway:
+        """Take the forward half; see :class:`Condensed`."""
+        vector = self.factor.forward(right_hand_side)
+        kept = _symmetric_times(self.inverse, vector[self.kept])
+        return Halfway(vector, kept if self.rows is None else self.rows @ kept, kept)
+
+    def backward(self, halfway: Halfway, forces: Array) -> Array:
+        """Return the solution; see :class:`Condensed`."""
+        vector = halfway.vector.copy(order="K")
         if forces.any():
-            given = forces if self.rows is None else self.rows.T @ forces
-            solution = _symmetric_times(self.inverse, condensed + weight * given)
-        halfway[self.places] = solution
-        return self.factor.backward(halfway), forces
+            added = forces if self.rows is None else self.rows.T @ forces
+            vector[self.kept] = _symmetric_times(self.inverse, vector[self.kept] + added)
+        else:
+            vector[self.kept] = halfway.kept
+        return self.factor.backward(vector)
 
 
 def _symmetric_times(matrix: Array, given: Array) -> Array:
-    """Return the product of a symmetric matrix with a vector, of which half is read, or with columns."""
+    """Return the product of a symmetric matrix (p, p) with a vector, for which half of it is read, or with columns."""
     product: Array = blas.dsymv(1.0, matrix.T, given) if given.ndim == 1 else matrix @ given
     return product
 
 
-def condense(matrix: sparse.csr_matrix, local: sparse.csr_matrix, later: int = 0) -> tuple[Condensed, Array]:
+def condense(
+    matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver, reserved_bytes: int = 0
+) -> tuple[Condensed, Array]:
     """Factorise and condense a matrix.
 
     Parameters
@@ -170,29 +167,33 @@ def condense(matrix: sparse.csr_matrix, local: sparse.csr_matrix, later: int = 0
         A, symmetric positive definite.
     local : (m, n) matrix
         B.
-    later : int, optional
-        Memory that the histories will take [bytes].
+    solver : LinearSolver
+        What factorises.
+    reserved_bytes : int, optional
+        Memory that must stay free for the histories [bytes].
 
     Returns
     -------
     condensed : Condensed
-        What solves.
+        The condensed matrix.
     compliance : (m, m) array
         B A^-1 B^T. `condensed` may need it unchanged.
 
     Raises
     ------
     InputError
-        Where the memory will not suffice.
+        Where the memory does not suffice.
     """
     largest = _COLUMNS_UP_TO * (_IN_PLANE if matrix.nnz < _ROW_IN_PLANE * matrix.shape[0] else 1)
     if local.shape[0] * matrix.shape[0] <= largest:
-        return _condense_by_columns(matrix, local)
-    return _condense_by_schur(matrix, local, later)
+        return _condense_by_columns(matrix, local, solver)
+    return _condense_by_schur(matrix, local, solver, reserved_bytes)
 
 
-def _condense_by_columns(matrix: sparse.csr_matrix, local: sparse.csr_matrix) -> tuple[Condensed, Array]:
-    factor = factorise(matrix)
+def _condense_by_columns(
+    matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver
+) -> tuple[Condensed, Array]:
+    factor = solver.factorise(matrix)
     columns = sparse.csc_matrix(local.T)
     forward = _map_columns(factor.forward, columns)
     backward = _map_columns(factor.transposed_backward, columns)
@@ -201,17 +202,20 @@ def _condense_by_columns(matrix: sparse.csr_matrix, local: sparse.csr_matrix) ->
     return condensed, 0.5 * (compliance + compliance.T)
 
 
-def _condense_by_schur(matrix: sparse.csr_matrix, local: sparse.csr_matrix, later: int) -> tuple[Condensed, Array]:
+def _condense_by_schur(
+    matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver, reserved_bytes: int
+) -> tuple[Condensed, Array]:
     """Take the compliance from the Schur complement on all unknowns that the local displacements depend on."""
-    places = np.unique(local.indices).astype(np.int64)
-    dense = 8 * max(local.shape[0], places.size) ** 2
-    require_memory({"factors": schur_bytes(matrix, places), "compliance": _COPIES * dense, "history": later})
-    factor, inverse = factorise_around(matrix, places)
-    rows = sparse.csr_matrix(local[:, places])
-    identity = sparse.identity(places.size, format="csr")
+    kept = np.unique(local.indices).astype(np.int64)
+    dense = 8 * max(local.shape[0], kept.size) ** 2
+    parts = {"factors": solver.bytes_around(matrix, kept), "compliance": _COPIES * dense, "history": reserved_bytes}
+    require_memory(parts)
+    factor, inverse = factorise_around(matrix, kept, solver)
+    rows = sparse.csr_matrix(local[:, kept])
+    identity = sparse.identity(kept.size, format="csr")
     if rows.shape == identity.shape and (rows != identity).nnz == 0:
-        return BySchur(factor, places, inverse, None), inverse
-    return BySchur(factor, places, inverse, rows), np.ascontiguousarray(rows @ (rows @ inverse).T)
+        return BySchur(factor, kept, inverse, None), inverse
+    return BySchur(factor, kept, inverse, rows), np.ascontiguousarray(rows @ (rows @ inverse).T)
 
 
 def _map_columns(function: Callable[[Array], Array], columns: sparse.csc_matrix) -> sparse.csc_matrix:

@@ -9,9 +9,12 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.candidates import check_outsiders
 from fingerslip.dynamics.recorder import Recorder
-from fingerslip.dynamics.step import State, advance, first_state
+from fingerslip.dynamics.sharing import first_alike, same_motion
+from fingerslip.dynamics.state import State, first_state
+from fingerslip.dynamics.step import advance
 from fingerslip.dynamics.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system import System
+from fingerslip.linear.threads import Mapper, side_by_side
 
 __all__ = ["march"]
 
@@ -22,8 +25,10 @@ def march(
     steppers: Sequence[Stepper],
     recorders: Sequence[Recorder],
     times: Sequence[Array],
+    *,
     watch: Stopwatch,
     progress: Callable[[float], None] | None = None,
+    threads: int = 1,
 ) -> None:
     """Step through time and record every state of every motion.
 
@@ -39,47 +44,28 @@ def march(
         Takes the times.
     progress : callable, optional
         Called after every step with the fraction that is done.
+    threads : int, optional
+        Threads that solve the contacts of different motions side by side.
     """
     counterfaces = [_displacements(stepper.system, own) for stepper, own in zip(steppers, times, strict=True)]
-    alike = _alike(steppers)
+    alike = first_alike([stepper.system for stepper in steppers], same_motion)
     starts = {kind: first_state(steppers[kind]) for kind in set(alike)}
     states = [starts[kind] for kind in alike]
     for recorder, state in zip(recorders, states, strict=True):
         recorder.record(state)
     last = max(own.size for own in times) - 1
-    for step in range(1, last + 1):
-        moving = [number for number, own in enumerate(times) if step < own.size]
-        shifts = {number: counterfaces[number][step] for number in moving}
-        time = float(times[moving[0]][step])
-        _advance_different(steppers, states, alike, shifts, time=time, watch=watch)
-        with watch.part("recording"):
-            for number in moving:
-                _check_outside(steppers[number].system, states[number])
-                recorders[number].record(states[number])
-        if progress is not None:
-            progress(step / last)
-
-
-def _alike(steppers: Sequence[Stepper]) -> list[int]:
-    """Return for each motion the first one with the same candidates, friction and loads."""
-    found: list[int] = []
-    for stepper in steppers:
-        same = (number for number in set(found) if _moves_alike(steppers[number].system, stepper.system))
-        found.append(min(same, default=len(found)))
-    return found
-
-
-def _moves_alike(one: System, other: System) -> bool:
-    """Tell whether two systems move alike as long as their counterfaces do."""
-    return (
-        one.counterfaces == other.counterfaces
-        and np.array_equal(one.candidates.nodes, other.candidates.nodes)
-        and np.array_equal(one.initial_velocity, other.initial_velocity)
-        and len(one.loads) == len(other.loads)
-        and all(
-            a.ramp == b.ramp and np.array_equal(a.forces, b.forces) for a, b in zip(one.loads, other.loads, strict=True)
-        )
-    )
+    with side_by_side(min(threads, len(steppers))) as mapper:
+        for step in range(1, last + 1):
+            moving = [number for number, own in enumerate(times) if step < own.size]
+            shifts = {number: counterfaces[number][step] for number in moving}
+            time = float(times[moving[0]][step])
+            _advance_different(steppers, states, alike, shifts, time=time, watch=watch, mapper=mapper)
+            with watch.part("recording"):
+                for number in moving:
+                    _check_outside(steppers[number].system, states[number])
+                    recorders[number].record(states[number])
+            if progress is not None:
+                progress(step / last)
 
 
 def _advance_different(
@@ -90,6 +76,7 @@ def _advance_different(
     *,
     time: float,
     watch: Stopwatch,
+    mapper: Mapper,
 ) -> None:
     """Take one step, in place, of all motions that `shifts` has; those that are still the same are computed once."""
     groups: dict[tuple[int, int, bytes], list[int]] = {}
@@ -101,7 +88,8 @@ def _advance_different(
         [states[number] for number in first],
         time,
         [shifts[number] for number in first],
-        watch,
+        watch=watch,
+        mapper=mapper,
     )
     for members, state in zip(groups.values(), after, strict=True):
         for number in members:
@@ -109,7 +97,7 @@ def _advance_different(
 
 
 def _displacements(system: System, times: Array) -> Array:
-    """Return the displacement of every counterface at every time, shape (n_times, n_bodies, dim) [m]."""
+    """Return the displacement of every counterface at every time, shape (n_times, n_counterfaces, dim) [m]."""
     if not system.motions:
         return np.zeros((times.size, 0, system.space.dim))
     return np.stack([motion.displacement(times) for motion in system.motions], axis=1)
@@ -117,9 +105,7 @@ def _displacements(system: System, times: Array) -> Array:
 
 def _check_outside(system: System, state: State) -> None:
     """Refuse penetration by boundary nodes that are no contact candidates."""
-    for outsiders, counterface, shift in zip(
-        system.outsiders, system.counterfaces.shapes, state.counterfaces, strict=True
-    ):
+    for outsiders, shape, shift in zip(system.outsiders, system.counterfaces.shapes, state.counterfaces, strict=True):
         moved = (outsiders.relative @ state.displacement).reshape(outsiders.positions.shape) - shift
-        gaps = counterface.gap(outsiders.positions + moved)
+        gaps = shape.gap(outsiders.positions + moved)
         check_outsiders(gaps, outsiders.nodes, outsiders.positions, state.time)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.motion import phase_table
-from fingerslip.dynamics.step import State
+from fingerslip.dynamics.state import State
 from fingerslip.dynamics.system import System
 from fingerslip.fe.recovery import (
     Recovery,
@@ -154,7 +154,7 @@ class Recorder:
     def _add_drives(self, counterfaces: Array, field: Array) -> None:
         """Add what the drives do along the normals to the motion of the counterfaces (n_bodies, dim)."""
         system = self._system
-        for number, value in zip(system.driven, field[system.free.size :], strict=True):
+        for number, value in zip(system.unknowns.driven, field[system.free.size :], strict=True):
             counterfaces[number] += value * system.counterfaces.shapes[number].unit_normal
 
     def _record_snapshot(self, number: int, state: State) -> None:

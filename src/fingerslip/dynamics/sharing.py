@@ -1,21 +1,83 @@
-"""Which models can share one factorised matrix."""
+"""What may be shared: a matrix by models, a compliance by systems, a motion by systems that still move alike."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from fingerslip.dynamics.scheme import make_scheme
+from fingerslip.dynamics.system import System
 from fingerslip.errors import InputError
 from fingerslip.model import Contact, Model
 
-__all__ = ["can_share", "check_shared"]
+__all__ = ["check_same_matrix", "first_alike", "groups_to_share", "same_compliance", "same_matrix", "same_motion"]
+
+T = TypeVar("T")
+
+# Degrees of freedom from which a factorisation is worth sharing, and models whose histories are kept at once.
+_WORTH_SHARING = 15_000
+_MOST = 8
 
 
-def check_shared(models: Sequence[Model]) -> None:
-    """Refuse models whose motions cannot be computed with one matrix.
+def same_matrix(one: Model, other: Model) -> bool:
+    """Tell whether two models have the same effective matrix, so that they can be simulated together."""
+    return not _difference(one, other)
+
+
+def same_compliance(one: System, other: System) -> bool:
+    """Tell whether two systems of one matrix have the same compliance at their candidates, in the same frames."""
+    frames, others = one.constant_frames(), other.constant_frames()
+    return (
+        np.array_equal(one.candidates.nodes, other.candidates.nodes)
+        and np.array_equal(one.candidates.counterface, other.candidates.counterface)
+        and (frames is None) == (others is None)
+        and (frames is None or others is None or np.array_equal(frames, others))
+    )
+
+
+def same_motion(one: System, other: System) -> bool:
+    """Tell whether two systems of one matrix move alike as long as their counterfaces do."""
+    return (
+        one.counterfaces == other.counterfaces
+        and np.array_equal(one.candidates.nodes, other.candidates.nodes)
+        and np.array_equal(one.initial_velocity, other.initial_velocity)
+        and len(one.loads) == len(other.loads)
+        and all(
+            a.ramp == b.ramp and np.array_equal(a.forces, b.forces) for a, b in zip(one.loads, other.loads, strict=True)
+        )
+    )
+
+
+def first_alike(items: Sequence[T], same: Callable[[T, T], bool]) -> list[int]:
+    """Return for each item the index of the first one that is the same.
+
+    Examples
+    --------
+    >>> first_alike(["to", "be", "To", "BE", "or"], lambda one, other: one.lower() == other.lower())
+    [0, 1, 0, 1, 4]
+    """
+    found: list[int] = []
+    for item in items:
+        alike = (number for number in dict.fromkeys(found) if same(items[number], item))
+        found.append(next(alike, len(found)))
+    return found
+
+
+def groups_to_share(models: Sequence[Model]) -> list[list[int]]:
+    """Return the indices of models that are best simulated together, group by group.
+
+    Small models stay apart. A large group is split evenly, so that not too many histories are kept at once.
+    """
+    first = first_alike(models, lambda one, other: _is_large(other) and same_matrix(one, other))
+    alike = [[number for number, own in enumerate(first) if own == kind] for kind in dict.fromkeys(first)]
+    return [part for group in alike for part in _even_parts(group)]
+
+
+def check_same_matrix(models: Sequence[Model]) -> None:
+    """Refuse models that cannot be simulated together.
 
     Raises
     ------
@@ -32,13 +94,17 @@ def check_shared(models: Sequence[Model]) -> None:
             raise InputError(f"models.{number}.{part}", found, allowed, "simulate it by itself")
 
 
-def can_share(one: Model, other: Model) -> bool:
-    """Tell whether two models can be simulated together."""
-    return not _difference(one, other)
+def _is_large(model: Model) -> bool:
+    return bool(model.mesh.p.size >= _WORTH_SHARING)
+
+
+def _even_parts(group: list[int]) -> list[list[int]]:
+    size = math.ceil(len(group) / math.ceil(len(group) / _MOST))
+    return [group[start : start + size] for start in range(0, len(group), size)]
 
 
 def _difference(one: Model, other: Model) -> str:
-    """Return what keeps two models from sharing a matrix; empty if nothing does."""
+    """Return what keeps two models from having the same matrix; empty if nothing does."""
     for name in ("materials", "formulation", "depth", "supports", "damping", "integration"):
         if getattr(one, name) != getattr(other, name):
             return name
@@ -49,10 +115,11 @@ def _difference(one: Model, other: Model) -> str:
     if len(one.contacts) != len(other.contacts):
         return "contacts"
     pairs = enumerate(zip(one.contacts, other.contacts, strict=True))
-    return next((f"contacts.{number}" for number, (a, b) in pairs if _surface(a) != _surface(b)), "")
+    return next((f"contacts.{number}" for number, (a, b) in pairs if _of_matrix(a) != _of_matrix(b)), "")
 
 
-def _surface(contact: Contact) -> tuple[Any, ...]:
+def _of_matrix(contact: Contact) -> tuple[Any, ...]:
+    """Return what of a contact decides the matrix and the compliance."""
     mass = contact.drive.mass if contact.drive else None
     return contact.boundary, contact.counterface, contact.normal_penalty, contact.tangential_penalty, mass
 

@@ -7,6 +7,7 @@ import math
 import platform
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,17 +15,20 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.march import march
 from fingerslip.dynamics.recorder import CellFields, Recorder
-from fingerslip.dynamics.sharing import check_shared
+from fingerslip.dynamics.sharing import check_same_matrix
 from fingerslip.dynamics.stepper import Stepper, Stopwatch, build_steppers
 from fingerslip.dynamics.system import build_system
 from fingerslip.errors import InputError
 from fingerslip.history import make_history
-from fingerslip.linear.threads import single_dense_thread, suitable_threads
+from fingerslip.linear.solver import LinearSolver
+from fingerslip.linear.threads import limited_threads, single_dense_thread, suitable_threads
 from fingerslip.model import Model
 
 __all__ = ["simulate", "simulate_together", "step_times"]
 
 Array = NDArray[np.float64]
+
+_HOW = "make one: fs.Model(mesh=fs.build_section(finger, ...), materials=finger.materials, ...)"
 
 _logger = logging.getLogger(__name__)
 
@@ -45,7 +49,13 @@ def step_times(model: Model) -> Array:
     return times
 
 
-def simulate(model: Model, *, progress: Callable[[float], None] | None = None) -> xr.Dataset:
+def simulate(
+    model: Model,
+    *,
+    progress: Callable[[float], None] | None = None,
+    threads: int | None = None,
+    solver: LinearSolver | None = None,
+) -> xr.Dataset:
     """Compute the motion of a model.
 
     Parameters
@@ -54,6 +64,11 @@ def simulate(model: Model, *, progress: Callable[[float], None] | None = None) -
         What to compute.
     progress : callable, optional
         Called after every step with the fraction that is done.
+    threads : int, optional
+        Threads to use at most; without it as many as the cores that this process may use. Systems below about 15,000
+        degrees of freedom use one.
+    solver : LinearSolver, optional
+        What factorises the matrix; without it the preferred solver that is available, MKL PARDISO before SuperLU.
 
     Returns
     -------
@@ -69,16 +84,21 @@ def simulate(model: Model, *, progress: Callable[[float], None] | None = None) -
     SlipOutsideContactError
         Where the boundary reaches a counterface at a node that is no candidate.
     """
-    return simulate_together([model], progress=progress)[0]
+    _require_model(model, "model")
+    return simulate_together([model], progress=progress, threads=threads, solver=solver)[0]
 
 
 def simulate_together(
-    models: Sequence[Model], *, progress: Callable[[float], None] | None = None
+    models: Sequence[Model],
+    *,
+    progress: Callable[[float], None] | None = None,
+    threads: int | None = None,
+    solver: LinearSolver | None = None,
 ) -> tuple[xr.Dataset, ...]:
     """Compute the motions of models that differ in friction, programme or loads alone, step by step together.
 
-    The matrix is factorised once, every step is one substitution for all of them, and motions that are still the
-    same, as those of several sliding directions before the slide, are computed once. The histories are those of
+    The matrix is factorised once, and every step is one substitution for all of them. Motions that are still the same,
+    such as those of several sliding directions before the slide, are computed once. The histories are those of
     :func:`simulate`, but for rounding.
 
     Parameters
@@ -87,6 +107,10 @@ def simulate_together(
         What to compute. Mesh, materials, supports, damping, step, counterfaces and penalties must be the same.
     progress : callable, optional
         Called after every step with the fraction that is done.
+    threads : int, optional
+        As for :func:`simulate`; the contacts of several motions are solved side by side.
+    solver : LinearSolver, optional
+        As for :func:`simulate`.
 
     Returns
     -------
@@ -100,14 +124,34 @@ def simulate_together(
     ConvergenceError, SlipOutsideContactError
         As :func:`simulate`; the first failure ends all motions.
     """
-    check_shared(models)
+    _require_models(models)
+    check_same_matrix(models)
     times = [step_times(model) for model in models]
-    with suitable_threads(models[0].mesh.dim() * models[0].mesh.nvertices):
-        return _simulate(models, times, progress)
+    count = suitable_threads(models[0].mesh.dim() * models[0].mesh.nvertices, threads)
+    with limited_threads(count):
+        return _simulate(models, times, progress, threads=count, solver=solver)
+
+
+def _require_model(value: Any, where: str) -> None:
+    if not isinstance(value, Model):
+        raise InputError(where, f"got a {type(value).__name__}", "needs a Model", _HOW)
+
+
+def _require_models(values: Any) -> None:
+    if isinstance(values, str) or not isinstance(values, Sequence):
+        repair = "write simulate_together([model]), or simulate(model)" if isinstance(values, Model) else _HOW
+        raise InputError("models", f"got a {type(values).__name__}", "needs a list of Model", repair)
+    for number, value in enumerate(values):
+        _require_model(value, f"models.{number}")
 
 
 def _simulate(
-    models: Sequence[Model], times: Sequence[Array], progress: Callable[[float], None] | None
+    models: Sequence[Model],
+    times: Sequence[Array],
+    progress: Callable[[float], None] | None,
+    *,
+    threads: int,
+    solver: LinearSolver | None,
 ) -> tuple[xr.Dataset, ...]:
     watch = Stopwatch()
     with watch.part("assembly"):
@@ -118,10 +162,11 @@ def _simulate(
             Recorder(model, system, own, cells) for model, system, own in zip(models, systems, times, strict=True)
         ]
     with watch.part("factorisation"):
-        steppers = build_steppers(systems, models[0].time, models[0].damping, sum(own.nbytes for own in recorders))
-    _logger.info("%s, %s", steppers[0].condensed.solver, steppers[0].condensed.description)
+        reserved = sum(own.nbytes for own in recorders)
+        steppers = build_steppers(systems, models[0].time, models[0].damping, solver=solver, reserved_bytes=reserved)
+    _logger.info("%s, %s", steppers[0].solver.name, steppers[0].condensed.description)
     with watch.part("stepping"), single_dense_thread():
-        march(steppers, recorders, times, watch, progress)
+        march(steppers, recorders, times, watch=watch, progress=progress, threads=threads)
     return tuple(
         _history(stepper, recorder, own, len(models), watch)
         for stepper, recorder, own in zip(steppers, recorders, times, strict=True)
@@ -140,13 +185,11 @@ def _history(stepper: Stepper, recorder: Recorder, times: Array, count: int, wat
 def _provenance(stepper: Stepper, count: int, watch: Stopwatch) -> dict[str, object]:
     """Return what made the history: versions, solver, sizes and seconds."""
     system = stepper.system
-    seconds = dict(watch.seconds)
-    seconds["substitution"] = seconds.pop("solve", 0.0) - seconds.get("contact", 0.0)
     return {
         "title": "fingerslip history",
         "fingerslip_version": version("fingerslip"),
         "python_version": platform.python_version(),
-        "linear_solver": stepper.condensed.solver,
+        "linear_solver": stepper.solver.name,
         "condensation": stepper.condensed.description,
         "n_simulated_together": count,
         "element": system.space.element,
@@ -156,7 +199,7 @@ def _provenance(stepper: Stepper, count: int, watch: Stopwatch) -> dict[str, obj
         "n_contact_candidates": len(system.candidates.nodes),
         "normal_penalty": _mean_penalty(system.candidates.normal_stiffness, system.candidates.area),
         "tangential_penalty": _mean_penalty(system.candidates.tangential_stiffness, system.candidates.area),
-        **{f"seconds_{name}": value for name, value in seconds.items()},
+        **{f"seconds_{name}": value for name, value in watch.seconds.items()},
     }
 
 

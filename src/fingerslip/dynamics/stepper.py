@@ -1,4 +1,4 @@
-"""What stays the same from step to step: the factorised matrix, and the compliance of the contact nodes."""
+"""What stays the same from step to step: the condensed matrix, and the compliance of the contact nodes."""
 
 from __future__ import annotations
 
@@ -14,18 +14,21 @@ from scipy import sparse
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.condensation import Condensed, condense
 from fingerslip.dynamics.scheme import Scheme, make_scheme
+from fingerslip.dynamics.sharing import first_alike, same_compliance
 from fingerslip.dynamics.system import System
+from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.materials.elastic import RayleighDamping
 from fingerslip.model import Timing
 
 __all__ = ["Stepper", "Stopwatch", "build_steppers"]
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 
 @dataclass
 class Stopwatch:
-    """Seconds spent in each part of the work."""
+    """Seconds spent in each part of a simulation."""
 
     seconds: dict[str, float] = field(default_factory=dict)
 
@@ -51,27 +54,46 @@ class Stepper:
         Time integration.
     damping : RayleighDamping
         Material damping.
+    solver : LinearSolver
+        What has factorised.
     condensed : Condensed
         The effective matrix, factorised and condensed on the candidates of all motions that share it.
     rows : (m,) array
         The rows among these of the system's own candidates.
     compliance : Compliance
         Compliance of a step on the own candidates.
-    flat_frames : (n_c, dim, dim) array or None
-        Frames of the candidates where all counterfaces are planes, so that they never turn; `compliance` is in
-        them then.
+    constant_frames : (n_c, dim, dim) array or None
+        Frames of the candidates where they never turn; `compliance` is in them then.
     """
 
     system: System
     scheme: Scheme
     damping: RayleighDamping
+    solver: LinearSolver
     condensed: Condensed
-    rows: NDArray[np.int64]
+    rows: Indices
     compliance: Compliance
-    flat_frames: Array | None
+    constant_frames: Array | None
+
+    def damping_force(self, velocity: Array) -> Array:
+        """Return the damping force C v at a velocity (n,) [m/s], shape (n,) [N]."""
+        mass, stiffness = self.system.mass, self.system.stiffness
+        total: Array = self.damping.mass * (mass @ velocity) + self.damping.stiffness * (stiffness @ velocity)
+        return total
+
+    def kinetic_energy(self, velocity: Array) -> float:
+        """Return the kinetic energy at a velocity (n,) [m/s], in J; none where nothing has inertia."""
+        return 0.5 * self.scheme.inertia_factor * float(velocity @ (self.system.mass @ velocity))
 
 
-def build_steppers(systems: Sequence[System], time: Timing, damping: RayleighDamping, later: int = 0) -> list[Stepper]:
+def build_steppers(
+    systems: Sequence[System],
+    time: Timing,
+    damping: RayleighDamping,
+    *,
+    solver: LinearSolver | None = None,
+    reserved_bytes: int = 0,
+) -> list[Stepper]:
     """Factorise and condense for a fixed step.
 
     Parameters
@@ -82,34 +104,43 @@ def build_steppers(systems: Sequence[System], time: Timing, damping: RayleighDam
         Time integration.
     damping : RayleighDamping
         Material damping.
-    later : int, optional
-        Memory that the histories will take [bytes].
+    solver : LinearSolver, optional
+        What factorises; without it the preferred solver that is available.
+    reserved_bytes : int, optional
+        Memory that must stay free for the histories [bytes].
+
+    Returns
+    -------
+    list of Stepper
+        One for each system. They share the condensed matrix, and compliances where these are the same.
 
     Raises
     ------
     InputError
-        Where the memory will not suffice.
+        Where the memory does not suffice.
     """
-    scheme = make_scheme(time)
-    weight = scheme.end_weight
-    stiffness_part = scheme.displacement_factor + scheme.velocity_factor * damping.stiffness
-    mass_part = scheme.inertia_factor + weight * scheme.velocity_factor * damping.mass
-    effective = mass_part * systems[0].mass + weight * stiffness_part * systems[0].stiffness
+    scheme, solver = make_scheme(time), solver or preferred_solver()
     local, rows = _joint_rows(systems)
-    condensed, compliance = condense(sparse.csr_matrix(effective), local, later)
+    condensed, compliance = condense(_effective_matrix(systems[0], scheme, damping), local, solver, reserved_bytes)
     # A force at the end of the step has the end weight, a unit of the unknown the displacement factor.
-    factor = weight * scheme.displacement_factor
-    known: dict[bytes, tuple[Compliance, Array | None]] = {}
-    steppers = []
-    for system, own in zip(systems, rows, strict=True):
-        key = _key(system)
-        if key not in known:
-            known[key] = _own_compliance(system, compliance, own, factor)
-        steppers.append(Stepper(system, scheme, damping, condensed, own, *known[key]))
-    return steppers
+    factor = scheme.end_weight * scheme.displacement_factor
+    first = first_alike(systems, same_compliance)
+    own = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
+    return [
+        Stepper(system, scheme, damping, solver, condensed, rows[number], *own[first[number]])
+        for number, system in enumerate(systems)
+    ]
 
 
-def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[NDArray[np.int64]]]:
+def _effective_matrix(system: System, scheme: Scheme, damping: RayleighDamping) -> sparse.csr_matrix:
+    """Return the matrix A of a step, which the unknown is solved for, shape (n, n)."""
+    stiffness_part = scheme.displacement_factor + scheme.velocity_factor * damping.stiffness
+    mass_part = scheme.inertia_factor + scheme.end_weight * scheme.velocity_factor * damping.mass
+    effective = mass_part * system.mass + scheme.end_weight * stiffness_part * system.stiffness
+    return sparse.csr_matrix(effective)
+
+
+def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[Indices]]:
     """Return the local displacements of all candidates of all systems, and the rows of each system's own."""
     dim = systems[0].space.dim
     marks = [
@@ -123,31 +154,16 @@ def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[NDAr
     return stacked[_components(first, dim)], rows
 
 
-def _components(nodes: NDArray[np.int64], dim: int) -> NDArray[np.int64]:
-    components: NDArray[np.int64] = (nodes[:, None] * dim + np.arange(dim)).ravel()
+def _components(nodes: Indices, dim: int) -> Indices:
+    components: Indices = (nodes[:, None] * dim + np.arange(dim)).ravel()
     return components
 
 
-def _own_compliance(
-    system: System, joint: Array, rows: NDArray[np.int64], factor: float
-) -> tuple[Compliance, Array | None]:
+def _own_compliance(system: System, joint: Array, rows: Indices, factor: float) -> tuple[Compliance, Array | None]:
     """Return the compliance of a system's candidates, in their frames where these stay, and these frames."""
     candidates = system.candidates
     stiffness = [candidates.normal_stiffness] + [candidates.tangential_stiffness] * (system.space.dim - 1)
     own = joint if rows.size == len(joint) else joint[np.ix_(rows, rows)]
     compliance = Compliance(factor * own, 1.0 / np.column_stack(stiffness))
-    if not system.counterfaces.are_flat:
-        return compliance, None
-    frames = _flat_frames(system)
-    return compliance.in_frames(frames), frames
-
-
-def _flat_frames(system: System) -> Array:
-    return system.counterfaces.frames(system.candidates.positions, system.candidates.counterface)
-
-
-def _key(system: System) -> bytes:
-    """Return what tells the compliances of systems with the same matrices apart."""
-    frames = _flat_frames(system).tobytes() if system.counterfaces.are_flat else b""
-    candidates = system.candidates
-    return b"".join([candidates.nodes.tobytes(), candidates.counterface.tobytes(), frames])
+    frames = system.constant_frames()
+    return (compliance, None) if frames is None else (compliance.in_frames(frames), frames)

@@ -1,1 +1,1 @@
-"""Sparse direct solvers: factorise once, substitute many times; their memory and threads."""
+"""Sparse direct solvers behind one protocol: factorise once, substitute many times; their memory and threads."""

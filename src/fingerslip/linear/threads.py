@@ -4,35 +4,78 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Protocol, TypeVar
 
 from threadpoolctl import ThreadpoolController, threadpool_limits
 
-from fingerslip.linear.factorisation import pardiso_available
+from fingerslip.errors import InputError
+from fingerslip.linear.solver import preferred_solver
 
-__all__ = ["allowed_threads", "single_dense_thread", "suitable_threads"]
+__all__ = [
+    "Mapper",
+    "limited_threads",
+    "one_by_one",
+    "side_by_side",
+    "single_dense_thread",
+    "suitable_threads",
+    "usable_cores",
+]
+
+T = TypeVar("T")
 
 # Below this many degrees of freedom the threads of BLAS and PARDISO wait for each other longer than they work.
 _WORTH_THREADS = 15_000
 
 
-def allowed_threads() -> int:
-    """Return how many threads large systems use: as many as the environment says, else as there are cores."""
-    for name in ("MKL_NUM_THREADS", "OMP_NUM_THREADS"):
-        with contextlib.suppress(KeyError, ValueError):
-            return max(int(os.environ[name]), 1)
+class Mapper(Protocol):
+    """What :func:`map` does, perhaps in several threads."""
+
+    def __call__(self, function: Callable[..., T], /, *arguments: Iterable[Any]) -> Iterable[T]:
+        """Return the values of a function for each set of arguments, in order."""
+
+
+def one_by_one(function: Callable[..., T], /, *arguments: Iterable[Any]) -> Iterable[T]:
+    """Return the values of a function, computed in the caller's own thread: the :class:`Mapper` for one thread."""
+    return map(function, *arguments)
+
+
+def usable_cores() -> int:
+    """Return how many cores this process may use."""
     with contextlib.suppress(AttributeError):
         # Containers and job queues leave a process fewer cores than the machine has.
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
+def suitable_threads(n_dofs: int, threads: int | None = None) -> int:
+    """Return how many threads a simulation should use.
+
+    Parameters
+    ----------
+    n_dofs : int
+        Degrees of freedom. Small systems take one thread: several would wait for each other longer than they work.
+    threads : int, optional
+        Upper limit; without it the number of cores that this process may use, which is never exceeded.
+
+    Raises
+    ------
+    InputError
+        For a limit below one.
+    """
+    if threads is not None and threads < 1:
+        raise InputError("threads", f"got {threads}", "needs a number >= 1")
+    cores = usable_cores()
+    return 1 if n_dofs < _WORTH_THREADS else min(threads or cores, cores)
+
+
 @contextlib.contextmanager
-def suitable_threads(n_dofs: int) -> Iterator[None]:
-    """Compute the block with one thread where the system is small, and with all that are allowed where it is large."""
-    # A limit reaches only libraries that are loaded. Others, as Gmsh, change the number behind our back.
-    pardiso_available()
-    with threadpool_limits(limits=1 if n_dofs < _WORTH_THREADS else allowed_threads()):
+def limited_threads(count: int) -> Iterator[None]:
+    """Compute the block with `count` threads in BLAS, MKL and OpenMP."""
+    # A limit reaches only libraries that are loaded. Some others, such as Gmsh, set their own number for all.
+    preferred_solver()
+    with threadpool_limits(limits=count):
         yield
 
 
@@ -45,3 +88,13 @@ def single_dense_thread() -> Iterator[None]:
     """
     with ThreadpoolController().select(internal_api="openblas").limit(limits=1):
         yield
+
+
+@contextlib.contextmanager
+def side_by_side(threads: int) -> Iterator[Mapper]:
+    """Give the block a :class:`Mapper` on `threads` threads, which end with it; one thread is the caller's own."""
+    if threads == 1:
+        yield one_by_one
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        yield pool.map

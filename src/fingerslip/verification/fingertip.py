@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
-from fingerslip.dynamics.system import contact_penalties
+from fingerslip.dynamics.penalties import contact_penalties
 from fingerslip.mesh.section.build import build_section
 from fingerslip.model import Contact, Model, Press, Slide, TimeStepping
 from fingerslip.slip import Events, find_events

@@ -167,7 +167,7 @@ MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "slide before contact": (
         {"programme": [{"slide": {"distance": "1 mm", "speed": "1 mm/s"}}]},
-        "slides before the plate touches",
+        "slides before the counterface touches",
     ),
     "plate inside the body": (
         {"contact": {"friction_coefficient": 0.6, "boundary": "bottom", "offset": "1 mm"}},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 import fingerslip as fs
 from fingerslip.dynamics import condensation, march
 from fingerslip.dynamics.simulation import simulate_together
+from fingerslip.linear import threads
 from problems.pushed import push_and_slide
 
 PRESS = fs.Press(2e-4, 4e-3)
@@ -36,9 +38,9 @@ def assert_same(one, other):
             assert wanted.any() or not other[name].any()
 
 
-@pytest.mark.parametrize("way", [0, 10**9], ids=["schur", "columns"])
-def test_histories_are_those_of_single_simulations(way, monkeypatch):
-    monkeypatch.setattr(condensation, "_COLUMNS_UP_TO", way)
+@pytest.mark.parametrize("largest", [0, 10**9], ids=["schur", "columns"])
+def test_histories_are_those_of_single_simulations(largest, monkeypatch):
+    monkeypatch.setattr(condensation, "_COLUMNS_UP_TO", largest)
     together = simulate_together(models())
     for model, history in zip(models(), together, strict=True):
         assert history.attrs["n_simulated_together"] == 5
@@ -49,15 +51,41 @@ def test_several_threads_find_the_same_contact_forces(monkeypatch):
     """The contact problems of different motions are solved side by side, by factors that they share at first."""
     monkeypatch.setattr("fingerslip.contact.solve.forces._FEW", 0)
     one_thread = simulate_together(models())
-    monkeypatch.setenv("MKL_NUM_THREADS", "4")
-    for alone, beside in zip(one_thread, simulate_together(models()), strict=True):
+    many_threads(monkeypatch)
+    for alone, beside in zip(one_thread, simulate_together(models(), threads=4), strict=True):
         assert_same(alone, beside)
+
+
+def many_threads(monkeypatch):
+    """Have also small systems use threads, and more than there may be cores."""
+    monkeypatch.setattr(threads, "_WORTH_THREADS", 0)
+    monkeypatch.setattr(threads, "usable_cores", lambda: 8)
+
+
+@pytest.mark.parametrize(("wanted", "pools"), [(1, []), (4, [4]), (8, [5])])
+def test_one_pool_of_threads_serves_the_whole_march_and_ends_with_it(wanted, pools, monkeypatch):
+    made = []
+
+    class Counted(ThreadPoolExecutor):
+        def __init__(self, size):
+            super().__init__(size)
+            made.append((size, self))
+
+    many_threads(monkeypatch)
+    monkeypatch.setattr(threads, "ThreadPoolExecutor", Counted)
+    simulate_together(models(), threads=wanted)
+    assert [size for size, _ in made] == pools
+    for _, pool in made:
+        with pytest.raises(RuntimeError, match="after shutdown"):
+            pool.submit(print)
 
 
 def test_motions_are_computed_once_until_they_part(monkeypatch):
     """Three directions press alike for 0.05 s, ten steps; then there are three motions, two of them twins."""
     numbers, advance = [], march.advance
-    monkeypatch.setattr(march, "advance", lambda *given: numbers.append(len(given[0])) or advance(*given))
+    monkeypatch.setattr(
+        march, "advance", lambda *given, **more: numbers.append(len(given[0])) or advance(*given, **more)
+    )
     first, back = models()[:2]
     histories = simulate_together([first, back, first])
     assert numbers == [1] * 10 + [2] * (len(numbers) - 10)
@@ -73,7 +101,7 @@ def test_progress_counts_the_longest_motion():
 
 
 def test_models_that_cannot_share_are_refused_before_anything_is_computed(monkeypatch):
-    monkeypatch.setattr(march, "advance", lambda *_: pytest.fail("it must not start"))
+    monkeypatch.setattr(march, "advance", lambda *_, **__: pytest.fail("it must not start"))
     first = models()[0]
     with pytest.raises(fs.InputError, match=r"models\.1\.depth"):
         simulate_together([first, dataclasses.replace(first, depth=2.0)])

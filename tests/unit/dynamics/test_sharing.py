@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.sharing import can_share, check_shared
+from fingerslip.dynamics.sharing import check_same_matrix, same_matrix
 from problems.pushed import push_and_slide
 
 CONTACT = fs.Contact("bottom", friction=fs.Coulomb(0.4))
@@ -30,8 +30,8 @@ def contact(**changes):
 )
 def test_friction_programme_loads_and_records_may_differ(change):
     one, other = (push_and_slide(**({"contacts": (CONTACT,)} | more)) for more in ({}, change))
-    assert can_share(one, other)
-    check_shared([one, other])
+    assert same_matrix(one, other)
+    check_same_matrix([one, other])
 
 
 @pytest.mark.parametrize(
@@ -52,9 +52,9 @@ def test_friction_programme_loads_and_records_may_differ(change):
 def test_what_changes_the_matrix_is_refused(change, part):
     one = push_and_slide(contacts=(CONTACT,))
     other = dataclasses.replace(one, **change)
-    assert not can_share(one, other)
+    assert not same_matrix(one, other)
     with pytest.raises(fs.InputError, match=rf"models\.1\.{part}: differs .* simulate it by itself"):
-        check_shared([one, other])
+        check_same_matrix([one, other])
 
 
 def test_meshes_are_the_same_where_their_nodes_and_names_are():
@@ -62,10 +62,10 @@ def test_meshes_are_the_same_where_their_nodes_and_names_are():
     copied = type(one.mesh)(one.mesh.p.copy(), one.mesh.t.copy(), one.mesh.boundaries, one.mesh.subdomains)
     copied = copied.with_boundaries(one.mesh.boundaries).with_subdomains(one.mesh.subdomains)
     moved = one.mesh.translated((1e-6, 0.0)).with_boundaries(one.mesh.boundaries)
-    assert can_share(one, dataclasses.replace(one, mesh=copied))
-    assert not can_share(one, dataclasses.replace(one, mesh=moved.with_subdomains(one.mesh.subdomains)))
+    assert same_matrix(one, dataclasses.replace(one, mesh=copied))
+    assert not same_matrix(one, dataclasses.replace(one, mesh=moved.with_subdomains(one.mesh.subdomains)))
 
 
 def test_no_models_are_refused():
     with pytest.raises(fs.InputError, match="models: got none"):
-        check_shared([])
+        check_same_matrix([])

@@ -1,13 +1,25 @@
-"""Small systems are computed with one thread, large ones with all that are allowed."""
+"""Small systems are computed with one thread, large ones with as many as asked, else with all usable cores."""
 
 from __future__ import annotations
 
 import os
+import threading
 
 import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from fingerslip.linear.threads import allowed_threads, single_dense_thread, suitable_threads
+import fingerslip as fs
+from fingerslip.dynamics import simulation
+from fingerslip.linear import threads as module
+from fingerslip.linear.threads import (
+    limited_threads,
+    one_by_one,
+    side_by_side,
+    single_dense_thread,
+    suitable_threads,
+    usable_cores,
+)
+from problems.pushed import push_and_slide
 
 
 def counts() -> set[int]:
@@ -17,7 +29,7 @@ def counts() -> set[int]:
     return found
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def two_threads():
     with threadpool_limits(limits=2, user_api="blas"):
         if counts() != {2}:
@@ -25,39 +37,66 @@ def two_threads():
         yield
 
 
-def test_a_small_system_takes_one_thread_and_gives_the_others_back() -> None:
-    with suitable_threads(14_000):
+def test_cores_are_those_that_this_process_may_use(monkeypatch) -> None:
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {3, 5, 7}, raising=False)
+    assert usable_cores() == 3
+    monkeypatch.delattr(os, "sched_getaffinity")
+    assert usable_cores() == os.cpu_count()
+
+
+@pytest.mark.parametrize("name", ["MKL_NUM_THREADS", "OMP_NUM_THREADS"])
+def test_the_environment_has_no_say(name, monkeypatch) -> None:
+    monkeypatch.setenv(name, "7")
+    monkeypatch.setattr(module, "usable_cores", lambda: 3)
+    assert suitable_threads(1_000_000) == 3
+
+
+@pytest.mark.parametrize(
+    ("n_dofs", "wanted", "expected"),
+    [(14_000, None, 1), (14_000, 3, 1), (15_000, None, 4), (10**6, 1, 1), (10**6, 3, 3), (10**6, 9, 4)],
+)
+def test_small_systems_take_one_thread_large_ones_as_many_as_asked_and_possible(
+    n_dofs, wanted, expected, monkeypatch
+) -> None:
+    monkeypatch.setattr(module, "usable_cores", lambda: 4)
+    assert suitable_threads(n_dofs, wanted) == expected
+
+
+@pytest.mark.parametrize("wanted", [0, -1])
+def test_less_than_one_thread_is_refused(wanted) -> None:
+    with pytest.raises(fs.InputError, match=f"threads: got {wanted}, needs a number >= 1"):
+        fs.simulate(push_and_slide(), threads=wanted)
+
+
+def test_a_simulation_uses_as_many_threads_as_it_is_given(monkeypatch, two_threads) -> None:
+    seen = []
+    monkeypatch.setattr(module, "_WORTH_THREADS", 0)
+    monkeypatch.setattr(module, "usable_cores", lambda: 2)
+    build = simulation.build_system
+    monkeypatch.setattr(simulation, "build_system", lambda *given: seen.append(counts()) or build(*given))
+    short = push_and_slide(programme=(fs.Press(0.01e-3, 1e-3),))
+    for threads in (1, 2, None):
+        fs.simulate(short, threads=threads)
+    assert seen == [{1}, {2}, {2}]
+
+
+def test_a_limit_holds_in_its_block_and_gives_the_threads_back(two_threads) -> None:
+    with limited_threads(1):
         assert counts() == {1}
     assert counts() == {2}
-
-
-def test_the_threads_come_back_after_a_failure() -> None:
-    with pytest.raises(ZeroDivisionError), suitable_threads(10):
+    with pytest.raises(ZeroDivisionError), limited_threads(1):
         raise ZeroDivisionError
     assert counts() == {2}
 
 
 @pytest.mark.parametrize("before", [1, 2])
-def test_a_large_system_takes_what_is_allowed_whatever_was_set(before, monkeypatch) -> None:
+def test_a_limit_holds_whatever_was_set_before(before, two_threads) -> None:
     """Gmsh sets the number of threads of others to its own."""
-    monkeypatch.setenv("MKL_NUM_THREADS", "2")
-    with threadpool_limits(limits=before), suitable_threads(1_000_000):
+    with threadpool_limits(limits=before), limited_threads(2):
         assert counts() == {2}
 
 
-def test_what_the_user_sets_in_the_environment_is_allowed(monkeypatch) -> None:
-    for name in ("MKL_NUM_THREADS", "OMP_NUM_THREADS"):
-        monkeypatch.delenv(name, raising=False)
-    assert 1 <= allowed_threads() <= (os.cpu_count() or 1)
-    monkeypatch.setenv("OMP_NUM_THREADS", "3")
-    assert allowed_threads() == 3
-    monkeypatch.setenv("MKL_NUM_THREADS", "5")
-    assert allowed_threads() == 5
-    monkeypatch.setenv("MKL_NUM_THREADS", "many")
-    assert allowed_threads() == 3
-
-
-def test_dense_products_take_one_thread_while_mkl_keeps_its_own() -> None:
+def test_dense_products_take_one_thread_while_mkl_keeps_its_own(two_threads) -> None:
     def of(kind: str) -> set[int]:
         return {library["num_threads"] for library in threadpool_info() if library["internal_api"] == kind}
 
@@ -67,3 +106,23 @@ def test_dense_products_take_one_thread_while_mkl_keeps_its_own() -> None:
         assert of("openblas") == {1}
         assert of("mkl") <= {2}
     assert counts() == {2}
+
+
+def test_functions_side_by_side_run_in_threads_that_end_with_the_block() -> None:
+    meeting = threading.Barrier(2, timeout=10.0)
+
+    def meet(number: int, other: int) -> tuple[int, str]:
+        meeting.wait()
+        return number + other, threading.current_thread().name
+
+    with side_by_side(2) as mapper:
+        found = list(mapper(meet, [1, 2], [10, 20]))
+        assert [value for value, _ in found] == [11, 22]
+        assert len({name for _, name in found}) == 2
+    assert {name for _, name in found}.isdisjoint(thread.name for thread in threading.enumerate())
+
+
+def test_one_thread_is_the_callers_own() -> None:
+    with side_by_side(1) as mapper:
+        assert mapper is one_by_one
+        assert list(mapper(lambda _: threading.current_thread(), [0, 0])) == [threading.current_thread()] * 2

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
-from fingerslip.dynamics.system import contact_penalties
+from fingerslip.dynamics.penalties import contact_penalties
 from fingerslip.mesh.sizes import MeshSizes, SolidSizes
 from fingerslip.model import Model
 from fingerslip.study.definition.settings import ContactSettings, RefinementSettings

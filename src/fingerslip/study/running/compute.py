@@ -52,7 +52,7 @@ class Job:
     folder: Path
 
 
-def compute(job: Job, progress: Callable[[float], None]) -> None:
+def compute(job: Job, progress: Callable[[float], None], threads: int | None = None) -> None:
     """Simulate a run and write its folder, whole or not at all.
 
     Parameters
@@ -60,7 +60,9 @@ def compute(job: Job, progress: Callable[[float], None]) -> None:
     job : Job
         What to compute.
     progress : callable
-        Gets the fraction done, from 0 to 1; what it raises ends the run.
+        Receives the fraction done, from 0 to 1; what it raises ends the run.
+    threads : int, optional
+        Threads to use at most; see :func:`fingerslip.dynamics.simulation.simulate`.
 
     Raises
     ------
@@ -71,10 +73,10 @@ def compute(job: Job, progress: Callable[[float], None]) -> None:
     ResultError
         Where the folder cannot be written.
     """
-    compute_together([job], progress)
+    compute_together([job], progress, threads)
 
 
-def compute_together(jobs: Sequence[Job], progress: Callable[[float], None]) -> None:
+def compute_together(jobs: Sequence[Job], progress: Callable[[float], None], threads: int | None = None) -> None:
     """Simulate runs that share a matrix and write their folders, all whole or none; see :func:`compute`.
 
     Parameters
@@ -82,7 +84,9 @@ def compute_together(jobs: Sequence[Job], progress: Callable[[float], None]) -> 
     jobs : sequence of Job
         What to compute.
     progress : callable
-        Gets the fraction done of all of them, from 0 to 1; what it raises ends the runs.
+        Receives the fraction done of all of them, from 0 to 1; what it raises ends the runs.
+    threads : int, optional
+        Threads to use at most.
     """
     with contextlib.ExitStack() as stack:
         folders = [stack.enter_context(new_folder(job.folder)) for job in jobs]
@@ -91,7 +95,7 @@ def compute_together(jobs: Sequence[Job], progress: Callable[[float], None]) -> 
                 logs.enter_context(_log(folder / "log.txt"))
                 _logger.info("run %s of %s, identity %s", job.run.name, job.run.where, job.identity)
             started = time.perf_counter()
-            histories = _simulate(jobs, progress)
+            histories = _simulate(jobs, progress, threads)
             seconds = time.perf_counter() - started
         for job, folder, history in zip(jobs, folders, histories, strict=True):
             _write(job, folder, history, seconds)
@@ -119,11 +123,11 @@ def mesh_size(mesh: Any) -> float:
     return float(mesh.t.shape[1] ** (-1.0 / mesh.dim()))
 
 
-def _simulate(jobs: Sequence[Job], progress: Callable[[float], None]) -> Sequence[Any]:
+def _simulate(jobs: Sequence[Job], progress: Callable[[float], None], threads: int | None) -> Sequence[Any]:
     try:
         if len(jobs) == 1:
-            return [simulate(jobs[0].model, progress=progress)]
-        return simulate_together([job.model for job in jobs], progress=progress)
+            return [simulate(jobs[0].model, progress=progress, threads=threads)]
+        return simulate_together([job.model for job in jobs], progress=progress, threads=threads)
     except InputError as error:
         raise located(error, jobs[0].run.where, jobs[0].run.study) from None
 

@@ -17,7 +17,6 @@ from fingerslip.errors import FingerslipError, ResultError
 from fingerslip.study.running.compute import Job
 from fingerslip.study.running.groups import compute_group, groups
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.threads import limited_threads
 
 __all__ = ["WorkerLostError", "compute_all"]
 
@@ -66,14 +65,16 @@ def compute_all(jobs: Sequence[Job], workers: int, progress: StudyProgress) -> F
     progress.begin([job.run.name for job in jobs])
     parts = groups(jobs)
     at_once = max(min(workers, len(parts)), 1)
-    with limited_threads(workers // at_once):
-        return _compute_here(parts, progress) if at_once == 1 else _compute_apart(parts, at_once, progress)
+    threads = workers // at_once
+    if at_once == 1:
+        return _compute_here(parts, progress, threads)
+    return _compute_apart(parts, at_once, progress, threads)
 
 
-def _compute_here(parts: Sequence[Sequence[Job]], progress: StudyProgress) -> Failures:
+def _compute_here(parts: Sequence[Sequence[Job]], progress: StudyProgress, threads: int) -> Failures:
     failures: Failures = {}
     for jobs in parts:
-        found = compute_group(jobs, progress.advance)
+        found = compute_group(jobs, progress.advance, threads)
         failures |= _told(jobs, found, progress)
     return failures
 
@@ -89,14 +90,14 @@ def _told(jobs: Sequence[Job], found: Mapping[str, Exception], progress: StudyPr
     return failures
 
 
-def _compute_apart(parts: Sequence[Sequence[Job]], workers: int, progress: StudyProgress) -> Failures:
+def _compute_apart(parts: Sequence[Sequence[Job]], workers: int, progress: StudyProgress, threads: int) -> Failures:
     context = multiprocessing.get_context("spawn")
     news, stop = context.Queue(), context.Event()
     pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(news, stop))
     try:
         with _interrupts_ignored():
             # The workers start here and inherit this: a Ctrl-C while they import is the parent's alone to answer.
-            futures = {pool.submit(_compute_in_worker, jobs): jobs for jobs in parts}
+            futures = {pool.submit(_compute_in_worker, jobs, threads): jobs for jobs in parts}
         return _follow(futures, news, progress)
     finally:
         stop.set()
@@ -168,8 +169,8 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _compute_in_worker(jobs: Sequence[Job]) -> Mapping[str, Exception]:
-    return compute_group(jobs, _tell)
+def _compute_in_worker(jobs: Sequence[Job], threads: int) -> Mapping[str, Exception]:
+    return compute_group(jobs, _tell, threads)
 
 
 def _tell(name: str, fraction: float) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fingerslip.dynamics.system import check_model
+from fingerslip.dynamics.checks import check_model
 from fingerslip.errors import FingerslipError, InputError
 from fingerslip.files import clean_stale, remove_empty
 from fingerslip.published import published

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
+from fingerslip.dynamics import sharing
 from fingerslip.history import read_history
 from fingerslip.study.running import groups as together
 from fingerslip.study.running.groups import compute_group, groups
@@ -32,7 +33,7 @@ def names(parts: Sequence[Sequence[Any]]) -> list[str]:
 
 @pytest.fixture
 def all_are_large(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(together, "_LARGE", 0)
+    monkeypatch.setattr(sharing, "_WORTH_SHARING", 0)
 
 
 @pytest.mark.usefixtures("all_are_large")
@@ -67,7 +68,7 @@ def test_where_a_group_fails_its_runs_are_computed_one_by_one(
     def failing(*_: object) -> None:
         raise error
 
-    def compute(one: Any, progress: Callable[[float], None]) -> None:
+    def compute(one: Any, progress: Callable[[float], None], threads: int) -> None:
         progress(1.0)
         alone.append(one.run.name)
         if one.run.name == "b":
@@ -76,7 +77,7 @@ def test_where_a_group_fails_its_runs_are_computed_one_by_one(
     monkeypatch.setattr(together, "compute_together", failing)
     monkeypatch.setattr(together, "compute", compute)
     told: list[tuple[str, float]] = []
-    found = compute_group([job(name) for name in "abc"], lambda name, fraction: told.append((name, fraction)))
+    found = compute_group([job(name) for name in "abc"], lambda name, fraction: told.append((name, fraction)), 1)
     assert found == {"b": error}
     assert alone == ["a", "b", "c"]
     assert told == [("a", 1.0), ("b", 1.0), ("c", 1.0)]
@@ -86,7 +87,7 @@ def test_where_a_group_fails_its_runs_are_computed_one_by_one(
 def test_a_study_gives_the_same_together(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_study(block_values())
     apart = run_study(path, results_dir=path.parent / "apart", workers=1)
-    monkeypatch.setattr(together, "_LARGE", 0)
+    monkeypatch.setattr(sharing, "_WORTH_SHARING", 0)
     joint = run_study(path, results_dir=path.parent / "joint", workers=1)
     for friction in FRICTIONS:
         name = f"friction_coefficient-{friction}"

@@ -71,7 +71,7 @@ NOT_SOLVED = ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
 def test_failures_in_this_process_are_kept_by_name_and_the_others_go_on(monkeypatch: pytest.MonkeyPatch) -> None:
     ends = {"a": NOT_SOLVED, "b": None, "c": MemoryError()}
 
-    def compute(one: Any, progress: Callable[[float], None]) -> None:
+    def compute(one: Any, progress: Callable[[float], None], threads: int) -> None:
         progress(0.5)
         if ends[one.run.name] is not None:
             raise ends[one.run.name]
@@ -106,7 +106,7 @@ def test_no_more_processes_than_runs_and_none_for_a_single_one(
 ) -> None:
     started: list[int] = []
     monkeypatch.setattr(together, "compute", lambda *_: None)
-    monkeypatch.setattr(pool, "_compute_apart", lambda _, number, __: started.append(number) or {})
+    monkeypatch.setattr(pool, "_compute_apart", lambda _, number, *__: started.append(number) or {})
     assert compute_all([job(str(number)) for number in range(count)], workers, SilentProgress()) == {}
     assert sum(started) == apart
 

@@ -93,10 +93,10 @@ def test_interrupted_study_leaves_nothing_half_done_and_goes_on(
     path = write_study()
     whole = compute.simulate
 
-    def interrupted(model: Any, *, progress: Callable[[float], None]) -> Any:
+    def interrupted(model: Any, **given: Any) -> Any:
         if model.contacts[0].friction.coefficient == 0.4:
             raise KeyboardInterrupt
-        return whole(model, progress=progress)
+        return whole(model, **given)
 
     with monkeypatch.context() as patch:
         patch.setattr(compute, "simulate", interrupted)
@@ -115,7 +115,7 @@ def test_interrupted_study_leaves_nothing_half_done_and_goes_on(
 def test_interruption_before_the_first_result_leaves_no_folder(
     write_study: Write, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupted(model: Any, *, progress: Callable[[float], None]) -> Any:
+    def interrupted(model: Any, **given: Any) -> Any:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(compute, "simulate", interrupted)
@@ -130,10 +130,10 @@ def test_failed_run_does_not_stop_the_others(
 ) -> None:
     whole = compute.simulate
 
-    def failing(model: Any, *, progress: Callable[[float], None]) -> Any:
+    def failing(model: Any, **given: Any) -> Any:
         if model.contacts[0].friction.coefficient == 0.4:
             raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
-        return whole(model, progress=progress)
+        return whole(model, **given)
 
     monkeypatch.setattr(compute, "simulate", failing)
     path = write_study()
@@ -151,7 +151,7 @@ def test_failed_recomputation_keeps_the_old_run(write_study: Write, monkeypatch:
     result = run(write_study())
     before = (result.folder / NAMES[0] / "events.json").read_text()
 
-    def failing(model: Any, *, progress: Callable[[float], None]) -> Any:
+    def failing(model: Any, **given: Any) -> Any:
         raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
 
     monkeypatch.setattr(compute, "simulate", failing)

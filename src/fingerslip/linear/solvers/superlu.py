@@ -1,6 +1,9 @@
-"""SuperLU, the fallback that comes with SciPy."""
+"""SuperLU, the solver that comes with SciPy."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numba
 import numpy as np
@@ -11,9 +14,10 @@ from scipy.sparse import linalg
 from fingerslip.errors import FingerslipError
 from fingerslip.linear.ordering import nested_dissection
 
-__all__ = ["SuperLUFactor", "SuperLUSchurFactor", "superlu_schur_bytes"]
+__all__ = ["SOLVER", "SuperLU", "SuperLUFactor", "SuperLUSchurFactor"]
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
 # Unknowns from which nested dissection gives smaller factors than SuperLU's own minimum degree (measured in 3D).
 _LARGE = 20_000
@@ -21,21 +25,49 @@ _LARGE = 20_000
 _BYTES_PER_ENTRY, _BYTES_OF_COPY = 16, 12
 
 
-class SuperLUFactor:
-    """Triangular factors by SuperLU; its forward half is put off to the backward one, in one full solve."""
+@dataclass(frozen=True)
+class SuperLU:
+    """SuperLU: see :class:`fingerslip.linear.solver.LinearSolver`."""
 
-    name = "SuperLU"
+    name: ClassVar[str] = "SuperLU"
+    preference: ClassVar[int] = 0
+
+    def is_available(self) -> bool:
+        """Tell that SciPy has it everywhere."""
+        return True
+
+    def factorise(self, matrix: sparse.csr_matrix) -> SuperLUFactor:
+        """Factorise a matrix (n, n)."""
+        return SuperLUFactor(matrix)
+
+    def factorise_around(self, matrix: sparse.csr_matrix, kept: Indices) -> tuple[SuperLUSchurFactor, Array]:
+        """Factorise a matrix (n, n) but for unknowns `kept` (m,); also return their Schur complement (m, m)."""
+        schur = _schur(matrix, kept)
+        return SuperLUSchurFactor(matrix, kept), schur
+
+    def bytes_around(self, matrix: sparse.csr_matrix, kept: Indices) -> int:
+        """Return about what memory factors around unknowns `kept` (m,) take [bytes], by counting their entries."""
+        order = _last(matrix, kept)
+        entries = [_entries(matrix, order), _entries(matrix, order[: order.size - kept.size])]
+        return 2 * max((_BYTES_PER_ENTRY + _BYTES_OF_COPY) * entries[0], _BYTES_PER_ENTRY * entries[1])
+
+
+SOLVER = SuperLU()
+
+
+class SuperLUFactor:
+    """Triangular factors of a matrix (n, n), with L the identity: the backward half is a whole solution."""
 
     def __init__(self, matrix: sparse.csr_matrix) -> None:
         self._order = nested_dissection(matrix) if matrix.shape[0] >= _LARGE else np.arange(matrix.shape[0])
         self._factors = _factors(matrix, self._order, "NATURAL" if matrix.shape[0] >= _LARGE else "MMD_AT_PLUS_A")
 
     def forward(self, right_hand_side: Array) -> Array:
-        """Return b as it is (L is the identity here)."""
+        """Return b (n,) or (n, k) unchanged."""
         return right_hand_side
 
     def backward(self, halfway: Array) -> Array:
-        """Return x = A^-1 y; shapes (n,) or (n, k)."""
+        """Return A^-1 b for a right-hand side b (n,) or (n, k), same shape."""
         solution = np.empty_like(halfway)
         solution[self._order] = self._factors.solve(halfway[self._order])
         return solution
@@ -46,77 +78,58 @@ class SuperLUFactor:
 
 
 class SuperLUSchurFactor:
-    """Factors of all unknowns but some, and the Schur complement on these; each half is a solution of its own.
+    """Factors of all unknowns of a matrix but `kept` (m,), ascending; each half is a solution of its own."""
 
-    Parameters
-    ----------
-    matrix : scipy.sparse.csr_matrix
-        Symmetric positive definite, shape (n, n).
-    places : (m,) array
-        The unknowns that are left, ascending.
-    schur : (m, m) array
-        Takes the Schur complement.
-    """
-
-    name = "SuperLU"
     substitutions = 2
 
-    def __init__(self, matrix: sparse.csr_matrix, places: NDArray[np.int64], schur: Array) -> None:
-        schur[:] = _schur(matrix, places)
-        self._places, self._others = places, np.setdiff1d(np.arange(matrix.shape[0]), places)
-        self._coupling = sparse.csr_matrix(matrix[places][:, self._others])
+    def __init__(self, matrix: sparse.csr_matrix, kept: Indices) -> None:
+        self._kept, self._others = kept, np.setdiff1d(np.arange(matrix.shape[0]), kept)
+        self._coupling = sparse.csr_matrix(matrix[kept][:, self._others])
         self._factor = SuperLUFactor(sparse.csr_matrix(matrix[self._others][:, self._others]))
 
     def forward(self, right_hand_side: Array) -> Array:
-        """Eliminate: return a vector that holds, at the places, the right-hand side of the Schur complement."""
+        """Return b with the right-hand side of the Schur complement at the kept unknowns; (n,) or (n, k)."""
         halfway = np.array(right_hand_side)
-        halfway[self._places] -= self._coupling @ self._factor.backward(halfway[self._others])
+        halfway[self._kept] -= self._coupling @ self._factor.backward(halfway[self._others])
         return halfway
 
     def backward(self, halfway: Array) -> Array:
-        """Return the solution from a halfway vector that holds, at the places, the solution there."""
+        """Return the solution from a forward half that holds the solution at the kept unknowns; (n,) or (n, k)."""
         solution = np.array(halfway)
-        given = halfway[self._others] - self._coupling.T @ halfway[self._places]
+        given = halfway[self._others] - self._coupling.T @ halfway[self._kept]
         solution[self._others] = self._factor.backward(given)
         return solution
 
 
-def superlu_schur_bytes(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> int:
-    """Return about what memory factors around some unknowns take, by counting the entries of all factors."""
-    order = _last(matrix, places)
-    entries = [_entries(matrix, order), _entries(matrix, order[: order.size - places.size])]
-    return 2 * max((_BYTES_PER_ENTRY + _BYTES_OF_COPY) * entries[0], _BYTES_PER_ENTRY * entries[1])
-
-
-def _entries(matrix: sparse.csr_matrix, order: NDArray[np.int64]) -> int:
+def _entries(matrix: sparse.csr_matrix, order: Indices) -> int:
     ordered = sparse.csr_matrix(matrix[order][:, order])
     return int(_count_entries(ordered.indptr, ordered.indices))
 
 
-def _schur(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> Array:
+def _schur(matrix: sparse.csr_matrix, kept: Indices) -> Array:
     """Return the Schur complement of a symmetric positive definite matrix on some unknowns, shape (m, m).
 
     With these unknowns eliminated last, it is the product of the last blocks of both factors.
     """
-    size, count = matrix.shape[0], places.size
-    order = _last(matrix, places)
+    size, count = matrix.shape[0], kept.size
+    order = _last(matrix, kept)
     factors = _factors(matrix, order, "NATURAL")
     # SuperLU may still change the order, and of separate bodies also which unknowns come last.
     last = factors.perm_c[size - count :] - (size - count)
     if last.min() < 0:
         inverse = np.zeros((count, count))
-        for column, place in enumerate(range(size - count, size)):
-            inverse[:, column] = factors.solve(np.eye(1, size, place).ravel())[size - count :]
+        for column, unknown in enumerate(range(size - count, size)):
+            inverse[:, column] = factors.solve(np.eye(1, size, unknown).ravel())[size - count :]
         return np.asarray(np.linalg.inv(0.5 * (inverse + inverse.T)))
     lower, upper = (part[size - count :, size - count :].toarray() for part in (factors.L, factors.U))
     schur: Array = (lower @ upper)[np.ix_(last, last)]
     return 0.5 * (schur + schur.T)
 
 
-def _last(matrix: sparse.csr_matrix, places: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return an order of elimination that ends with `places`."""
-    others = np.setdiff1d(np.arange(matrix.shape[0]), places)
-    return np.concatenate([others[nested_dissection(matrix[others][:, others])], places])
+def _last(matrix: sparse.csr_matrix, kept: Indices) -> Indices:
+    """Return an order of elimination that ends with `kept`."""
+    others = np.setdiff1d(np.arange(matrix.shape[0]), kept)
+    return np.concatenate([others[nested_dissection(matrix[others][:, others])], kept])
 
 
 @numba.njit(cache=True)
@@ -126,8 +139,8 @@ def _count_entries(starts, columns):  # type: ignore[no-untyped-def]
     parent, mark, total = np.full(size, -1), np.full(size, -1), size
     for row in range(size):
         mark[row] = row
-        for place in range(starts[row], starts[row + 1]):
-            column = columns[place]
+        for entry in range(starts[row], starts[row + 1]):
+            column = columns[entry]
             while column < row and mark[column] != row:
                 if parent[column] == -1:
                     parent[column] = row
@@ -137,7 +150,7 @@ def _count_entries(starts, columns):  # type: ignore[no-untyped-def]
     return total
 
 
-def _factors(matrix: sparse.csr_matrix, order: NDArray[np.int64], column_order: str) -> linalg.SuperLU:
+def _factors(matrix: sparse.csr_matrix, order: Indices, column_order: str) -> linalg.SuperLU:
     """Factorise without pivoting; the factors' own order of rows and columns is the same then."""
     try:
         return linalg.splu(

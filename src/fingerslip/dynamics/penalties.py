@@ -1,0 +1,33 @@
+"""The contact penalties of a model."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fingerslip.contact.candidates import automatic_penalty
+from fingerslip.model import Contact, Model
+
+__all__ = ["contact_penalties"]
+
+
+def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
+    """Return normal and tangential penalty of a contact [Pa/m].
+
+    Without given values, they follow from the stiffest material under the boundary and the size of its facets.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    contact : Contact
+        One of its contacts.
+    """
+    mesh = model.mesh
+    facets = np.asarray(mesh.boundaries[contact.boundary])
+    cells = mesh.f2t[0, facets]
+    names = [name for name, own in mesh.subdomains.items() if np.isin(cells, own).any()]
+    modulus = max(model.materials[name].youngs_modulus for name in names)
+    ends = mesh.p[:, mesh.facets[:2, facets]]
+    size = float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)))
+    automatic = automatic_penalty(modulus, size)
+    return contact.normal_penalty or automatic, contact.tangential_penalty or automatic

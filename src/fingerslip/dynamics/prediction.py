@@ -1,0 +1,83 @@
+"""A step before its substitution: where it starts, and where it ends without forces at its end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.scheme import Predictor
+from fingerslip.dynamics.state import State
+from fingerslip.dynamics.stepper import Stepper
+
+__all__ = ["Prediction", "predict"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A step of one motion, ready for its substitution.
+
+    Parameters
+    ----------
+    before : State
+        The state at the start of the step.
+    time : float
+        End of the step [s].
+    counterfaces : (n_counterfaces, dim) array
+        Prescribed displacement of the counterfaces at the end [m].
+    load : (n,) array
+        Forces of loads and drives at the end [N].
+    free : Predictor
+        The end of the step with no unknown.
+    moved : (n_c, dim) array
+        Displacement of the candidates relative to their counterfaces there [m].
+    right_hand_side : (n,) array
+        Right-hand side of the step without contact forces [N].
+    """
+
+    before: State
+    time: float
+    counterfaces: Array
+    load: Array
+    free: Predictor
+    moved: Array
+    right_hand_side: Array
+
+
+def predict(stepper: Stepper, before: State, time: float, counterfaces: Array) -> Prediction:
+    """Carry a state to the end of a step as if no force acted there.
+
+    Parameters
+    ----------
+    stepper : Stepper
+        What stays the same.
+    before : State
+        The state at the start.
+    time : float
+        End of the step [s].
+    counterfaces : (n_counterfaces, dim) array
+        Prescribed displacement of the counterfaces at the end [m].
+    """
+    free = stepper.scheme.predict(before.displacement, before.velocity, before.acceleration)
+    load = stepper.system.load(time)
+    return Prediction(
+        before=before,
+        time=time,
+        counterfaces=counterfaces,
+        load=load,
+        free=free,
+        moved=stepper.system.moved(free.displacement, counterfaces),
+        right_hand_side=_right_hand_side(stepper, before, free, load),
+    )
+
+
+def _right_hand_side(stepper: Stepper, before: State, free: Predictor, load: Array) -> Array:
+    system, damping, scheme = stepper.system, stepper.damping, stepper.scheme
+    force = system.stiffness @ (free.displacement + damping.stiffness * free.velocity)
+    if damping.mass:
+        force = force + damping.mass * (system.mass @ free.velocity)
+    total: Array = scheme.end_weight * (load - force) + scheme.start_weight * before.unbalance
+    return total

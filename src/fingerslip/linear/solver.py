@@ -1,0 +1,98 @@
+"""What a linear solver has to offer, and which one is taken.
+
+A sparse symmetric positive definite matrix A = L U is factorised once. Its factors give two half substitutions,
+*forward* and *backward*, which make a solution one after the other. Between the halves the contact forces are found
+(:mod:`fingerslip.dynamics.condensation`), so that a time step costs one substitution.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.linear import solvers
+
+__all__ = ["Factor", "LinearSolver", "SchurFactor", "known_solvers", "preferred_solver"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class Factor(Protocol):
+    """A factorised matrix A = L U of n unknowns; all arrays have the shape (n,) or (n, k)."""
+
+    def forward(self, right_hand_side: Array) -> Array:
+        """Return y = L^-1 b."""
+
+    def backward(self, halfway: Array) -> Array:
+        """Return x = U^-1 y."""
+
+    def transposed_backward(self, right_hand_side: Array) -> Array:
+        """Return z = U^-T b, so that b . x = z . y; equals `forward` where U is the transpose of L."""
+
+
+class SchurFactor(Protocol):
+    """A matrix of n unknowns factorised but for some, the kept ones; arrays have the shape (n,) or (n, k)."""
+
+    @property
+    def substitutions(self) -> int:
+        """Full substitutions that a forward and a backward half cost together."""
+
+    def forward(self, right_hand_side: Array) -> Array:
+        """Return a new array that holds the right-hand side of the Schur complement at the kept unknowns."""
+
+    def backward(self, halfway: Array) -> Array:
+        """Return the solution, from a forward half into which the solution at the kept unknowns was put."""
+
+
+class LinearSolver(Protocol):
+    """A direct solver for sparse symmetric positive definite matrices (n, n)."""
+
+    @property
+    def name(self) -> str:
+        """What histories and logs call it."""
+
+    @property
+    def preference(self) -> int:
+        """Rank among the solvers: the available one with the highest is taken."""
+
+    def is_available(self) -> bool:
+        """Tell whether it can be used on this machine, and load it if so."""
+
+    def factorise(self, matrix: sparse.csr_matrix) -> Factor:
+        """Factorise a matrix.
+
+        Raises
+        ------
+        FingerslipError
+            For a matrix that is not positive definite, and where memory runs out.
+        """
+
+    def factorise_around(self, matrix: sparse.csr_matrix, kept: Indices) -> tuple[SchurFactor, Array]:
+        """Factorise a matrix but for the ascending unknowns `kept` (m,); also return their Schur complement (m, m).
+
+        Raises
+        ------
+        FingerslipError
+            For a matrix that is not positive definite, and where memory runs out.
+        """
+
+    def bytes_around(self, matrix: sparse.csr_matrix, kept: Indices) -> int:
+        """Return about how much memory :meth:`factorise_around` needs [bytes]."""
+
+
+def known_solvers() -> list[LinearSolver]:
+    """Return the solvers of all modules in :mod:`fingerslip.linear.solvers`, the preferred ones first."""
+    names = [module.name for module in pkgutil.iter_modules(solvers.__path__, f"{solvers.__name__}.")]
+    found = [getattr(importlib.import_module(name), "SOLVER", None) for name in names]
+    return sorted((solver for solver in found if solver is not None), key=lambda solver: -solver.preference)
+
+
+def preferred_solver() -> LinearSolver:
+    """Return the preferred solver that is available; SuperLU, which comes with SciPy, always is."""
+    return next(solver for solver in known_solvers() if solver.is_available())

@@ -1,0 +1,172 @@
+"""MKL PARDISO, called without copies."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import weakref
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.errors import FingerslipError
+
+__all__ = ["SOLVER", "Pardiso", "PardisoFactor"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+_SPD = 2
+_ANALYSE, _FACTORISE, _FORWARD, _BACKWARD, _RELEASE = 11, 22, 331, 333, -1
+_OUT_OF_MEMORY = -2
+_NOT_DEFINITE = "the matrix is not positive definite"
+_SCHUR, _RETURN_SCHUR_KEEP_FACTORS = 35, 2
+_PARALLEL, _TWO_LEVELS = 23, 1
+# Peak memory of the analysis, and what stays of it with the factors [KiB].
+_PEAK, _PERMANENT, _FACTORS = 14, 15, 16
+
+
+@dataclass(frozen=True)
+class Pardiso:
+    """MKL PARDISO: see :class:`fingerslip.linear.solver.LinearSolver`."""
+
+    name: ClassVar[str] = "MKL PARDISO"
+    preference: ClassVar[int] = 10
+
+    def is_available(self) -> bool:
+        """Tell whether MKL is installed, and load it if so."""
+        try:
+            _mkl_pardiso()
+        except (ImportError, OSError):
+            return False
+        return True
+
+    def factorise(self, matrix: sparse.csr_matrix) -> PardisoFactor:
+        """Factorise a matrix (n, n)."""
+        return PardisoFactor(_Call(matrix))
+
+    def factorise_around(self, matrix: sparse.csr_matrix, kept: Indices) -> tuple[PardisoFactor, Array]:
+        """Factorise a matrix (n, n) but for unknowns `kept` (m,); also return their Schur complement (m, m)."""
+        # PARDISO does not check the sign of unknowns without neighbours here.
+        if not (matrix.diagonal() > 0.0).all():
+            raise FingerslipError(f"{self.name}: {_NOT_DEFINITE}")
+        schur = np.zeros((kept.size, kept.size))
+        return PardisoFactor(_schur_call(matrix, kept), schur), schur
+
+    def bytes_around(self, matrix: sparse.csr_matrix, kept: Indices) -> int:
+        """Return the memory that the factors around unknowns `kept` (m,) take, with their Schur complement [bytes]."""
+        call, none = _schur_call(matrix, kept), np.zeros(matrix.shape[0])
+        try:
+            call(_ANALYSE, none)
+            return 1024 * int(max(call.settings[_PEAK], call.settings[_PERMANENT] + call.settings[_FACTORS]))
+        finally:
+            call(_RELEASE, none)
+
+
+SOLVER = Pardiso()
+
+
+class PardisoFactor:
+    """Cholesky factors of a matrix, of all its unknowns or of all but some.
+
+    Parameters
+    ----------
+    call : callable
+        The matrix with its handle inside MKL.
+    schur : (m, m) array, optional
+        Takes the Schur complement of the unknowns that are left out.
+    """
+
+    substitutions = 1
+
+    def __init__(self, call: _Call, schur: Array | None = None) -> None:
+        self._call, none = call, np.zeros(call.size)
+        weakref.finalize(self, call, _RELEASE, none)
+        call(_ANALYSE, none)
+        call(_FACTORISE, none, schur)
+
+    def forward(self, right_hand_side: Array) -> Array:
+        """Return the forward half of a substitution for a right-hand side (n,) or (n, k), same shape."""
+        return self._call(_FORWARD, right_hand_side)
+
+    def backward(self, halfway: Array) -> Array:
+        """Return the solution from a forward half (n,) or (n, k), same shape."""
+        return self._call(_BACKWARD, halfway)
+
+    def transposed_backward(self, right_hand_side: Array) -> Array:
+        """Return L^-1 b for a right-hand side (n,) or (n, k): the factors are each other's transposes."""
+        return self.forward(right_hand_side)
+
+
+def _schur_call(matrix: sparse.csr_matrix, kept: Indices) -> _Call:
+    call = _Call(matrix)
+    call.order = np.zeros(matrix.shape[0], dtype=np.int32)
+    call.order[kept] = 1
+    call.settings[_SCHUR] = _RETURN_SCHUR_KEEP_FACTORS
+    # With a Schur complement, substitutions use several threads only so (measured).
+    call.settings[_PARALLEL] = _TWO_LEVELS
+    return call
+
+
+class _Call:
+    """One matrix with its handle inside MKL, and the call that takes both.
+
+    pypardiso's own ``solve`` copies and hashes the matrix at every call; here its arrays are kept.
+    """
+
+    def __init__(self, matrix: sparse.csr_matrix) -> None:
+        upper = sparse.triu(matrix, format="csr")
+        upper.sort_indices()
+        self._function = _mkl_pardiso()
+        self._handle, self.settings = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
+        self.order = np.zeros(0, dtype=np.int32)
+        self.settings[0] = 1  # the settings that follow count
+        self.settings[1] = 2  # nested dissection
+        self.size = upper.shape[0]
+        self._values = np.ascontiguousarray(upper.data, dtype=np.float64)
+        self._rows = np.ascontiguousarray(upper.indptr + 1, dtype=np.int32)
+        self._columns = np.ascontiguousarray(upper.indices + 1, dtype=np.int32)
+
+    def __call__(self, phase: int, given: Array, found: Array | None = None) -> Array:
+        given = np.asfortranarray(given)
+        found = np.zeros_like(given, order="F") if found is None else found
+        int32, double = ctypes.POINTER(ctypes.c_int32), ctypes.POINTER(ctypes.c_double)
+        error = ctypes.c_int32(0)
+        self._function(
+            self._handle.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
+            _integer(1),
+            _integer(1),
+            _integer(_SPD),
+            _integer(phase),
+            _integer(self.size),
+            self._values.ctypes.data_as(double),
+            self._rows.ctypes.data_as(int32),
+            self._columns.ctypes.data_as(int32),
+            self.order.ctypes.data_as(int32),
+            _integer(1 if given.ndim == 1 else given.shape[1]),
+            self.settings.ctypes.data_as(int32),
+            _integer(0),
+            given.ctypes.data_as(double),
+            found.ctypes.data_as(double),
+            ctypes.byref(error),
+        )
+        if error.value:
+            reason = "memory ran out" if error.value == _OUT_OF_MEMORY else _NOT_DEFINITE
+            raise FingerslipError(f"MKL PARDISO: error {error.value} in phase {phase}; {reason}")
+        return found
+
+
+@functools.cache
+def _mkl_pardiso() -> Any:
+    """Return MKL's function, which pypardiso finds by searching the whole environment once."""
+    import pypardiso
+
+    # The library offers no public access to a single phase.
+    return pypardiso.PyPardisoSolver(mtype=_SPD)._mkl_pardiso  # noqa: SLF001
+
+
+def _integer(value: int) -> Any:
+    return ctypes.byref(ctypes.c_int32(value))

@@ -1,0 +1,226 @@
+"""An independent solver at full size: dense matrices, and Newton's method on every degree of freedom.
+
+Its contact law is the penalty law with return mapping in the displacements, not the complementarity problem in the
+forces that the condensed solver solves; and the unbalanced force is computed from its definition at every step. It
+takes a plate below the body, with the last axis as its normal, HHT-alpha steps and Coulomb friction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.simulation import step_times
+from fingerslip.dynamics.state import State, first_state
+from fingerslip.dynamics.step import advance
+from fingerslip.dynamics.stepper import Stepper, Stopwatch, build_steppers
+from fingerslip.dynamics.system import build_system
+from fingerslip.errors import ConvergenceError
+from fingerslip.fe.forms import cell_constants, mass_matrix, stiffness_matrix
+from fingerslip.fe.space import boundary_nodes, build_space, nodal_areas, vector_dofs
+from fingerslip.linear.solver import LinearSolver
+from fingerslip.model import Model, TimeStepping
+
+__all__ = ["FullMotion", "FullSystem", "condensed_states", "full_motions", "full_system", "make_stepper"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+_NEWTON_LIMIT, _HALVINGS = 200, 21
+_TOLERANCE = 1e-11
+
+
+@dataclass(frozen=True)
+class FullMotion:
+    """The motion at one time.
+
+    Parameters
+    ----------
+    displacement, velocity, acceleration : (n_dofs,) array
+        [m], [m/s], [m/s^2].
+    forces : (n_c, dim) array
+        Contact forces on the boundary's nodes in global components [N].
+    """
+
+    displacement: Array
+    velocity: Array
+    acceleration: Array
+    forces: Array
+
+
+@dataclass(frozen=True)
+class FullSystem:
+    """A model at full size.
+
+    Parameters
+    ----------
+    mass, damping, stiffness : (n_dofs, n_dofs) array
+        [kg], [N s/m], [N/m].
+    free : (n_free,) array
+        Degrees of freedom that are not supported.
+    nodes : (n_c,) array
+        Nodes of the contact boundary.
+    dofs : (n_c, dim) array
+        Their degrees of freedom, the normal one last.
+    gaps : (n_c,) array
+        Their gaps at the start [m].
+    springs : (n_c, 2) array
+        Normal and tangential penalty stiffness of each [N/m].
+    friction : float
+        Friction coefficient [-].
+    time : TimeStepping
+        The step [s] and alpha [-].
+    """
+
+    mass: Array
+    damping: Array
+    stiffness: Array
+    free: Indices
+    nodes: Indices
+    dofs: Indices
+    gaps: Array
+    springs: Array
+    friction: float
+    time: TimeStepping
+
+    @property
+    def beta(self) -> float:
+        """Newmark's beta [-]."""
+        return (1.0 - self.time.alpha) ** 2 / 4.0
+
+    @property
+    def gamma(self) -> float:
+        """Newmark's gamma [-]."""
+        return 0.5 - self.time.alpha
+
+    def contact(self, displacement: Array, before: FullMotion, plates: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Return the contact forces (n_c, dim) [N] and their slopes by the nodes' displacements (n_c, dim, dim)."""
+        count, dim = self.dofs.shape
+        forces, slopes = np.zeros((count, dim)), np.zeros((count, dim, dim))
+        for i, dofs in enumerate(self.dofs):
+            gap = self.gaps[i] + displacement[dofs[-1]] - plates[1][-1]
+            if gap < 0.0:
+                moved = displacement[dofs] - before.displacement[dofs] - (plates[1] - plates[0])
+                trial = before.forces[i, :-1] - self.springs[i, 1] * moved[:-1]
+                forces[i], slopes[i] = self._returned(-self.springs[i, 0] * gap, trial, self.springs[i])
+        return forces, slopes
+
+    def _returned(self, normal: float, trial: Array, springs: Array) -> tuple[Array, Array]:
+        """Return force (dim,) and slope (dim, dim) of a touching node from its normal and its trial force."""
+        slope, length, limit = np.diag(-springs[[1] * trial.size + [0]]), np.linalg.norm(trial), self.friction * normal
+        if length <= limit:
+            return np.append(trial, normal), slope
+        direction = trial / length
+        across = np.eye(trial.size) - np.outer(direction, direction)
+        slope[:-1, :-1] = -springs[1] * limit / length * across
+        slope[:-1, -1] = -self.friction * springs[0] * direction
+        return np.append(limit * direction, normal), slope
+
+    def unbalance(self, displacement: Array, velocity: Array, forces: Array) -> Array:
+        """Return C v + K u less the contact forces on all degrees of freedom, (n_dofs,) [N]."""
+        total: Array = self.damping @ velocity + self.stiffness @ displacement
+        total[self.dofs.ravel()] -= forces.ravel()
+        return total
+
+    def end(self, acceleration: Array, before: FullMotion) -> tuple[Array, Array]:
+        """Return displacement and velocity at the end of a step with some acceleration (n_dofs,) there."""
+        step, mean = self.time.step, (0.5 - self.beta) * before.acceleration + self.beta * acceleration
+        displacement = before.displacement + step * before.velocity + step**2 * mean
+        velocity = before.velocity + step * ((1.0 - self.gamma) * before.acceleration + self.gamma * acceleration)
+        return displacement, velocity
+
+    def residual(self, acceleration: Array, before: FullMotion, plates: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Return the residual of a step on the free degrees of freedom, and its derivative by the acceleration."""
+        step, alpha = self.time.step, self.time.alpha
+        displacement, velocity = self.end(acceleration, before)
+        forces, slopes = self.contact(displacement, before, plates)
+        old = self.unbalance(before.displacement, before.velocity, before.forces)
+        new = self.unbalance(displacement, velocity, forces)
+        residual = self.mass @ acceleration + (1.0 + alpha) * new - alpha * old
+        stiffness = self.stiffness.copy()
+        for dofs, slope in zip(self.dofs, slopes, strict=True):
+            stiffness[np.ix_(dofs, dofs)] -= slope
+        weighted = self.gamma * step * self.damping + self.beta * step**2 * stiffness
+        tangent = self.mass + (1.0 + alpha) * weighted
+        return residual[self.free], tangent[np.ix_(self.free, self.free)]
+
+    def step(self, before: FullMotion, plates: tuple[Array, Array], time: float, scale: float) -> FullMotion:
+        """Take one step: Newton's method, with steps halved until they help; `scale` is the largest acceleration."""
+        acceleration = before.acceleration.copy()
+        residual, tangent = self.residual(acceleration, before, plates)
+        change = np.full(self.free.size, np.inf)
+        for _ in range(_NEWTON_LIMIT):
+            change = np.linalg.solve(tangent, residual)
+            tiny = np.abs(change).max() <= _TOLERANCE * max(scale, np.abs(acceleration).max())
+            for length in 0.5 ** np.arange(_HALVINGS):
+                trial = acceleration.copy()
+                trial[self.free] -= length * change
+                new, tangent = self.residual(trial, before, plates)
+                if tiny or np.linalg.norm(new) < np.linalg.norm(residual):
+                    break
+            acceleration, residual = trial, new
+            if tiny:
+                displacement, velocity = self.end(acceleration, before)
+                return FullMotion(displacement, velocity, acceleration, self.contact(displacement, before, plates)[0])
+        raise ConvergenceError(time, -1, float(np.abs(change).max()), _TOLERANCE, "the reference has to be repaired")
+
+
+def full_system(model: Model) -> FullSystem:
+    """Assemble a model with one contact, whose penalties are given, at full size."""
+    contact, time = model.contacts[0], model.time
+    assert isinstance(time, TimeStepping)
+    assert contact.normal_penalty is not None
+    assert contact.tangential_penalty is not None
+    space = build_space(model.mesh)
+    constants = cell_constants(space, model.materials, model.formulation)
+    stiffness = stiffness_matrix(space, constants, model.depth, model.integration).toarray()
+    mass = mass_matrix(space, constants, model.depth).toarray()
+    held = [
+        vector_dofs(boundary_nodes(space, name), space.dim)[:, ["xyz".index(axis) for axis in axes]].ravel()
+        for name, axes in model.supports.items()
+    ]
+    nodes = boundary_nodes(space, contact.boundary)
+    heights = space.positions[nodes, -1]
+    penalties = (contact.normal_penalty, contact.tangential_penalty)
+    return FullSystem(
+        mass=mass,
+        damping=model.damping.mass * mass + model.damping.stiffness * stiffness,
+        stiffness=stiffness,
+        free=np.setdiff1d(np.arange(space.n_dofs), np.concatenate(held)),
+        nodes=nodes,
+        dofs=vector_dofs(nodes, space.dim),
+        gaps=heights - heights.min(),
+        springs=np.outer(nodal_areas(space, contact.boundary, model.depth)[nodes], penalties),
+        friction=contact.friction.coefficient,
+        time=time,
+    )
+
+
+def full_motions(system: FullSystem, plates: Array, times: Array) -> list[FullMotion]:
+    """Return the motion at every time [s] (n_times,), under the plate's displacements (n_times, dim) [m]."""
+    none = np.zeros(len(system.mass))
+    motions, scale = [FullMotion(none, none, none, np.zeros(system.dofs.shape))], 0.0
+    for number in range(1, times.size):
+        motions.append(system.step(motions[-1], (plates[number - 1], plates[number]), float(times[number]), scale))
+        scale = max(scale, float(np.abs(motions[-1].acceleration).max()))
+    return motions
+
+
+def make_stepper(model: Model, solver: LinearSolver | None = None) -> Stepper:
+    """Return the stepper of a model that is simulated alone."""
+    return build_steppers([build_system(model)], model.time, model.damping, solver=solver)[0]
+
+
+def condensed_states(stepper: Stepper, model: Model) -> Iterator[State]:
+    """Yield the condensed solver's state at every time, the start included."""
+    system, times, watch = stepper.system, step_times(model), Stopwatch()
+    plates = [motion.displacement(times) for motion in system.motions]
+    state = first_state(stepper)
+    yield state
+    for number in range(1, times.size):
+        shifts = np.array([plate[number] for plate in plates]).reshape(-1, system.space.dim)
+        (state,) = advance([stepper], [state], float(times[number]), [shifts], watch=watch)
+        yield state

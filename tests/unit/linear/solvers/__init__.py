@@ -1,0 +1,1 @@
+"""Tests of fingerslip.slip, module by module."""

@@ -1,0 +1,77 @@
+"""MKL PARDISO through its own interface: its memory, and matrices that it refuses."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from fingerslip.errors import FingerslipError
+from fingerslip.linear.solvers import pardiso
+from fingerslip.linear.solvers.pardiso import Pardiso
+from problems.matrices import needs_mkl, positive_definite
+
+SOLVER = Pardiso()
+
+
+def test_it_is_not_available_without_its_package(monkeypatch):
+    pardiso._mkl_pardiso.cache_clear()
+    monkeypatch.setitem(sys.modules, "pypardiso", None)
+    assert not SOLVER.is_available()
+    monkeypatch.undo()
+    pardiso._mkl_pardiso.cache_clear()
+
+
+@needs_mkl
+def test_a_factor_is_unchanged_by_a_schur_complement_beside_it():
+    matrix = positive_definite(60)
+    factor, right = SOLVER.factorise(matrix), np.arange(60.0)
+    SOLVER.factorise_around(matrix, np.arange(20))
+    np.testing.assert_allclose(matrix @ factor.backward(factor.forward(right)), right, atol=1e-9)
+
+
+@needs_mkl
+def test_an_indefinite_matrix_is_refused():
+    with pytest.raises(FingerslipError, match="the matrix is not positive definite"):
+        SOLVER.factorise(sparse.csr_matrix(np.diag([1.0, -1.0, 2.0])))
+
+
+@needs_mkl
+@pytest.mark.parametrize("coupling", [0.0, 2.0])
+def test_an_indefinite_matrix_has_no_schur_complement(coupling):
+    """One has a negative entry on the diagonal, without neighbours; the other is indefinite by its coupling."""
+    ends = -1.0 if coupling == 0.0 else 1.0
+    matrix = np.array([[1.0, coupling, 0, 0], [coupling, ends, 0, 0], [0, 0, 2.0, 0.5], [0, 0, 0.5, 3.0]])
+    with pytest.raises(FingerslipError, match="the matrix is not positive definite"):
+        SOLVER.factorise_around(sparse.csr_matrix(matrix), np.array([3]))
+
+
+@needs_mkl
+def test_the_analysis_tells_the_memory():
+    """At least the entries of a dense lower triangle, for a dense matrix of 600 unknowns, and not ten times that."""
+    matrix = sparse.csr_matrix(np.eye(600) + 0.001)
+    assert 8 * 600**2 / 2 < SOLVER.bytes_around(matrix, np.arange(100)) < 80 * 600**2
+
+
+@needs_mkl
+@pytest.mark.parametrize("fails", [False, True])
+def test_factors_that_go_give_their_memory_back(fails, monkeypatch):
+    phases, call = [], pardiso._Call.__call__
+
+    def counted(self, phase, *given):
+        phases.append(phase)
+        if fails and phase == pardiso._FACTORISE:
+            raise FingerslipError("memory ran out")
+        return call(self, phase, *given)
+
+    monkeypatch.setattr(pardiso._Call, "__call__", counted)
+    if fails:
+        with pytest.raises(FingerslipError):
+            SOLVER.factorise(positive_definite(20))
+    else:
+        factor = SOLVER.factorise(positive_definite(20))
+        assert pardiso._RELEASE not in phases
+        del factor
+    assert phases[-1] == pardiso._RELEASE
