@@ -25,7 +25,7 @@ from fingerslip.parameters import (
     Stiffness,
     parameters,
 )
-from fingerslip.protocols import conforms
+from fingerslip.protocols import conforms, describe
 from fingerslip.sites import Site
 
 __all__ = [
@@ -301,6 +301,15 @@ class Recording:
     snapshots_every: Duration = 0.0
 
 
+def _check_mesh(value: Any) -> Any:
+    """Refuse what is not a mesh; its names are checked when the model is simulated."""
+    if not all(hasattr(value, name) for name in ("p", "t", "boundaries", "subdomains")):
+        allowed = "needs a mesh with named regions and boundaries"
+        repair = "make one with build_section or build_solid, or read one with read_mesh"
+        raise InputError("", f"got {describe(value)}", allowed, repair)
+    return value
+
+
 @parameters
 class Model:
     """A deformable body, what holds it, what touches it, and how the motion is computed.
@@ -341,7 +350,7 @@ class Model:
         Velocity of the whole body at the start [m/s], but where it is supported.
     """
 
-    mesh: Any
+    mesh: Annotated[Any, pydantic.AfterValidator(_check_mesh)]
     materials: Mapping[str, Elastic]
     formulation: Formulation
     time: Annotated[Timing, _A_TIMING]

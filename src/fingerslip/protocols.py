@@ -7,9 +7,20 @@ from typing import Any, TypeVar
 
 from fingerslip.errors import InputError
 
-__all__ = ["conforms", "require"]
+__all__ = ["conforms", "describe", "require"]
 
 T = TypeVar("T")
+
+
+def describe(value: object) -> str:
+    """Return what errors call a value of the wrong type.
+
+    Examples
+    --------
+    >>> describe(0.5), describe("plate"), describe([1, 2])
+    ('0.5', "'plate'", 'a list')
+    """
+    return repr(value) if isinstance(value, str | int | float | None) else f"a {type(value).__name__}"
 
 
 def require(value: Any, protocol: type[T], needs: str, where: str = "") -> T:
@@ -36,9 +47,8 @@ def require(value: Any, protocol: type[T], needs: str, where: str = "") -> T:
     if isinstance(value, type):
         raise InputError(where, f"got the class {value.__name__}", f"needs {needs}", f"write {value.__name__}(...)")
     if missing:
-        found = f"got {value!r}" if isinstance(value, str | int | float | None) else f"got a {type(value).__name__}"
         repair = f"{type(value).__name__} lacks {', '.join(missing)}" if len(missing) < len(members) else ""
-        raise InputError(where, found, f"needs {needs}", repair)
+        raise InputError(where, f"got {describe(value)}", f"needs {needs}", repair)
     return value  # type: ignore[no-any-return]
 
 

@@ -47,6 +47,11 @@ def test_a_model_without_programme_needs_an_end():
         ),
         (lambda: fs.Contact("bottom", counterface=fs.Plane), "got the class Plane, needs a counterface"),
         (lambda: fs.Recording(snapshots_every=-1.0), "Recording.snapshots_every"),
+        (
+            lambda: push_and_slide(mesh=fs.preset("wang2014-2d")),
+            "Model.mesh: got a Fingertip, needs a mesh with named regions and boundaries; make one with build_section",
+        ),
+        (lambda: push_and_slide(mesh="block.msh"), "Model.mesh: got 'block.msh', needs a mesh"),
         (lambda: push_and_slide(formulation="plane"), "Model.formulation: got 'plane'"),
         (lambda: push_and_slide(integration="reduced"), "Model.integration: got 'reduced'"),
         (lambda: push_and_slide(depth=0.0), "Model.depth"),

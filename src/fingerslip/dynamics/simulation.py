@@ -23,12 +23,13 @@ from fingerslip.history import make_history
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.linear.threads import limited_threads, single_dense_thread, suitable_threads
 from fingerslip.model import Model
+from fingerslip.protocols import describe
 
 __all__ = ["simulate", "simulate_together", "step_times"]
 
 Array = NDArray[np.float64]
 
-_HOW = "make one: fs.Model(mesh=fs.build_section(finger, ...), materials=finger.materials, ...)"
+_HOW = "write fs.Model(mesh=..., materials=..., formulation=..., contacts=..., programme=..., time=...)"
 
 _logger = logging.getLogger(__name__)
 
@@ -134,13 +135,13 @@ def simulate_together(
 
 def _require_model(value: Any, where: str) -> None:
     if not isinstance(value, Model):
-        raise InputError(where, f"got a {type(value).__name__}", "needs a Model", _HOW)
+        raise InputError(where, f"got {describe(value)}", "needs a Model", _HOW)
 
 
 def _require_models(values: Any) -> None:
     if isinstance(values, str) or not isinstance(values, Sequence):
-        repair = "write simulate_together([model]), or simulate(model)" if isinstance(values, Model) else _HOW
-        raise InputError("models", f"got a {type(values).__name__}", "needs a list of Model", repair)
+        repair = "write [model], or simulate(model)" if isinstance(values, Model) else _HOW
+        raise InputError("models", f"got {describe(values)}", "needs a list of models", repair)
     for number, value in enumerate(values):
         _require_model(value, f"models.{number}")
 

@@ -292,10 +292,10 @@ def test_finished_runs_are_shown_also_where_others_failed(
 
     whole = compute.simulate
 
-    def sometimes(model: Any, *, progress: Callable[[float], None]) -> Any:
+    def sometimes(model: Any, **given: Any) -> Any:
         if model.contacts[0].friction.coefficient > 0.3:
             raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
-        return whole(model, progress=progress)
+        return whole(model, **given)
 
     monkeypatch.setattr(compute, "simulate", sometimes)
     path = block(sweep={"contact.friction_coefficient": [0.2, 0.4]})

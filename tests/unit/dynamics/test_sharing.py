@@ -1,13 +1,23 @@
-"""Which models share a matrix: those that differ in friction, programme and loads alone."""
+"""What may be shared: matrices, compliances and motions."""
 
 from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.sharing import check_same_matrix, same_matrix
+from fingerslip.dynamics import sharing
+from fingerslip.dynamics.sharing import (
+    check_same_matrix,
+    first_alike,
+    groups_to_share,
+    same_compliance,
+    same_matrix,
+    same_motion,
+)
+from fingerslip.dynamics.system import build_system
 from problems.pushed import push_and_slide
 
 CONTACT = fs.Contact("bottom", friction=fs.Coulomb(0.4))
@@ -69,3 +79,64 @@ def test_meshes_are_the_same_where_their_nodes_and_names_are():
 def test_no_models_are_refused():
     with pytest.raises(fs.InputError, match="models: got none"):
         check_same_matrix([])
+
+
+def systems(*changes):
+    return [build_system(push_and_slide(**change)) for change in changes]
+
+
+def test_a_compliance_is_shared_by_systems_with_the_same_candidates_in_the_same_frames():
+    usual, rough, shallow, turned = systems(
+        {"contacts": contact()},
+        {"contacts": contact(friction=fs.Coulomb(0.9))},
+        {"contacts": contact(programme=(fs.Press(2e-4, 4e-3),))},
+        {"contacts": contact(counterface=fs.Plane((0.1, 1.0)))},
+    )
+    assert same_compliance(usual, rough)
+    assert not same_compliance(usual, shallow), "it has fewer candidates"
+    assert not same_compliance(usual, turned), "its frames are turned"
+
+
+def test_frames_that_turn_are_none_of_the_compliances_own():
+    balls = systems(*({"contacts": contact(counterface=fs.Cylinder(radius))} for radius in (0.02, 0.0201)))
+    assert np.array_equal(balls[0].candidates.nodes, balls[1].candidates.nodes)
+    assert same_compliance(*balls)
+    assert not same_motion(*balls)
+
+
+@pytest.mark.parametrize(
+    ("change", "same"),
+    [
+        ({}, True),
+        ({"programme": (fs.Press(0.4e-3, 4e-3), fs.Slide(1e-3, 2e-3, (-1.0, 0.0)))}, True),
+        ({"record": fs.Recording(snapshots_every=0.01)}, True),
+        ({"contacts": contact(friction=fs.Coulomb(0.9))}, False),
+        ({"contacts": contact(programme=(fs.Press(2e-4, 4e-3),))}, False),
+        ({"gravity": (0.0, -9.81)}, False),
+        ({"tractions": {"left": (1.0, 0.0)}}, False),
+        ({"initial_velocity": (1e-3, 0.0)}, False),
+    ],
+)
+def test_motions_are_the_same_while_their_counterfaces_move_alike(change, same):
+    one, other = systems({"contacts": (CONTACT,)}, {"contacts": (CONTACT,)} | change)
+    assert same_motion(one, other) == same
+
+
+def test_the_first_that_is_the_same_stands_for_the_others():
+    assert first_alike([], lambda *_: True) == []
+    assert first_alike([3, 4, 13, 5, 24, 15], lambda a, b: a % 10 == b % 10) == [0, 1, 0, 3, 1, 3]
+
+
+@pytest.mark.parametrize(
+    ("kinds", "groups"),
+    [("aabab", [[0, 1, 3], [2, 4]]), ("a" * 10, [[0, 1, 2, 3, 4], [5, 6, 7, 8, 9]]), ("a" * 8, [list(range(8))])],
+)
+def test_large_models_with_one_matrix_are_grouped_evenly(kinds, groups, monkeypatch):
+    monkeypatch.setattr(sharing, "_WORTH_SHARING", 0)
+    depths = {"a": 1e-3, "b": 2e-3}
+    assert groups_to_share([push_and_slide(depth=depths[kind]) for kind in kinds]) == groups
+
+
+def test_small_models_stay_apart():
+    model = push_and_slide()
+    assert groups_to_share([model, model]) == [[0], [1]]

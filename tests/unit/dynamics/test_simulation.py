@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
 import numpy as np
 import pytest
 
 import fingerslip as fs
+from fingerslip.contact.friction import ISOTROPIC
+from fingerslip.contact.states import SLIP
 from fingerslip.dynamics.simulation import step_times
 from fingerslip.history import VARIABLES
 from problems.pushed import pad, push_and_slide
@@ -140,3 +145,92 @@ def test_a_node_that_gives_way_to_the_plate_is_none_that_it_reaches():
     assert ((heights > reached) & (heights < 0.1e-3)).any(), "or this test shows nothing"
     history = fs.simulate(model)
     assert history.sizes["contact_node"] == (heights <= reached).sum()
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: fs.simulate(fs.preset("wang2014-2d")), "model: got a Fingertip, needs a Model; write fs.Model(mesh="),
+        (lambda: fs.simulate(None), "model: got None, needs a Model; write fs.Model("),
+        (lambda: fs.simulate(pad("Q4")), "model: got a MeshQuad1, needs a Model"),
+        (lambda: fs.simulate_together("x"), "models: got 'x', needs a list of models; write fs.Model("),
+        (lambda: fs.simulate_together(push_and_slide()), "models: got a Model, needs a list of models; write [model]"),
+        (lambda: fs.simulate_together([push_and_slide(), 3]), "models.1: got 3, needs a Model"),
+        (lambda: fs.simulate_together([]), "models: got none, needs one or more"),
+    ],
+)
+def test_what_is_no_model_is_refused_with_how_to_make_one(call, message):
+    with pytest.raises(fs.InputError) as caught:
+        call()
+    assert str(caught.value).startswith(message)
+
+
+@dataclass(frozen=True)
+class Drying:
+    """A user's friction law: the coefficient grows with time, and more where a node has slipped."""
+
+    coefficient: float = 0.2
+    dims: ClassVar = (2, 3)
+    frame: ClassVar = ISOTROPIC
+
+    def coefficients(self, conditions):
+        return self.coefficient + 2.0 * conditions.time + 100.0 * conditions.slip_distance
+
+
+def test_a_friction_law_of_a_user_sees_the_conditions_of_every_step():
+    """At a slipping node |t| / p is the coefficient at the step's end time, with the slip at its start."""
+    contact = fs.Contact("bottom", friction=Drying())
+    history = fs.simulate(push_and_slide(contacts=(contact,)))
+    assert history.counterface_friction_coefficient.values.tolist() == [0.2]
+    state, pressure = history.contact_state.values, history.normal_traction.values
+    friction = np.abs(history.tangential_traction.values[..., 0])
+    slipping = np.argwhere(state == SLIP)
+    assert len(slipping) > 40
+    for step, node in slipping:
+        last_stick = np.flatnonzero(state[:step, node] != SLIP)[-1]
+        slipped = history.slip_distance.values[step - 1, node] - history.slip_distance.values[last_stick, node]
+        mu = 0.2 + 2.0 * history.time.values[step] + 100.0 * slipped
+        assert friction[step, node] == pytest.approx(mu * pressure[step, node], rel=1e-7)
+
+
+def test_an_anisotropic_law_is_refused_in_the_plane():
+    contact = fs.Contact("bottom", friction=fs.Anisotropic(0.4, 0.8))
+    with pytest.raises(fs.InputError, match=r"contacts.0.friction: got Anisotropic in 2 dimensions, needs 3"):
+        fs.simulate(push_and_slide(contacts=(contact,)))
+
+
+@dataclass(frozen=True)
+class Tilted:
+    """A user's counterface: a plane through a point, leaning by a slope."""
+
+    slope: float
+    height: float = 0.0
+    is_flat: ClassVar = True
+
+    dim = 2
+
+    @property
+    def unit_normal(self):
+        return np.array([-self.slope, 1.0]) / np.hypot(self.slope, 1.0)
+
+    def placed(self, points):
+        return replace(self, height=float(np.min(points @ self.unit_normal)))
+
+    def gap(self, points):
+        return points @ self.unit_normal - self.height
+
+    def normals(self, points):
+        return np.tile(self.unit_normal, (len(points), 1))
+
+    def start_hint(self, gap):
+        return "height", f"needs {self.height + gap}"
+
+
+def test_a_counterface_of_a_user_is_touched_as_a_built_in_one():
+    own, built_in = (
+        fs.simulate(push_and_slide(contacts=(fs.Contact("bottom", counterface, fs.Coulomb(0.4)),)))
+        for counterface in (Tilted(0.1), fs.Plane((-0.1, 1.0)))
+    )
+    force = built_in.counterface_force.values
+    assert force[-1, 0, 1] > 0.0
+    np.testing.assert_allclose(own.counterface_force.values, force, atol=1e-10 * np.abs(force).max())
