@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import numpy  # noqa: F401, ICN001  a limit reaches only libraries that are loaded
+import scipy.linalg  # noqa: F401
 from hypothesis import settings
+from threadpoolctl import threadpool_limits
 
-from fingerslip.study.running.threads import prefer_single_thread
-
-# Before anything loads numpy, whose libraries read it then.
-prefer_single_thread()
+threadpool_limits(limits=1)
 settings.register_profile("tests", deadline=None)
 settings.load_profile("tests")

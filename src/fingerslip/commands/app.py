@@ -249,9 +249,6 @@ def verify(
     The exit code is 1 where anything is further off than allowed.
     """
     from fingerslip.report.tables.table import to_markdown
-    from fingerslip.study.running.threads import prefer_single_thread
-
-    prefer_single_thread()
     from fingerslip.verification.catalogue import choose
     from fingerslip.verification.problem import run as run_problem
     from fingerslip.verification.problem import table

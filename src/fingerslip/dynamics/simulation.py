@@ -21,7 +21,7 @@ from fingerslip.dynamics.system import build_system
 from fingerslip.errors import InputError
 from fingerslip.history import make_history
 from fingerslip.linear.solver import LinearSolver
-from fingerslip.linear.threads import limited_threads, single_dense_thread, suitable_threads
+from fingerslip.linear.threads import allowed_threads, limited_threads, single_dense_thread, suitable_threads
 from fingerslip.model import Model
 from fingerslip.protocols import describe
 
@@ -66,8 +66,8 @@ def simulate(
     progress : callable, optional
         Called after every step with the fraction that is done.
     threads : int, optional
-        Threads to use at most; without it as many as the cores that this process may use. Systems below about 15,000
-        degrees of freedom use one.
+        Threads to use at most; without it as many as the cores that this process may use. Below about 15,000 degrees
+        of freedom, the algebra of a system takes one.
     solver : LinearSolver, optional
         What factorises the matrix; without it the preferred solver that is available, MKL PARDISO before SuperLU.
 
@@ -128,9 +128,9 @@ def simulate_together(
     _require_models(models)
     check_same_matrix(models)
     times = [step_times(model) for model in models]
-    count = suitable_threads(models[0].mesh.dim() * models[0].mesh.nvertices, threads)
-    with limited_threads(count):
-        return _simulate(models, times, progress, threads=count, solver=solver)
+    allowed = allowed_threads(threads)
+    with limited_threads(suitable_threads(models[0].mesh.dim() * models[0].mesh.nvertices, allowed)):
+        return _simulate(models, times, progress, threads=allowed, solver=solver)
 
 
 def _require_model(value: Any, where: str) -> None:

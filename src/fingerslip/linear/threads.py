@@ -15,6 +15,7 @@ from fingerslip.linear.solver import preferred_solver
 
 __all__ = [
     "Mapper",
+    "allowed_threads",
     "limited_threads",
     "one_by_one",
     "side_by_side",
@@ -49,13 +50,11 @@ def usable_cores() -> int:
     return os.cpu_count() or 1
 
 
-def suitable_threads(n_dofs: int, threads: int | None = None) -> int:
-    """Return how many threads a simulation should use.
+def allowed_threads(threads: int | None = None) -> int:
+    """Return how many threads a simulation may use.
 
     Parameters
     ----------
-    n_dofs : int
-        Degrees of freedom. Small systems take one thread: several would wait for each other longer than they work.
     threads : int, optional
         Upper limit; without it the number of cores that this process may use, which is never exceeded.
 
@@ -67,7 +66,12 @@ def suitable_threads(n_dofs: int, threads: int | None = None) -> int:
     if threads is not None and threads < 1:
         raise InputError("threads", f"got {threads}", "needs a number >= 1")
     cores = usable_cores()
-    return 1 if n_dofs < _WORTH_THREADS else min(threads or cores, cores)
+    return min(threads or cores, cores)
+
+
+def suitable_threads(n_dofs: int, allowed: int) -> int:
+    """Return how many of the allowed threads the algebra of a system with `n_dofs` degrees of freedom should use."""
+    return 1 if n_dofs < _WORTH_THREADS else allowed
 
 
 @contextlib.contextmanager

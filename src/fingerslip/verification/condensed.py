@@ -17,7 +17,7 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.dynamics.simulation import step_times
 from fingerslip.dynamics.state import State
 from fingerslip.dynamics.system import System
-from fingerslip.linear.threads import limited_threads, suitable_threads
+from fingerslip.linear.threads import allowed_threads, limited_threads, suitable_threads
 from fingerslip.materials.elastic import Elastic, RayleighDamping
 from fingerslip.model import Contact, Model, Press, Slide, TimeStepping
 from fingerslip.verification.meshes import box
@@ -77,7 +77,7 @@ def _checks(element: str, integration: Integration) -> list[Check]:
     model = _model(element, integration)
     stepper, times, full = make_stepper(model), step_times(model), full_system(model)
     system = stepper.system
-    with limited_threads(suitable_threads(len(full.mass))):
+    with limited_threads(suitable_threads(len(full.mass), allowed_threads())):
         states = list(condensed_states(stepper, model))
         motions = full_motions(full, system.motions[0].displacement(times), times)
     found = {name: _everywhere(states, name, system) for name in _FIELDS[:3]}

@@ -11,6 +11,7 @@ import xarray as xr
 
 from fingerslip.dynamics.simulation import simulate
 from fingerslip.errors import FingerslipError
+from fingerslip.linear.threads import limited_threads
 from fingerslip.model import Model
 from fingerslip.report.tables.table import Column, Table
 
@@ -117,7 +118,9 @@ def absolute(quantity: str, expected: float, got: float, allowed: float) -> Chec
 def run(problem: Problem) -> Outcome:
     """Compute a problem; what stops it makes it fail, and does not stop the others."""
     try:
-        return Outcome(problem, problem.compute())
+        # The dense problems beside the simulations are tiny: threads that wait for each other make them slower.
+        with limited_threads(1):
+            return Outcome(problem, problem.compute())
     except FingerslipError as error:
         return Outcome(problem, (absolute("could not be computed", 0.0, np.nan, 0.0),), str(error))
 

@@ -57,8 +57,7 @@ def test_several_threads_find_the_same_contact_forces(monkeypatch):
 
 
 def many_threads(monkeypatch):
-    """Have also small systems use threads, and more than there may be cores."""
-    monkeypatch.setattr(threads, "_WORTH_THREADS", 0)
+    """Have more threads than there may be cores."""
     monkeypatch.setattr(threads, "usable_cores", lambda: 8)
 
 

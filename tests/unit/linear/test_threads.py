@@ -12,6 +12,7 @@ import fingerslip as fs
 from fingerslip.dynamics import simulation
 from fingerslip.linear import threads as module
 from fingerslip.linear.threads import (
+    allowed_threads,
     limited_threads,
     one_by_one,
     side_by_side,
@@ -48,7 +49,7 @@ def test_cores_are_those_that_this_process_may_use(monkeypatch) -> None:
 def test_the_environment_has_no_say(name, monkeypatch) -> None:
     monkeypatch.setenv(name, "7")
     monkeypatch.setattr(module, "usable_cores", lambda: 3)
-    assert suitable_threads(1_000_000) == 3
+    assert allowed_threads() == 3
 
 
 @pytest.mark.parametrize(
@@ -59,7 +60,7 @@ def test_small_systems_take_one_thread_large_ones_as_many_as_asked_and_possible(
     n_dofs, wanted, expected, monkeypatch
 ) -> None:
     monkeypatch.setattr(module, "usable_cores", lambda: 4)
-    assert suitable_threads(n_dofs, wanted) == expected
+    assert suitable_threads(n_dofs, allowed_threads(wanted)) == expected
 
 
 @pytest.mark.parametrize("wanted", [0, -1])
