@@ -1,4 +1,4 @@
-"""The model: all that a simulation needs, as data."""
+"""The model: everything that a simulation needs, as data."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Press:
     Parameters
     ----------
     depth : float
-        Way to go [m].
+        Travel [m].
     speed : float
         Speed [m/s].
     """
@@ -78,7 +78,7 @@ class Lift:
     Parameters
     ----------
     distance : float
-        Way to go [m].
+        Travel [m].
     speed : float
         Speed [m/s].
     """
@@ -94,7 +94,7 @@ class Hold:
     Parameters
     ----------
     duration : float
-        Time to wait [s].
+        Duration [s].
     """
 
     duration: PositiveDuration
@@ -107,12 +107,12 @@ class Slide:
     Parameters
     ----------
     distance : float
-        Way to go [m].
+        Travel [m].
     speed : float
         Speed [m/s].
     direction : tuple of float, optional
-        Direction of the body's motion, of any length; its part along the normal is left out.
-        Without it the counterface moves along its tangent, +x for a plate below the finger.
+        Direction of the counterface's motion, of any length [-]; its part along the normal is left out.
+        Without it the counterface moves along its tangent, +x for a plate below the body.
     """
 
     distance: PositiveLength
@@ -125,7 +125,7 @@ Phase = Press | Hold | Slide | Lift
 
 @parameters
 class Ramp:
-    """A factor over time: straight lines between points, constant before the first and after the last.
+    """A factor over time: linear between given times, constant before the first and after the last.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ class Drive:
     Parameters
     ----------
     mass : float
-        Mass of the body [kg].
+        Mass of the counterface [kg].
     force : float
         Force along its normal, towards the deformable body [N].
     ramp : Ramp, optional
@@ -202,8 +202,8 @@ class Contact:
         Contact stiffness per area [Pa/m]; without them they follow from the layer under the boundary
         and the size of its facets.
     search_distance : float, optional
-        Nodes with an initial gap beyond this are no contact candidates [m]; without it one and a half times
-        the way that the counterface comes forward, and all nodes where loads may bring them to it.
+        Nodes with a larger initial gap are no contact candidates [m]; without it one and a half times
+        the approach of the counterface, and unlimited where loads may bring the body to it.
     programme : tuple of Press, Hold, Slide or Lift, optional
         The counterface's own motion; without it the model's programme.
     drive : Drive, optional
@@ -271,7 +271,7 @@ class TimeStepping:
 class QuasiStatic:
     """Steps without inertia: every step is in equilibrium.
 
-    The supports have to hold the counterface, and no counterface may be driven by force.
+    The supports have to hold the body, and no counterface may be driven by a force.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ class Recording:
     Parameters
     ----------
     sites : tuple of Site
-        Places at which displacement, velocity, acceleration, stress and strain energy density are recorded.
+        Points at which displacement, velocity, acceleration, stress and strain energy density are recorded.
     snapshots_every : float
         Time between snapshots of the whole mesh [s]; 0 for none.
     """
@@ -312,7 +312,7 @@ def _check_mesh(value: Any) -> Any:
 
 @parameters
 class Model:
-    """A deformable body, what holds it, what touches it, and how the motion is computed.
+    """A deformable body with its supports, loads and contacts, and how its motion is computed.
 
     Parameters
     ----------
@@ -330,9 +330,9 @@ class Model:
     tractions : mapping of str to tuple of float or Traction
         Dead loads on boundaries [Pa], constant from the start on or changing over time.
     contacts : tuple of Contact
-        What may touch.
+        Boundaries of the body with the counterfaces that they may touch.
     programme : tuple of Press, Hold, Slide or Lift
-        The motion of the counterfaces that have none of their own, phase after phase.
+        The motion of all counterfaces without a programme of their own, phase after phase.
     time : TimeStepping or QuasiStatic
         Time integration and its step, or any object with a `step`, an `end` and the members of
         :class:`~fingerslip.dynamics.scheme.Scheme`.
@@ -343,11 +343,11 @@ class Model:
         which then do not lock near incompressibility; 'full' everywhere; 'nodal' from the mean around each
         node, for linear triangles and tetrahedra that do not lock.
     record : Recording
-        What the history holds.
+        What is recorded.
     gravity : tuple of float, optional
         Acceleration of gravity on the deformable body [m/s^2], one value per component.
     initial_velocity : tuple of float, optional
-        Velocity of the whole body at the start [m/s], but where it is supported.
+        Velocity of the whole body at the start [m/s], except where it is supported.
     """
 
     mesh: Annotated[Any, pydantic.AfterValidator(_check_mesh)]
@@ -384,6 +384,6 @@ class Model:
 
     @property
     def is_loaded(self) -> bool:
-        """Whether anything but prescribed motion may bring the counterface to the rigid ones."""
+        """Whether anything but prescribed motion may bring the body into contact."""
         driven = any(contact.drive for contact in self.contacts)
         return bool(self.tractions or driven or self.gravity or self.initial_velocity)

@@ -54,8 +54,24 @@ class Counterface(Protocol):
         """
 
 
+class _Directed:
+    """A counterface with the direction `normal` in which it presses."""
+
+    normal: tuple[float, ...]
+
+    @property
+    def dim(self) -> int:
+        """Number of space dimensions."""
+        return len(self.normal)
+
+    @property
+    def unit_normal(self) -> Array:
+        """Direction in which it presses, shape (dim,) [-]."""
+        return _unit(self.normal, "normal")
+
+
 @parameters
-class Plane:
+class Plane(_Directed):
     """A rigid half-space below a plane.
 
     Parameters
@@ -74,16 +90,6 @@ class Plane:
 
     def __post_init__(self) -> None:
         _unit(self.normal, "normal")
-
-    @property
-    def dim(self) -> int:
-        """Number of space dimensions."""
-        return len(self.normal)
-
-    @property
-    def unit_normal(self) -> Array:
-        """Outward unit normal, shape (dim,) [-]."""
-        return _unit(self.normal, "normal")
 
     def placed(self, points: Array) -> Plane:
         """Return the plane with its offset; it touches `points` (n, dim) [m] where none was given."""
@@ -106,7 +112,7 @@ class Plane:
 
 
 @parameters
-class _Round:
+class _Round(_Directed):
     """What a sphere and a cylinder share: the points at a distance `radius` from a centre or an axis."""
 
     is_flat: ClassVar[bool] = False
@@ -119,16 +125,6 @@ class _Round:
         _unit(self.normal, "normal")
         if self.centre is not None and len(self.centre) != len(self.normal):
             raise InputError("centre", f"got {len(self.centre)} components", f"needs {len(self.normal)}")
-
-    @property
-    def dim(self) -> int:
-        """Number of space dimensions."""
-        return len(self.normal)
-
-    @property
-    def unit_normal(self) -> Array:
-        """Direction in which it presses, shape (dim,) [-]."""
-        return _unit(self.normal, "normal")
 
     def placed(self, points: Array) -> Self:
         """Return the counterface with its centre; it touches `points` (n, dim) [m] where none was given."""

@@ -16,21 +16,21 @@ def contact_frames(normals: Array, direction: Array) -> Array:
     Parameters
     ----------
     normals : (n, dim) array
-        Unit normals.
+        Unit normals [-].
     direction : (dim,) array
-        In space, the first tangent is as near to this direction as the surface allows. In the plane the tangent
-        is the normal turned clockwise: (1, 0) for the normal (0, 1).
+        In space, the first tangent is as near to this direction as the surface allows [-]. In the plane the tangent
+        is the normal rotated clockwise: (1, 0) for the normal (0, 1).
 
     Returns
     -------
     (n, dim, dim) array
-        Rows normal, first tangent and, in space, second tangent.
+        Rows normal, first tangent and, in space, second tangent [-].
     """
     if normals.shape[1] == 2:
         return np.stack([normals, np.column_stack([normals[:, 1], -normals[:, 0]])], axis=1)
     along = direction - (normals @ direction)[:, None] * normals
     length = np.linalg.norm(along, axis=1)
-    # Where the surface stands across the wanted direction, any tangent is as good.
+    # Where the surface is perpendicular to the direction, any tangent will do.
     lost = length < 1e-6 * np.linalg.norm(direction)
     along[lost] = np.cross(normals[lost], np.roll(direction, 1))
     first = along / np.linalg.norm(along, axis=1, keepdims=True)
@@ -38,9 +38,10 @@ def contact_frames(normals: Array, direction: Array) -> Array:
 
 
 def sliding_direction(normal: Array) -> Array:
-    """Return the tangent along which a counterface slides where no direction is said, unit and shape (dim,).
+    """Return the unit tangent along which a counterface slides by default, shape (dim,) [-].
 
-    In the plane the normal turned clockwise; in space the x axis, or the z axis where the counterface faces x.
+    In the plane, it is the unit normal (dim,) rotated clockwise; in space the x axis, or the z axis where the
+    counterface faces x.
     """
     if normal.size == 2:
         return np.array([normal[1], -normal[0]])
@@ -51,8 +52,16 @@ def sliding_direction(normal: Array) -> Array:
 
 
 def rotate_compliance(compliance: Array, frames: Array) -> Array:
-    """Turn a compliance (n * dim, n * dim) in global components into the nodes' frames (n, dim, dim)."""
+    """Return a compliance in the nodes' frames, shape (n * dim, n * dim) [m/N].
+
+    Parameters
+    ----------
+    compliance : (n * dim, n * dim) array
+        Compliance in global components [m/N].
+    frames : (n, dim, dim) array
+        Frames of the nodes [-].
+    """
     count, dim = frames.shape[:2]
     blocks = compliance.reshape(count, dim, count, dim)
-    turned = np.einsum("aij,ajbk,blk->aibl", frames, blocks, frames, optimize=True)
-    return np.ascontiguousarray(turned.reshape(count * dim, count * dim))
+    rotated = np.einsum("aij,ajbk,blk->aibl", frames, blocks, frames, optimize=True)
+    return np.ascontiguousarray(rotated.reshape(count * dim, count * dim))

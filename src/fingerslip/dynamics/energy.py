@@ -18,7 +18,19 @@ __all__ = ["Energies"]
 
 @dataclass(frozen=True)
 class Energies:
-    """Energies at one time, all in J; dissipations and work are accumulated from the start."""
+    """Energies at one time [J]; dissipations and work are accumulated from the start.
+
+    Parameters
+    ----------
+    kinetic, strain, contact : float
+        Kinetic energy, strain energy and energy of the contact penalties.
+    friction, damping, numerical : float
+        Energy dissipated by friction, by material damping, and by the time integration with the contact law's step.
+    external_work : float
+        Work of loads and counterfaces.
+    initial : float
+        Energy at the start.
+    """
 
     kinetic: float = 0.0
     strain: float = 0.0
@@ -31,7 +43,7 @@ class Energies:
 
     @property
     def imbalance(self) -> float:
-        """External work and initial energy less all that they went into."""
+        """External work and initial energy less all stored and dissipated energy [J]: rounding, or an error."""
         return (
             self.external_work
             + self.initial
@@ -49,7 +61,7 @@ class Energies:
         numerical: float,
         work: float,
     ) -> Energies:
-        """Return the energies after a step: new states, and what the step adds to the accumulated ones."""
+        """Return the energies after a step, from its new stored energies and its own dissipations and work [J]."""
         return replace(
             self,
             kinetic=kinetic,

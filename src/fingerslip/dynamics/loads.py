@@ -21,7 +21,7 @@ _CONSTANT = Ramp((0.0,), (1.0,))
 
 @dataclass(frozen=True)
 class Load:
-    """Forces that keep their pattern and change in size.
+    """Nodal forces with a factor over time.
 
     Parameters
     ----------
@@ -36,7 +36,16 @@ class Load:
 
 
 def model_loads(model: Model, space: Space, constants: CellConstants) -> tuple[Load, ...]:
-    """Return the loads of a model on all degrees of freedom of its mesh.
+    """Return the tractions and the gravity of a model on all degrees of freedom of its mesh.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    space : Space
+        Displacement space of its mesh.
+    constants : CellConstants
+        Material of every cell.
 
     Raises
     ------

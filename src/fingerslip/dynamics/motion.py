@@ -1,4 +1,4 @@
-"""The programme of phases as prescribed motion of the counterfaces."""
+"""The prescribed motion of counterfaces, from the phases of a programme."""
 
 from __future__ import annotations
 
@@ -56,7 +56,16 @@ def phase_table(programme: Sequence[Phase]) -> tuple[list[str], Array]:
 
 
 def counterface_motion(programme: Sequence[Phase], counterface: Counterface, where: str = "programme") -> Motion:
-    """Turn a programme into the motion of one counterface; errors call the programme `where`.
+    """Return the motion of one counterface.
+
+    Parameters
+    ----------
+    programme : sequence of Press, Hold, Slide or Lift
+        The phases, one after the other.
+    counterface : Counterface
+        The counterface, whose unit normal gives the directions.
+    where : str, optional
+        What errors call the programme.
 
     Raises
     ------
@@ -90,10 +99,10 @@ def _direction(phase: Slide, normal: Array, where: str) -> Array:
     direction = np.asarray(phase.direction, dtype=float)
     along: Array = direction - (direction @ normal) * normal
     if np.linalg.norm(along) <= 1e-6 * np.linalg.norm(direction) or not direction.any():
-        raise InputError(where, f"got {list(phase.direction)}", "needs a direction along the plate")
+        raise InputError(where, f"got {list(phase.direction)}", "needs a direction along the counterface")
     return along / np.linalg.norm(along)
 
 
 def largest_approach(motion: Motion, counterface: Counterface) -> float:
-    """Return how far a counterface comes forward at most [m]."""
+    """Return the largest travel of a counterface along its unit normal [m]."""
     return float(np.max(motion.positions @ counterface.unit_normal, initial=0.0))

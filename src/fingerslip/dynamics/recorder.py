@@ -41,7 +41,7 @@ _ENERGIES = {
 
 
 class CellFields:
-    """The recovery of stresses in all cells, made when it is first needed.
+    """The recovery of strains in all cells, made when it is first needed.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Recorder:
     times : (n_times,) array
         Times of the steps, the start included [s].
     cells : CellFields, optional
-        What snapshots take stresses from; recorders of one mesh may share it.
+        Recovery for snapshots; recorders of one mesh may share it.
     """
 
     def __init__(self, model: Model, system: System, times: Array, cells: CellFields | None = None) -> None:
@@ -105,7 +105,7 @@ class Recorder:
         return sum(np.asarray(value).nbytes for value in self.values.values())
 
     def record(self, state: State) -> None:
-        """Take in the next state."""
+        """Record the next state."""
         step, self._next = self._next, self._next + 1
         self._record_motion(step, state)
         self._record_contact(step, state)
@@ -117,7 +117,7 @@ class Recorder:
             self._record_snapshot(self._snapshots.index(step), state)
 
     def _nodal(self, field: Array) -> Array:
-        """Scatter a field on the free degrees of freedom to all nodes, shape (n_nodes, dim); a view that is reused."""
+        """Return a field on the unknowns (n,) at all nodes, shape (n_nodes, dim); the array is reused."""
         self._full[self._system.free] = field[: self._system.free.size]
         return self._full.reshape(-1, self._system.space.dim)
 
@@ -128,7 +128,7 @@ class Recorder:
             nodal = self._nodal(field)
             values[name][step] = nodal[system.site_nodes]
             values[f"contact_{name}"][step] = nodal[system.candidates.nodes]
-        # The displacement came last, so the scattered field holds it.
+        # The displacement comes last, so the reused array holds it.
         self._record_strain(step)
 
     def _record_strain(self, step: int) -> None:
@@ -152,7 +152,7 @@ class Recorder:
         np.add.at(values["counterface_force"][step], candidates.counterface, state.contact_forces)
 
     def _add_drives(self, counterfaces: Array, field: Array) -> None:
-        """Add what the drives do along the normals to the motion of the counterfaces (n_bodies, dim)."""
+        """Add the motion by the drives, along the normals, to that of the counterfaces (n_counterfaces, dim)."""
         system = self._system
         for number, value in zip(system.unknowns.driven, field[system.free.size :], strict=True):
             counterfaces[number] += value * system.counterfaces.shapes[number].unit_normal

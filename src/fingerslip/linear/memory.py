@@ -1,4 +1,4 @@
-"""Whether memory will suffice: estimated and compared before the large matrices are made."""
+"""Whether the memory suffices: estimated and compared before large matrices are made."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ _SYSTEM = Path("/proc/meminfo")
 
 
 def available_memory() -> int | None:
-    """Return the memory that this process may still take [bytes]; None where the system does not tell."""
+    """Return the memory that this process may still use [bytes]; None where the system does not report it."""
     found = [value for value in (_in_system(), _in_group()) if value is not None]
     return min(found, default=None)
 
 
 def require_memory(parts: Mapping[str, int]) -> None:
-    """Refuse work that needs more memory than there is.
+    """Refuse a computation that needs more memory than is available.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def require_memory(parts: Mapping[str, int]) -> None:
         "memory",
         f"the simulation needs about {needed / 1e9:.2g} GB ({shares})",
         f"{available / 1e9:.2g} GB are available",
-        "take larger elements, a smaller contact reach, fewer snapshots or fewer runs at once",
+        "take larger elements, a smaller search_distance, fewer snapshots or fewer runs at once",
     )
 
 
@@ -51,7 +51,7 @@ def _in_system() -> int | None:
         lines = _SYSTEM.read_text(encoding="utf-8").splitlines()
         return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
     with contextlib.suppress(AttributeError, OSError, ValueError):
-        # Elsewhere all memory of the machine is the best bound that there is.
+        # Elsewhere the whole memory of the machine is the best bound.
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     return None
 

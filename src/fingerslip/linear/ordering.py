@@ -1,8 +1,8 @@
 """An order of elimination that keeps factors small: nested dissection by level sets.
 
-A sparse graph is cut in two by the middle level of a breadth-first walk from one of its ends; both halves are
-ordered first, the cut last, and so on with the halves (George 1973). On meshes in space the factors become a
-fraction of those of a minimum-degree order.
+The middle level of a breadth-first search from one end of a sparse graph cuts it in two. Both halves are ordered
+first and the cut last, and the halves are cut in the same manner (George 1973). On meshes in space the factors become
+a fraction of those of a minimum-degree order.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def nested_dissection(matrix: sparse.csr_matrix) -> Indices:
     Parameters
     ----------
     matrix : scipy.sparse.csr_matrix
-        Shape (n, n).
+        The matrix, shape (n, n).
 
     Returns
     -------
@@ -38,16 +38,16 @@ def nested_dissection(matrix: sparse.csr_matrix) -> Indices:
     while waiting:
         vertices, first = waiting.pop()
         parts = _cut(groups, vertices) if vertices.size > _LEAF else [vertices]
-        place = first
+        position = first
         for part in parts[:-1]:
-            waiting.append((part, place))
-            place += part.size
-        order[place : place + parts[-1].size] = parts[-1]
+            waiting.append((part, position))
+            position += part.size
+        order[position : position + parts[-1].size] = parts[-1]
     return np.concatenate([members[group] for group in order]) if order.size else order
 
 
 def _groups(matrix: sparse.csr_matrix) -> tuple[sparse.csr_matrix, list[Indices]]:
-    """Join unknowns with the same neighbours, as those of one node are; return their graph and the members."""
+    """Join unknowns with the same neighbours, such as those of a node; return their graph and the members."""
     pattern = sparse.csr_matrix((np.ones(matrix.nnz), matrix.indices, matrix.indptr), shape=matrix.shape)
     marks = np.random.default_rng(0).random(matrix.shape[0])
     _, first, group = np.unique(np.round(pattern @ marks, 9), return_index=True, return_inverse=True)
@@ -67,7 +67,7 @@ def _cut(graph: sparse.csr_matrix, vertices: Indices) -> list[Indices]:
         return [vertices]
     middle = int(np.clip(np.searchsorted(np.cumsum(np.bincount(level)), 0.5 * level.size), 1, level.max() - 1))
     below, cut, above = level < middle, level == middle, level > middle
-    # Of the middle level only those who have neighbours above need to separate.
+    # Only the vertices of the middle level with neighbours above are needed to separate the halves.
     needed = cut & (own @ above.astype(float) > 0.0)
     return [vertices[below | (cut & ~needed)], vertices[above], vertices[needed]]
 

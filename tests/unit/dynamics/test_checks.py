@@ -46,7 +46,10 @@ def contact(**changes):
             "contacts.0.programme: presses 4 mm deep",
         ),
         ({"programme": (fs.Slide(1e-3, 1e-3), fs.Press(1e-3, 1e-3))}, "slides before the counterface touches"),
-        ({"programme": (fs.Press(1e-3, 1e-3), fs.Slide(1e-3, 1e-3, (0.0, 1.0)))}, "needs a direction along the plate"),
+        (
+            {"programme": (fs.Press(1e-3, 1e-3), fs.Slide(1e-3, 1e-3, (0.0, 1.0)))},
+            "needs a direction along the counterface",
+        ),
         ({"record": fs.Recording(sites=(fs.Site("far", "", (1.0, 1.0)),))}, "site far: x = 1000 mm"),
         ({"record": fs.Recording(sites=(fs.Site("a", "", (0.0, 0.0), "nail"),))}, "region 'nail' is not in the mesh"),
     ],

@@ -50,7 +50,9 @@ def test_direction_is_projected_on_the_plane_at_full_length(direction, expected)
 
 @pytest.mark.parametrize("direction", [(0.0, 1.0), (0.0, 0.0), (1e-9, 1.0)])
 def test_direction_along_the_normal_is_refused(direction):
-    with pytest.raises(InputError, match=r"programme.1.slide.direction: got .*, needs a direction along the plate"):
+    with pytest.raises(
+        InputError, match=r"programme.1.slide.direction: got .*, needs a direction along the counterface"
+    ):
         counterface_motion((fs.Press(1e-3, 1e-3), fs.Slide(1e-3, 1e-3, direction=direction)), fs.Plane())
 
 

@@ -1,8 +1,8 @@
-"""LU factors of dense matrices in single precision, by SciPy's own LAPACK, called so that threads run side by side.
+"""LU factors of dense matrices in single precision, by SciPy's LAPACK, called so that threads run side by side.
 
-SciPy's Python functions hold Python's lock while LAPACK works, and change the pivots for the time of a call. Through
-the addresses that SciPy gives to compiled code, motions in several threads can share a factor and do not wait for
-each other.
+SciPy's Python functions hold Python's lock while LAPACK works, and change the pivots during a call. Through the
+addresses that SciPy gives to compiled code, motions in several threads can share a factor without waiting for each
+other.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ _ARGUMENTS = {"sgetrf": 6, "sgetrs": 9}
 
 @dataclass(frozen=True)
 class DenseFactor:
-    """LU factors.
+    """LU factors of a matrix.
 
     Parameters
     ----------
     factors : (n, n) array
-        Those of the transpose, in rows.
+        LU factors of the transpose.
     pivots : (n,) array of int
-        Rows that were swapped, as LAPACK counts them.
+        Rows that were swapped, in LAPACK's numbering from one.
     """
 
     factors: Single
     pivots: NDArray[np.int32]
 
     def solve(self, vector: Single) -> Single:
-        """Return the solution for a right-hand side (n,)."""
+        """Return the solution for a right-hand side (n,), same shape."""
         found = np.array(vector, dtype=np.float32)
         size, one = ctypes.c_int(found.size), ctypes.c_int(1)
         arrays = (self.factors.ctypes, self.pivots.ctypes, found.ctypes)
         matrix, pivots, given = (array.data_as(ctypes.c_void_p) for array in arrays)
-        # LAPACK sees columns in our rows, that is, the transpose: its transposed problem is ours.
+        # LAPACK reads our rows as columns, that is, the transpose: its transposed problem is ours.
         _call("sgetrs", ctypes.c_char(b"T"), size, one, matrix, size, pivots, given, size)
         return found
 
@@ -55,7 +55,7 @@ def factorise_dense(matrix: Single) -> DenseFactor:
     Parameters
     ----------
     matrix : (n, n) array
-        In rows; the factors take its place.
+        The matrix in C order; its memory then holds the factors.
     """
     pivots = np.zeros(len(matrix), dtype=np.int32)
     size = ctypes.c_int(len(matrix))
@@ -68,7 +68,7 @@ def factorise_dense(matrix: Single) -> DenseFactor:
 
 
 def _call(name: str, *given: Any) -> None:
-    """Call a function of LAPACK; what is not an address is passed by one."""
+    """Call a function of LAPACK; values that are not addresses are passed by reference."""
     passed = [value if isinstance(value, ctypes.c_void_p) else ctypes.byref(value) for value in given]
     _lapack(name)(*passed, ctypes.byref(ctypes.c_int(0)))
 

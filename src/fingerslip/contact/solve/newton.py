@@ -1,6 +1,6 @@
 """The frictional contact problem of one step, on the contact nodes alone.
 
-Unknown are the nodal contact forces r, for each node a normal one r_n (pressing is positive) and the
+The unknowns are the nodal contact forces r: for each node a normal one r_n, positive in compression, and the
 tangential ones r_t. The condensed body gives the local displacement-like quantity ::
 
     y = W r + q
@@ -12,10 +12,10 @@ of coefficient mu is ::
     0 <= r_n,   y_n >= 0,   r_n y_n = 0
     |r_t| <= mu r_n,   y_t = -s r_t with s >= 0,   s (mu r_n - |r_t|) = 0
 
-which is the penalty law with return mapping exactly (Alart & Curnier 1991). Both lines are one projection:
-with z = r - rho y, the normal force is max(0, z_n) and the tangential one is z_t projected on the disc of
-radius mu max(0, z_n). The residual is how far r is from that projection. A semismooth Newton iteration with
-line search drives it to zero; where the search stalls, projected Gauss-Seidel sweeps bring it on.
+which is exactly the penalty law with return mapping (Alart & Curnier 1991). Both lines are one projection P:
+with z = r - rho y, the normal force is max(0, z_n) and the tangential one is z_t projected onto the disc of
+radius mu max(0, z_n). A semismooth Newton iteration with line search drives the residual r - P(z) to zero;
+where the search stalls, projected Gauss-Seidel sweeps follow.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class ContactSolution:
     worst : int
         Index of the node with the largest residual.
     response : (n_c, dim) array, optional
-        What the forces do to the body, without the penalties, where that is known already [m].
+        Displacement of the body under the forces, without the penalties, where it is known already [m].
     """
 
     forces: Array
@@ -75,7 +75,7 @@ def solve_friction(
     free : (n_c, dim) array
         q, the gap and slip without contact forces [m].
     friction_coefficient : (n_c,) array
-        [-].
+        Friction coefficients [-].
     start : (n_c, dim) array
         First guess of the forces, best those of the last step [N].
     tolerance : float
@@ -84,7 +84,7 @@ def solve_friction(
     Returns
     -------
     ContactSolution
-        Whatever was reached: the caller compares `residual` with the tolerance.
+        The best forces found; the caller compares `residual` with the tolerance.
 
     Examples
     --------
@@ -109,7 +109,19 @@ def solve_friction(
 
 
 def friction_residual(compliance: Array, free: Array, friction_coefficient: Array, forces: Array) -> Array:
-    """Return the distance of given forces from their projection, shape (n_c, dim) [N]; zero at a solution."""
+    """Return the residual of given forces, shape (n_c, dim) [N]; zero at a solution.
+
+    Parameters
+    ----------
+    compliance : (n_c * dim, n_c * dim) array
+        W [m/N].
+    free : (n_c, dim) array
+        q [m].
+    friction_coefficient : (n_c,) array
+        Friction coefficients [-].
+    forces : (n_c, dim) array
+        Forces r [N].
+    """
     scale = step_lengths(np.diag(compliance).reshape(free.shape))
     slip = (compliance @ forces.ravel()).reshape(free.shape) + free
     residual: Array = forces - project(forces - scale * slip, friction_coefficient)
@@ -187,7 +199,7 @@ def _newton(compliance, free, friction, scale, forces, goal):  # type: ignore[no
             return forces, iteration
         try:
             step = _newton_step(compliance, friction, scale, forces, trial, residual)
-        except Exception:  # noqa: BLE001  numba knows no narrower one: the matrix is singular, sweeps must go on
+        except Exception:  # noqa: BLE001  numba knows no narrower one: the matrix is singular, sweeps must follow
             return forces, iteration + 1
         length = 1.0
         for _ in range(SEARCH_LIMIT):
