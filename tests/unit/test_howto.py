@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -18,6 +20,8 @@ def test_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
     assert blocks, "a how-to page has code"
     assert any("assert " in block for block in blocks), "and says what must come out"
-    names: dict[str, object] = {"__name__": "howto"}
+    module = ModuleType("howto")
+    # Dataclasses look their module up.
+    monkeypatch.setitem(sys.modules, module.__name__, module)
     for number, block in enumerate(blocks, start=1):
-        exec(compile(block, f"{page.name}, block {number}", "exec"), names)
+        exec(compile(block, f"{page.name}, block {number}", "exec", dont_inherit=True), vars(module))
