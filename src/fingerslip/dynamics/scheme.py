@@ -160,10 +160,10 @@ class HHT:
     def dissipation(self, change: StepChange) -> float:
         """Return the energy that the scheme takes out in a step [J].
 
-        From the mean of the equations of motion at both ends and the two Newmark relations, with d the change and
-        F_-1 the unbalanced force at the start of the step before::
+        From the mean of the equations of motion at both ends and the two Newmark relations, with changes d and the
+        unbalanced force F at the end of the step and at the start of the step before::
 
-            h (beta - gamma/2) da.M dv - (gamma - 1/2) da.M du + alpha/2 du.(F_1 - F_-1)
+            h (beta - gamma/2) da.M dv - (gamma - 1/2) da.M du + alpha/2 du.(F_end - F_before)
         """
         earliest, _, end = change.unbalance
         newmark = self.step * (self.beta - 0.5 * self.gamma) * (change.inertia @ change.velocity)
