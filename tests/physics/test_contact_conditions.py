@@ -9,7 +9,6 @@ solved may be anything, but its stated residual must say so: then :func:`advance
 from __future__ import annotations
 
 import contextlib
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -18,31 +17,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import fingerslip as fs
-from fingerslip.contact.solve.newton import solve_friction
 from fingerslip.verification.meshes import box
 from fingerslip.verification.reference import condensed_states, make_stepper
-
-TOLERANCE = 1e-10
-ROUNDING = 1e-13
-
-
-@dataclass(frozen=True)
-class Problem:
-    """A body's compliance, the compliance of the penalties, the free motion and the friction coefficients."""
-
-    body: np.ndarray
-    penalty: np.ndarray
-    free: np.ndarray
-    friction: np.ndarray
-
-    @property
-    def compliance(self):
-        return self.body + np.diag(self.penalty.ravel())
-
-    def solution(self):
-        start = np.zeros_like(self.free)
-        return solve_friction(self.compliance, self.free, self.friction, start, TOLERANCE)
-
+from problems.contact import TOLERANCE, Problem, assert_conditions, assert_coulomb
 
 MOTIONS = {
     "any": lambda rng, shape: rng.normal(size=shape),
@@ -72,44 +49,6 @@ def problems(most, motions=tuple(MOTIONS)):
         friction=st.sampled_from([0.0, 0.3, most]) | st.floats(0.0, most),
         motion=st.sampled_from(motions),
     )
-
-
-def assert_conditions(problem, solution):
-    """Check all conditions to the stated residual and the rounding of W r + q."""
-    compliance, forces, friction = problem.compliance, solution.forces, problem.friction
-    count, dim = forces.shape
-    motion = (compliance @ forces.ravel()).reshape(count, dim) + problem.free
-    rounding = (np.abs(compliance) @ np.abs(forces).ravel()).reshape(count, dim) + np.abs(problem.free)
-    own = np.diag(compliance).reshape(count, dim)
-    own = np.column_stack([own[:, 0], own[:, 1:].mean(axis=1)])
-    close = max(solution.residual, ROUNDING) * np.abs(forces).max() + ROUNDING * rounding.max(axis=1) / own.min(axis=1)
-    assert_signorini(problem, forces[:, 0], motion[:, 0], close, own[:, 0])
-    for node in range(count):
-        limit = friction[node] * max(forces[node, 0], 0.0)
-        margin = (np.sqrt(2.0) + friction[node]) * close[node]
-        assert_coulomb(forces[node, 1:], motion[node, 1:] / own[node, 1], limit, margin)
-
-
-def assert_signorini(problem, normal, gap, close, own):
-    """No tension, no gap where there is force, and the penalty law between force and penetration."""
-    assert (normal >= -close).all(), "tension"
-    assert (np.abs(np.minimum(normal, gap / own)) <= close).all(), "force and gap"
-    penetration = np.maximum(problem.penalty[:, 0] * normal - gap, 0.0)
-    assert (np.abs(problem.penalty[:, 0] * normal - penetration) <= 2 * own * close).all(), "penalty law"
-
-
-def assert_coulomb(traction, slip, limit, margin):
-    """Check one node; `slip` is in units of force, over the node's own compliance."""
-    size, way = np.linalg.norm(traction), np.linalg.norm(slip)
-    assert size <= limit + margin, "outside the cone"
-    if way <= margin:
-        return
-    assert size >= limit - margin, "slip within the cone"
-    if size > 10 * margin:
-        along = slip @ traction / size
-        assert along <= margin, "slip along the traction"
-        across = np.linalg.norm(slip - along * traction / size)
-        assert across <= margin * (1 + 2 * way / size), "slip beside the traction"
 
 
 @settings(max_examples=300, deadline=None, derandomize=True)

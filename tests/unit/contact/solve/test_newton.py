@@ -9,42 +9,7 @@ from hypothesis import strategies as st
 
 from fingerslip.contact.solve import newton, projection
 from fingerslip.contact.solve.newton import friction_residual, solve_friction
-
-TOLERANCE = 1e-10
-
-
-def random_problem(seed, dim, count, decades, friction):
-    """Return W, q and mu: a random body's compliance and penalties that spread over `decades`."""
-    rng = np.random.default_rng(seed)
-    factor = rng.normal(size=(count * dim, count * dim))
-    body = factor @ factor.T / (count * dim)
-    penalties = np.repeat(10.0 ** rng.uniform(-decades, 0.0, (count, 2)), [1, dim - 1], axis=1).ravel()
-    free = rng.normal(size=(count, dim))
-    return body + np.diag(penalties), free, np.full(count, friction)
-
-
-def assert_complementary(compliance, free, friction, forces, tolerance=1e-8):
-    """Check Signorini's and Coulomb's conditions one by one, without the solver's own projection.
-
-    Slips and gaps are compared with those that the largest force makes at its own node: the solver stops at
-    1e-10 of it, and a hundredfold of that allows for the spread of the nodes' compliances.
-    """
-    count, dim = free.shape
-    slip = (compliance @ forces.ravel()).reshape(count, dim) + free
-    force = np.abs(forces).max() + 1e-300
-    length = force * np.diag(compliance).max()
-    normal, tangential = forces[:, 0], np.linalg.norm(forces[:, 1:], axis=1)
-    assert (normal >= 0.0).all(), "no adhesion"
-    assert (slip[:, 0] >= -tolerance * length).all(), "no penetration"
-    assert (np.minimum(normal / force, slip[:, 0] / length) <= tolerance).all(), "force or gap"
-    assert (tangential <= friction * normal * (1 + 1e-12) + tolerance * force).all(), "within the cone"
-    for r, y, limit in zip(forces[:, 1:], slip[:, 1:], friction * normal, strict=True):
-        if np.linalg.norm(y) > tolerance * length:
-            opposite = -limit * y / np.linalg.norm(y)
-            if limit > 1e-3 * force:
-                turn = max(tolerance, tolerance * length / np.linalg.norm(y))
-                np.testing.assert_allclose(r, opposite, atol=10 * turn * force, err_msg="slip against the traction")
-
+from problems.contact import TOLERANCE, assert_conditions, random_problem
 
 problems = st.builds(
     random_problem,
@@ -67,28 +32,28 @@ hard_problems = st.builds(
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(problems)
 def test_random_problems_are_solved(problem):
-    compliance, free, friction = problem
+    compliance, free, friction = problem.arguments
     solution = solve_friction(compliance, free, friction, np.zeros_like(free), TOLERANCE)
     assert solution.residual <= TOLERANCE
-    assert_complementary(compliance, free, friction, solution.forces)
+    assert_conditions(problem, solution)
 
 
 @settings(max_examples=150, deadline=None, derandomize=True)
 @given(hard_problems)
 def test_great_friction_is_solved_or_the_residual_says_that_it_is_not(problem):
     """Beyond mu of about 1.5 with arbitrary coupling a solution need not be found, but never may a wrong one pass."""
-    compliance, free, friction = problem
+    compliance, free, friction = problem.arguments
     solution = solve_friction(compliance, free, friction, np.zeros_like(free), TOLERANCE)
     own = np.abs(friction_residual(compliance, free, friction, solution.forces)).max()
     assert solution.residual * np.abs(solution.forces).max() == pytest.approx(own, rel=1e-6, abs=1e-13)
     if solution.residual <= TOLERANCE:
-        assert_complementary(compliance, free, friction, solution.forces)
+        assert_conditions(problem, solution)
 
 
 @settings(max_examples=50, deadline=None, derandomize=True)
 @given(problems, st.floats(-9.0, 9.0), st.floats(-9.0, 9.0))
 def test_the_units_of_length_and_force_do_not_matter(problem, length, force):
-    compliance, free, friction = problem
+    compliance, free, friction = problem.arguments
     metre, newton = 10.0**length, 10.0**force
     start = np.zeros_like(free)
     one = solve_friction(compliance, free, friction, start, TOLERANCE)
@@ -102,7 +67,7 @@ def test_the_units_of_length_and_force_do_not_matter(problem, length, force):
 @given(st.integers(0, 2**31), st.integers(1, 15), st.sampled_from([2, 3]), st.floats(0.0, 0.2))
 def test_small_friction_has_one_solution_whatever_the_start(seed, count, dim, friction):
     """Coulomb's problem is a contraction for small friction: every start must lead to the same forces."""
-    compliance, free, mu = random_problem(seed, dim, count, 0.0, friction)
+    compliance, free, mu = random_problem(seed, dim, count, 0.0, friction).arguments
     compliance += np.eye(count * dim)
     rng = np.random.default_rng(seed)
     starts = [np.zeros_like(free), rng.normal(size=free.shape), 100 * np.abs(rng.normal(size=free.shape))]
@@ -128,7 +93,7 @@ def test_a_nearly_free_body_is_solved(dim, decades):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_all_open_gives_exact_zeros(dim):
-    compliance, free, friction = random_problem(3, dim, 10, 2.0, 0.6)
+    compliance, free, friction = random_problem(3, dim, 10, 2.0, 0.6).arguments
     free[:, 0] = np.abs(free[:, 0]) + 0.1
     start = np.ones_like(free)
     solution = solve_friction(compliance, free, friction, start, TOLERANCE)
@@ -138,7 +103,7 @@ def test_all_open_gives_exact_zeros(dim):
 
 @pytest.mark.parametrize("dim", [2, 3])
 def test_all_sliding_in_one_direction_reaches_the_cone(dim):
-    compliance, free, friction = random_problem(4, dim, 10, 0.0, 0.4)
+    compliance, free, friction = random_problem(4, dim, 10, 0.0, 0.4).arguments
     compliance = 0.01 * compliance + np.eye(10 * dim)
     free[:, 0], free[:, 1:] = -1.0, 0.0
     free[:, 1] = 50.0
@@ -168,7 +133,7 @@ def test_a_singular_newton_matrix_is_left_to_the_sweeps():
 
 def test_frictionless_normal_problem_is_the_quadratic_programme():
     """Without friction the forces minimise r W r / 2 + q r over r_n >= 0: no other feasible point is lower."""
-    compliance, free, friction = random_problem(11, 2, 12, 1.0, 0.0)
+    compliance, free, friction = random_problem(11, 2, 12, 1.0, 0.0).arguments
     forces = solve_friction(compliance, free, friction, np.zeros_like(free), TOLERANCE).forces[:, 0]
     rows = np.arange(0, 24, 2)
     normal = compliance[np.ix_(rows, rows)]
@@ -182,7 +147,7 @@ def test_frictionless_normal_problem_is_the_quadratic_programme():
 
 
 def test_the_first_guess_is_left_as_it_was():
-    compliance, free, friction = random_problem(1, 2, 8, 1.0, 0.6)
+    compliance, free, friction = random_problem(1, 2, 8, 1.0, 0.6).arguments
     start, before = np.ones_like(free), (compliance.copy(), free.copy())
     solve_friction(compliance, free, friction, start, TOLERANCE)
     np.testing.assert_array_equal(start, 1.0)
@@ -191,7 +156,7 @@ def test_the_first_guess_is_left_as_it_was():
 
 
 def test_a_good_first_guess_needs_no_iterations():
-    compliance, free, friction = random_problem(1, 2, 20, 3.0, 0.6)
+    compliance, free, friction = random_problem(1, 2, 20, 3.0, 0.6).arguments
     forces = solve_friction(compliance, free, friction, np.zeros_like(free), TOLERANCE).forces
     assert solve_friction(compliance, free, friction, forces, TOLERANCE).iterations == 0
 
@@ -203,7 +168,7 @@ def test_no_candidates_need_no_solution():
 
 
 def test_residual_of_a_wrong_force_is_not_zero():
-    compliance, free, friction = random_problem(2, 2, 6, 1.0, 0.6)
+    compliance, free, friction = random_problem(2, 2, 6, 1.0, 0.6).arguments
     free[:, 0] = -1.0
     right = solve_friction(compliance, free, friction, np.zeros_like(free), TOLERANCE).forces
     wrong = right.copy()
