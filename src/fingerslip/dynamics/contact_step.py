@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,7 +51,7 @@ class ContactStep:
     solution: ContactSolution
     working_set: WorkingSet | None
 
-    @property
+    @cached_property
     def forces(self) -> Array:
         """Contact forces in global components, shape (n_c, dim) [N]."""
         forces: Array = np.einsum("cij,ci->cj", self.frames, self.solution.forces)

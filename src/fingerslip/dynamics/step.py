@@ -140,16 +140,18 @@ def _energies(stepper: Stepper, before: State, after: State, settled: StepOutcom
         strain=0.5 * float(after.displacement @ (stepper.system.stiffness @ after.displacement)),
         contact=settled.stored,
         friction=settled.friction,
-        damping=_damped(stepper, change.displacement, 0.5 * (before.velocity + after.velocity)),
+        damping=_damped(stepper, before, after),
         numerical=stepper.scheme.dissipation(change) + settled.numerical,
         work=_external_work(stepper, before, after),
     )
 
 
-def _damped(stepper: Stepper, change: Array, mean_velocity: Array) -> float:
-    """Return the energy that the material damping dissipates over a change of displacement (n,) [m], in J."""
-    damping = stepper.damping
-    return float(change @ stepper.damping_force(mean_velocity)) if damping.mass or damping.stiffness else 0.0
+def _damped(stepper: Stepper, before: State, after: State) -> float:
+    """Return the energy that the material damping dissipates in a step [J]."""
+    if not (stepper.damping.mass or stepper.damping.stiffness):
+        return 0.0
+    force = stepper.damping_force(0.5 * (before.velocity + after.velocity))
+    return float((after.displacement - before.displacement) @ force)
 
 
 def _external_work(stepper: Stepper, before: State, after: State) -> float:
