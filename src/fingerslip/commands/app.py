@@ -104,19 +104,19 @@ def show(
 
         typer.echo(json.dumps(study_schema(), indent=2))
         return
-    from fingerslip.study.views import views
+    from fingerslip.study.inspection import show as inspection
 
     if figure is not None:
-        from fingerslip.study.views.drawing import draw_fingertip
+        from fingerslip.study.inspection.draw import draw_fingertip
 
         draw_fingertip(target, figure)
-    _print_tables(views.show(target) if target else (views.presets_table(),))
+    _print_tables(inspection.show(target) if target else (inspection.presets_table(),))
 
 
 @app.command()
 def check(studies: Studies, results: Results = Path("results")) -> None:
     """Check studies without computing them: the runs, their size and about how long they take."""
-    from fingerslip.study.views.check import check_studies
+    from fingerslip.study.inspection.check import check_studies
 
     _print_tables([check_studies(studies, results)])
 
@@ -130,7 +130,7 @@ def mesh(
     ] = None,
 ) -> None:
     """Build a mesh, write it, and show the quality of its cells."""
-    from fingerslip.study.views.meshes import save_and_show
+    from fingerslip.study.inspection.mesh import save_and_show
 
     _print_tables(save_and_show(target, output))
 
@@ -230,7 +230,7 @@ def view(  # noqa: PLR0917  the options of a command line have no order
 
     Pictures and films need no display. The run needs snapshots: record: {snapshots_every: 50 ms}.
     """
-    from fingerslip.study.views.viewing import view_result
+    from fingerslip.study.inspection.view import view_result
 
     options = {"scalar": scalar, "hidden": list(hide or ()), "cut": cut, "camera": camera}
     for written in view_result(target, options, time=time, screenshot=screenshot, movie=movie):
