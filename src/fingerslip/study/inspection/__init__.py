@@ -1,1 +1,4 @@
-"""What the verbs of the command line show of presets, studies and results."""
+"""What ``show``, ``check``, ``mesh`` and ``view`` print, draw or open: presets, studies and stored results.
+
+Nothing here computes a run.
+"""
