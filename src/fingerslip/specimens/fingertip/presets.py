@@ -10,11 +10,11 @@ from importlib import resources
 from importlib.resources.abc import Traversable
 from typing import Any
 
-import yaml
 
 from fingerslip.errors import InputError
 from fingerslip.parameters import from_mapping
 from fingerslip.specimens.fingertip.fingertip import Fingertip
+from fingerslip.yaml_text import parse_document
 
 __all__ = ["PresetValue", "fingertip_from", "preset", "preset_header", "preset_names", "preset_table"]
 
@@ -160,5 +160,5 @@ def _folder() -> Traversable:
 @functools.cache
 def _read(name: str) -> dict[str, Any]:
     text = _folder().joinpath(f"{name}.yaml").read_text(encoding="utf-8")
-    document: dict[str, Any] = yaml.safe_load(text)
+    document: dict[str, Any] = parse_document(text, f"{name}.yaml").content
     return document

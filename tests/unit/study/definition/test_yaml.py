@@ -22,7 +22,7 @@ from fingerslip.study.definition.yaml import read_mapping, write_mapping
         ("? [a]\n: 1\n", "found a key that is not plain text"),
         ("- 1\n- 2\n", "holds a list, needs 'key: value' lines"),
         ("", "is empty, needs 'key: value' lines"),
-        ("a: !!python/object/apply:os.getcwd []\n", "line 1, column 4: found could not determine a constructor"),
+        ("a: !!python/object/apply:os.getcwd []\n", "line 1, column 4: found the tag !!python/object/apply:os.getcwd"),
     ],
 )
 def test_text_that_is_no_study(tmp_path: Path, text: str, message: str) -> None:
@@ -42,7 +42,7 @@ def test_missing_file_names_the_others(tmp_path: Path) -> None:
 
 def test_folder_and_binary_file_are_no_studies(tmp_path: Path) -> None:
     (tmp_path / "x.yaml").write_bytes(b"\xff\xfe\x00")
-    for path, message in ((tmp_path, "is a folder"), (tmp_path / "x.yaml", "is no text in UTF-8")):
+    for path, message in ((tmp_path, "is a folder"), (tmp_path / "x.yaml", "is not text in UTF-8")):
         with pytest.raises(InputError, match=message):
             read_mapping(path)
 
