@@ -11,7 +11,6 @@ from importlib.resources.abc import Traversable
 from types import MappingProxyType
 from typing import Any, Literal
 
-
 from fingerslip.errors import InputError
 from fingerslip.yaml_text import parse_document
 

@@ -34,10 +34,10 @@ _CORE = "tag:yaml.org,2002:"
 
 @dataclass(frozen=True)
 class _Kind:
-    """A kind of plain scalar of the core schema: how it is written, with which first letters, and how it is read."""
+    """A kind of scalar of the core schema: how it is written, with which first letters, and how it is read."""
 
     pattern: re.Pattern[str]
-    first: str
+    first: tuple[str, ...]
     read: Callable[[str], object]
 
 
@@ -53,18 +53,18 @@ def _number(text: str) -> float:
 _KINDS: Mapping[str, _Kind] = MappingProxyType(
     {
         f"{_CORE}bool": _Kind(
-            re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z"), "tTfF", lambda text: text.lower() == "true"
+            re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z"), tuple("tTfF"), lambda text: text.lower() == "true"
         ),
-        f"{_CORE}int": _Kind(re.compile(r"(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)\Z"), "-+0123456789", _whole),
+        f"{_CORE}int": _Kind(re.compile(r"(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)\Z"), tuple("-+0123456789"), _whole),
         f"{_CORE}float": _Kind(
             re.compile(
                 r"(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))\Z"
             ),
-            "-+.0123456789",
+            tuple("-+.0123456789"),
             _number,
         ),
-        f"{_CORE}null": _Kind(re.compile(r"(?:~|null|Null|NULL|)\Z"), "~nN", lambda _: None),
-        f"{_CORE}str": _Kind(re.compile(r""), "", str),
+        f"{_CORE}null": _Kind(re.compile(r"(?:~|null|Null|NULL|)\Z"), ("~", "n", "N", ""), lambda _: None),
+        f"{_CORE}str": _Kind(re.compile(""), (), str),
     }
 )
 
@@ -82,8 +82,7 @@ class _CoreSchema(BaseResolver):
 
 
 for _tag, _kind in _KINDS.items():
-    if _tag != f"{_CORE}str":
-        _CoreSchema.add_implicit_resolver_base(_tag, _kind.pattern, [*_kind.first, *([""] if _tag.endswith("null") else [])])
+    _CoreSchema.add_implicit_resolver_base(_tag, _kind.pattern, _kind.first)
 
 
 @dataclass(frozen=True)
@@ -103,7 +102,7 @@ class Document:
 
 
 def parse_document(text: str, where: str) -> Document:
-    """Read YAML text.
+    r"""Read YAML text.
 
     Parameters
     ----------
@@ -125,7 +124,7 @@ def parse_document(text: str, where: str) -> Document:
 
     Examples
     --------
-    >>> parse_document("time:\\n  step: 5 ms", "x.yaml").lines
+    >>> parse_document("time:\n  step: 5 ms", "x.yaml").lines
     {'time': 1, 'time.step': 2}
     """
     lines: dict[str, int] = {}
@@ -148,13 +147,17 @@ def to_text(mapping: Mapping[str, Any]) -> str:
     """
     writer = YAML(typ="safe", pure=True)
     writer.Resolver = _CoreSchema
-    writer.default_flow_style = False
+    writer.default_flow_style = False  # type: ignore[assignment]
     writer.sort_base_mapping_type_on_output = False
     writer.width = 120
-    writer.representer.ignore_aliases = lambda *_: True
+    writer.representer.ignore_aliases = _never_alias
     stream = io.StringIO()
     writer.dump(dict(mapping), stream)
     return stream.getvalue()
+
+
+def _never_alias(_: object) -> bool:
+    return True
 
 
 def _composed(text: str, where: str) -> Node | None:
@@ -163,7 +166,7 @@ def _composed(text: str, where: str) -> Node | None:
     reader.max_depth = _DEEPEST
     reader.composer.warn_double_anchors = False
     try:
-        return reader.compose(text)
+        root: Node | None = reader.compose(text)
     except MaxDepthExceededError as error:
         raise _too_deep(_place(where, error.problem_mark)) from None
     except MarkedYAMLError as error:
@@ -175,6 +178,7 @@ def _composed(text: str, where: str) -> Node | None:
         raise InputError(f"{where}: line {line}", found, "needs text") from None
     except (YAMLError, ValueError, OverflowError) as error:
         raise InputError(where, f"found text that is no YAML ({error})", _NEEDED) from None
+    return root
 
 
 def _place(where: str, mark: StringMark | None) -> str:
@@ -207,7 +211,7 @@ class _Builder:
                 self._check_tag(node, "seq")
                 return [self._item(item, f"{path}{index}", depth) for index, item in enumerate(node.value)]
             case _:
-                return self._scalar(node)
+                return self._scalar(node, str(node.tag))
 
     def _items(self, node: MappingNode, path: str) -> Iterator[tuple[str, Node]]:
         seen: set[str] = set()
@@ -224,11 +228,11 @@ class _Builder:
         self.lines[path] = node.start_mark.line + 1
         return self.value(node, f"{path}.", depth + 1)
 
-    def _scalar(self, node: ScalarNode) -> object:
-        kind = _KINDS.get(node.tag)
+    def _scalar(self, node: Node, tag: str) -> object:
+        kind = _KINDS.get(tag)
         if kind is None:
             raise self._unknown_tag(node)
-        name = node.tag.removeprefix(_CORE)
+        name = tag.removeprefix(_CORE)
         if not kind.pattern.match(node.value):
             raise self._error(node, f"found '{node.value}' with the tag !!{name}", f"needs a value of type {name}")
         if name == "int" and len(node.value) > _LONGEST:  # larger than any float, and slow to read and print
@@ -240,7 +244,7 @@ class _Builder:
             raise self._unknown_tag(node)
 
     def _unknown_tag(self, node: Node) -> InputError:
-        tag = node.tag.replace(_CORE, "!!")
+        tag = str(node.tag).replace(_CORE, "!!")
         return self._error(node, f"found the tag {tag}", "needs plain keys, lists and values", "leave the tag out")
 
     def _error(self, node: Node, found: str, needed: str, repair: str = "") -> InputError:

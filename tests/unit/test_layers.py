@@ -12,7 +12,7 @@ import fingerslip
 
 SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
-    "errors units yaml_text parameters files digest sites",
+    "errors dotted units yaml_text fields mistakes parameters files digest sites",
     "materials specimens mesh fe linear contact model history dynamics",
     "slip uncertainty published report",
     "verification study validation commands",

@@ -28,7 +28,10 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
         ("a: !!python/object:os.system {}", "f: line 1, column 4: found the tag !!python/object:os.system"),
         ("a: !!set {x, y}", "f: line 1, column 4: found the tag !!set"),
         ("a: !!str [1]", "f: line 1, column 4: found the tag !!str"),
-        ("a: !mine 3", "f: line 1, column 4: found the tag !mine, needs plain keys, lists and values; leave the tag out"),
+        (
+            "a: !mine 3",
+            "f: line 1, column 4: found the tag !mine, needs plain keys, lists and values; leave",
+        ),
         (f"a: {'9' * 5000}", "f: line 1, column 4: found a number of 5000 digits, needs at most 300"),
         (f"a: 0x{'f' * 5000}", "f: line 1, column 4: found a number of 5002 digits, needs at most 300"),
         (f"a: {'[' * 1000}{']' * 1000}", "f: line 1, column 103: found values nested more than 100 deep"),
@@ -80,8 +83,20 @@ def test_every_value_has_its_line_in_the_order_of_the_text() -> None:
     text = "# first\nb: 1\na:\n  - c: 1\n    d: [1,\n      2]\n  - &x {e: 1}\nf: *x\nsweep:\n  time.step: [1]\n"
     found = parse_document(text, "f")
     assert dict(found.lines) == {
-        **{"b": 2, "a": 3, "a.0": 4, "a.0.c": 4, "a.0.d": 5, "a.0.d.0": 5, "a.0.d.1": 6, "a.1": 7, "a.1.e": 7},
-        **{"f": 8, "f.e": 7, "sweep": 9, "sweep.time.step": 10, "sweep.time.step.0": 10},
+        "b": 2,
+        "a": 3,
+        "a.0": 4,
+        "a.0.c": 4,
+        "a.0.d": 5,
+        "a.0.d.0": 5,
+        "a.0.d.1": 6,
+        "a.1": 7,
+        "a.1.e": 7,
+        "f": 8,
+        "f.e": 7,
+        "sweep": 9,
+        "sweep.time.step": 10,
+        "sweep.time.step.0": 10,
     }
     assert list(found.lines)[:2] == ["b", "a"]
 

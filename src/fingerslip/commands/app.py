@@ -46,7 +46,7 @@ class _Verbs(TyperGroup):
         except FingerslipError as error:
             if ctx.params["debug"]:
                 raise
-            print_error(f"error: {error}")
+            print_error("\n".join(f"error: {line}" for line in str(error).splitlines()))
             raise typer.Exit(exit_code(error)) from None
 
 

@@ -344,7 +344,7 @@ def _check_plane(settings: ContactSettings) -> None:
     try:
         Plane(settings.normal, settings.offset)
     except InputError as error:
-        raise InputError(error.where.removeprefix("Plane."), error.found, error.allowed, error.repair) from None
+        raise error.moved(lambda where: where.removeprefix("Plane.")) from None
 
 
 @parameters

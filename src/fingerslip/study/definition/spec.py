@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+import inspect
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pydantic
 
-from fingerslip.errors import InputError
+from fingerslip.dotted import walk
+from fingerslip.errors import InputError, Mistakes
 from fingerslip.materials.elastic import Elastic, RayleighDamping
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.sizes import MeshSizes
+from fingerslip.mistakes import in_order
 from fingerslip.model import Component, Formulation, Integration
 from fingerslip.parameters import (
     PositiveLength,
@@ -22,7 +25,10 @@ from fingerslip.parameters import (
     from_mapping,
     json_schema,
     parameters,
+    plain_fields,
+    valid_fields,
 )
+from fingerslip.published import published
 from fingerslip.specimens.fingertip import Fingertip, fingertip_from
 from fingerslip.study.definition.scans import beside
 from fingerslip.study.definition.settings import (
@@ -35,9 +41,11 @@ from fingerslip.study.definition.settings import (
     TimeSettings,
     TractionSettings,
 )
-from fingerslip.study.definition.yaml import read_mapping
+from fingerslip.study.definition.swept import check_sweep, swept_mistakes
+from fingerslip.study.definition.yaml import line_numbers, read_mapping
 
 __all__ = [
+    "NOT_OF_A_RUN",
     "ContactSettings",
     "MeshFile",
     "ProgrammeEntry",
@@ -45,12 +53,34 @@ __all__ = [
     "RefinementSettings",
     "Study",
     "TimeSettings",
+    "known_paths",
     "parse_study",
     "read_study",
     "study_fingertip",
     "study_mapping",
     "study_schema",
 ]
+
+#: The fields of a study that do not belong to a single run.
+NOT_OF_A_RUN = ("sweep", "compare", "converge")
+
+
+def _check_fingertip(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    fingertip_from(values)
+    return values
+
+
+def _check_published(name: str) -> str:
+    try:
+        published(name)
+    except InputError as error:
+        raise error.moved(lambda _: "") from None
+    return name
+
+
+FingertipSettings = Annotated[Mapping[str, Any], pydantic.AfterValidator(_check_fingertip)]
+PublishedName = Annotated[str, pydantic.AfterValidator(_check_published)]
+Sweep = Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(check_sweep)]
 
 
 @parameters
@@ -104,7 +134,7 @@ class Study:
 
     time: TimeSettings
     title: str = ""
-    fingertip: Mapping[str, Any] | None = None
+    fingertip: FingertipSettings | None = None
     mesh: MeshSettings = MeshSizes()
     contact: ContactSettings | None = None
     contacts: tuple[ContactSettings, ...] = ()
@@ -119,15 +149,12 @@ class Study:
     initial_velocity: tuple[SignedSpeed, ...] | None = None
     formulation: Formulation | None = None
     depth: PositiveLength | None = None
-    sweep: Mapping[str, tuple[Any, ...]] = pydantic.Field(default_factory=dict)
-    compare: tuple[str, ...] = ()
+    sweep: Sweep = pydantic.Field(default_factory=dict)
+    compare: tuple[PublishedName, ...] = ()
     converge: RefinementSettings = RefinementSettings()
 
     def __post_init__(self) -> None:
-        _check_sweep(self.sweep)
-        _check_body(self)
-        if self.contact is not None and self.contacts:
-            raise InputError("contacts", "stands beside contact", "needs one of the two", "move contact into contacts")
+        Mistakes(_mistakes_between(vars(self))).raise_all()
 
     @property
     def all_contacts(self) -> tuple[ContactSettings, ...]:
@@ -135,30 +162,67 @@ class Study:
         return self.contacts if self.contact is None else (self.contact,)
 
 
-def _check_sweep(sweep: Mapping[str, tuple[Any, ...]]) -> None:
-    for path, values in sweep.items():
-        if not values:
-            raise InputError(f"sweep.{path}", "has no values", "needs a list such as [0.2, 0.4]")
-        repeated = next((value for place, value in enumerate(values) if value in values[:place]), None)
-        if repeated is not None:
-            raise InputError(f"sweep.{path}", f"has {repeated!r} twice", "needs every value once")
-        inside = next((other for other in sweep if path.startswith(f"{other}.")), None)
-        if inside is not None:
-            raise InputError(f"sweep.{path}", f"is a part of the swept '{inside}'", "needs paths apart from each other")
+def _one_contact_or_several(contact: ContactSettings | None, contacts: tuple[ContactSettings, ...]) -> None:
+    if contact is not None and contacts:
+        raise InputError("contacts", "stands beside contact", "needs one of the two", "move contact into contacts")
 
 
-def _check_body(study: Study) -> None:
-    """Hold that a study without a fingertip says itself what a fingertip would say."""
-    if study.fingertip is not None:
-        return
-    if not isinstance(study.mesh, MeshFile | SurfaceMesh):
+def _a_fingertip_or_a_mesh(fingertip: object, mesh: MeshSettings) -> None:
+    if fingertip is None and not _is_given(mesh):
         raise InputError("fingertip", "is missing", "needs a preset, or mesh.file for a body that is no fingertip")
-    needed = ("materials", "formulation") if study.formulation == "solid" else ("materials", "formulation", "depth")
-    for name in needed:
-        if not getattr(study, name):
-            raise InputError(name, "is missing", "needs a value where there is no fingertip")
-    if study.record.receptors:
-        raise InputError("record.receptors", "without a fingertip", "needs a fingertip", "name places in record.sites")
+
+
+def _materials_of_a_body(fingertip: object, mesh: MeshSettings, materials: Mapping[str, Elastic]) -> None:
+    _check_body("materials", materials, fingertip, mesh)
+
+
+def _formulation_of_a_body(fingertip: object, mesh: MeshSettings, formulation: Formulation | None) -> None:
+    _check_body("formulation", formulation, fingertip, mesh)
+
+
+def _depth_of_a_body(
+    fingertip: object, mesh: MeshSettings, formulation: Formulation | None, depth: float | None
+) -> None:
+    if formulation != "solid":
+        _check_body("depth", depth, fingertip, mesh)
+
+
+def _no_receptors_in_a_body(fingertip: object, mesh: MeshSettings, record: RecordSettings) -> None:
+    if fingertip is None and _is_given(mesh) and record.receptors:
+        raise InputError("record.receptors", "without a fingertip", "needs a fingertip", "name points in record.sites")
+
+
+#: What is held of several fields together: each check is made where the fields that it names are right.
+_CHECKS: tuple[Callable[..., None], ...] = (
+    _one_contact_or_several,
+    _a_fingertip_or_a_mesh,
+    _materials_of_a_body,
+    _formulation_of_a_body,
+    _depth_of_a_body,
+    _no_receptors_in_a_body,
+)
+
+
+def _mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
+    """Return the mistakes in the relations between those fields of a study that are there."""
+    mistakes = Mistakes()
+    for check in _CHECKS:
+        names = inspect.signature(check).parameters
+        if names.keys() <= fields.keys():
+            with mistakes.collected():
+                check(**{name: fields[name] for name in names})
+    return mistakes.found
+
+
+def _is_given(mesh: MeshSettings) -> bool:
+    """Tell whether a mesh is that of any body, and not made of a fingertip's shape."""
+    return isinstance(mesh, MeshFile | SurfaceMesh)
+
+
+def _check_body(name: str, value: object, fingertip: object, mesh: MeshSettings) -> None:
+    """Hold that a body that is no fingertip says itself what a fingertip would say."""
+    if fingertip is None and _is_given(mesh) and not value:
+        raise InputError(name, "is missing", "needs a value where there is no fingertip")
 
 
 def read_study(path: str | Path) -> Study:
@@ -177,10 +241,13 @@ def read_study(path: str | Path) -> Study:
     Raises
     ------
     InputError
-        For the first mistake in the file.
+        For all mistakes in the file, in its order and with their lines: those of the study, of its fingertip and of
+        every run of its sweep.
     """
     path = Path(path)
-    return parse_study(read_mapping(path), path)
+    mapping = read_mapping(path)
+    with line_numbers(path):
+        return parse_study(mapping, path)
 
 
 def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
@@ -196,10 +263,49 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     Raises
     ------
     InputError
-        For the first mistake.
+        For all mistakes, in the order of `mapping`.
     """
-    study = from_mapping(Study, mapping, str(source))
-    study_fingertip(study, str(source))
+    mistakes = _mistakes_of(mapping)
+    if mapping.get("sweep"):
+        mistakes += swept_mistakes(_completed(mapping), mistakes, known_paths(mapping), _mistakes_of)
+    if mistakes:
+        error = Mistakes(in_order(mistakes, walk(mapping))).error()
+        raise error.moved(lambda where: f"{source}: {where}" if where else str(source))
+    return _with_files_beside(from_mapping(Study, mapping), source)
+
+
+def _mistakes_of(mapping: Mapping[str, Any]) -> list[InputError]:
+    """Return the mistakes of a study as plain data, but not those of its runs; their locations are dotted paths."""
+    try:
+        from_mapping(Study, mapping)
+    except InputError as error:
+        return [*error.all, *_mistakes_between(valid_fields(Study, mapping))]
+    return []
+
+
+def _completed(mapping: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a study as plain data with all defaults and new names in the fields that are right."""
+    return {**mapping, **plain_fields(Study, valid_fields(Study, mapping)), "sweep": mapping["sweep"]}
+
+
+def known_paths(mapping: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:
+    """Return the dotted paths that a sweep may name, by the field of the study that they begin with.
+
+    Parameters
+    ----------
+    mapping : mapping
+        What a study file holds; of a field that is wrong no paths are known.
+    """
+    sections = plain_fields(Study, valid_fields(Study, mapping))
+    if sections.get("fingertip") is not None:
+        sections["fingertip"] = {"preset": "", **as_mapping(fingertip_from(sections["fingertip"]))}
+    return {
+        name: (name, *walk(section, name)) for name, section in sections.items() if name not in ("title", *NOT_OF_A_RUN)
+    }
+
+
+def _with_files_beside(study: Study, source: Path) -> Study:
+    """Return the study with absolute paths of the files of its mesh."""
     if isinstance(study.mesh, MeshFile):
         file = str((source.parent / study.mesh.file).resolve())
         return dataclasses.replace(study, mesh=dataclasses.replace(study.mesh, file=file))

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from fingerslip.errors import InputError
+from fingerslip.dotted import known_part
+from fingerslip.errors import InputError, Mistakes
+from fingerslip.mistakes import in_order
 from fingerslip.yaml_text import parse_document, to_text
 
-__all__ = ["read_mapping", "with_lines", "write_mapping"]
+__all__ = ["line_numbers", "read_mapping", "write_mapping"]
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
@@ -53,18 +56,31 @@ def write_mapping(mapping: Mapping[str, Any], path: Path, *, comment: str = "") 
     path.write_text(f"# {comment}\n{text}" if comment else text, encoding="utf-8")
 
 
-def with_lines(error: InputError, path: Path) -> InputError:
-    """Return the error with the lines of its mistakes in a file, sorted as they stand there.
+@contextlib.contextmanager
+def line_numbers(path: Path) -> Iterator[None]:
+    """Give the mistakes that are raised in the block their lines in a file, and the order in which they stand there.
 
     Parameters
     ----------
-    error : InputError
-        An error whose places begin with the name of the file.
     path : Path
-        The file.
+        The file, with whose name the mistakes begin.
     """
-    lines = parse_document(_read_text(path), str(path)).lines
-    return error
+    try:
+        yield
+    except InputError as error:
+        raise _with_lines(error, path) from None
+
+
+def _with_lines(error: InputError, path: Path) -> InputError:
+    front = f"{path}: "
+    try:
+        lines = parse_document(_read_text(path), str(path)).lines
+    except InputError:  # what cannot be read has no lines
+        return error
+    ordered = in_order(error.all, lines, front)
+    return Mistakes(
+        one.moved(lambda where: where, lines.get(known_part(one.where.removeprefix(front), lines))) for one in ordered
+    ).error()
 
 
 def _read_text(path: Path) -> str:

@@ -9,7 +9,7 @@ from fingerslip.dynamics.simulation import step_times
 from fingerslip.fe.space import build_space
 from fingerslip.model import Model
 from fingerslip.report.tables.table import Column, Table
-from fingerslip.study.running.runner import Plan, plan_study, prepare
+from fingerslip.study.running.runner import Plan, plan_studies, prepare
 
 __all__ = ["check_studies", "estimated_seconds"]
 
@@ -47,9 +47,9 @@ def check_studies(paths: Sequence[str | Path], results_dir: str | Path = "result
     Raises
     ------
     InputError
-        For the first mistake.
+        For all mistakes in the files; then for the first model that cannot be built.
     """
-    rows = [row for path in paths for row in _rows(plan_study(path, results_dir))]
+    rows = [row for plan in plan_studies(paths, results_dir) for row in _rows(plan)]
     seconds = sum(float(row[-1]) for row in rows if row[2] == "to do")
     note = (
         f"{len(rows)} run{'s' * (len(rows) != 1)}, about {max(seconds / 60, 0.1):.1f} min of computing in one process."

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.dynamics.system import check_model
-from fingerslip.errors import FingerslipError, InputError
+from fingerslip.errors import FingerslipError, InputError, Mistakes
 from fingerslip.files import clean_stale, remove_empty
-from fingerslip.published import published
 from fingerslip.report.tables.events import RunEvents
 from fingerslip.study.convergence.uncertainties import read_uncertainties
 from fingerslip.study.definition.spec import Study, read_study
 from fingerslip.study.definition.sweep import Run, expand
+from fingerslip.study.definition.yaml import line_numbers
 from fingerslip.study.running.build import build_mesh, build_model, located, mesh_key
 from fingerslip.study.running.compute import Job
 from fingerslip.study.running.pool import compute_all
@@ -28,6 +28,7 @@ __all__ = [
     "StudyFailedError",
     "StudyResult",
     "compute_jobs",
+    "plan_studies",
     "plan_study",
     "prepare",
     "run_studies",
@@ -121,13 +122,44 @@ def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
     Raises
     ------
     InputError
-        For the first mistake in the file or in a swept value.
+        For all mistakes in the file and in the swept values, in the order of the file.
     """
     source = Path(path)
     study = read_study(source)
-    _check_compare(study, source)
-    runs = expand(study, source)
+    with line_numbers(source):
+        runs = expand(study, source)
     return Plan(source, study, Path(results_dir) / source.stem, runs, {run.name: identity(run) for run in runs})
+
+
+def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results") -> tuple[Plan, ...]:
+    """Read several studies and plan their runs.
+
+    Parameters
+    ----------
+    paths : sequence of path
+        The study files.
+    results_dir : path, optional
+        Folder of the results of all studies.
+
+    Returns
+    -------
+    tuple of Plan
+        A plan for each study.
+
+    Raises
+    ------
+    InputError
+        For all mistakes in all files, and where the results of two studies would go to one folder.
+    """
+    mistakes, plans = Mistakes(), dict[Path, Plan]()
+    for path in paths:
+        with mistakes.collected():
+            plan = plan_study(path, results_dir)
+            twin = plans.setdefault(plan.folder, plan)
+            if twin is not plan:
+                raise InputError(str(plan.source), f"has the file name of {twin.source}", "needs a name of its own")
+    mistakes.raise_all()
+    return tuple(plans.values())
 
 
 def prepare(plan: Plan, runs: Sequence[Run]) -> tuple[Job, ...]:
@@ -198,8 +230,7 @@ def run_studies(
     """Run several studies, one after the other, after all of them are checked; see :func:`run_study`."""
     if workers < 1:
         raise InputError("workers", f"got {workers}", "needs a number >= 1")
-    plans = [plan_study(path, results_dir) for path in paths]
-    _check_folders(plans)
+    plans = plan_studies(paths, results_dir)
     finished = [{} if force else plan.finished() for plan in plans]
     jobs = [
         prepare(plan, [run for run in plan.runs if run.name not in there])
@@ -230,22 +261,6 @@ def _execute(
     computed = tuple(name for name in to_compute if name not in failures)
     result = StudyResult(plan.folder, plan.study.compare, write_up(plan), computed, unchanged)
     return result, {f"{plan.source.stem}/{name}": error for name, error in failures.items()}
-
-
-def _check_folders(plans: Sequence[Plan]) -> None:
-    """Refuse studies whose results would go to one folder."""
-    for place, plan in enumerate(plans):
-        twin = next((other for other in plans[:place] if other.folder == plan.folder), None)
-        if twin is not None:
-            raise InputError(str(plan.source), f"has the file name of {twin.source}", "needs a name of its own")
-
-
-def _check_compare(study: Study, source: Path) -> None:
-    for name in study.compare:
-        try:
-            published(name)
-        except InputError as error:
-            raise located(error, str(source)) from None
 
 
 def _job(plan: Plan, run: Run, meshes: dict[str, Any]) -> Job:
