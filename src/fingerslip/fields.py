@@ -61,16 +61,19 @@ def locate(cls: type, parts: Sequence[int | str]) -> Location:
     hint: Any = cls
     owner: type | None = None
     path: list[str] = []
-    for part in parts:
+    for part in _without_key_mark(parts):
         hint, _ = _plain(hint)
         if _members(hint):
             hint = _member(hint, part)
             continue
-        if part == "[key]" and path:  # a mistake in the key itself, which is in the path already
-            continue
         owner, name, hint = _inside(hint, part)
         path.append(name)
     return Location(tuple(path), owner, next(_units_in(hint), None))
+
+
+def _without_key_mark(parts: Sequence[int | str]) -> Sequence[int | str]:
+    """Leave out the mark behind a key that is wrong itself: it stands at the end, behind a key that is no text."""
+    return parts[:-1] if len(parts) > 1 and parts[-1] == "[key]" and not isinstance(parts[-2], str) else parts
 
 
 def _inside(hint: Any, part: int | str) -> tuple[type | None, str, Any]:

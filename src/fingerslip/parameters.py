@@ -49,7 +49,6 @@ __all__ = [
     "json_schema",
     "parameters",
     "plain_fields",
-    "unit_of",
     "valid_fields",
     "walk_quantities",
 ]

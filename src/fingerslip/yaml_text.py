@@ -147,8 +147,8 @@ def to_text(mapping: Mapping[str, Any]) -> str:
     """
     writer = YAML(typ="safe", pure=True)
     writer.Resolver = _CoreSchema
-    writer.default_flow_style = False  # type: ignore[assignment]
-    writer.sort_base_mapping_type_on_output = False
+    writer.default_flow_style = False
+    writer.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
     writer.width = 120
     writer.representer.ignore_aliases = _never_alias
     stream = io.StringIO()

@@ -77,6 +77,32 @@ def test_mistake_gives_one_error_and_nothing_is_written(
     assert contents(tmp_path) == before
 
 
+def test_every_mistake_is_a_line_with_its_line_in_the_file(
+    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path
+) -> None:
+    path = block(depth=1, formulation="plain", time={"step": "0 ms"}, sweep={"time.end": ["1 s", 2]})
+    before = contents(tmp_path)
+    result = invoke("run", path)
+    assert result.exit_code == 2
+    assert [re.sub(r" \(line \d+\)$", "", line) for line in result.stderr.splitlines()] == [
+        f"error: {path}: formulation: got 'plain', needs 'plane_strain', 'plane_stress' or 'solid'",
+        f"error: {path}: depth: '1' has no unit, needs a unit of [m]; write '1 mm' or '1 m'",
+        f"error: {path}: time.step: got '0 ms', needs a value > 0",
+        f"error: {path}: sweep.time.end.1: '2' has no unit, needs a unit of [s]; write '2 ms' or '2 s'",
+    ]
+    numbers = [int(number) for number in re.findall(r"\(line (\d+)\)", result.stderr)]
+    assert len(numbers) == 4
+    assert numbers == sorted(numbers)
+    assert contents(tmp_path) == before
+
+
+def test_mistakes_of_all_studies_come_together(invoke: Callable[..., Any], block: Callable[..., Path]) -> None:
+    path = block(depth=1)
+    result = invoke("check", path, "gone.yaml")
+    assert result.exit_code == 2
+    assert [line.split(": ")[1] for line in result.stderr.splitlines()] == [str(path), "gone.yaml"]
+
+
 def test_contact_outside_the_candidates(invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path) -> None:
     """A rounded bottom of which only the lowest nodes may touch is pressed flat."""
     contact = {"friction_coefficient": 0.6, "boundary": "bottom", "search_distance": "0.001 mm"}

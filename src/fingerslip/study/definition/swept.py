@@ -40,9 +40,9 @@ def _check_values(path: str, values: Sequence[Any], sweep: Mapping[str, Any]) ->
     if not values:
         raise InputError(path, "has no values", "needs a list such as [0.2, 0.4]")
     plain = [_without_spaces(value) for value in values]
-    repeated = next((value for number, value in enumerate(values) if plain[number] in plain[:number]), None)
-    if repeated is not None:
-        raise InputError(path, f"has {repeated!r} twice", "needs every value once")
+    repeated = [value for number, value in enumerate(values) if plain[number] in plain[:number]]
+    if repeated:
+        raise InputError(path, f"has {repeated[0]!r} twice", "needs every value once")
     inside = next((other for other in sweep if path != other and is_below(path, other)), None)
     if inside is not None:
         raise InputError(path, f"is a part of the swept '{inside}'", "needs paths apart from each other")
@@ -114,11 +114,15 @@ def swept_mistakes(
     judged = [path for path in study["sweep"] if path.partition(".")[0] not in wrong_fields]
     unknown = list(_unknown_paths(judged, [path for paths in known_paths.values() for path in paths]))
     misnamed = {mistake.where.removeprefix("sweep.") for mistake in unknown}
-    sweep = {path: values for path, values in study["sweep"].items() if path not in misnamed}
+    sweep = {
+        path: values
+        for path, values in study["sweep"].items()
+        if path not in misnamed and _can_be_assigned(study, path, values)
+    }
     before = {_content(mistake) for mistake in known_mistakes}
     found: dict[tuple[str, ...], InputError] = {}
     for swept in combinations(sweep):
-        for mistake in _mistakes_with(study, swept, mistakes_of):
+        for mistake in mistakes_of(with_values(study, swept)):
             if _content(mistake) not in before:
                 placed = _placed(mistake, swept, sweep)
                 found.setdefault((placed.where, *_content(mistake)), placed)
@@ -133,11 +137,13 @@ def _unknown_paths(paths: Sequence[str], known: Sequence[str]) -> Iterator[Input
             yield InputError(f"sweep.{path}", "is not known", "needs the dotted path of a value of the study", repair)
 
 
-def _mistakes_with(study: Mapping[str, Any], swept: Mapping[str, Any], mistakes_of: _Check) -> Sequence[InputError]:
+def _can_be_assigned(study: Mapping[str, Any], path: str, values: Sequence[Any]) -> bool:
+    """Tell whether a path leads somewhere; it may not where a field is wrong itself."""
     try:
-        return mistakes_of(with_values(study, swept))
-    except LookupError:  # a path into a field that is wrong itself
-        return ()
+        with_values(study, {path: values[0]})
+    except LookupError:
+        return False
+    return True
 
 
 def _placed(mistake: InputError, swept: Mapping[str, Any], sweep: Mapping[str, Sequence[Any]]) -> InputError:

@@ -169,6 +169,8 @@ def located(error: InputError, where: str, study: Study | None = None) -> InputE
         The study, which says how its contacts are written; without it there is one contact, in its short form.
     """
     source = where.partition(" (")[0]
+    if all(one.where.startswith(source) for one in error.all):
+        return error
 
     def named(place: str) -> str:
         if place.startswith(source):

@@ -187,7 +187,7 @@ def test_studies_of_one_name_are_refused(write_study: Write) -> None:
 
 def test_unknown_published_table_is_refused(write_study: Write) -> None:
     path = write_study(block_values() | {"compare": ["wang2014-table3"]})
-    with pytest.raises(InputError, match=r"block\.yaml: compare: .*did you mean 'wang2014-table2'\?"):
+    with pytest.raises(InputError, match=r"block\.yaml: compare\.0: .*did you mean 'wang2014-table2'\?"):
         plan_study(path)
 
 
