@@ -194,9 +194,7 @@ def run_study(
     results_dir : path, optional
         Results go to a folder in it that is called like the study file.
     workers : int, optional
-        How many cores are used: by so many runs at once, each in a process of its own, or by one large run alone.
-        A script that asks for more than one must be importable: its call stands under
-        ``if __name__ == "__main__":``.
+        Number of cores: so many runs are computed at once, each in its own process, or one large run on all.
     force : bool, optional
         Compute finished runs again too.
     progress : StudyProgress, optional
