@@ -19,7 +19,7 @@ ROWS = (
 )
 LAYERS = [name for row in ROWS for name in row.split()]
 # The package's face names everything lazily, and the entry point calls the command line.
-FACES = {"__init__", "__main__"}
+FACES = {"__init__", "__main__", "version"}
 # Looks for missing system libraries, so it must work where the package itself cannot be loaded.
 ALONE = {"installation"}
 

@@ -38,7 +38,11 @@ def test_the_main_module_is_there_again_behind_the_block() -> None:
 
 @pytest.mark.parametrize(
     "arguments",
-    [["script.py"], pytest.param(["-"], marks=pytest.mark.slow), pytest.param(["-m", "script"], marks=pytest.mark.slow)],
+    [
+        ["script.py"],
+        pytest.param(["-"], marks=pytest.mark.slow),
+        pytest.param(["-m", "script"], marks=pytest.mark.slow),
+    ],
     ids=["script", "standard input", "module"],
 )
 def test_a_script_without_a_main_guard_runs_a_study_with_several_workers(
