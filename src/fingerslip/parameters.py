@@ -82,8 +82,8 @@ _FROM_TEXT = MappingProxyType({"from_text": True})
 def parameters(cls: type[T]) -> type[T]:
     """Make `cls` a frozen, checked dataclass whose mistakes raise :class:`InputError`.
 
-    A class whose fields were renamed says so in ``RENAMED``, a class variable that maps old names to new ones. The old
-    names are then still read, from Python and from files, with a FutureWarning.
+    A class whose fields were renamed has the class variable ``RENAMED``, which maps old names to new ones. The old
+    names are still read, from Python and from files, with a FutureWarning.
     """
     renamed: Mapping[str, str] = getattr(cls, "RENAMED", {})
     if renamed:
@@ -116,7 +116,9 @@ def _with_new_names(cls: Any, given: Any) -> Any:
     for old in old_names:
         new = cls.RENAMED[old]
         if new in values:
-            raise InputError(old, f"stands beside {new}, its new name", "needs one of the two", f"leave {old} out")
+            raise InputError(
+                old, f"is given together with {new}, its new name", "needs one of the two", f"leave {old} out"
+            )
         warn_renamed(old, new)
         values[new] = values.pop(old)
     return ArgsKwargs(given.args, values) if isinstance(given, ArgsKwargs) else values

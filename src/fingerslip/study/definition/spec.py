@@ -99,11 +99,11 @@ class Study:
         Element sizes of the section; with `element` T4 or T10 those of the fingertip in space; or `file` for a mesh
         that is read, or `skin` and more for one built from the surfaces of a scan.
     contact : ContactSettings, optional
-        Contact with one rigid body, a plate where nothing else is said.
+        Contact with one counterface, by default a plate.
     contacts : tuple of ContactSettings
-        Contacts with several bodies, instead of `contact`.
+        Contacts with several counterfaces, instead of `contact`.
     programme : tuple of ProgrammeEntry
-        Motion of the bodies that have none of their own.
+        Motion of the counterfaces that have none of their own.
     damping : RayleighDamping
         Material damping.
     integration : {'selective', 'full', 'nodal'}
@@ -111,9 +111,9 @@ class Study:
     record : RecordSettings
         What is recorded.
     materials : mapping of str to Elastic
-        Materials by region; they go before those of the fingertip.
+        Materials by region; they replace those of the fingertip.
     supports : mapping of str to tuple of {'x', 'y', 'z'}
-        Fixed boundaries or regions; without them the phalanx of the fingertip is held.
+        Fixed components by boundary or region; without them the phalanx of the fingertip is fixed.
     tractions : mapping of str to tuple of float or Traction
         Dead loads on boundaries [Pa], constant, or `value` with a `ramp` over time.
     gravity : tuple of float, optional
@@ -127,7 +127,7 @@ class Study:
     sweep : mapping of str to tuple
         Values by dotted path; the runs are all combinations, the first path varies slowest.
     compare : tuple of str
-        Published tables that the results are shown beside.
+        Published tables with which the results are compared.
     converge : RefinementSettings
         How ``fingerslip converge`` refines the runs.
     """
@@ -164,7 +164,9 @@ class Study:
 
 def _one_contact_or_several(contact: ContactSettings | None, contacts: tuple[ContactSettings, ...]) -> None:
     if contact is not None and contacts:
-        raise InputError("contacts", "stands beside contact", "needs one of the two", "move contact into contacts")
+        raise InputError(
+            "contacts", "is given together with contact", "needs one of the two", "move contact into contacts"
+        )
 
 
 def _a_fingertip_or_a_mesh(fingertip: object, mesh: MeshSettings) -> None:
@@ -189,10 +191,12 @@ def _depth_of_a_body(
 
 def _no_receptors_in_a_body(fingertip: object, mesh: MeshSettings, record: RecordSettings) -> None:
     if fingertip is None and _is_given(mesh) and record.receptors:
-        raise InputError("record.receptors", "without a fingertip", "needs a fingertip", "name points in record.sites")
+        raise InputError(
+            "record.receptors", "is given without a fingertip", "needs a fingertip", "name points in record.sites"
+        )
 
 
-#: What is held of several fields together: each check is made where the fields that it names are right.
+#: Checks of several fields together. Each is made where the fields that its arguments name are right on their own.
 _CHECKS: tuple[Callable[..., None], ...] = (
     _one_contact_or_several,
     _a_fingertip_or_a_mesh,
@@ -215,12 +219,12 @@ def _mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
 
 
 def _is_given(mesh: MeshSettings) -> bool:
-    """Tell whether a mesh is that of any body, and not made of a fingertip's shape."""
+    """Tell whether a mesh is read or made of a scan, and not of a fingertip's shape."""
     return isinstance(mesh, MeshFile | SurfaceMesh)
 
 
 def _check_body(name: str, value: object, fingertip: object, mesh: MeshSettings) -> None:
-    """Hold that a body that is no fingertip says itself what a fingertip would say."""
+    """Require a value that only a fingertip could provide instead."""
     if fingertip is None and _is_given(mesh) and not value:
         raise InputError(name, "is missing", "needs a value where there is no fingertip")
 

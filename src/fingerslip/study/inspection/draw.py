@@ -1,4 +1,4 @@
-"""The picture of a preset's or a study's fingertip in a file."""
+"""``fingerslip show --figure``: a picture of the fingertip of a preset or a study."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writing the mesh of a study or of a preset."""
+"""``fingerslip mesh``: the mesh of a study or of a preset in a file, and the quality of its cells."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _COLUMNS = (
 
 
 def save_and_show(target: str, path: Path | None = None) -> tuple[Table, ...]:
-    """Write the mesh of a study (of its first run) or of a preset, and say what is to be known of it.
+    """Write the mesh of a study (of its first run) or of a preset, and return tables of its quality.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Presets, studies and results as tables for people."""
+"""``fingerslip show``: presets, studies and results as tables."""
 
 from __future__ import annotations
 

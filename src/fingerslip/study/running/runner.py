@@ -1,4 +1,4 @@
-"""Running a study: every run checked before the first is computed, none computed twice, none left half done."""
+"""Running studies: every run is checked before the first is computed, none is computed twice or left half done."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def run_study(
 ) -> StudyResult:
     """Run a study.
 
-    Runs that are finished with the same inputs are not computed again, so an interrupted study goes on where
+    Runs that are finished with the same inputs are not computed again, so an interrupted study continues where
     it stopped. Nothing is written before all inputs are checked.
 
     Parameters
@@ -192,13 +192,13 @@ def run_study(
     path : path
         The study file.
     results_dir : path, optional
-        Results go to a folder in it that is called like the study file.
+        Folder that holds a folder for each study, named like its file.
     workers : int, optional
         Number of cores: so many runs are computed at once, each in its own process, or one large run on all.
     force : bool, optional
         Compute finished runs again too.
     progress : StudyProgress, optional
-        Is told how far the study is.
+        Receives the progress of the study; without it nothing is shown.
 
     Returns
     -------
@@ -208,7 +208,7 @@ def run_study(
     Raises
     ------
     InputError
-        For a mistake in the study, before anything is written.
+        For all mistakes in the study, before anything is written.
     StudyFailedError
         Where runs failed, after the others are finished.
     ResultError
@@ -285,7 +285,7 @@ def compute_jobs(plan: Plan, jobs: Sequence[Job], workers: int, progress: StudyP
     workers : int
         How many at once.
     progress : StudyProgress
-        Is told how far they are.
+        Receives the progress of the runs.
 
     Returns
     -------
