@@ -116,9 +116,7 @@ def _with_new_names(cls: Any, given: Any) -> Any:
     for old in old_names:
         new = cls.RENAMED[old]
         if new in values:
-            raise InputError(
-                old, f"is given together with {new}, its new name", "needs one of the two", f"leave {old} out"
-            )
+            raise InputError(old, f"is given with {new}, its new name", "needs one of the two", f"leave {old} out")
         warn_renamed(old, new)
         values[new] = values.pop(old)
     return ArgsKwargs(given.args, values) if isinstance(given, ArgsKwargs) else values

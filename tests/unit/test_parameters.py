@@ -183,9 +183,9 @@ def test_old_names_are_read_with_a_warning() -> None:
 
 
 def test_old_and_new_name_together_are_refused() -> None:
-    with pytest.raises(InputError, match="breadth: is given together with width, its new name"):
+    with pytest.raises(InputError, match="breadth: is given with width, its new name"):
         Renamed(width=1.0, breadth=0.5)  # type: ignore[call-arg]
-    with pytest.raises(InputError, match=r"x.yaml: part.breadth: is given together with width"):
+    with pytest.raises(InputError, match=r"x.yaml: part.breadth: is given with width"):
         from_mapping(Around, {"part": {"breadth": "50 cm", "width": "1 m"}}, "x.yaml")
 
 

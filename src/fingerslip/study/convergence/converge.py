@@ -22,16 +22,9 @@ from fingerslip.study.convergence.uncertainties import (
     write_convergences,
 )
 from fingerslip.study.definition.sweep import Run
+from fingerslip.study.running.plan import Plan, plan_study
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
-from fingerslip.study.running.runner import (
-    Plan,
-    StudyFailedError,
-    compute_jobs,
-    plan_study,
-    prepare,
-    run_studies,
-    write_up,
-)
+from fingerslip.study.running.runner import StudyFailedError, compute_jobs, prepare, run_studies, write_up
 from fingerslip.study.storage.store import identity, read_result
 from fingerslip.uncertainty import Convergence, Series
 

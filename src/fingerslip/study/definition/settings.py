@@ -214,9 +214,9 @@ class ContactSettings:
         if self.friction_coefficient is None and self.friction is None:
             raise InputError("friction_coefficient", "is missing", "needs a value", "or give another law in friction")
         if self.friction_coefficient is not None and self.friction is not None:
-            raise InputError("friction", "is given together with friction_coefficient", "needs one of the two")
+            raise InputError("friction", "is given with friction_coefficient", "needs one of the two")
         if self.counterface is not None and (self.offset is not None or self.normal != _UPWARDS):
-            found = "is given together with normal or offset"
+            found = "is given with normal or offset"
             raise InputError("counterface", found, "needs them inside it", "move them into counterface")
         if self.counterface is None:
             _check_plane(self)

@@ -164,9 +164,7 @@ class Study:
 
 def _one_contact_or_several(contact: ContactSettings | None, contacts: tuple[ContactSettings, ...]) -> None:
     if contact is not None and contacts:
-        raise InputError(
-            "contacts", "is given together with contact", "needs one of the two", "move contact into contacts"
-        )
+        raise InputError("contacts", "is given with contact", "needs one of the two", "move contact into contacts")
 
 
 def _a_fingertip_or_a_mesh(fingertip: object, mesh: MeshSettings) -> None:

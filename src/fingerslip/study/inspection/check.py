@@ -9,7 +9,8 @@ from fingerslip.dynamics.simulation import step_times
 from fingerslip.fe.space import build_space
 from fingerslip.model import Model
 from fingerslip.report.tables.table import Column, Table
-from fingerslip.study.running.runner import Plan, plan_studies, prepare
+from fingerslip.study.running.plan import Plan, plan_studies
+from fingerslip.study.running.runner import prepare
 
 __all__ = ["check_studies", "estimated_seconds"]
 

@@ -8,7 +8,7 @@ from fingerslip.errors import InputError
 from fingerslip.files import writing
 from fingerslip.report.figures.fingertip import fingertip_figure
 from fingerslip.specimens.fingertip import Fingertip, preset
-from fingerslip.study.running.runner import plan_study
+from fingerslip.study.running.plan import plan_study
 
 __all__ = ["draw_fingertip"]
 

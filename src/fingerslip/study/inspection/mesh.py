@@ -19,7 +19,7 @@ from fingerslip.specimens.fingertip import Fingertip, preset, preset_names
 from fingerslip.study.definition.scans import scan_tables
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import build_mesh, located
-from fingerslip.study.running.runner import plan_study
+from fingerslip.study.running.plan import plan_study
 
 __all__ = ["save_and_show", "save_mesh"]
 

@@ -76,7 +76,7 @@ def test_resolved_run_reads_back_the_same() -> None:
     [
         (
             {"friction_coefficient": 0.6, "friction": DROP},
-            "contact.friction: is given together with friction_coefficient, needs one of the two",
+            "contact.friction: is given with friction_coefficient, needs one of the two",
         ),
         (
             {"friction": {"static_kinetic": {"static": 0.8, "kinetic": 0.5, "decay": "1 mm/s"}}},
@@ -117,7 +117,7 @@ def test_resolved_run_reads_back_the_same() -> None:
         ),
         (
             {"friction": DROP, "counterface": BALL, "offset": "1 mm"},
-            "contact.counterface: is given together with normal or offset, needs them inside it; move them into counterface",
+            "contact.counterface: is given with normal or offset, needs them inside it; move them into counterface",
         ),
         (
             {"friction": DROP, "normal": [0, 0]},
@@ -146,7 +146,7 @@ def test_mistake_in_a_contact_is_named_with_its_mend(values: dict[str, Any], mes
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"contacts": [{"friction": DROP}]}, "contacts: is given together with contact, needs one of the two"),
+        ({"contacts": [{"friction": DROP}]}, "contacts: is given with contact, needs one of the two"),
         ({"time": {"step": "1 ms", "scheme": "static"}}, "time.scheme: got 'static', needs 'hht_alpha' or"),
         (
             {"time": {"step": "1 ms", "scheme": "quasi_static", "alpha": -0.1}},

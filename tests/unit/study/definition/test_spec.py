@@ -247,7 +247,7 @@ def test_fields_that_are_missing_together_come_with_mistakes_elsewhere() -> None
         parse_study(values, SOURCE)
     assert [(error.where.removeprefix("studies/x.yaml: "), error.found) for error in caught.value.all] == [
         ("time.step", "'3' has no unit"),
-        ("contacts", "is given together with contact"),
+        ("contacts", "is given with contact"),
         *((name, "is missing") for name in ("materials", "formulation", "depth")),
     ]
 
