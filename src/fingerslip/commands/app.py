@@ -14,7 +14,7 @@ from fingerslip import commands
 from fingerslip.commands.shared import exit_code, print_error
 from fingerslip.errors import FingerslipError
 
-__all__ = ["app"]
+__all__ = ["app", "command_line"]
 
 _HELP = """When does a surface that a fingertip holds begin to slip, and how long is there to react?
 
@@ -50,16 +50,6 @@ class _Verbs(TyperGroup):
             raise typer.Exit(exit_code(error)) from None
 
 
-app = typer.Typer(
-    cls=_Verbs,
-    help=_HELP,
-    epilog=_EPILOG,
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-
-
 def _print_version(wanted: bool) -> None:
     if wanted:
         from fingerslip import __version__
@@ -68,8 +58,7 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
-def options(
+def _options(
     version: Annotated[
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version and exit.")
     ] = False,
@@ -79,11 +68,26 @@ def options(
 
 
 def _verbs() -> Iterator[Callable[..., Any]]:
-    """Yield the function of each verb, which is called like its file."""
+    """Yield the function of each verb, which has the name of its file."""
     for module in pkgutil.iter_modules(commands.__path__):
         if module.name not in _NOT_VERBS:
             yield getattr(importlib.import_module(f"{commands.__name__}.{module.name}"), module.name)
 
 
-for _verb in _verbs():
-    app.command()(_verb)
+def command_line() -> typer.Typer:
+    """Return the command line, with a verb for each file of this folder."""
+    made = typer.Typer(
+        cls=_Verbs,
+        help=_HELP,
+        epilog=_EPILOG,
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    made.callback()(_options)
+    for verb in _verbs():
+        made.command()(verb)
+    return made
+
+
+app = command_line()
