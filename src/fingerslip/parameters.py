@@ -144,6 +144,11 @@ def from_mapping(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
     where : str, optional
         What errors put first: the file's name, with a colon and a path in it where `values` is a part of the file.
 
+    Returns
+    -------
+    cls
+        The parameter set.
+
     Raises
     ------
     InputError

@@ -262,6 +262,11 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     source : Path
         Its file, which errors name and to which the path of a mesh file is relative.
 
+    Returns
+    -------
+    Study
+        The study; the path of a mesh file in it is absolute.
+
     Raises
     ------
     InputError

@@ -13,7 +13,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.dotted import assign
+from fingerslip.dotted import assign, walk
 from fingerslip.errors import InputError
 from fingerslip.model import Press, Slide
 from fingerslip.study.definition.spec import MeshFile, Study, parse_study, read_study, study_mapping, study_schema
@@ -224,6 +224,27 @@ def test_every_mistake_of_a_file_is_told_in_its_order_with_its_line(
     for error in told:
         value = str(LEAVES[error.where.removeprefix(f"{file}: ")])
         assert value in text[error.line - 1], "the line is that of the wrong value"
+
+
+odd = st.sampled_from(
+    [None, True, -1, 10**299, float("nan"), "", "1 s", "1 mm mm", "1 (m", [], [None], {}, {"": 1}, [{}]]
+)
+
+
+@given(path=st.sampled_from(list(walk(whole()))), value=odd, swept=st.booleans())
+def test_any_value_anywhere_gives_a_study_or_clear_errors(path: str, value: object, swept: bool) -> None:
+    values = whole()
+    if swept:
+        values["sweep"] |= {path: [value]}
+    elif not path.startswith("sweep."):
+        assign(values, path, value)
+    try:
+        found: Any = parse_study(values, SOURCE)
+    except InputError as error:
+        found = error
+    if not isinstance(found, Study):
+        assert len(str(found).splitlines()) == len(found.all)
+        assert all(one.where.startswith("studies/x.yaml") for one in found.all)
 
 
 def test_missing_units_come_together() -> None:
