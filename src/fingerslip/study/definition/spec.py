@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -30,6 +29,7 @@ from fingerslip.parameters import (
 )
 from fingerslip.published import published
 from fingerslip.specimens.fingertip import Fingertip, fingertip_from
+from fingerslip.study.definition.relations import mistakes_between
 from fingerslip.study.definition.scans import beside
 from fingerslip.study.definition.settings import (
     ContactSettings,
@@ -154,77 +154,12 @@ class Study:
     converge: RefinementSettings = RefinementSettings()
 
     def __post_init__(self) -> None:
-        Mistakes(_mistakes_between(vars(self))).raise_all()
+        Mistakes(mistakes_between(vars(self))).raise_all()
 
     @property
     def all_contacts(self) -> tuple[ContactSettings, ...]:
         """The contacts, whether one or several."""
         return self.contacts if self.contact is None else (self.contact,)
-
-
-def _one_contact_or_several(contact: ContactSettings | None, contacts: tuple[ContactSettings, ...]) -> None:
-    if contact is not None and contacts:
-        raise InputError("contacts", "is given with contact", "needs one of the two", "move contact into contacts")
-
-
-def _a_fingertip_or_a_mesh(fingertip: object, mesh: MeshSettings) -> None:
-    if fingertip is None and not _is_given(mesh):
-        raise InputError("fingertip", "is missing", "needs a preset, or mesh.file for a body that is no fingertip")
-
-
-def _materials_of_a_body(fingertip: object, mesh: MeshSettings, materials: Mapping[str, Elastic]) -> None:
-    _check_body("materials", materials, fingertip, mesh)
-
-
-def _formulation_of_a_body(fingertip: object, mesh: MeshSettings, formulation: Formulation | None) -> None:
-    _check_body("formulation", formulation, fingertip, mesh)
-
-
-def _depth_of_a_body(
-    fingertip: object, mesh: MeshSettings, formulation: Formulation | None, depth: float | None
-) -> None:
-    if formulation != "solid":
-        _check_body("depth", depth, fingertip, mesh)
-
-
-def _no_receptors_in_a_body(fingertip: object, mesh: MeshSettings, record: RecordSettings) -> None:
-    if fingertip is None and _is_given(mesh) and record.receptors:
-        raise InputError(
-            "record.receptors", "is given without a fingertip", "needs a fingertip", "name points in record.sites"
-        )
-
-
-#: Checks of several fields together. Each is made where the fields that its arguments name are right on their own.
-_CHECKS: tuple[Callable[..., None], ...] = (
-    _one_contact_or_several,
-    _a_fingertip_or_a_mesh,
-    _materials_of_a_body,
-    _formulation_of_a_body,
-    _depth_of_a_body,
-    _no_receptors_in_a_body,
-)
-
-
-def _mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
-    """Return the mistakes in the relations between those fields of a study that are there."""
-    mistakes = Mistakes()
-    for check in _CHECKS:
-        names = inspect.signature(check).parameters
-        if names.keys() <= fields.keys():
-            with mistakes.collected():
-                check(**{name: fields[name] for name in names})
-    return mistakes.found
-
-
-def _is_given(mesh: MeshSettings) -> bool:
-    """Tell whether a mesh is read or made of a scan, and not of a fingertip's shape."""
-    return isinstance(mesh, MeshFile | SurfaceMesh)
-
-
-def _check_body(name: str, value: object, fingertip: object, mesh: MeshSettings) -> None:
-    """Require a value that only a fingertip could provide instead."""
-    if fingertip is None and _is_given(mesh) and not value:
-        raise InputError(name, "is missing", "needs a value where there is no fingertip")
 
 
 def read_study(path: str | Path) -> Study:
@@ -286,7 +221,7 @@ def _mistakes_of(mapping: Mapping[str, Any]) -> list[InputError]:
     try:
         from_mapping(Study, mapping)
     except InputError as error:
-        return [*error.all, *_mistakes_between(valid_fields(Study, mapping))]
+        return [*error.all, *mistakes_between(valid_fields(Study, mapping))]
     return []
 
 

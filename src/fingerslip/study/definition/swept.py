@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from fingerslip.dotted import assign, is_below, joined, nearest
@@ -119,14 +119,24 @@ def swept_mistakes(
         for path, values in study["sweep"].items()
         if path not in misnamed and _can_be_assigned(study, path, values)
     }
-    before = {_content(mistake) for mistake in known_mistakes}
+    return [*unknown, *_mistakes_of_runs(study, sweep, known_mistakes, mistakes_of)]
+
+
+def _mistakes_of_runs(
+    study: Mapping[str, Any],
+    sweep: Mapping[str, Sequence[Any]],
+    known_mistakes: Sequence[InputError],
+    mistakes_of: _Check,
+) -> Iterable[InputError]:
+    """Return the mistakes that runs have and the study has not."""
+    known = {_content(mistake) for mistake in known_mistakes}
     found: dict[tuple[str, ...], InputError] = {}
     for swept in combinations(sweep):
         for mistake in mistakes_of(with_values(study, swept)):
-            if _content(mistake) not in before:
+            if _content(mistake) not in known:
                 placed = _placed(mistake, swept, sweep)
                 found.setdefault((placed.where, *_content(mistake)), placed)
-    return [*unknown, *found.values()]
+    return found.values()
 
 
 def _unknown_paths(paths: Sequence[str], known: Sequence[str]) -> Iterator[InputError]:

@@ -260,19 +260,6 @@ def test_missing_units_come_together() -> None:
     assert all("has no unit" in error.found for error in caught.value.all)
 
 
-def test_fields_that_are_missing_together_come_with_mistakes_elsewhere() -> None:
-    values = block_values() | {"time": {"step": 3}, "contacts": [{"friction_coefficient": 0.1}]}
-    for name in ("materials", "formulation", "depth"):
-        del values[name]
-    with pytest.raises(InputError) as caught:
-        parse_study(values, SOURCE)
-    assert [(error.where.removeprefix("studies/x.yaml: "), error.found) for error in caught.value.all] == [
-        ("time.step", "'3' has no unit"),
-        ("contacts", "is given with contact"),
-        *((name, "is missing") for name in ("materials", "formulation", "depth")),
-    ]
-
-
 @pytest.mark.parametrize(
     ("path", "nearest"),
     [
@@ -288,19 +275,6 @@ def test_unknown_key_is_refused_with_the_nearest(path: str, nearest: str) -> Non
         parse_study(changed(path, 1), SOURCE)
     assert caught.value.where == f"studies/x.yaml: {path}"
     assert caught.value.repair == f"did you mean '{nearest}'?"
-
-
-@pytest.mark.parametrize("name", ["materials", "formulation", "depth"])
-def test_body_that_is_no_fingertip_says_everything_itself(name: str) -> None:
-    values = block_values()
-    del values[name]
-    with pytest.raises(InputError, match=rf"x\.yaml: {name}: is missing, needs a value where there is no fingertip"):
-        parse_study(values, SOURCE)
-
-
-def test_receptors_need_a_fingertip() -> None:
-    with pytest.raises(InputError, match="name points in record"):
-        parse_study(block_values() | {"record": {"receptors": ["FA-I"]}}, SOURCE)
 
 
 def test_mesh_file_is_relative_to_the_study(tmp_path: Path) -> None:
