@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
-from fingerslip.fields import locate, type_hints, unit_of
+from fingerslip.fields import current_path, locate, type_hints, unit_of
 from fingerslip.materials.elastic import Elastic
 from fingerslip.parameters import PositiveLength, from_mapping, parameters
 from fingerslip.study.definition.spec import Study
@@ -108,3 +108,18 @@ def test_a_loaded_boundary_may_have_any_name(name: str) -> None:
     with pytest.raises(InputError) as caught:
         from_mapping(Study, values)
     assert caught.value.where == f"tractions.{name}.value.0"
+
+
+@pytest.mark.parametrize(
+    ("path", "current"),
+    [
+        ("contact.reach", "contact.search_distance"),
+        ("contacts.1.body.cylinder.radius", "contacts.1.counterface.cylinder.radius"),
+        ("contact.search_distance", "contact.search_distance"),
+        ("body.reach", "body.reach"),
+        ("tractions.body.value", "tractions.body.value"),
+        ("fingertip.body", "fingertip.body"),
+    ],
+)
+def test_paths_get_the_new_names_of_renamed_fields_and_nothing_else(path: str, current: str) -> None:
+    assert current_path(Study, path) == current

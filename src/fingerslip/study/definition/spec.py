@@ -10,7 +10,8 @@ from typing import Annotated, Any
 import pydantic
 
 from fingerslip.dotted import walk
-from fingerslip.errors import InputError, Mistakes
+from fingerslip.errors import InputError, Mistakes, warn_renamed
+from fingerslip.fields import current_path
 from fingerslip.materials.elastic import Elastic, RayleighDamping
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.sizes import MeshSizes
@@ -207,6 +208,7 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     InputError
         For all mistakes, in the order of `mapping`.
     """
+    mapping = _with_current_sweep(mapping)
     mistakes = _mistakes_of(mapping)
     if mapping.get("sweep"):
         mistakes += swept_mistakes(_completed(mapping), mistakes, known_paths(mapping), _mistakes_of)
@@ -214,6 +216,18 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
         error = Mistakes(in_order(mistakes, walk(mapping))).error()
         raise error.moved(lambda where: f"{source}: {where}" if where else str(source))
     return _with_files_beside(from_mapping(Study, mapping), source)
+
+
+def _with_current_sweep(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a study whose sweep has the new names of fields that were renamed."""
+    sweep = mapping.get("sweep")
+    if not isinstance(sweep, Mapping):
+        return mapping
+    paths = {path: current_path(Study, str(path)) for path in sweep}
+    for old, new in paths.items():
+        if old != new:
+            warn_renamed(f"sweep.{old}", f"sweep.{new}")
+    return {**mapping, "sweep": {paths[path]: values for path, values in sweep.items()}}
 
 
 def _mistakes_of(mapping: Mapping[str, Any]) -> list[InputError]:
