@@ -59,7 +59,7 @@ def march(
             moving = [number for number, own in enumerate(times) if step < own.size]
             shifts = {number: counterfaces[number][step] for number in moving}
             time = float(times[moving[0]][step])
-            _advance_different(steppers, states, alike, shifts, time=time, watch=watch, mapper=mapper)
+            states = _advance_different(steppers, states, alike, shifts, time=time, watch=watch, mapper=mapper)
             with watch.part("recording"):
                 for number in moving:
                     _check_outside(steppers[number].system, states[number])
@@ -70,20 +70,20 @@ def march(
 
 def _advance_different(
     steppers: Sequence[Stepper],
-    states: list[State],
+    states: Sequence[State],
     alike: Sequence[int],
     shifts: dict[int, Array],
     *,
     time: float,
     watch: Stopwatch,
     mapper: Mapper,
-) -> None:
-    """Take one step, in place, of all motions that `shifts` has; those that are still the same are computed once."""
+) -> list[State]:
+    """Return all states after one step of the motions in `shifts`; those that are still the same are computed once."""
     groups: dict[tuple[int, int, bytes], list[int]] = {}
     for number, shift in shifts.items():
         groups.setdefault((alike[number], id(states[number]), shift.tobytes()), []).append(number)
     first = [members[0] for members in groups.values()]
-    after = advance(
+    advanced = advance(
         [steppers[number] for number in first],
         [states[number] for number in first],
         time,
@@ -91,9 +91,8 @@ def _advance_different(
         watch=watch,
         mapper=mapper,
     )
-    for members, state in zip(groups.values(), after, strict=True):
-        for number in members:
-            states[number] = state
+    after = {number: state for members, state in zip(groups.values(), advanced, strict=True) for number in members}
+    return [after.get(number, state) for number, state in enumerate(states)]
 
 
 def _displacements(system: System, times: Array) -> Array:

