@@ -113,7 +113,7 @@ def test_joining_keeps_order_and_bodies():
     assert node_operator(none.nodes, 2, 12).shape == (0, 12)
 
 
-def test_outsiders_that_touch_are_refused_with_place_and_way_out():
+def test_outsiders_that_touch_are_refused_with_their_position_and_a_remedy():
     with pytest.raises(SlipOutsideContactError, match=r"0.25 s: node 4 at \(2000, 400\) mm .* larger search_distance"):
         check_outsiders(np.array([0.1, -1e-6]), np.array([0, 4]), POSITIONS[[0, 4]], 0.25)
     check_outsiders(np.array([0.1, 0.0]), np.array([0, 4]), POSITIONS[[0, 4]], 0.25)

@@ -34,12 +34,12 @@ def test_the_direction_of_a_plane_knows_no_length(normal, length):
     np.testing.assert_allclose(longer.unit_normal, plane.unit_normal, atol=1e-12)
 
 
-@given(normal=directions, way=st.floats(-2.0, 2.0), aside=st.floats(-2.0, 2.0))
-def test_a_point_that_moves_along_the_plane_keeps_its_gap(normal, way, aside):
+@given(normal=directions, travel=st.floats(-2.0, 2.0), aside=st.floats(-2.0, 2.0))
+def test_a_point_that_moves_along_the_plane_keeps_its_gap(normal, travel, aside):
     plane, point = Plane(normal=normal, offset=0.1), np.array([0.3, -0.7])
-    moved = point + way * plane.unit_normal + aside * plane.unit_normal[::-1] * [1.0, -1.0]
+    moved = point + travel * plane.unit_normal + aside * plane.unit_normal[::-1] * [1.0, -1.0]
     before, after = plane.gap(np.array([point, moved]))
-    assert after - before == pytest.approx(way, abs=1e-12)
+    assert after - before == pytest.approx(travel, abs=1e-12)
 
 
 @given(normal=directions)

@@ -91,10 +91,10 @@ def free_oscillation(scheme, mass, stiffness, start, steps):
 
 @settings(deadline=None, derandomize=True)
 @given(st.floats(-0.5, 0.0), st.floats(0.05, 20.0), st.floats(-1.0, 1.0), st.floats(-1.0, 1.0))
-def test_dissipation_of_the_scheme_is_the_energy_that_a_free_oscillator_loses(alpha, step, place, speed):
+def test_dissipation_of_the_scheme_is_the_energy_that_a_free_oscillator_loses(alpha, step, position, speed):
     scheme = hht(step, alpha)
-    pairs = np.array(list(free_oscillation(scheme, 2.0, 3.0, (place, speed), 12)))
-    scale = 2.0 * speed**2 + 3.0 * place**2
+    pairs = np.array(list(free_oscillation(scheme, 2.0, 3.0, (position, speed), 12)))
+    scale = 2.0 * speed**2 + 3.0 * position**2
     np.testing.assert_allclose(pairs[:, 0], pairs[:, 1], atol=1e-12 * scale * (1.0 + step**2))
 
 

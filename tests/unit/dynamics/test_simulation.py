@@ -43,9 +43,9 @@ def test_provenance_says_solver_sizes_and_seconds(history):
 
 
 def test_progress_is_told_after_every_step():
-    told = []
-    fs.simulate(push_and_slide(programme=(fs.Press(0.02e-3, 1e-3),)), progress=told.append)
-    np.testing.assert_allclose(told, [0.25, 0.5, 0.75, 1.0])
+    received = []
+    fs.simulate(push_and_slide(programme=(fs.Press(0.02e-3, 1e-3),)), progress=received.append)
+    np.testing.assert_allclose(received, [0.25, 0.5, 0.75, 1.0])
 
 
 def test_the_same_model_gives_the_same_history_bit_by_bit(history):
@@ -135,7 +135,7 @@ def test_a_node_that_moves_onto_the_plate_is_noticed_though_the_plate_stands_sti
         fs.simulate(model)
 
 
-def test_a_node_that_gives_way_to_the_plate_is_none_that_it_reaches():
+def test_a_node_that_yields_to_the_plate_is_not_reached_by_it():
     """The plate passes the places at which outer nodes began, but these rise with the skin that it presses."""
     reached = 0.06e-3
     contact = fs.Contact("bottom", friction=fs.Coulomb(0.4), search_distance=reached)

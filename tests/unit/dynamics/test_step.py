@@ -73,6 +73,6 @@ def test_a_free_block_follows_newton():
     for number in range(1, 21):
         state = advance([stepper], [state], number * 1e-3, [np.zeros((0, 2))], watch=watch)[0]
         momentum = (system.mass @ state.velocity)[::2].sum()
-        place = (system.mass @ state.displacement)[::2].sum()
+        moment = (system.mass @ state.displacement)[::2].sum()
         assert momentum == pytest.approx(total * acceleration * state.time, rel=1e-9)
-        assert place == pytest.approx(total * acceleration * state.time**2 / 2, rel=1e-9)
+        assert moment == pytest.approx(total * acceleration * state.time**2 / 2, rel=1e-9)

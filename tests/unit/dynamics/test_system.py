@@ -39,7 +39,7 @@ def test_matrices_are_those_of_the_free_degrees_of_freedom():
     assert system.relative.shape == (2 * len(system.candidates.nodes), count)
 
 
-def test_candidates_are_within_one_and_a_half_times_the_way_of_the_plate():
+def test_candidates_are_within_one_and_a_half_times_the_approach_of_the_plate():
     system = build_system(push_and_slide())
     gaps = system.counterfaces.gaps(system.candidates.positions, system.candidates.counterface)
     assert gaps.max() <= 1.5 * 0.4e-3
