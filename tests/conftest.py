@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import numpy  # noqa: F401, ICN001  a limit reaches only libraries that are loaded
-import scipy.linalg  # noqa: F401
 from hypothesis import settings
 from threadpoolctl import threadpool_limits
 
+from fingerslip.linear.solver import preferred_solver
+
+# A limit reaches only libraries that are loaded.
+preferred_solver()
 threadpool_limits(limits=1)
 settings.register_profile("tests", deadline=None)
 settings.load_profile("tests")
