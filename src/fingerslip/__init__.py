@@ -52,13 +52,14 @@ if TYPE_CHECKING:
         TimeStepping,
         Traction,
     )
+    from fingerslip.results import StudyResult
     from fingerslip.sites import Site
     from fingerslip.slip import Events, SlipEvents, acceleration_peaks, find_events
     from fingerslip.specimens.fingertip import Fingertip, fingertip_from, preset, preset_names, preset_table
     from fingerslip.specimens.fingertip.receptors import receptor_sites
     from fingerslip.specimens.fingertip.solid_sites import reference_sites, solid_receptor_sites
     from fingerslip.study.definition.spec import Study, read_study, study_schema
-    from fingerslip.study.running.runner import StudyFailedError, StudyResult, run_study
+    from fingerslip.study.running.runner import StudyFailedError, run_study
 
     __version__: str
 
@@ -85,6 +86,7 @@ _HOMES = {
     "mesh.scan.repair": ("repair_surface",),
     "mesh.scan.build": ("ScanMesh", "SurfaceMesh", "mesh_scan"),
     "mesh.section.build": ("build_section",),
+    "results": ("StudyResult",),
     "sites": ("Site",),
     "specimens.fingertip.receptors": ("receptor_sites",),
     "mesh.sizes": ("MeshSizes", "SolidSizes"),
@@ -106,7 +108,7 @@ _HOMES = {
         "Traction",
     ),
     "slip": ("Events", "SlipEvents", "acceleration_peaks", "find_events"),
-    "study.running.runner": ("StudyFailedError", "StudyResult", "run_study"),
+    "study.running.runner": ("StudyFailedError", "run_study"),
     "study.definition.spec": ("Study", "read_study", "study_schema"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

@@ -1,4 +1,4 @@
-"""The figure of a fingertip: its two sections and, where it has a shape in space, the finger with its bone."""
+"""The figure of a fingertip: its two sections and, where it has a shape in space, the finger with its phalanx."""
 
 from __future__ import annotations
 
@@ -66,9 +66,9 @@ def fingertip_figure(fingertip: Fingertip, title: str = "") -> Figure:
         axes.set_title(name)
     if fingertip.solid is not None:
         panels[1].set_xlabel("z [mm]")
-        place = panels[2].get_subplotspec()
+        cell = panels[2].get_subplotspec()
         panels[2].remove()
-        _draw_solid(figure.add_subplot(place, projection="3d"), fingertip)
+        _draw_solid(figure.add_subplot(cell, projection="3d"), fingertip)
     keys: dict[str, Artist] = {name: Patch(facecolor=c, edgecolor=_EDGE) for name, c in _colours().items()}
     add_legend(figure, keys)
     return figure
