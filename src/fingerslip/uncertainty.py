@@ -2,7 +2,7 @@
 
 A number f computed with three element sizes (or steps, or contact compliances) h behaves as f(h) = f0 + a h^p. Where
 the three values approach a limit, p is solved from them and f0 follows (Richardson's extrapolation); the uncertainty
-of the value in use is F |f - f0| with the factor of safety F = 1.25, the grid convergence index in the form of Roache
+of the value in use is ``F |f - f0|`` with the factor of safety F = 1.25, the grid convergence index of Roache
 (1998) and of Celik et al. (2008). Slip times do not always converge with an order, because contact nodes let go one by
 one. Where the values oscillate, diverge, or approach with less than half an order, they give no limit, and the
 uncertainty is three times their range (Eca & Hoekstra 2014).

@@ -181,13 +181,17 @@ def _run_convergence(plan: Plan, refined: _Refined) -> RunConvergence:
         sources = {
             setting: Series(
                 setting,
-                (1.0, *(sizes[level] for level in levels)),
+                (_size_in_use(setting, refined.run), *(sizes[level] for level in levels)),
                 (one.value, *(numbers[level][key].value for level in levels)),
             )
             for setting, levels in _by_setting(others).items()
         }
         found[key] = Convergence(one.label, one.unit, one.value, sources)
     return RunConvergence(name, plan.identities[name], found)
+
+
+def _size_in_use(setting: str, run: Run) -> float:
+    return run.study.time.alpha if setting == "alpha" else 1.0
 
 
 def _size(level: Level, base: RunResult, result: RunResult) -> float:
