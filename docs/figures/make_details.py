@@ -207,7 +207,9 @@ def vibrations(results: Path) -> Table:
         for run in read_stored(study).runs:
             found = measure(run, read_history(study / run.name / HISTORY))
             peak = found.overall_peak
-            rows.append((name, run.name, found.peaks.noise_floor, peak.height if peak else Missing.NO_EVENT, found.rms_after))
+            rows.append(
+                (name, run.name, found.peaks.noise_floor, peak.height if peak else Missing.NO_EVENT, found.rms_after)
+            )
     return Table("Noise, peak of overall slip, and vibration after it", columns, tuple(rows))
 
 

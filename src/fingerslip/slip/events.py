@@ -5,7 +5,7 @@ From accumulated slip
     than a tolerance stays at or above the event's.
 From displacement
     The time by which the event's share of the contact nodes (the first one for incipient slip, the last one
-    for overall slip) has moved off the plate.
+    for overall slip) lags the plate.
 From acceleration
     Overall slip is the most prominent acceleration peak at the receptors after the press-to-slide transition,
     incipient slip the first peak above the noise before it, three-quarter slip the most prominent one between.
@@ -50,13 +50,13 @@ class SlipEvents:
     Parameters
     ----------
     incipient : float, optional
-        Slip begins.
+        Incipient slip: the edge of the contact slips.
     noticed : float, optional
-        As much slips (48 %) as when people notice it.
+        Noticed slip: 48 % of the contact slips, the fraction at which people notice it.
     three_quarter : float, optional
-        Three quarters slip.
+        Three-quarter slip: three quarters of the contact slip.
     overall : float, optional
-        All slips.
+        Overall slip: the whole contact slips.
     recorded : bool, optional
         Whether the history holds the signals that this reading needs; without them no event is known.
     """

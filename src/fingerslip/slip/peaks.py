@@ -180,7 +180,7 @@ def followed_share(history: xr.Dataset, window: SlideWindow, rows: NDArray[np.in
 
 
 def noise_of(signal: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the noise floor (median) and spread (scaled median absolute deviation) of a signal, in its unit."""
+    """Return the noise floor (median) and spread (scaled median absolute deviation) of a signal (n,), in its unit."""
     floor = float(np.median(signal))
     return floor, _MAD_TO_DEVIATION * float(np.median(np.abs(signal - floor)))
 

@@ -277,5 +277,5 @@ def _below(number: float | None, threshold: float) -> Finding:
 
 
 def _lost(before: int, after: int) -> Finding:
-    """Hold that something was there before and is not after."""
+    """Find whether something was there before and is absent after."""
     return Finding(float(before - after), before > 0 and after == 0)

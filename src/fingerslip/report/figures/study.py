@@ -33,6 +33,7 @@ __all__ = ["event_times_figure", "latency_figure"]
 
 _READING_MARKS: Mapping[str, str] = MappingProxyType({"slip": "o", "displacement": "^", "acceleration": "X"})
 _READING_COLOURS: Mapping[str, str] = MappingProxyType({"slip": BLUE, "displacement": GREEN, "acceleration": ORANGE})
+_WIDE = 5.2  # inch
 _PUBLISHED: Any = MappingProxyType({"marker": "D", "linestyle": "", "color": BLACK, "markerfacecolor": "none"})
 # The readings stand beside each other where the axis has words.
 _SHIFTS: Mapping[str, float] = MappingProxyType({"slip": -0.2, "displacement": 0.0, "acceleration": 0.2})
@@ -61,17 +62,13 @@ def event_times_figure(
         Times from the start of the run [s]; colour for the event, mark for the reading; a line joins those from
         accumulated slip.
     """
-    groups = _groups([run for run in runs if path in run.swept], path)
-    columns = columns_for(len(groups))
-    panel = (3.1 if columns > 1 else 5.2, 3.0)
     words = path_label(path)
     labels = (words, "time from the start of the run [s]")
-    figure, panels = figure_grid(len(groups), columns, panel, f"Slip events against {words}", labels)
+    figure, panels = _group_panels(runs, path, (3.1, 3.0), f"Slip events against {words}", labels)
     axis = _Axis(runs, path)
-    for axes, (title, members) in zip(panels, groups.items(), strict=True):
+    for axes, members in panels:
         _draw_times(axes, members, axis)
         _draw_published(axes, members, axis, _of(reference, MAIN_EVENTS))
-        axes.set_title(title)
         axis.apply(axes)
     add_legend(figure, _event_keys(runs) | _published_key(reference))
     return figure
@@ -99,24 +96,33 @@ def latency_figure(
     matplotlib.figure.Figure
         Latency [ms] in each reading of the events; none where one of the two events did not happen.
     """
-    groups = _groups([run for run in runs if path in run.swept], path)
-    columns = columns_for(len(groups))
-    panel = (2.6 if columns > 1 else 5.2, 2.9)
     title = f"Latency from incipient to overall slip by {path_label(path)}"
-    figure, panels = figure_grid(len(groups), columns, panel, title, ("", "latency [ms]"))
+    figure, panels = _group_panels(runs, path, (2.6, 2.9), title, ("", "latency [ms]"))
     axis = _Axis(runs, path, categories=True)
-    for axes, (name, members) in zip(panels, groups.items(), strict=True):
+    for axes, members in panels:
         _draw_latencies(axes, members, axis)
         _draw_published(axes, members, axis, _of(reference, (LATENCY,)), 1e3)
-        axes.set_title(name)
         axis.apply(axes)
-    panels[0].set_ylim(bottom=0.0)
+    panels[0][0].set_ylim(bottom=0.0)
     keys: dict[str, Artist] = {
         READINGS[reading]: Line2D([], [], linestyle="", marker=mark, color=_READING_COLOURS[reading], markersize=6)
         for reading, mark in _recorded(runs).items()
     }
     add_legend(figure, keys | _published_key(reference))
     return figure
+
+
+def _group_panels(
+    runs: Sequence[RunResult], path: str, panel: tuple[float, float], title: str, labels: tuple[str, str]
+) -> tuple[Figure, list[tuple[Axes, list[RunResult]]]]:
+    """Make a panel for each combination of the swept values other than that at `path`, a wide one where it is alone."""
+    groups = _groups([run for run in runs if path in run.swept], path)
+    columns = columns_for(len(groups))
+    size = panel if columns > 1 else (_WIDE, panel[1])
+    figure, panels = figure_grid(len(groups), columns, size, title, labels)
+    for axes, name in zip(panels, groups, strict=True):
+        axes.set_title(name)
+    return figure, list(zip(panels, groups.values(), strict=True))
 
 
 class _Axis:

@@ -207,5 +207,5 @@ def add_legend(figure: Figure, keys: Mapping[str, Artist]) -> None:
 
 
 def titled(title: str, more: str) -> str:
-    """Join a title with what tells this figure from its like."""
+    """Join the title of a figure with what it is of, such as the title of a run."""
     return f"{title}: {more}" if more else title

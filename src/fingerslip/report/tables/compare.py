@@ -51,7 +51,7 @@ def compare_table(runs: Sequence[RunResult], reference: PublishedSet) -> Table:
 
 
 def statements_table(reference: PublishedSet) -> Table:
-    """Show published statements in words, and what number can be held against each."""
+    """Show published statements in words, each with the number that it is compared with."""
     columns = (Column("statement"), Column("what to check"), Column("holds for"))
     rows = tuple(
         (value.statement, value.check, ", ".join(f"{path} = {held}" for path, held in value.conditions.items()))
