@@ -185,7 +185,7 @@ def _local_edges(reference: Floats, along: Floats) -> Floats:
 
 
 def triangle_states(history: xr.Dataset, patch: Patch, step: int) -> NDArray[np.int8]:
-    """Return the state of each triangle at a record, shape (m,): open where a corner is, slip where one slips, else stick."""
+    """Return the state of each triangle (m,) at a record: open where a corner is, slip where one slips, else stick."""
     corners = history["contact_state"].values[step, patch.nodes][patch.triangles]
     states = np.where((corners == SLIP).any(axis=1), SLIP, corners.max(axis=1))
     return np.where((corners == OPEN).any(axis=1), OPEN, states).astype(np.int8)
