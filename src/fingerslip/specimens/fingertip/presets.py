@@ -10,11 +10,11 @@ from importlib import resources
 from importlib.resources.abc import Traversable
 from typing import Any
 
-import yaml
-
+from fingerslip.dotted import joined
 from fingerslip.errors import InputError
 from fingerslip.parameters import from_mapping
 from fingerslip.specimens.fingertip.fingertip import Fingertip
+from fingerslip.yaml_text import parse_document
 
 __all__ = ["PresetValue", "fingertip_from", "preset", "preset_header", "preset_names", "preset_table"]
 
@@ -92,26 +92,26 @@ def preset_header(name: str) -> dict[str, str]:
     return {key: str(text).strip() for key, text in _document(name, "preset").items() if key != "values"}
 
 
-def fingertip_from(mapping: Mapping[str, Any], where: str) -> Fingertip:
+def fingertip_from(mapping: Mapping[str, Any], where: str = "") -> Fingertip:
     """Return the fingertip of a study: a preset and what the study changes in it.
 
     Parameters
     ----------
     mapping : mapping
         Nested plain data as YAML gives it, with the key ``preset``; the other keys override the preset's values.
-    where : str
-        The place that errors put first, such as ``studies/x.yaml: fingertip``.
+    where : str, optional
+        What errors put first, such as ``studies/x.yaml: fingertip``.
 
     Raises
     ------
     InputError
-        For an unknown preset or key, or a value that does not fit.
+        For an unknown preset, or for all unknown keys and values that do not fit.
     """
     if "preset" not in mapping:
         names = ", ".join(preset_names())
-        raise InputError(f"{where}.preset", "is missing", f"needs one of {names}")
+        raise InputError(joined(where, "preset"), "is missing", f"needs one of {names}")
     changes = {key: value for key, value in mapping.items() if key != "preset"}
-    values = _merged(_values(str(mapping["preset"]), f"{where}.preset"), changes)
+    values = _merged(_values(str(mapping["preset"]), joined(where, "preset")), changes)
     return from_mapping(Fingertip, values, where)
 
 
@@ -160,5 +160,5 @@ def _folder() -> Traversable:
 @functools.cache
 def _read(name: str) -> dict[str, Any]:
     text = _folder().joinpath(f"{name}.yaml").read_text(encoding="utf-8")
-    document: dict[str, Any] = yaml.safe_load(text)
+    document: dict[str, Any] = parse_document(text, f"{name}.yaml").content
     return document

@@ -27,7 +27,7 @@ from fingerslip.study.storage.store import RUN, read_run
 from fingerslip.study.storage.summary import identities, read_manifest
 from fingerslip.study.storage.values import read_specified, value_rows
 
-__all__ = ["REPORT", "event_tables", "read_stored", "report_key", "write_report"]
+__all__ = ["REPORT", "event_tables", "read_stored", "report_again", "report_key", "write_report"]
 
 #: File in the folder of a study.
 REPORT = "report.html"
@@ -67,6 +67,29 @@ def event_tables(runs: Sequence[RunResult], compare: Sequence[str]) -> tuple[Tab
     """
     beside = (compare_table(runs, published(name)) for name in compare)
     return (events_table(runs), *(table for table in beside if table.rows))
+
+
+def report_again(folder: str | Path) -> tuple[Table, ...]:
+    """Make the report of a study again from its stored histories.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of the results of a study.
+
+    Returns
+    -------
+    tuple of Table
+        The events of its runs, alone and beside published ones.
+
+    Raises
+    ------
+    ResultError
+        Where the folder holds no results, or the report cannot be written.
+    """
+    stored = read_stored(folder)
+    write_report(stored)
+    return event_tables(stored.runs, stored.compare)
 
 
 def report_key(

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from fingerslip.fields import unit_of
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.sizes import SolidSizes
-from fingerslip.parameters import unit_of
 from fingerslip.report.tables.parameters import NOT_USED, ShownValue
 from fingerslip.specimens.fingertip import Fingertip, preset, preset_table
 from fingerslip.study.definition.spec import Study, read_study, study_fingertip

@@ -15,8 +15,8 @@ from fingerslip.mesh.scan.repair import Repairs
 from fingerslip.study.definition.scans import scan_key, scan_tables
 from fingerslip.study.definition.spec import parse_study, study_mapping
 from fingerslip.study.definition.sweep import Run
+from fingerslip.study.inspection import mesh as meshes
 from fingerslip.study.running import build
-from fingerslip.study.views import meshes
 from unit.study.block import block_values
 
 

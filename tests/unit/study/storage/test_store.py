@@ -15,7 +15,7 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.history import read_history
 from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
-from fingerslip.study.running.runner import plan_study
+from fingerslip.study.running.plan import plan_study
 from fingerslip.study.storage.store import RUN, identity, mesh_hash, mesh_size, read_run, write_run
 from unit.study.block import block_mesh, block_values
 from unit.synthetic import Process, make

@@ -15,7 +15,8 @@ from fingerslip import results
 from fingerslip.errors import ResultError
 from fingerslip.results import RunResult
 from fingerslip.slip import MEASURES, Events, SlipEvents
-from fingerslip.study.running.runner import plan_study, run_study
+from fingerslip.study.running.plan import plan_study
+from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage.summary import identities, read_manifest, write_manifest, write_summary
 from unit.study.block import FRICTIONS
 

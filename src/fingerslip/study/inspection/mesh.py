@@ -1,4 +1,4 @@
-"""Writing the mesh of a study or of a preset."""
+"""``fingerslip mesh``: the mesh of a study or of a preset in a file, and the quality of its cells."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from fingerslip.specimens.fingertip import Fingertip, preset, preset_names
 from fingerslip.study.definition.scans import scan_tables
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import build_mesh, located
-from fingerslip.study.running.runner import plan_study
+from fingerslip.study.running.plan import plan_study
 
 __all__ = ["save_and_show", "save_mesh"]
 
@@ -34,7 +34,7 @@ _COLUMNS = (
 
 
 def save_and_show(target: str, path: Path | None = None) -> tuple[Table, ...]:
-    """Write the mesh of a study (of its first run) or of a preset, and say what is to be known of it.
+    """Write the mesh of a study (of its first run) or of a preset, and return tables of its quality.
 
     Parameters
     ----------

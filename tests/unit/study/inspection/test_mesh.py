@@ -11,7 +11,7 @@ import pytest
 from fingerslip.errors import InputError, ResultError
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.quality import quality_table
-from fingerslip.study.views.meshes import save_mesh
+from fingerslip.study.inspection.mesh import save_mesh
 from unit.study.block import block_values
 
 Write = Callable[..., Path]
