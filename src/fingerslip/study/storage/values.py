@@ -6,15 +6,13 @@ of the program counts as default.
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from fingerslip.fields import unit_of
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.sizes import SolidSizes
+from fingerslip.parameters import Leaf, walk_values
 from fingerslip.report.tables.parameters import NOT_USED, ShownValue
 from fingerslip.specimens.fingertip import Fingertip, preset, preset_table
 from fingerslip.study.definition.spec import Study, read_study, study_fingertip
@@ -27,7 +25,6 @@ STUDY_FILE, SWEPT, DEFAULT = "study file", "study file, swept", "default"
 _FINGERTIP = "fingertip"
 # Keys of a study file that describe the study and no run.
 _ABOUT = ("title", "sweep", "compare", "converge")
-_LACKING = object()
 
 
 @dataclass(frozen=True)
@@ -36,20 +33,6 @@ class Specified:
 
     study: Study
     fingertip: Fingertip | None
-
-
-@dataclass(frozen=True)
-class _Leaf:
-    """A single value of a parameter set, and the default of the program for it."""
-
-    path: str
-    value: object
-    unit: Unit | None
-    default: object
-
-    @property
-    def text(self) -> str:
-        return _text(self.value, self.unit)
 
 
 @dataclass(frozen=True)
@@ -111,9 +94,9 @@ def _rows(run: Specified, given: Collection[str] | None) -> Iterator[_Row]:
         yield from _fingertip_rows(run, str(run.study.fingertip["preset"]), given)
     if _is_solid(run.study) and run.study.formulation is None:
         yield _row("formulation", "solid", "derived", "three-dimensional elements")
-    for leaf in _leaves(run.study):
+    for leaf in walk_values(run.study):
         if leaf.path.partition(".")[0] not in (*_ABOUT, _FINGERTIP):
-            yield _row(leaf.path, leaf.text, STUDY_FILE if _is_given(leaf, given) else DEFAULT)
+            yield _row(leaf.path, _text(leaf.value, leaf.unit), STUDY_FILE if _is_given(leaf, given) else DEFAULT)
 
 
 def _row(path: str, value: str, source: str, note: str = "") -> _Row:
@@ -124,17 +107,17 @@ def _fingertip_rows(run: Specified, name: str, given: Collection[str] | None) ->
     """Yield the values of the fingertip: the preset's with their sources, others with the preset's value beside."""
     yield _row(f"{_FINGERTIP}.preset", name, STUDY_FILE)
     entries = {entry.path: entry for entry in preset_table(name)}
-    originals = {leaf.path: leaf.value for leaf in _leaves(preset(name))}
-    for leaf in _leaves(run.fingertip):
+    originals = {leaf.path: leaf.value for leaf in walk_values(preset(name))}
+    for leaf in walk_values(run.fingertip):
         path, entry = f"{_FINGERTIP}.{leaf.path}", entries.get(leaf.path)
-        kept = leaf.value == originals.get(leaf.path, _LACKING) and (given is None or path not in given)
-        reason = _unused(leaf.path, run)
+        kept = leaf.value == originals.get(leaf.path) and (given is None or path not in given)
+        reason, text = _unused(leaf.path, run), _text(leaf.value, leaf.unit)
         if reason:
-            yield _row(path, leaf.text, NOT_USED, reason)
+            yield _row(path, text, NOT_USED, reason)
         elif kept and entry:
-            yield _Row(ShownValue(path, entry.value, entry.source, entry.note), leaf.text)
+            yield _Row(ShownValue(path, entry.value, entry.source, entry.note), text)
         else:
-            yield _row(path, leaf.text, DEFAULT if kept else STUDY_FILE, f"preset: {entry.value}" if entry else "")
+            yield _row(path, text, DEFAULT if kept else STUDY_FILE, f"preset: {entry.value}" if entry else "")
 
 
 def _unused(path: str, run: Specified) -> str:
@@ -181,37 +164,10 @@ def _is_solid(study: Study) -> bool:
     return study.formulation == "solid" or isinstance(study.mesh, SolidSizes | SurfaceMesh)
 
 
-def _is_given(leaf: _Leaf, given: Collection[str] | None) -> bool:
+def _is_given(leaf: Leaf, given: Collection[str] | None) -> bool:
     if given is None:
-        return leaf.value != leaf.default
+        return not leaf.is_default
     return any(other == leaf.path or other.startswith(f"{leaf.path}.") for other in given)
-
-
-def _leaves(instance: object, prefix: str = "", default: object = _LACKING) -> Iterator[_Leaf]:
-    """Yield every value of a parameter set that is there, each with its default."""
-    for field in dataclasses.fields(instance):  # type: ignore[arg-type]
-        value = getattr(instance, field.name)
-        known = getattr(default, field.name, _LACKING) if type(default) is type(instance) else field.default
-        yield from _below(f"{prefix}{field.name}", value, known, unit_of(type(instance), field.name))
-
-
-def _below(path: str, value: object, default: object, unit: Unit | None) -> Iterator[_Leaf]:
-    if value is None or value in ((), {}, ""):
-        return
-    if dataclasses.is_dataclass(value):
-        yield from _leaves(value, f"{path}.", default)
-    elif isinstance(value, Mapping):
-        yield from _inside(path, value.items(), default, unit)
-    elif isinstance(value, tuple) and any(dataclasses.is_dataclass(item) for item in value):
-        yield from _inside(path, enumerate(value), default, unit)
-    else:
-        yield _Leaf(path, value, unit, default)
-
-
-def _inside(path: str, items: Iterable[tuple[Any, object]], default: object, unit: Unit | None) -> Iterator[_Leaf]:
-    known = default if isinstance(default, Mapping) else {}
-    for key, item in items:
-        yield from _below(f"{path}.{key}", item, known.get(key, _LACKING), unit)
 
 
 def _text(value: object, unit: Unit | None) -> str:
