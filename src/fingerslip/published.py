@@ -32,7 +32,7 @@ class PublishedValue:
     kind : {'published', 'derived', 'qualitative'}
         Printed in the paper, arithmetic on printed values, or a statement in words.
     source : str
-        Key of the reference, and the place in it.
+        Key of the reference, and the table, figure or section of it.
     unit : str
         SI unit of the values; empty for a statement.
     value : float or None

@@ -229,7 +229,7 @@ def acceleration_events(history: xr.Dataset, settings: PeakSettings | None = Non
     history : xarray.Dataset
         A two-dimensional history.
     settings : PeakSettings, optional
-        How peaks are told from noise.
+        How peaks are distinguished from noise.
     slide : int, optional
         Which of the slide phases, from 0.
 

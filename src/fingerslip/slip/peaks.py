@@ -102,7 +102,7 @@ def acceleration_peaks(history: xr.Dataset, settings: PeakSettings | None = None
     history : xarray.Dataset
         A two-dimensional history.
     settings : PeakSettings, optional
-        How peaks are told from noise.
+        How peaks are distinguished from noise.
     slide : int, optional
         Which of the slide phases, from 0.
 
@@ -201,7 +201,7 @@ def transition_end(
     signal : (n_times,) array
         The signal, not negative [m/s^2].
     settings : PeakSettings
-        How peaks are told from noise.
+        How peaks are distinguished from noise.
 
     Returns
     -------

@@ -20,7 +20,7 @@ Micrometres = Annotated[float, Unit("m", "um"), pydantic.Field(gt=0)]
 
 @parameters
 class PeakSettings:
-    """How acceleration peaks at the receptors are told from noise.
+    """How acceleration peaks at the receptors are distinguished from noise.
 
     Parameters
     ----------

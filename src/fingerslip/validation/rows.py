@@ -49,7 +49,7 @@ class Row:
     quantity : str
         What is compared, and how it is read; of a statement the number that it is compared with.
     source : str
-        The paper and the place in it.
+        The paper, and the table, figure or section of it.
     published : float or tuple of float or None
         The published value or range; None for a statement.
     ours : float or None

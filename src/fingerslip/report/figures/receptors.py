@@ -79,7 +79,7 @@ def acceleration_overview_figure(
     events : mapping of str to Events
         Their events; those from acceleration are marked.
     settings : PeakSettings, optional
-        How peaks are told from noise.
+        How peaks are distinguished from noise.
 
     Returns
     -------

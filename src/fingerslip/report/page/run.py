@@ -42,7 +42,7 @@ def run_section(result: RunResult, history: xr.Dataset, title: str, settings: Pe
     title : str
         Its title.
     settings : PeakSettings
-        How peaks are told from noise.
+        How peaks are distinguished from noise.
     """
     run = RunToDraw(result.name, title, history, result.events)
     tables = [readings_table(result), measures_table([result], ["value"])]

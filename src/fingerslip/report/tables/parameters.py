@@ -9,7 +9,7 @@ from fingerslip.report.tables.table import Column, Table
 
 __all__ = ["ASSUMED", "COLUMNS", "GROUPS", "NOT_USED", "ShownValue", "group_of", "value_tables"]
 
-#: Sources that tables treat in a way of their own: assumed values come first, those that a run does not use last.
+#: Sources that set the order of tables: assumed values come first, those that a run does not use last.
 ASSUMED, NOT_USED = "assumed", "not used"
 
 #: The columns of a table of values.
