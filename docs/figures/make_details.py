@@ -16,7 +16,8 @@ from scipy.signal import find_peaks
 
 from fingerslip.history import OPEN, read_history
 from fingerslip.report.tables.events import events_table
-from fingerslip.report.tables.table import Cell, Column, Table, to_markdown
+from fingerslip.report.tables.table import Cell, Column, Missing, Table, to_markdown
+from fingerslip.results import HISTORY
 from fingerslip.slip import EventSettings, find_events, peak_signal, slide_window, slipped_fraction
 from fingerslip.study.storage.reporting import read_stored
 from fingerslip.validation.measures import measure
@@ -77,21 +78,21 @@ def fits(study: Path) -> Table:
 
 
 def forces(study: Path) -> Table:
-    """Give the normal force at the start of the slide, and the way of the plate up to overall slip."""
+    """Give the normal force at the start of the slide, and the travel of the plate up to overall slip."""
     columns = (
         *(Column("formulation"), Column("phalanx"), Column("normal force", "N", 3)),
-        Column("way of the plate to overall slip", "mm", 2),
+        Column("travel of the plate to overall slip", "mm", 2),
     )
     rows = []
     for run in read_stored(study).runs:
-        history = read_history(study / run.label / "history.nc")
+        history = read_history(study / run.name / HISTORY)
         window = slide_window(history)
         assert window is not None
         overall = find_events(history).overall or np.nan
-        way = np.abs(history["counterface_displacement"].values[:, 0, 0])
+        travel = np.abs(history["counterface_displacement"].values[:, 0, 0])
         normal = float(history["counterface_force"].values[window.first, 0, 1])
-        rows.append((*run.swept.values(), normal, 1e3 * float(np.interp(overall, history["time"], way))))
-    return Table("Normal force and way of the plate", columns, tuple(rows))
+        rows.append((*run.swept.values(), normal, 1e3 * float(np.interp(overall, history["time"], travel))))
+    return Table("Normal force and travel of the plate", columns, tuple(rows))
 
 
 def peaks(study: Path, between: tuple[float, float]) -> Table:
@@ -102,7 +103,7 @@ def peaks(study: Path, between: tuple[float, float]) -> Table:
         *(Column("nodes in contact"), Column("peaks")),
         *(Column(name, "m/s²", 4) for name in ("smallest", "largest", "median of the signal")),
     )
-    rows = tuple(_peak_row(study / run.label, tuple(run.swept.values()), between) for run in stored.runs)
+    rows = tuple(_peak_row(study / run.name, tuple(run.swept.values()), between) for run in stored.runs)
     title = f"{stored.title}: peaks from {between[0]} to {between[1]} s with a prominence of {LEAST_PEAK} m/s² or more"
     return Table(title, columns, rows)
 
@@ -117,7 +118,7 @@ def drops(study: Path) -> Table:
     )
     rows = []
     for run in stored.runs:
-        history = read_history(study / run.label / "history.nc").sel(time=slice(1.0, None))
+        history = read_history(study / run.name / HISTORY).sel(time=slice(1.0, None))
         force = history["counterface_force"].values[:, 0]
         ratio = np.abs(force[:, 0]) / force[:, 1]
         late = float(ratio[history["time"].values > 2.5].mean())
@@ -126,7 +127,7 @@ def drops(study: Path) -> Table:
 
 
 def _peak_row(folder: Path, swept: tuple[Cell, ...], between: tuple[float, float]) -> tuple[Cell, ...]:
-    history = read_history(folder / "history.nc")
+    history = read_history(folder / HISTORY)
     signal = peak_signal(history, SETTINGS.peaks)
     window = slide_window(history)
     assert signal is not None
@@ -152,7 +153,7 @@ def slipped(study: Path) -> Table:
 
 def _slipped_rows(study: Path) -> Iterator[tuple[Cell, ...]]:
     for run in read_stored(study).runs:
-        history = read_history(study / run.label / "history.nc")
+        history = read_history(study / run.name / HISTORY)
         window = slide_window(history)
         assert window is not None
         fraction = slipped_fraction(history, window, SETTINGS.slip_tolerance)
@@ -170,7 +171,7 @@ def receptors(study: Path) -> Table:
     kinds = ("FA-I", "SA-I", "SA-II", "FA-II")
     rows = []
     for run in read_stored(study).runs:
-        largest = measure(run, read_history(study / run.label / "history.nc")).largest_acceleration
+        largest = measure(run, read_history(study / run.name / HISTORY)).largest_acceleration
         rows.append((*run.swept.values(), *(largest[kind] for kind in kinds)))
     columns = (Column("phalanx"), *(Column(kind, "m/s²", 3) for kind in kinds))
     return Table("Largest tangential acceleration after the transition", columns, tuple(rows))
@@ -185,11 +186,11 @@ def densities(study: Path) -> Table:
     )
     rows: list[tuple[Cell, ...]] = []
     for run in read_stored(study).runs:
-        found = measure(run, read_history(study / run.label / "history.nc")).densities
+        found = measure(run, read_history(study / run.name / HISTORY)).densities
         assert found is not None
         rows += [
-            (*run.swept.values(), *place, found.mean_after[place], found.growth[place], found.range_after[place])
-            for place in found.growth
+            (*run.swept.values(), *pair, found.mean_after[pair], found.growth[pair], found.range_after[pair])
+            for pair in found.growth
         ]
     return Table("Strain energy density", columns, tuple(rows))
 
@@ -204,9 +205,11 @@ def vibrations(results: Path) -> Table:
     for name in ("friction", "damping", "fingerprint"):
         study = results / f"wang2014_{name}"
         for run in read_stored(study).runs:
-            found = measure(run, read_history(study / run.label / "history.nc"))
+            found = measure(run, read_history(study / run.name / HISTORY))
             peak = found.overall_peak
-            rows.append((name, run.label, found.peaks.noise_floor, peak.height if peak else None, found.rms_after))
+            rows.append(
+                (name, run.name, found.peaks.noise_floor, peak.height if peak else Missing.NO_EVENT, found.rms_after)
+            )
     return Table("Noise, peak of overall slip, and vibration after it", columns, tuple(rows))
 
 

@@ -68,7 +68,7 @@ def peaks_figure(study: Path) -> Figure:
 
 
 def draw_peaks(axis: Axes, history: xr.Dataset) -> None:
-    """Draw the signal of one run, and a tick for every node that leaves the plate's line."""
+    """Draw the signal of one run, and a tick for every node that begins to lag the plate."""
     signal = peak_signal(history, SETTINGS.peaks)
     assert signal is not None  # these runs slide and record receptors
     axis.plot(signal["time"], signal, color=COLOURS[0], linewidth=1.0)
@@ -79,13 +79,13 @@ def draw_peaks(axis: Axes, history: xr.Dataset) -> None:
 
 
 def leaving_times(history: xr.Dataset) -> list[float]:
-    """Return when each node that is in contact leaves the plate's line by more than 5 micrometres."""
+    """Return when each node in contact begins to lag the plate by more than 5 micrometres."""
     window = slide_window(history)
     assert window is not None
     times = history["time"].values[window.records]
     touching = history["contact_state"].values[window.first] != OPEN
-    ways = relative_displacement(history, window)[:, touching]
-    found = (sustained_crossing(times, way, 5e-6, SETTINGS.sustained) for way in ways.T)
+    lags = relative_displacement(history, window)[:, touching]
+    found = (sustained_crossing(times, lag, 5e-6, SETTINGS.sustained) for lag in lags.T)
     return [time for time in found if time is not None]
 
 

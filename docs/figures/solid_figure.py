@@ -66,7 +66,7 @@ def draw_contact(axes, history) -> None:
     """Draw where the contact sticks and slips."""
     patch = contact_patch(history)
     states = triangle_states(history, patch, int(abs(history["time"].values - TIME).argmin()))
-    corners = 1e3 * patch.places[patch.triangles]
+    corners = 1e3 * patch.points[patch.triangles]
     colours = [LOOKS[int(state)][1] for state in states]
     axes.add_collection(PolyCollection(list(corners), facecolors=colours, edgecolors="face", linewidths=0.2))
     axes.set(xlim=(-12.0, 6.5), ylim=(-6.0, 7.5), xticks=range(-10, 6, 5), aspect="equal")

@@ -48,6 +48,7 @@ from .model import (
     TimeStepping as TimeStepping,
     Traction as Traction,
 )
+from .results import StudyResult as StudyResult
 from .sites import Site as Site
 from .slip import (
     Events as Events,
@@ -68,9 +69,5 @@ from .specimens.fingertip.solid_sites import (
     solid_receptor_sites as solid_receptor_sites,
 )
 from .study.definition.spec import Study as Study, read_study as read_study, study_schema as study_schema
-from .study.running.runner import (
-    StudyFailedError as StudyFailedError,
-    StudyResult as StudyResult,
-    run_study as run_study,
-)
+from .study.running.runner import StudyFailedError as StudyFailedError, run_study as run_study
 from .version import __version__ as __version__

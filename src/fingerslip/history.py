@@ -6,13 +6,14 @@ The variables, their dimensions and their units are in :data:`VARIABLES`; a hist
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
@@ -25,9 +26,15 @@ __all__ = [
     "STICK",
     "VARIABLES",
     "Variable",
+    "is_solid",
     "make_history",
+    "nearest_record",
+    "nearest_snapshot",
     "phase_times",
     "read_history",
+    "site_kinds",
+    "site_rows",
+    "sites_of_kinds",
     "write_history",
 ]
 
@@ -59,6 +66,7 @@ COORDINATES: Mapping[str, Variable] = {
     "contact_counterface": Variable(("contact_node",), "", "index of the body that the candidate may touch"),
     "contact_position": Variable(("contact_node", "component"), "m", "reference position of the candidate"),
     "contact_area": Variable(("contact_node",), "m^2", "tributary area of the candidate"),
+    "contact_edge_distance": Variable(("contact_node",), "m", "distance to the nearest free edge of the boundary"),
     "snapshot_time": Variable(("snapshot_time",), "s", "time of the snapshot"),
     "node_position": Variable(("node", "component"), "m", "reference position of the mesh node"),
     "cell_nodes": Variable(("cell", "cell_node"), "", "mesh nodes of the cell, in the order of VTK"),
@@ -202,3 +210,41 @@ def phase_times(history: xr.Dataset, kind: str) -> list[tuple[float, float]]:
     chosen = np.flatnonzero(history["phase_kind"].values == kind)
     starts, ends = history["phase_start"].values, history["phase_end"].values
     return [(float(starts[i]), float(ends[i])) for i in chosen]
+
+
+def is_solid(history: xr.Dataset) -> bool:
+    """Tell whether a history is one in space, with three components."""
+    return bool(history.sizes["component"] == len("xyz"))
+
+
+def site_kinds(history: xr.Dataset) -> NDArray[np.str_]:
+    """Return the kind of every recorded site, shape (n_sites,); empty where none is recorded."""
+    return np.asarray(history["site_kind"].values if "site" in history.coords else [], dtype=str)
+
+
+def sites_of_kinds(history: xr.Dataset, kinds: Sequence[str]) -> NDArray[np.intp]:
+    """Return the rows of the recorded sites of some kinds, in the order of the history, shape (n,)."""
+    return np.flatnonzero(np.isin(site_kinds(history), list(kinds)))
+
+
+def site_rows(history: xr.Dataset, names: Sequence[str]) -> NDArray[np.intp]:
+    """Return the rows of recorded sites by name, shape (n_names,).
+
+    Raises
+    ------
+    KeyError
+        For a name that no recorded site has.
+    """
+    known = {str(name): row for row, name in enumerate(history["site"].values)} if "site" in history.coords else {}
+    return np.array([known[name] for name in names], dtype=np.intp)
+
+
+def nearest_record(history: xr.Dataset, time: float) -> int:
+    """Return the number of the record nearest to a time [s]."""
+    return int(np.abs(history["time"].values - time).argmin())
+
+
+def nearest_snapshot(history: xr.Dataset, time: float | None = None) -> int:
+    """Return the number of the snapshot nearest to a time [s]; of the last one without a time."""
+    times = history["snapshot_time"].values
+    return times.size - 1 if time is None else int(np.abs(times - time).argmin())

@@ -30,6 +30,7 @@ __all__ = [
     "Duration",
     "Force",
     "Fraction",
+    "Leaf",
     "Length",
     "Mass",
     "NonNegativeLength",
@@ -50,7 +51,7 @@ __all__ = [
     "parameters",
     "plain_fields",
     "valid_fields",
-    "walk_quantities",
+    "walk_values",
 ]
 
 SignedLength = Annotated[float, Unit("m", "mm")]
@@ -233,20 +234,60 @@ def _plain(value: object, unit: Unit | None) -> Any:
     return as_mapping(value) if dataclasses.is_dataclass(value) else value
 
 
-def walk_quantities(instance: object, prefix: str = "") -> Iterator[tuple[str, Any, Unit | None]]:
-    """Yield (dotted path, value, unit) of every leaf of a parameter set."""
+@dataclasses.dataclass(frozen=True)
+class Leaf:
+    """A single value of a parameter set.
+
+    Parameters
+    ----------
+    path : str
+        Its dotted path; items of lists by their number.
+    value : object
+        The value, quantities in SI units.
+    unit : Unit or None
+        The unit mark of its field.
+    is_default : bool
+        Whether it is the default of its field.
+    """
+
+    path: str
+    value: Any
+    unit: Unit | None
+    is_default: bool
+
+
+def walk_values(instance: object) -> Iterator[Leaf]:
+    """Yield every single value of a parameter set, in the order of its fields; what is empty is left out.
+
+    Parameters
+    ----------
+    instance : object
+        An instance of a class made with :func:`parameters`.
+    """
+    yield from _leaves(instance, "", dataclasses.MISSING)
+
+
+def _leaves(instance: object, prefix: str, default: object) -> Iterator[Leaf]:
     for field in dataclasses.fields(instance):  # type: ignore[arg-type]
-        value, path = getattr(instance, field.name), f"{prefix}{field.name}"
-        if dataclasses.is_dataclass(value):
-            yield from walk_quantities(value, f"{path}.")
-        elif isinstance(value, tuple) and any(dataclasses.is_dataclass(item) for item in value):
-            for number, item in enumerate(value):
-                yield from walk_quantities(item, f"{path}.{number}.")
-        elif isinstance(value, Mapping) and any(dataclasses.is_dataclass(item) for item in value.values()):
-            for key, item in value.items():
-                yield from walk_quantities(item, f"{path}.{key}.")
-        else:
-            yield path, value, unit_of(type(instance), field.name)
+        known = getattr(default, field.name, dataclasses.MISSING) if type(default) is type(instance) else field.default
+        unit = unit_of(type(instance), field.name)
+        yield from _below(f"{prefix}{field.name}", getattr(instance, field.name), known, unit)
+
+
+def _below(path: str, value: Any, default: object, unit: Unit | None) -> Iterator[Leaf]:
+    if value is None or value in ((), {}, ""):
+        return
+    if dataclasses.is_dataclass(value):
+        yield from _leaves(value, f"{path}.", default)
+    elif isinstance(value, Mapping):
+        known = default if isinstance(default, Mapping) else {}
+        for key, item in value.items():
+            yield from _below(f"{path}.{key}", item, known.get(key, dataclasses.MISSING), unit)
+    elif isinstance(value, tuple) and any(dataclasses.is_dataclass(item) for item in value):
+        for number, item in enumerate(value):
+            yield from _below(f"{path}.{number}", item, dataclasses.MISSING, unit)
+    else:
+        yield Leaf(path, value, unit, bool(value == default))
 
 
 @functools.cache

@@ -1,4 +1,4 @@
-"""Published values that results are shown beside."""
+"""Published values, with their conditions and sources, that results are shown beside."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from importlib.resources.abc import Traversable
 from types import MappingProxyType
 from typing import Any, Literal
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, warn_renamed
 from fingerslip.yaml_text import parse_document
 
 __all__ = ["PublishedSet", "PublishedValue", "published", "published_names"]
@@ -32,21 +32,21 @@ class PublishedValue:
     kind : {'published', 'derived', 'qualitative'}
         Printed in the paper, arithmetic on printed values, or a statement in words.
     source : str
-        Key of the reference, and the place in it.
+        Key of the reference, and the table, figure or section of it.
     unit : str
         SI unit of the values; empty for a statement.
     value : float or None
         The value; the middle of `span` where a range is published, None for a statement.
     span : tuple of float or None
         Smallest and largest published value; None for a single one.
-    way : str
-        The way of reading the event: 'slip', 'displacement' or 'acceleration'; empty where it does not apply.
+    reading : str
+        How the paper reads the event: 'slip', 'displacement' or 'acceleration'; empty where that is not said.
     conditions : mapping of str to object
         Dotted paths of a study, and the values for which it holds.
     statement : str
         The statement in words.
     check : str
-        What number can be held against the statement.
+        The number that the statement is compared with.
     note : str
         What else is known of it.
     """
@@ -58,14 +58,20 @@ class PublishedValue:
     unit: str = ""
     value: float | None = None
     span: tuple[float, float] | None = None
-    way: str = ""
+    reading: str = ""
     conditions: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     statement: str = ""
     check: str = ""
     note: str = ""
 
+    @property
+    def way(self) -> str:
+        """Old name of `reading`."""
+        warn_renamed("way", "reading")
+        return self.reading
+
     def holds_for(self, values: Mapping[str, Any]) -> bool:
-        """Tell whether every condition is met by the dotted `values` of a run; a value that is not there does not."""
+        """Tell whether the dotted `values` of a run meet every condition; a value that is missing does not."""
         return all(path in values and values[path] == value for path, value in self.conditions.items())
 
 
@@ -121,13 +127,14 @@ def published(name: str) -> PublishedSet:
     document = _document(paper)
     entry = document["groups"][group]
     values = tuple(_value(row, entry, document) for row in entry["rows"])
-    return PublishedSet(name, entry["title"], document["citation"].strip(), document["note"].strip(), values)
+    note = entry.get("note", document["note"]).strip()
+    return PublishedSet(name, entry["title"], document["citation"].strip(), note, values)
 
 
 def _value(row: Mapping[str, Any], group: Mapping[str, Any], document: Mapping[str, Any]) -> PublishedValue:
     span = tuple(row["range"]) if "range" in row else None
     shared = group.get("conditions", document["conditions"])
-    texts = {name: row.get(name, "") for name in ("unit", "way", "statement", "check", "note")}
+    texts = {name: row.get(name, "") for name in ("unit", "reading", "statement", "check", "note")}
     return PublishedValue(
         id=row["id"],
         quantity=row["quantity"],

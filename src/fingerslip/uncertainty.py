@@ -1,11 +1,11 @@
-"""How far a number is from what an ever finer computation would give: observed order, limit and uncertainty.
+"""Numerical uncertainty from refinement: observed order of convergence, limit and uncertainty of a number.
 
 A number f computed with three element sizes (or steps, or contact compliances) h behaves as f(h) = f0 + a h^p. Where
 the three values approach a limit, p is solved from them and f0 follows (Richardson's extrapolation); the uncertainty
-of the value in use is F |f - f0| with the factor of safety F = 1.25, the grid convergence index in the form of Roache
-(1998) and of Celik et al. (2008). Slip times do not always approach in order, because contact nodes let go one by
-one. Where the values go up and down, or approach with less than half an order, no limit can be had from them, and
-the uncertainty is three times their range, as Eca & Hoekstra (2014) take it.
+of the value in use is ``F |f - f0|`` with the factor of safety F = 1.25, the grid convergence index of Roache
+(1998) and of Celik et al. (2008). Slip times do not always converge with an order, because contact nodes let go one by
+one. Where the values oscillate, diverge, or approach with less than half an order, they give no limit, and the
+uncertainty is three times their range (Eca & Hoekstra 2014).
 """
 
 from __future__ import annotations
@@ -18,20 +18,47 @@ from typing import Literal
 
 from scipy.optimize import brentq
 
-__all__ = ["ORDERS", "Behaviour", "Convergence", "Refinement", "Series", "combine", "refine"]
+__all__ = ["ORDERS", "SETTINGS", "Behaviour", "Convergence", "Refinement", "Series", "Setting", "combine", "refine"]
 
 Behaviour = Literal["monotone", "slow", "oscillatory", "divergent", "unchanged", "missing"]
 
-#: Order that each setting can reach at most: bilinear elements and the HHT scheme are of second order, the penalties
-#: of first order in the contact compliance.
-ORDERS: Mapping[str, float] = MappingProxyType({"mesh": 2.0, "step": 2.0, "penalty": 1.0})
+
+@dataclass(frozen=True)
+class Setting:
+    """A numerical setting that is varied to find the uncertainty of a number.
+
+    Parameters
+    ----------
+    name : str
+        Its name in files and tables.
+    label : str
+        What its sizes are, for axes.
+    order : float or None
+        Largest order of convergence; None for a setting that is a choice and has no limit.
+    """
+
+    name: str
+    label: str
+    order: float | None
+
+
+#: The settings in the order of tables. Bilinear elements and the HHT scheme are of second order, the penalties of first
+#: order in the contact compliance.
+SETTINGS = (
+    Setting("mesh", "element size / that in use", 2.0),
+    Setting("step", "time step / that in use", 2.0),
+    Setting("penalty", "contact compliance / that in use", 1.0),
+    Setting("alpha", "numerical damping alpha", None),
+)
+#: Largest order by the name of the setting, of those that have a limit.
+ORDERS: Mapping[str, float] = MappingProxyType({one.name: one.order for one in SETTINGS if one.order is not None})
 
 _LEVELS = 3
 _SAFETY, _SAFETY_WITHOUT_ORDER = 1.25, 3.0
 _LEAST_ORDER = 0.5
 _ORDER_LIMITS = (1e-6, 40.0)
 _ROUNDING = 1e-12
-# Changes of this share of a number are no matter of convergence any more.
+# A number that changes by no more than this share has settled.
 _SETTLED = 2e-3
 
 
@@ -57,13 +84,13 @@ class Series:
 
 @dataclass(frozen=True)
 class Refinement:
-    """What one setting does to a number.
+    """How a number depends on one setting.
 
     Parameters
     ----------
     behaviour : {'monotone', 'slow', 'oscillatory', 'divergent', 'unchanged', 'missing'}
-        Approaches a limit; approaches it with less than half an order; goes up and down; moves away;
-        does not change; is not there at every level.
+        Approaches a limit; approaches it with less than half an order; oscillates; diverges; does not change; does
+        not exist at every level.
     uncertainty : float or None
         Of the value in use, in its unit; None where the number is missing at a level.
     order : float or None
@@ -109,7 +136,7 @@ class Convergence:
 
     @property
     def refinements(self) -> dict[str, Refinement]:
-        """What each setting does."""
+        """How the number depends on each setting."""
         return {name: refine(series, ORDERS.get(name)) for name, series in self.sources.items()}
 
     @property
@@ -124,7 +151,7 @@ class Convergence:
 
 
 def refine(series: Series, formal_order: float | None) -> Refinement:
-    """Find out how a number behaves under refinement.
+    """Find the behaviour of a number under refinement.
 
     Parameters
     ----------

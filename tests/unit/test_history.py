@@ -10,8 +10,21 @@ import xarray as xr
 
 import fingerslip as fs
 from fingerslip.errors import ResultError
-from fingerslip.history import VARIABLES, make_history, phase_times, read_history, write_history
+from fingerslip.history import (
+    VARIABLES,
+    is_solid,
+    make_history,
+    nearest_record,
+    nearest_snapshot,
+    phase_times,
+    read_history,
+    site_kinds,
+    site_rows,
+    sites_of_kinds,
+    write_history,
+)
 from problems.pushed import push_and_slide
+from unit import synthetic
 
 
 @pytest.fixture(scope="module")
@@ -114,3 +127,35 @@ def test_files_of_the_first_version_have_the_new_names(history, tmp_path):
     back = read_history(tmp_path / "old.nc")
     assert set(back.variables) == set(history.variables)
     assert back["counterface_force"].dims == history["counterface_force"].dims
+
+
+def test_sites_are_found_by_kind_and_by_name() -> None:
+    history = synthetic.make(synthetic.Process())
+    kinds = site_kinds(history)
+    rows = sites_of_kinds(history, ["SA-I", "FA-II"])
+    assert set(kinds[rows]) == {"SA-I", "FA-II"}
+    assert len(rows) == 50
+    assert (np.diff(rows) > 0).all()
+    names = history["site"].values[[7, 3]].tolist()
+    assert site_rows(history, names).tolist() == [7, 3]
+    with pytest.raises(KeyError, match="nowhere"):
+        site_rows(history, ["nowhere"])
+
+
+def test_a_history_without_sites_has_no_kinds_and_no_rows() -> None:
+    bare = synthetic.make(synthetic.Process()).drop_dims("site")
+    assert site_kinds(bare).size == sites_of_kinds(bare, ["SA-I"]).size == site_rows(bare, []).size == 0
+
+
+def test_the_nearest_record_and_snapshot_are_found() -> None:
+    history = synthetic.make(synthetic.Process(step=5e-3))
+    assert nearest_record(history, 0.0126) == 3
+    assert nearest_record(history, 99.0) == history.sizes["time"] - 1
+    shown = history.assign_coords(snapshot_time=("snapshot_time", [0.0, 0.5, 2.0]))
+    assert [nearest_snapshot(shown, time) for time in (None, 0.0, 0.3, 9.0)] == [2, 0, 1, 2]
+
+
+def test_dimensions_are_told_apart() -> None:
+    history = synthetic.make(synthetic.Process())
+    assert not is_solid(history)
+    assert is_solid(history.drop_dims("component").assign_coords(component=["x", "y", "z"]))

@@ -14,7 +14,7 @@ SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
     "errors dotted units yaml_text fields mistakes parameters protocols files digest sites",
     "materials specimens mesh fe linear contact model history dynamics",
-    "slip uncertainty published report",
+    "slip uncertainty published results report",
     "verification study validation commands",
 )
 LAYERS = [name for row in ROWS for name in row.split()]

@@ -25,7 +25,7 @@ from fingerslip.parameters import (
     parameters,
     plain_fields,
     valid_fields,
-    walk_quantities,
+    walk_values,
 )
 
 
@@ -136,12 +136,48 @@ def test_written_parameters_read_back_exactly(width: float, places: list[float],
 
 def test_units_and_quantities_are_known_by_path() -> None:
     whole = Outer(inner=Inner(width=0.5), parts={"a": Inner(width=0.1)})
-    found = {path: (value, unit.si if unit else None) for path, value, unit in walk_quantities(whole)}
+    found = {leaf.path: (leaf.value, leaf.unit.si if leaf.unit else None) for leaf in walk_values(whole)}
     assert found["inner.width"] == (0.5, "m")
     assert found["parts.a.width"] == (0.1, "m")
     assert found["count"] == (1, None)
     assert unit_of(Inner, "places") is not None
     assert unit_of(Outer, "name") is None
+
+
+@parameters
+class Nested:
+    """Parts of parts, some of them optional."""
+
+    outer: Outer
+    around: Inner = Inner(width=0.25, places=(1.0,))
+    several: tuple[Inner, ...] = ()
+    loads: Mapping[str, tuple[SignedLength, ...]] = pydantic.Field(default_factory=dict)
+    nothing: PositiveLength | None = None
+
+
+def test_every_value_is_walked_once_and_what_is_empty_is_left_out() -> None:
+    whole = Nested(Outer(inner=Inner(width=0.5)), several=(Inner(width=0.1),), loads={"left": (1.0, 2.0)})
+    found = {leaf.path: leaf.value for leaf in walk_values(whole)}
+    assert found == {
+        "outer.inner.width": 0.5,
+        "outer.count": 1,
+        "around.width": 0.25,
+        "around.places": (1.0,),
+        "several.0.width": 0.1,
+        "loads.left": (1.0, 2.0),
+    }
+    (load,) = (leaf for leaf in walk_values(whole) if leaf.path == "loads.left")
+    assert load.unit is not None
+    assert load.unit.si == "m"
+
+
+def test_defaults_are_those_of_the_field_or_of_the_part_it_is_in() -> None:
+    def defaults(whole: Nested) -> set[str]:
+        return {leaf.path for leaf in walk_values(whole) if leaf.is_default}
+
+    inner = Inner(width=0.5)
+    assert defaults(Nested(Outer(inner))) == {"outer.count", "around.width", "around.places"}
+    assert defaults(Nested(Outer(inner, count=2), Inner(width=0.25))) == {"around.width"}
 
 
 def test_schema_says_that_quantities_are_text() -> None:

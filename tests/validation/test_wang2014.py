@@ -17,7 +17,7 @@ import pytest
 import xarray as xr
 
 from fingerslip.history import read_history
-from fingerslip.report.tables.events import RunEvents
+from fingerslip.results import RunResult
 from fingerslip.slip import Events
 from fingerslip.study.running.runner import StudyResult, run_study
 from fingerslip.validation.checks import determination
@@ -53,12 +53,12 @@ def phalanges(table2: StudyResult) -> Mapping[str, Measures]:
     return {run.swept["fingertip.phalanx.variant"]: measure(run, history_of(table2, run)) for run in table2.runs}
 
 
-def history_of(result: StudyResult, run: RunEvents) -> xr.Dataset:
-    return read_history(result.folder / run.label / "history.nc")
+def history_of(result: StudyResult, run: RunResult) -> xr.Dataset:
+    return read_history(result.folder / run.name / "history.nc")
 
 
-def stored_numbers(result: StudyResult, run: RunEvents) -> Mapping[str, Any]:
-    stored: dict[str, Any] = json.loads((result.folder / run.label / "events.json").read_text())
+def stored_numbers(result: StudyResult, run: RunResult) -> Mapping[str, Any]:
+    stored: dict[str, Any] = json.loads((result.folder / run.name / "events.json").read_text())
     numbers: dict[str, Any] = stored["numbers"]
     return numbers
 

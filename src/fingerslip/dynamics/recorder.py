@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.motion import phase_table
 from fingerslip.dynamics.state import State
 from fingerslip.dynamics.system import System
+from fingerslip.fe.edges import free_edge_distances
 from fingerslip.fe.recovery import (
     Recovery,
     cell_recovery,
@@ -187,6 +188,19 @@ def _regions(space: Space) -> NDArray[np.int8]:
     return regions
 
 
+def _edge_distances(model: Model, system: System) -> Array:
+    """Return how far each contact candidate is from a free edge of its boundary [m]."""
+    candidates = system.candidates
+    held = np.ones(system.space.n_dofs, dtype=bool)
+    held[system.free] = False
+    distances = np.zeros(len(candidates.nodes))
+    for number, contact in enumerate(model.contacts):
+        own = candidates.counterface == number
+        nodes, components = candidates.nodes[own], held.reshape(-1, system.space.dim)
+        distances[own] = free_edge_distances(system.space, contact.boundary, components, nodes)
+    return distances
+
+
 def _coordinates(model: Model, system: System, times: Array, snapshot_times: Array) -> dict[str, Any]:
     kinds, knots = phase_table(model.programmes[0])
     sites, counterfaces = model.record.sites, [contact.counterface for contact in model.contacts]
@@ -210,6 +224,7 @@ def _coordinates(model: Model, system: System, times: Array, snapshot_times: Arr
         "contact_counterface": candidates.counterface,
         "contact_position": positions[candidates.nodes],
         "contact_area": candidates.area,
+        "contact_edge_distance": _edge_distances(model, system),
         "snapshot_time": snapshot_times,
         "node_position": positions,
         "cell_nodes": cell_nodes(system.space),

@@ -1,7 +1,8 @@
-"""Slip events, acceleration peaks and receptor signals, read from a history."""
+"""What a history says of slip: events, measures, acceleration peaks, receptor signals, the contact patch."""
 
 from __future__ import annotations
 
+from fingerslip.slip.counterface import ContactForces, contact_forces, slide_tangent
 from fingerslip.slip.events import (
     Events,
     SlipEvents,
@@ -20,6 +21,9 @@ from fingerslip.slip.fractions import (
     slipping_fraction,
     stick_ratio,
 )
+from fingerslip.slip.free_edge import EdgeContact, edge_contact
+from fingerslip.slip.measures import MEASURES, Measure, read_measures
+from fingerslip.slip.names import EVENTS, READINGS
 from fingerslip.slip.patch import Patch, contact_patch, patch_series, surface_strain_rates, surface_strains
 from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, peak_signal
 from fingerslip.slip.receptors import (
@@ -33,8 +37,14 @@ from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossin
 
 __all__ = [
     "AREAS",
+    "EVENTS",
+    "MEASURES",
+    "READINGS",
+    "ContactForces",
+    "EdgeContact",
     "EventSettings",
     "Events",
+    "Measure",
     "Patch",
     "Peak",
     "PeakSettings",
@@ -46,16 +56,20 @@ __all__ = [
     "accumulated_slip",
     "contact_area",
     "contact_edges",
+    "contact_forces",
     "contact_patch",
     "displacement_events",
+    "edge_contact",
     "events_from_mapping",
     "events_mapping",
     "find_events",
     "patch_series",
     "peak_signal",
+    "read_measures",
     "receptor_signals",
     "receptors_in_areas",
     "relative_displacement",
+    "slide_tangent",
     "slide_window",
     "slip_events",
     "slipped_fraction",

@@ -1,23 +1,24 @@
-"""Slip events: incipient, noticed, three-quarter and overall slip, read in three ways.
+"""Slip events: incipient, noticed, three-quarter and overall slip, each in three readings.
 
 From accumulated slip
     The first time from which, of the area in contact since the slide began, the fraction that has slipped by more
     than a tolerance stays at or above the event's.
 From displacement
     The time by which the event's share of the contact nodes (the first one for incipient slip, the last one
-    for overall slip) has left the plate's line.
+    for overall slip) lags the plate.
 From acceleration
     Overall slip is the most prominent acceleration peak at the receptors after the press-to-slide transition,
     incipient slip the first peak above the noise before it, three-quarter slip the most prominent one between.
 
-An event that did not happen is None.
+An event that did not happen is None; so is every event of a reading whose signals the history does not hold, which
+then says that it is not recorded.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,8 @@ import xarray as xr
 
 from fingerslip.history import OPEN
 from fingerslip.slip.fractions import relative_displacement, slipped_fraction
-from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, goes_along, slide_receptors
+from fingerslip.slip.names import EVENTS, READINGS, TIMES
+from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
 from fingerslip.slip.settings import EventSettings, PeakSettings
 from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing
 
@@ -48,38 +50,46 @@ class SlipEvents:
     Parameters
     ----------
     incipient : float, optional
-        Slip begins.
+        Incipient slip: the edge of the contact slips.
     noticed : float, optional
-        As much slips (48 %) as when people notice it.
+        Noticed slip: 48 % of the contact slips, the fraction at which people notice it.
     three_quarter : float, optional
-        Three quarters slip.
+        Three-quarter slip: three quarters of the contact slip.
     overall : float, optional
-        All slips.
+        Overall slip: the whole contact slips.
+    recorded : bool, optional
+        Whether the history holds the signals that this reading needs; without them no event is known.
     """
 
     incipient: float | None = None
     noticed: float | None = None
     three_quarter: float | None = None
     overall: float | None = None
+    recorded: bool = True
 
     @property
     def latency(self) -> float | None:
-        """Time from incipient to overall slip [s]; None where one of them did not happen."""
+        """Time from incipient to overall slip [s]; None where one of them is."""
         if self.incipient is None or self.overall is None:
             return None
         return self.overall - self.incipient
 
+    def time(self, name: str) -> float | None:
+        """Return an event's time, or the latency, by its name in :data:`~fingerslip.slip.names.TIMES` [s]."""
+        time: float | None = getattr(self, name)
+        return time
+
 
 @dataclass(frozen=True)
 class Events:
-    """The slip events of one slide, read in three ways; the times at the top are those from accumulated slip.
+    """The slip events of one slide in three readings; the events themselves are those from accumulated slip.
 
     Parameters
     ----------
     slip : SlipEvents
         From accumulated slip.
     displacement : SlipEvents
-        From nodes leaving the plate's line.
+        From nodes that no longer move with the plate.
     acceleration : SlipEvents
         From acceleration peaks at the receptors.
     """
@@ -113,9 +123,14 @@ class Events:
         """Time from incipient to overall slip, from accumulated slip [s]."""
         return self.slip.latency
 
+    def reading(self, name: str) -> SlipEvents:
+        """Return a reading by its name in :data:`~fingerslip.slip.names.READINGS`."""
+        events: SlipEvents = getattr(self, name)
+        return events
+
 
 def find_events(history: xr.Dataset, settings: EventSettings | None = None, slide: int = 0) -> Events:
-    """Find the slip events of a slide in all three ways.
+    """Find the slip events of a slide in all three readings.
 
     Parameters
     ----------
@@ -169,28 +184,28 @@ def slip_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) ->
         return SlipEvents()
     fraction = slipped_fraction(history, window, settings.slip_tolerance)
     times, values = fraction["time"].values, fraction.values
-    return SlipEvents(*(sustained_crossing(times, values, level, settings.sustained) for level in _levels(settings)))
+    return _events(sustained_crossing(times, values, level, settings.sustained) for level in _levels(settings))
 
 
 def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) -> SlipEvents:
-    """Find the events from contact nodes leaving the plate's line, as a person reads the displacement plot.
+    """Find the events from contact nodes that no longer move with the plate, as a person reads the displacement plot.
 
-    The nodes in contact at the start of the slide are counted, each alike; one that lifts off before it left
-    the line is counted out.
+    The nodes in contact at the start of the slide count alike; one that lifts off before it lags the plate does not
+    count.
 
     Parameters
     ----------
     history : xarray.Dataset
         A history.
     settings : EventSettings
-        Tolerance, fractions and how long a node has to stay off the line.
+        Tolerance, fractions and how long a node has to lag the plate.
     slide : int, optional
         Which of the slide phases, from 0.
 
     Returns
     -------
     SlipEvents
-        When the first node, 48 % of them, three quarters and the last one had left.
+        When the first node, 48 % of them, three quarters and the last one lagged the plate.
     """
     window = slide_window(history, slide)
     if window is None:
@@ -199,60 +214,74 @@ def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int
     finite = sorted(time for time in leaving if time is not None)
     shares = (0.0, settings.noticed_fraction, settings.three_quarter_fraction, 1.0)
     ranks = (max(math.ceil(share * len(leaving)), 1) for share in shares)
-    return SlipEvents(*(finite[rank - 1] if rank <= len(finite) else None for rank in ranks))
+    return _events(finite[rank - 1] if rank <= len(finite) else None for rank in ranks)
 
 
 def acceleration_events(history: xr.Dataset, settings: PeakSettings | None = None, slide: int = 0) -> SlipEvents:
     """Find the events from acceleration peaks at the receptors.
 
     Overall slip is the most prominent peak after the press-to-slide transition, provided that the skin
-    no longer goes along with the plate afterwards. Incipient slip is the first peak that stands out of the
-    noise before it, three-quarter slip the most prominent one between these two.
+    no longer follows the plate afterwards. Incipient slip is the first peak that exceeds the noise before it,
+    three-quarter slip the most prominent one between these two.
 
     Parameters
     ----------
     history : xarray.Dataset
         A two-dimensional history.
     settings : PeakSettings, optional
-        How peaks are told from noise.
+        How peaks are distinguished from noise.
     slide : int, optional
         Which of the slide phases, from 0.
 
     Returns
     -------
     SlipEvents
-        `noticed` is always None: no peak belongs to it.
+        `noticed` is always None: no peak belongs to it. A history without such receptors has no recorded events.
     """
     settings = settings or PeakSettings()
+    if not has_receptors(history, settings.kinds):
+        return SlipEvents(recorded=False)
     window = slide_window(history, slide)
     table = acceleration_peaks(history, settings, slide)
     largest = table.largest
     if window is None or largest is None:
         return SlipEvents()
     rows = slide_receptors(history, window, settings)
-    if goes_along(history, window, rows, largest.time) >= settings.followed:
+    if followed_share(history, window, rows, largest.time) >= settings.followed:
         return SlipEvents(incipient=table.peaks[0].time)
     return _events_before(table, largest)
 
 
-def events_mapping(events: Events) -> dict[str, dict[str, float | None]]:
-    """Turn events into plain data for JSON: way of reading, then event (and latency), to seconds or None."""
+def events_mapping(events: Events) -> dict[str, dict[str, float | bool | None]]:
+    """Turn events into plain data for JSON.
+
+    Returns
+    -------
+    dict
+        By reading: whether it is ``recorded``, and the events and the ``latency`` [s], None where there is none.
+    """
     return {
-        way.name: {
-            **{event.name: getattr(times, event.name) for event in fields(SlipEvents)},
-            "latency": times.latency,
-        }
-        for way in fields(Events)
-        for times in (getattr(events, way.name),)
+        name: {"recorded": reading.recorded, **{time: reading.time(time) for time in TIMES}}
+        for name in READINGS
+        for reading in (events.reading(name),)
     }
 
 
 def events_from_mapping(values: Mapping[str, Mapping[str, Any]]) -> Events:
-    """Read events back from plain data: the inverse of :func:`events_mapping`."""
-    names = [event.name for event in fields(SlipEvents)]
-    return Events(
-        **{way.name: SlipEvents(**{name: values[way.name][name] for name in names}) for way in fields(Events)}
-    )
+    """Read events back from plain data: the inverse of :func:`events_mapping`.
+
+    Raises
+    ------
+    KeyError
+        Where a reading or an event is missing.
+    """
+    names = ("recorded", *EVENTS)
+    return Events(**{reading: SlipEvents(**{name: values[reading][name] for name in names}) for reading in READINGS})
+
+
+def _events(times: Iterable[float | None]) -> SlipEvents:
+    incipient, noticed, three_quarter, overall = times
+    return SlipEvents(incipient, noticed, three_quarter, overall)
 
 
 def _levels(settings: EventSettings) -> tuple[float, float, float, float]:
@@ -265,7 +294,7 @@ def _levels(settings: EventSettings) -> tuple[float, float, float, float]:
 
 
 def _leaving_times(history: xr.Dataset, window: SlideWindow, settings: EventSettings) -> Sequence[float | None]:
-    """Return when each counted node left the plate's line; None for one that never did."""
+    """Return when each counted node began to lag the plate; None for one that never did."""
     times = history["time"].values[window.records]
     touching = history["contact_state"].values[window.records] != OPEN
     distance = relative_displacement(history, window)

@@ -7,6 +7,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import OPEN, SLIP
+from fingerslip.slip.counterface import split_along
 from fingerslip.slip.windows import SlideWindow
 
 __all__ = [
@@ -86,7 +87,7 @@ def accumulated_slip(history: xr.Dataset, window: SlideWindow) -> NDArray[np.flo
 
 
 def relative_displacement(history: xr.Dataset, window: SlideWindow) -> NDArray[np.float64]:
-    """Return how far every contact node left the plate's line since the slide began.
+    """Return how far every contact node has moved relative to the plate since the slide began.
 
     Parameters
     ----------
@@ -102,12 +103,10 @@ def relative_displacement(history: xr.Dataset, window: SlideWindow) -> NDArray[n
         the start of the slide [m].
     """
     counterface = history["contact_counterface"].values
-    node_way = history["contact_displacement"].values[window.records]
-    plate_way = history["counterface_displacement"].values[window.records][:, counterface]
-    relative = (node_way - node_way[0]) - (plate_way - plate_way[0])
-    normal = history["counterface_normal"].values[counterface]
-    along_normal = np.einsum("tnc,nc->tn", relative, normal)
-    tangential = relative - along_normal[..., None] * normal
+    node = history["contact_displacement"].values[window.records]
+    plate = history["counterface_displacement"].values[window.records][:, counterface]
+    relative = (node - node[0]) - (plate - plate[0])
+    _, tangential = split_along(relative, history["counterface_normal"].values[counterface])
     return np.asarray(np.linalg.norm(tangential, axis=-1), dtype=float)
 
 

@@ -9,10 +9,10 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
-from fingerslip.errors import InputError
-from fingerslip.history import OPEN, SLIP
+from fingerslip.errors import InputError, warn_renamed
+from fingerslip.history import OPEN, SLIP, is_solid
+from fingerslip.slip.counterface import contact_forces, counterface_normal, slide_tangent
 from fingerslip.slip.fractions import contact_area, stick_ratio
-from fingerslip.slip.receptors import plate_tangent
 
 __all__ = ["Patch", "contact_patch", "patch_series", "surface_strain_rates", "surface_strains", "triangle_states"]
 
@@ -31,22 +31,28 @@ class Patch:
     ----------
     nodes : (n,) array of int
         Rows of the contact candidates in the history.
-    places : (n, 2) array
+    points : (n, 2) array
         Reference coordinates along and across the slide [m].
     triangles : (m, 3) array of int
-        Corners as rows of `places`.
+        Corners as rows of `points`.
     axes : (2, 3) array
         Unit vectors along and across the slide, in the plate.
     """
 
     nodes: NDArray[np.int64]
-    places: Floats
+    points: Floats
     triangles: NDArray[np.int64]
     axes: Floats
 
+    @property
+    def places(self) -> Floats:
+        """Old name of `points`."""
+        warn_renamed("places", "points")
+        return self.points
+
 
 def contact_patch(history: xr.Dataset, counterface: int = 0) -> Patch:
-    """Join the contact candidates of a plate by triangles, Delaunay's in the plate's plane.
+    """Join the contact candidates of a plate by Delaunay triangles in its plane.
 
     Parameters
     ----------
@@ -60,24 +66,24 @@ def contact_patch(history: xr.Dataset, counterface: int = 0) -> Patch:
     InputError
         For a history in the plane, or with fewer than three candidates.
     """
-    if history.sizes["component"] != 3:
+    if not is_solid(history):
         raise InputError("history", "is two-dimensional", "needs a history in space")
     nodes = np.flatnonzero(history["contact_counterface"].values == counterface)
     if nodes.size < 3:
         raise InputError(
             "history", f"has {nodes.size} contact candidates on counterface {counterface}", "needs three and more"
         )
-    tangent, normal = plate_tangent(history, counterface), history["counterface_normal"].values[counterface]
-    axes = np.array([tangent, np.cross(tangent, normal)])
-    places = history["contact_position"].values[nodes] @ axes.T
-    triangles = Delaunay(places).simplices
-    sides = np.linalg.norm(places[triangles] - places[np.roll(triangles, 1, axis=1)], axis=2)
+    tangent = slide_tangent(history, counterface)
+    axes = np.array([tangent, np.cross(tangent, counterface_normal(history, counterface))])
+    points = history["contact_position"].values[nodes] @ axes.T
+    triangles = Delaunay(points).simplices
+    sides = np.linalg.norm(points[triangles] - points[np.roll(triangles, 1, axis=1)], axis=2)
     kept = sides.max(axis=1) <= _LONGEST_SIDE * np.median(sides)
-    return Patch(nodes, places, np.asarray(triangles[kept], dtype=np.int64), axes)
+    return Patch(nodes, points, np.asarray(triangles[kept], dtype=np.int64), axes)
 
 
 def patch_series(history: xr.Dataset, counterface: int = 0) -> xr.Dataset:
-    """Return the measures of the contact patch over time that optical studies of fingertips report.
+    """Return the series that optical studies of fingertips report of the contact patch.
 
     Parameters
     ----------
@@ -90,16 +96,12 @@ def patch_series(history: xr.Dataset, counterface: int = 0) -> xr.Dataset:
     -------
     xarray.Dataset
         ``contact_area`` and ``stick_area`` [m^2], ``stick_ratio`` [-], ``annulus_width`` of the slipping annulus of a
-        round patch with these areas [m], ``normal_force`` and ``tangential_force`` [N] and their ``force_ratio`` [-];
-        what does not exist without contact is missing there.
+        round patch with these areas [m], ``normal_force`` and ``tangential_force`` [N] and their ``force_ratio`` [-].
+        Values that do not exist without contact are missing (NaN).
     """
     area, ratio = contact_area(history), stick_ratio(history)
     stuck = (area * ratio.fillna(0.0)).rename("stick_area")
-    force = history["counterface_force"].values[:, counterface]
-    normal = force @ history["counterface_normal"].values[counterface]
-    tangential = np.linalg.norm(force - normal[:, None] * history["counterface_normal"].values[counterface], axis=1)
-    over = np.full(normal.shape, np.nan)
-    np.divide(tangential, normal, out=over, where=normal > 1e-9 * normal.max())
+    forces = contact_forces(history, counterface)
     series = {
         "contact_area": (area.values, "m^2", "area in contact"),
         "stick_area": (stuck.values, "m^2", "area that sticks"),
@@ -109,9 +111,9 @@ def patch_series(history: xr.Dataset, counterface: int = 0) -> xr.Dataset:
             "m",
             "width of the slipping annulus of a round patch",
         ),
-        "normal_force": (normal, "N", "normal force on the plate"),
-        "tangential_force": (tangential, "N", "tangential force on the plate"),
-        "force_ratio": (over, "1", "tangential over normal force"),
+        "normal_force": (forces.normal, "N", "normal force on the plate"),
+        "tangential_force": (forces.friction, "N", "tangential force on the plate"),
+        "force_ratio": (forces.ratio(), "1", "tangential over normal force"),
     }
     return xr.Dataset(
         {name: ("time", values, {"units": unit, "long_name": said}) for name, (values, unit, said) in series.items()},
@@ -122,8 +124,8 @@ def patch_series(history: xr.Dataset, counterface: int = 0) -> xr.Dataset:
 def surface_strains(history: xr.Dataset, patch: Patch | None = None) -> xr.DataArray:
     """Return the Green-Lagrange strains of the skin surface on the contact patch.
 
-    With F the map of a triangle's reference plane onto its present one, E = (F^T F - I)/2. The components are along
-    the slide, across it, and their shear E_12 (not doubled), in the reference plane of each triangle.
+    E = (F^T F - I)/2, where F maps the reference plane of a triangle onto its present plane. The components are along
+    the slide, across it, and the shear E_12 (not doubled), in the reference plane of each triangle.
 
     Parameters
     ----------
@@ -149,7 +151,7 @@ def surface_strains(history: xr.Dataset, patch: Patch | None = None) -> xr.DataA
     strains = 0.5 * (metric - np.eye(2))
     values = np.stack([strains[..., 0, 0], strains[..., 1, 1], strains[..., 0, 1]], axis=-1)
     state = history["contact_state"].values[:, patch.nodes][:, patch.triangles]
-    centres = patch.places[patch.triangles].mean(axis=1)
+    centres = patch.points[patch.triangles].mean(axis=1)
     return xr.DataArray(
         values,
         dims=("time", "triangle", "strain_component"),
@@ -183,7 +185,7 @@ def _local_edges(reference: Floats, along: Floats) -> Floats:
 
 
 def triangle_states(history: xr.Dataset, patch: Patch, step: int) -> NDArray[np.int8]:
-    """Return the state of each triangle at a record: open where a corner is, slip where one slips, else stick."""
+    """Return the state of each triangle (m,) at a record: open where a corner is, slip where one slips, else stick."""
     corners = history["contact_state"].values[step, patch.nodes][patch.triangles]
     states = np.where((corners == SLIP).any(axis=1), SLIP, corners.max(axis=1))
     return np.where((corners == OPEN).any(axis=1), OPEN, states).astype(np.int8)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,7 +10,9 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from fingerslip.slip.receptors import plate_tangent, receptor_rows, tangential_acceleration
+from fingerslip.history import sites_of_kinds
+from fingerslip.slip.counterface import slide_tangent
+from fingerslip.slip.receptors import receptor_rows, tangential_acceleration
 from fingerslip.slip.settings import PeakSettings
 from fingerslip.slip.windows import SlideWindow, slide_window
 
@@ -17,7 +20,8 @@ __all__ = [
     "Peak",
     "PeakTable",
     "acceleration_peaks",
-    "goes_along",
+    "followed_share",
+    "has_receptors",
     "noise_of",
     "peak_signal",
     "slide_receptors",
@@ -98,7 +102,7 @@ def acceleration_peaks(history: xr.Dataset, settings: PeakSettings | None = None
     history : xarray.Dataset
         A two-dimensional history.
     settings : PeakSettings, optional
-        How peaks are told from noise.
+        How peaks are distinguished from noise.
     slide : int, optional
         Which of the slide phases, from 0.
 
@@ -140,26 +144,43 @@ def peak_signal(history: xr.Dataset, settings: PeakSettings, slide: int = 0) -> 
     return xr.DataArray(values, times, ("time",), "peak_signal", meaning)
 
 
+def has_receptors(history: xr.Dataset, kinds: Sequence[str]) -> bool:
+    """Tell whether the acceleration of any site of these kinds is recorded."""
+    return "acceleration" in history and sites_of_kinds(history, kinds).size > 0
+
+
 def slide_receptors(history: xr.Dataset, window: SlideWindow, settings: PeakSettings) -> NDArray[np.intp]:
-    """Return the rows of the sites whose acceleration is read in a slide."""
-    if "acceleration" not in history or "site" not in history.coords:
+    """Return the rows of the sites whose acceleration is read in a slide, shape (n_sites,)."""
+    if not has_receptors(history, settings.kinds):
         return np.empty(0, dtype=np.intp)
     return receptor_rows(history, settings.kinds, settings.per_area, float(history["time"].values[window.first]))
 
 
-def goes_along(history: xr.Dataset, window: SlideWindow, rows: NDArray[np.intp], time: float) -> float:
-    """Return the share of the plate's way that some sites go along with from `time` to the end of the slide [-]."""
-    tangent = plate_tangent(history)
+def followed_share(history: xr.Dataset, window: SlideWindow, rows: NDArray[np.intp], time: float) -> float:
+    """Return the mean displacement of sites over that of the plate, from a time to the end of the slide [-].
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with sites.
+    window : SlideWindow
+        The slide.
+    rows : (n_sites,) array of int
+        Rows of the sites.
+    time : float
+        Start [s].
+    """
+    tangent = slide_tangent(history)
     start = int(np.searchsorted(history["time"].values, time))
     ends = np.array([start, window.last])
     plate = history["counterface_displacement"].values[ends, 0] @ tangent
     skin = history["displacement"].values[ends][:, rows] @ tangent
-    way = float(plate[1] - plate[0])
-    return float((skin[1] - skin[0]).mean()) / way if way else 1.0
+    travel = float(plate[1] - plate[0])
+    return float((skin[1] - skin[0]).mean()) / travel if travel else 1.0
 
 
 def noise_of(signal: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the noise floor (median) and spread (scaled median absolute deviation) of a signal, in its unit."""
+    """Return the noise floor (median) and spread (scaled median absolute deviation) of a signal (n,), in its unit."""
     floor = float(np.median(signal))
     return floor, _MAD_TO_DEVIATION * float(np.median(np.abs(signal - floor)))
 
@@ -180,7 +201,7 @@ def transition_end(
     signal : (n_times,) array
         The signal, not negative [m/s^2].
     settings : PeakSettings
-        How peaks are told from noise.
+        How peaks are distinguished from noise.
 
     Returns
     -------

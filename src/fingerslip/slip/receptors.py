@@ -1,11 +1,12 @@
-"""Receptors around the two edges of the contact, and what they feel.
+"""Receptors around the two edges of the contact, and their signals.
 
-Area A is the edge of the contact at the smaller tangential coordinate, area B the one at the larger.
-The names are a convention here: the published figures only show the two edges.
+Area A is the edge of the contact at the smaller tangential coordinate, area B the one at the larger. These names are
+ours: the published figures only show the two edges.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
@@ -13,14 +14,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.history import OPEN
+from fingerslip.history import OPEN, site_kinds, site_rows
 from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.slip.counterface import slide_tangent
 from fingerslip.slip.windows import slide_window
 
 __all__ = [
     "AREAS",
     "contact_edges",
-    "plate_tangent",
     "receptor_rows",
     "receptor_signals",
     "receptors_in_areas",
@@ -28,22 +29,6 @@ __all__ = [
 ]
 
 AREAS = ("A", "B")
-
-
-def plate_tangent(history: xr.Dataset, counterface: int = 0) -> NDArray[np.float64]:
-    """Return the unit tangent of a counterface: its normal turned clockwise in 2D, (1, 0) for a plate below.
-
-    In space it is the direction in which the counterface goes furthest along its surface, and x where it does not.
-    """
-    normal = np.asarray(history["counterface_normal"].values[counterface], dtype=float)
-    if normal.size == 2:
-        return np.array([normal[1], -normal[0]])
-    ways = np.asarray(history["counterface_displacement"].values[:, counterface], dtype=float)
-    along = np.vstack([np.eye(3)[:1], ways - np.outer(ways @ normal, normal)])
-    along[0] -= normal[0] * normal
-    furthest = along[1:][np.linalg.norm(along[1:], axis=1).argmax()]
-    direction = furthest if np.linalg.norm(furthest) > 0.0 else along[0]
-    return np.asarray(direction / np.linalg.norm(direction))
 
 
 def contact_edges(history: xr.Dataset, time: float | None = None, counterface: int = 0) -> tuple[float, float] | None:
@@ -69,7 +54,7 @@ def contact_edges(history: xr.Dataset, time: float | None = None, counterface: i
     touching = (row != OPEN) & (history["contact_counterface"].values == counterface)
     if not touching.any():
         return None
-    along = history["contact_position"].values[touching] @ plate_tangent(history, counterface)
+    along = history["contact_position"].values[touching] @ slide_tangent(history, counterface)
     return float(along.min()), float(along.max())
 
 
@@ -94,29 +79,27 @@ def receptors_in_areas(
     Returns
     -------
     mapping of (kind, area) to tuple of str
-        Names of sites, nearest to the edge first; pairs without a receptor are left out, and it is empty
-        where nothing touches or no site is recorded.
+        Names of sites, nearest to the edge first. Pairs without a receptor are left out; the mapping is empty where
+        nothing touches or no site is recorded.
     """
-    if "site" not in history.coords or not history.sizes["site"]:
-        return MappingProxyType({})
-    edges = contact_edges(history, time)
+    known = site_kinds(history)
+    edges = contact_edges(history, time) if known.size else None
     if edges is None:
         return MappingProxyType({})
-    names, site_kinds = history["site"].values, history["site_kind"].values
+    names = history["site"].values
     distance = np.abs(_along(history)[:, None] - np.asarray(edges))
     nearer = np.argmin(distance, axis=1)
     chosen = {}
-    for kind in kinds:
-        for index, area in enumerate(AREAS):
-            members = np.flatnonzero((site_kinds == kind) & (nearer == index))
-            order = members[np.argsort(distance[members, index], kind="stable")][:per_area]
-            if order.size:
-                chosen[kind, area] = tuple(str(name) for name in names[order])
+    for kind, (index, area) in itertools.product(kinds, enumerate(AREAS)):
+        members = np.flatnonzero((known == kind) & (nearer == index))
+        order = members[np.argsort(distance[members, index], kind="stable")][:per_area]
+        if order.size:
+            chosen[kind, area] = tuple(str(name) for name in names[order])
     return MappingProxyType(chosen)
 
 
 def receptor_signals(history: xr.Dataset, per_area: int = 5) -> xr.Dataset:
-    """Average what the receptors around each edge of the contact feel.
+    """Average the signals of the receptors around each edge of the contact.
 
     Parameters
     ----------
@@ -138,12 +121,20 @@ def receptor_signals(history: xr.Dataset, per_area: int = 5) -> xr.Dataset:
     acceleration, density = np.full(shape, np.nan), np.full(shape, np.nan)
     count = np.zeros(shape[:2], dtype=int)
     for (kind, area), names in chosen.items():
-        place = RECEPTOR_KINDS.index(kind), AREAS.index(area)
-        rows = _site_rows(history, names)
-        count[place] = len(names)
-        acceleration[place] = tangential_acceleration(history, rows).mean(axis=1)
+        pair, rows = (RECEPTOR_KINDS.index(kind), AREAS.index(area)), site_rows(history, names)
+        count[pair] = len(names)
+        acceleration[pair] = tangential_acceleration(history, rows).mean(axis=1)
         if "strain_energy_density" in history:
-            density[place] = history["strain_energy_density"].values[:, rows].mean(axis=1)
+            density[pair] = history["strain_energy_density"].values[:, rows].mean(axis=1)
+    return _signals(times, acceleration, density, count)
+
+
+def _signals(
+    times: NDArray[np.float64],
+    acceleration: NDArray[np.float64],
+    density: NDArray[np.float64],
+    count: NDArray[np.int_],
+) -> xr.Dataset:
     dims = ("kind", "area", "time")
     return xr.Dataset(
         {
@@ -162,9 +153,9 @@ def receptor_signals(history: xr.Dataset, per_area: int = 5) -> xr.Dataset:
 def receptor_rows(
     history: xr.Dataset, kinds: Sequence[str], per_area: int, time: float | None = None
 ) -> NDArray[np.intp]:
-    """Return the rows of the chosen receptors of some types, both areas together, as of `time` [s]."""
+    """Return the rows of the chosen receptors of some types, both areas together, at a time [s]; shape (n,)."""
     chosen = receptors_in_areas(history, per_area, kinds, time)
-    return _site_rows(history, [name for names in chosen.values() for name in names])
+    return site_rows(history, [name for names in chosen.values() for name in names])
 
 
 def tangential_acceleration(history: xr.Dataset, rows: NDArray[np.intp]) -> NDArray[np.float64]:
@@ -185,19 +176,14 @@ def tangential_acceleration(history: xr.Dataset, rows: NDArray[np.intp]) -> NDAr
     (n_times, n_sites) array
         Acceleration [m/s^2]; the first record has no step before it and stands as it is.
     """
-    at_records = np.asarray(history["acceleration"].values[:, rows] @ plate_tangent(history), dtype=float)
+    at_records = np.asarray(history["acceleration"].values[:, rows] @ slide_tangent(history), dtype=float)
     over_steps = at_records.copy()
     over_steps[1:] = 0.5 * (at_records[1:] + at_records[:-1])
     return over_steps
 
 
-def _site_rows(history: xr.Dataset, names: Sequence[str]) -> NDArray[np.intp]:
-    known = {str(name): row for row, name in enumerate(history["site"].values)} if "site" in history.coords else {}
-    return np.array([known[name] for name in names], dtype=np.intp)
-
-
 def _along(history: xr.Dataset) -> NDArray[np.float64]:
-    return np.asarray(history["site_position"].values @ plate_tangent(history), dtype=float)
+    return np.asarray(history["site_position"].values @ slide_tangent(history), dtype=float)
 
 
 def _record(history: xr.Dataset, time: float | None) -> int:

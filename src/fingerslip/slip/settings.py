@@ -1,7 +1,7 @@
-"""The constants in the definitions of the slip events, and what each rests on.
+"""The constants in the definitions of the slip events, and the reason for each.
 
-None is fitted to a published time. Overall slip hardly depends on them; incipient slip does, above all on the tolerance
-and the area fraction, because slip spreads gradually from the edges: compare it only between runs read alike.
+None is fitted to a published time. Overall slip hardly depends on them. Incipient slip does, above all on the tolerance
+and the area fraction, because slip spreads gradually from the edges; compare it only between runs with equal constants.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Micrometres = Annotated[float, Unit("m", "um"), pydantic.Field(gt=0)]
 
 @parameters
 class PeakSettings:
-    """How acceleration peaks at the receptors are told from noise.
+    """How acceleration peaks at the receptors are distinguished from noise.
 
     Parameters
     ----------
@@ -43,8 +43,7 @@ class PeakSettings:
     quiet : float
         The transient is over once the signal stays within the noise for this long [s].
     followed : float
-        Overall slip needs that the skin goes along with less than this share of the plate's way
-        afterwards [-].
+        After overall slip the skin follows less than this share of the plate's travel [-].
     """
 
     kinds: tuple[str, ...] = ("FA-I", "SA-I")
@@ -64,12 +63,12 @@ class EventSettings:
     Parameters
     ----------
     slip_tolerance : float
-        Accumulated slip from which a node counts as slipped [m]. It is more than a plate at 3 mm/s goes in one
-        step of 5 ms, so that a node that slips in the one step in which the plate's velocity jumps does not count,
-        and it delays overall slip by no more than 7 ms at that speed.
+        Accumulated slip from which a node counts as slipped [m]. A plate at 3 mm/s travels less in one step of 5 ms,
+        so a node that slips only in the step in which the plate's velocity jumps does not count; overall slip comes
+        at most 7 ms later at that speed.
     displacement_tolerance : float
-        Distance from which a node has left the plate's line [m]: about a hundredth of a way of 6 mm,
-        the least that shows in a plot of it.
+        Distance from which a node lags the plate [m]: about a hundredth of a travel of 6 mm, the least that shows in a
+        plot of it.
     incipient_fraction : float
         Area fraction slipped at incipient slip [-]: a tenth is more than one node of a coarse contact mesh.
     noticed_fraction : float

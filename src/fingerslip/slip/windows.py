@@ -1,4 +1,4 @@
-"""The slide that events are looked for in, and the moment at which a signal crosses a level for good."""
+"""The slide that events are looked for in, and the time at which a signal crosses a level to stay there."""
 
 from __future__ import annotations
 

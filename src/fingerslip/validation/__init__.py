@@ -1,4 +1,4 @@
-"""Holding the shipped studies against what Wang, Chathuranga & Hirai (2014) print."""
+"""Validation: the shipped studies beside all that Wang, Chathuranga & Hirai (2014) print."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """A check for each published statement: one number from our runs, and whether the statement holds.
 
-The thresholds stand in words beside the statements in ``data/published/wang2014.yaml``.
+The thresholds are written beside the statements in ``data/published/wang2014.yaml``.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ class Finding:
     Parameters
     ----------
     number : float or None
-        The number that the statement is held against; None where an event that it needs did not happen.
+        The number that the statement is compared with; None where an event that it needs did not happen.
     holds : bool or None
-        Whether the statement holds; None where the number is.
+        Whether the statement holds; None where there is no number.
     """
 
     number: float | None = None
@@ -220,7 +220,7 @@ CHECKS: Mapping[str, Callable[[Evidence], Finding]] = MappingProxyType(
 )
 
 
-def determination(places: Sequence[float], values: Sequence[float | None]) -> float | None:
+def determination(positions: Sequence[float], values: Sequence[float | None]) -> float | None:
     """Return the coefficient of determination of a straight line; None where a value is missing or all are the same.
 
     Examples
@@ -231,7 +231,7 @@ def determination(places: Sequence[float], values: Sequence[float | None]) -> fl
     known = np.array([value for value in values if value is not None])
     if known.size < len(values) or not np.ptp(known):
         return None
-    left_over = known - np.polyval(np.polyfit(places, known, 1), places)
+    left_over = known - np.polyval(np.polyfit(positions, known, 1), positions)
     total = known - known.mean()
     return round(float(1.0 - left_over @ left_over / (total @ total)), 12)
 
@@ -277,5 +277,5 @@ def _below(number: float | None, threshold: float) -> Finding:
 
 
 def _lost(before: int, after: int) -> Finding:
-    """Hold that something was there before and is not after."""
+    """Find whether something was there before and is absent after."""
     return Finding(float(before - after), before > 0 and after == 0)

@@ -1,4 +1,4 @@
-"""The studies that are held against published values, run or read back, and what is measured in them."""
+"""The studies that are compared with published values, run or read back, and the numbers of their runs."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from types import MappingProxyType
 
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
-from fingerslip.report.tables.events import RunEvents
+from fingerslip.results import HISTORY, RunResult
 from fingerslip.slip import PeakSettings, acceleration_events
 from fingerslip.study.convergence.converge import converge, level_folders
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies
-from fingerslip.study.storage.reporting import stored_run
+from fingerslip.study.storage.store import read_run
 from fingerslip.validation.measures import Measures, measure
 
 __all__ = [
@@ -57,7 +57,7 @@ VARIANTS = ("original", "flattened", "scaled")
 
 @dataclass(frozen=True)
 class Evidence:
-    """What was measured in the runs of the studies.
+    """The numbers of the runs of the studies.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def gather(
     workers : int, optional
         How many runs are computed at once.
     progress : StudyProgress, optional
-        Is told how far the studies are.
+        Receives the progress.
 
     Raises
     ------
@@ -135,30 +135,30 @@ def gather(
         converge(paths[name], results_dir=results, only=chosen, workers=workers, progress=progress)
     outcomes = run_studies(tuple(paths.values()), results_dir=results, workers=workers, progress=progress)
     measured = {
-        name: tuple(_measured(outcome.folder / run.label, run) for run in outcome.runs)
+        name: tuple(_measured(outcome.folder / run.name, run) for run in outcome.runs)
         for name, outcome in zip(STUDIES, outcomes, strict=True)
         if name != SOLID
     }
     solid = outcomes[STUDIES.index(SOLID)]
-    measured[SOLID] = tuple(_measured_in_space(solid.folder / run.label, run) for run in solid.runs)
+    measured[SOLID] = tuple(_measured_in_space(solid.folder / run.name, run) for run in solid.runs)
     return Evidence(measured, _refined(paths[TABLE2], results))
 
 
 def _refined(study: Path, results: str | Path) -> tuple[tuple[Measures, ...], ...]:
     """Measure the refined runs of a study, level by level."""
     return tuple(
-        tuple(_measured(folder, stored_run(folder, {})) for folder in folders)
+        tuple(_measured(folder, read_run(folder, {})) for folder in folders)
         for folders in level_folders(study, results).values()
     )
 
 
-def _measured(folder: Path, run: RunEvents) -> Measures:
-    return measure(run, read_history(folder / "history.nc"))
+def _measured(folder: Path, run: RunResult) -> Measures:
+    return measure(run, read_history(folder / HISTORY))
 
 
-def _measured_in_space(folder: Path, run: RunEvents) -> Measures:
+def _measured_in_space(folder: Path, run: RunResult) -> Measures:
     """Measure a run in space, whose acceleration peaks the paper reads at the reference nodes of the skin."""
-    history = read_history(folder / "history.nc")
+    history = read_history(folder / HISTORY)
     peaks = acceleration_events(history, PeakSettings(kinds=("skin surface",)))
     return Measures(dataclasses.replace(run, events=dataclasses.replace(run.events, acceleration=peaks)))
 

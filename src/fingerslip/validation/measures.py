@@ -1,4 +1,4 @@
-"""The numbers that published statements are held against, each read from one history."""
+"""The numbers that published values and statements are compared with, each read from one history."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import OPEN
-from fingerslip.report.tables.events import RunEvents
+from fingerslip.results import RunResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import (
     EventSettings,
@@ -25,7 +25,8 @@ from fingerslip.slip import (
     slide_window,
     sustained_crossing,
 )
-from fingerslip.slip.receptors import plate_tangent, receptor_rows, tangential_acceleration
+from fingerslip.slip.counterface import counterface_normal, slide_tangent
+from fingerslip.slip.receptors import receptor_rows, tangential_acceleration
 
 __all__ = [
     "Densities",
@@ -35,7 +36,7 @@ __all__ = [
     "largest_accelerations",
     "measure",
     "rms_after",
-    "way_over_friction_depth",
+    "travel_over_friction_depth",
 ]
 
 # The release itself lasts a few steps and is no vibration after it [s].
@@ -65,33 +66,33 @@ class Densities:
 
 @dataclass(frozen=True)
 class Measures:
-    """What is read from one run.
+    """The numbers of one run.
 
     Parameters
     ----------
-    run : RunEvents
+    run : RunResult
         The run with its events and values.
     peaks : PeakTable
         Its acceleration peaks.
     largest_acceleration : mapping of str to float
         Largest tangential acceleration after the press-to-slide transition by receptor type [m/s^2].
     centre_after_edge : float or None
-        How much later the inner quarter of the contact leaves the plate's line than the outer one [s].
+        How much later the inner quarter of the contact begins to lag the plate than the outer one [s].
     densities : Densities or None
         Strain energy density; None without overall slip.
     rms_after : float or None
         Root mean square acceleration in the 0.1 s after overall slip and its release [m/s^2].
-    way : float or None
-        Way of the plate at overall slip over friction coefficient times indentation [-].
+    travel : float or None
+        Travel of the plate at overall slip over friction coefficient times indentation [-].
     """
 
-    run: RunEvents
+    run: RunResult
     peaks: PeakTable = field(default_factory=PeakTable)
     largest_acceleration: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     centre_after_edge: float | None = None
     densities: Densities | None = None
     rms_after: float | None = None
-    way: float | None = None
+    travel: float | None = None
 
     @property
     def incipient_peak(self) -> Peak | None:
@@ -115,12 +116,12 @@ class Measures:
         return next((peak for peak in self.peaks.peaks if peak.time == time), None)
 
 
-def measure(run: RunEvents, history: xr.Dataset) -> Measures:
+def measure(run: RunResult, history: xr.Dataset) -> Measures:
     """Read the numbers of a run.
 
     Parameters
     ----------
-    run : RunEvents
+    run : RunResult
         The run.
     history : xarray.Dataset
         Its history, two-dimensional, with receptors and a slide.
@@ -137,7 +138,7 @@ def measure(run: RunEvents, history: xr.Dataset) -> Measures:
         centre_after_edge=centre_after_edge(history, window, settings),
         densities=None if overall is None else densities(history, window, overall),
         rms_after=None if overall is None else rms_after(history, window, overall + _RELEASE),
-        way=None if overall is None else way_over_friction_depth(history, window, overall),
+        travel=None if overall is None else travel_over_friction_depth(history, window, overall),
     )
 
 
@@ -152,10 +153,10 @@ def largest_accelerations(history: xr.Dataset, window: SlideWindow, start: float
 
 
 def centre_after_edge(history: xr.Dataset, window: SlideWindow, settings: EventSettings) -> float | None:
-    """Return how much later the inner quarter of the contact leaves the plate's line than the outer quarter.
+    """Return how much later the inner quarter of the contact begins to lag the plate than the outer quarter.
 
     The nodes in contact at the start of the slide are ranked by their distance from the middle of the contact.
-    Medians are taken; a node that never leaves counts as leaving at the end of the slide.
+    Medians are taken; a node that never lags counts as lagging from the end of the slide on.
 
     Returns
     -------
@@ -166,13 +167,13 @@ def centre_after_edge(history: xr.Dataset, window: SlideWindow, settings: EventS
     if touching.size < 4:
         return None
     times = history["time"].values[window.records]
-    ways = relative_displacement(history, window)[:, touching]
-    left = [sustained_crossing(times, way, settings.displacement_tolerance, settings.sustained) for way in ways.T]
-    leaving = np.array([window.end if time is None else time for time in left])
-    along = history["contact_position"].values[touching] @ plate_tangent(history)
+    lags = relative_displacement(history, window)[:, touching]
+    first = [sustained_crossing(times, lag, settings.displacement_tolerance, settings.sustained) for lag in lags.T]
+    lagging = np.array([window.end if time is None else time for time in first])
+    along = history["contact_position"].values[touching] @ slide_tangent(history)
     order = np.argsort(np.abs(along - 0.5 * (along.min() + along.max())))
     quarter = touching.size // 4
-    return float(np.median(leaving[order[:quarter]]) - np.median(leaving[order[-quarter:]]))
+    return float(np.median(lagging[order[:quarter]]) - np.median(lagging[order[-quarter:]]))
 
 
 def densities(history: xr.Dataset, window: SlideWindow, overall: float) -> Densities:
@@ -199,13 +200,13 @@ def rms_after(history: xr.Dataset, window: SlideWindow, start: float) -> float |
     return float(np.sqrt(np.mean(values**2))) if values.size else None
 
 
-def way_over_friction_depth(history: xr.Dataset, window: SlideWindow, time: float) -> float:
-    """Return the plate's way from the start of the slide to `time` [s], over friction times indentation [-]."""
+def travel_over_friction_depth(history: xr.Dataset, window: SlideWindow, time: float) -> float:
+    """Return the travel of the plate from the start of the slide to `time` [s], over friction times indentation [-]."""
     times = history["time"].values
-    along = history["counterface_displacement"].values[:, 0] @ plate_tangent(history)
-    normal = history["counterface_displacement"].values[window.first, 0] @ history["counterface_normal"].values[0]
-    way = float(np.interp(time, times, along) - np.interp(window.start, times, along))
-    return way / (float(history["counterface_friction_coefficient"].values[0]) * float(normal))
+    along = history["counterface_displacement"].values[:, 0] @ slide_tangent(history)
+    normal = history["counterface_displacement"].values[window.first, 0] @ counterface_normal(history)
+    travel = float(np.interp(time, times, along) - np.interp(window.start, times, along))
+    return travel / (float(history["counterface_friction_coefficient"].values[0]) * float(normal))
 
 
 def _accelerations(

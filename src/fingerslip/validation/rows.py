@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from fingerslip.published import PublishedValue
-from fingerslip.report.tables.table import Column, Table, to_markdown
+from fingerslip.report.tables.table import Cell, Column, Missing, Table, to_markdown
 
 __all__ = [
     "TIME_RESOLUTION",
@@ -36,20 +36,20 @@ _NOTE = (
     "Difference is ours less published. Uncertainty is the numerical one of ours over meshes, time steps, contact "
     "stiffness and numerical damping (fingerslip converge), for a statement the range over these. A number "
     "agrees when it differs by no more than the larger of the published resolution (10 ms) and the uncertainty; peak "
-    "heights are not judged. A dash: the event did not happen, or there is nothing to give."
+    "heights are not judged, because they depend on mesh, step and numerical damping."
 )
 
 
 @dataclass(frozen=True)
 class Row:
-    """One published number or statement, and what came of it here.
+    """One published number or statement, and our number beside it.
 
     Parameters
     ----------
     quantity : str
-        What is compared, and how it is read; of a statement the number that it is held against.
+        What is compared, and how it is read; of a statement the number that it is compared with.
     source : str
-        The paper and the place in it.
+        The paper, and the table, figure or section of it.
     published : float or tuple of float or None
         The published value or range; None for a statement.
     ours : float or None
@@ -60,7 +60,7 @@ class Row:
         Numerical uncertainty of ours, for a statement its range over the refinements; None where it was not measured,
         or the event did not happen in all of these runs.
     verdict : {'agrees', 'misses', 'not found', 'not judged', 'holds', 'fails'}
-        What follows.
+        Verdict by the rule in the note of the table; 'not found' where the event did not happen here.
     basis : {'calibrated', 'predicted'}
         Whether the geometry was calibrated on this value.
     unit : str
@@ -90,7 +90,7 @@ def number_row(
     resolution: float | None,
     basis: Basis = "predicted",
 ) -> Row:
-    """Hold a number against the published one.
+    """Compare a number with the published one.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def number_row(
 
 
 def statement_row(value: PublishedValue, ours: float | None, uncertainty: float | None, holds: bool | None) -> Row:
-    """Hold the number that a check gave against a published statement; `holds` is None where it could not be told."""
+    """Compare a published statement with the number of its check; `holds` is None where there is no number."""
     verdict: Verdict = "not found" if holds is None else "holds" if holds else "fails"
     return Row(
         value.check, value.source, None, ours, None, uncertainty, verdict, "predicted", value.unit, value.statement
@@ -167,13 +167,20 @@ def _verdict(difference: float | None, uncertainty: float | None, resolution: fl
     return "agrees" if abs(difference) <= max(resolution, uncertainty or 0.0) + _ROUNDING else "misses"
 
 
-def _cells(row: Row) -> tuple[str | float | None, ...]:
+def _cells(row: Row) -> tuple[Cell, ...]:
     named = f"{row.statement} ({row.quantity})" if row.statement else row.quantity
-    numbers = (row.ours, row.difference, row.uncertainty)
-    return (named, row.source, _published(row), *numbers, row.unit, row.verdict, row.basis)
+    return (named, row.source, _published(row), *_numbers(row), row.unit, row.verdict, row.basis)
 
 
-def _published(row: Row) -> str | None:
+def _numbers(row: Row) -> tuple[Cell, Cell, Cell]:
+    """Return our number, its difference from the published one and its uncertainty, or why there is none."""
+    if row.ours is None:
+        return (Missing.NO_EVENT,) * 3
+    difference = Missing.NOT_DEFINED if row.difference is None else row.difference
+    return row.ours, difference, Missing.NOT_STUDIED if row.uncertainty is None else row.uncertainty
+
+
+def _published(row: Row) -> Cell:
     if isinstance(row.published, tuple):
         return " to ".join(f"{value:g}" for value in row.published)
-    return None if row.published is None else f"{row.published:g}"
+    return Missing.NOT_DEFINED if row.published is None else f"{row.published:g}"

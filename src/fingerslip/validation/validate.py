@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from fingerslip.published import PublishedValue, published
-from fingerslip.report.tables.events import WAYS, RunEvents
+from fingerslip.results import RunResult
+from fingerslip.slip.names import LATENCY, MAIN_EVENTS, READINGS
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.validation.checks import CHECKS, PHALANX_CHECKS, Finding
 from fingerslip.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, VARIANT, Evidence, gather
@@ -14,11 +15,11 @@ from fingerslip.validation.rows import TIME_RESOLUTION, Basis, Row, number_row, 
 
 __all__ = ["rows_of", "validate"]
 
-# The plate's way in one published resolution at 3 mm/s, over a friction coefficient of 0.6 times 1.5 mm.
-_WAY_RESOLUTION = TIME_RESOLUTION * 3.0 / (0.6 * 1.5)
-_WAY_PER_SECOND = _WAY_RESOLUTION / TIME_RESOLUTION
-# Latency and way of the original phalanx are arithmetic on the calibrated moments, so they are no predictions either.
-_CALIBRATED = ("incipient", "three_quarter", "overall", "latency", "overall_way_over_friction_depth")
+# Travel of the plate in one published resolution at 3 mm/s, over a friction coefficient of 0.6 times 1.5 mm.
+_TRAVEL_RESOLUTION = TIME_RESOLUTION * 3.0 / (0.6 * 1.5)
+_TRAVEL_PER_SECOND = _TRAVEL_RESOLUTION / TIME_RESOLUTION
+# Latency and travel of the original phalanx are arithmetic on the calibrated times, so they are no predictions either.
+_CALIBRATED = (*MAIN_EVENTS, LATENCY, "overall_travel_over_friction_depth")
 _OTHER_MODELS = (
     (FORMULATION, "fingertip.formulation", "plane_strain"),
     (SECTION, "fingertip.section", "transverse"),
@@ -31,7 +32,7 @@ def validate(
     workers: int = 2,
     progress: StudyProgress | None = None,
 ) -> tuple[Row, ...]:
-    """Hold the shipped studies against the published values.
+    """Compare the shipped studies with the published values.
 
     The studies are run like any other; runs that are finished with the same inputs are read back.
 
@@ -44,7 +45,7 @@ def validate(
     workers : int, optional
         How many runs are computed at once.
     progress : StudyProgress, optional
-        Is told how far the studies are.
+        Receives the progress.
 
     Returns
     -------
@@ -68,7 +69,7 @@ def rows_of(evidence: Evidence) -> tuple[Row, ...]:
     rows = (
         *_event_rows(evidence, "slip"),
         *_event_rows(evidence, "acceleration"),
-        *_way_rows(evidence),
+        *_travel_rows(evidence),
         *_height_rows(evidence),
         *(row for model in _OTHER_MODELS for row in _other_model_rows(evidence, *model)),
         *_solid_rows(evidence),
@@ -77,25 +78,27 @@ def rows_of(evidence: Evidence) -> tuple[Row, ...]:
     return tuple(sorted(rows, key=lambda row: row.basis != "calibrated"))
 
 
-def _event_rows(evidence: Evidence, way: str) -> Iterator[Row]:
-    """Yield the times of Table 2 and of the three-quarter peaks, read in one way."""
+def _event_rows(evidence: Evidence, reading: str) -> Iterator[Row]:
+    """Yield the times of Table 2 and of the three-quarter peaks, in one reading."""
     middle = [value for value in published("wang2014-peaks").values if value.quantity == "three_quarter"]
     for value in (*published("wang2014-table2").values, *middle):
         variant = str(value.conditions[VARIANT])
-        basis = _basis(value) if way == "slip" else "predicted"
+        basis = _basis(value) if reading == "slip" else "predicted"
         run = evidence.one(TABLE2, {VARIANT: variant}).run
-        name = f"{_words(value.quantity)}, {variant} ({WAYS[way]})"
-        yield _event_row(name, value, run, way, basis)
+        name = f"{_words(value.quantity)}, {variant} ({READINGS[reading]})"
+        yield _event_row(name, value, run, reading, basis)
 
 
-def _way_rows(evidence: Evidence) -> Iterator[Row]:
-    """Yield the plate's way at overall slip in units of friction times indentation."""
+def _travel_rows(evidence: Evidence) -> Iterator[Row]:
+    """Yield the travel of the plate at overall slip in units of friction times indentation."""
     for value in published("wang2014-derived").values:
         ours = evidence.one(TABLE2, {VARIANT: value.conditions[VARIANT]})
         error = ours.run.uncertainty.get("slip.overall")
-        uncertainty = None if error is None else error * _WAY_PER_SECOND
-        name = f"way of the plate at overall slip / (friction x depth), {value.conditions[VARIANT]} (accumulated slip)"
-        yield number_row(name, value, ours.way, uncertainty, resolution=_WAY_RESOLUTION, basis=_basis(value))
+        uncertainty = None if error is None else error * _TRAVEL_PER_SECOND
+        name = (
+            f"travel of the plate at overall slip / (friction x depth), {value.conditions[VARIANT]} (accumulated slip)"
+        )
+        yield number_row(name, value, ours.travel, uncertainty, resolution=_TRAVEL_RESOLUTION, basis=_basis(value))
 
 
 def _height_rows(evidence: Evidence) -> Iterator[Row]:
@@ -104,7 +107,7 @@ def _height_rows(evidence: Evidence) -> Iterator[Row]:
         ours = evidence.one(TABLE2, {VARIANT: value.conditions[VARIANT]})
         incipient = value.quantity == "incipient_peak"
         peak = ours.incipient_peak if incipient else ours.overall_peak
-        uncertainty = None if incipient else ours.run.uncertainty.get("peak_height")
+        uncertainty = None if incipient else ours.run.uncertainty.get("overall_peak_height_m_per_s2")
         name = f"height of the {_words(value.quantity)} peak, {value.conditions[VARIANT]}"
         yield number_row(name, value, None if peak is None else peak.height, uncertainty, resolution=None)
 
@@ -121,16 +124,16 @@ def _other_model_rows(evidence: Evidence, study: str, path: str, choice: str) ->
 
 
 def _solid_rows(evidence: Evidence) -> Iterator[Row]:
-    """Yield the moments of the fingertip in space, in the way in which the paper reads each."""
+    """Yield the times of the fingertip in space, each in the reading of the paper."""
     (measures,) = evidence.measured[SOLID]
     for value in published("wang2014-solid").values:
-        name = f"{_words(value.quantity)}, fingertip in space ({WAYS[value.way]})"
-        yield _event_row(name, value, measures.run, value.way, "predicted")
+        name = f"{_words(value.quantity)}, fingertip in space ({READINGS[value.reading]})"
+        yield _event_row(name, value, measures.run, value.reading, "predicted")
 
 
-def _event_row(name: str, value: PublishedValue, run: RunEvents, way: str, basis: Basis) -> Row:
-    ours: float | None = getattr(getattr(run.events, way), value.quantity)
-    uncertainty = run.uncertainty.get(f"{way}.{value.quantity}")
+def _event_row(name: str, value: PublishedValue, run: RunResult, reading: str, basis: Basis) -> Row:
+    ours = run.events.reading(reading).time(value.quantity)
+    uncertainty = run.uncertainty.get(f"{reading}.{value.quantity}")
     return number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION, basis=basis)
 
 

@@ -27,7 +27,7 @@ def test_run_shows_events_and_second_time_nothing_is_done(
     assert first.exit_code == 0
     assert "Slip events" in first.output
     assert "block/run: unchanged" in invoke("run", path).output
-    assert "Key numbers" in invoke("show", "results/block/run").output
+    assert "Measures" in invoke("show", "results/block/run").output
 
 
 MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
@@ -118,12 +118,12 @@ def test_contact_outside_the_candidates(invoke: Callable[..., Any], block: Calla
 def test_full_disk_is_exit_code_2(
     invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from fingerslip.study.running import compute
+    from fingerslip.study.storage import store
 
     def full(*arguments: object, **options: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(compute, "write_snapshots", full)
+    monkeypatch.setattr(store, "write_snapshots", full)
     path = block()
     before = contents(tmp_path)
     result = invoke("run", path)

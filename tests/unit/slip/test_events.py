@@ -23,6 +23,7 @@ from fingerslip.slip import (
     find_events,
     slip_events,
 )
+from fingerslip.slip.names import READINGS
 from unit.synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_times
 
 QUIET = Process(jump=False, nodes=401)
@@ -153,9 +154,9 @@ def test_larger_tolerance_is_never_reached_earlier(one: float, other: float) -> 
         find_events(HISTORY, EventSettings(slip_tolerance=level, displacement_tolerance=level))
         for level in sorted((one, other))
     )
-    for way in ("slip", "displacement"):
+    for reading in ("slip", "displacement"):
         for name in NAMES:
-            early, late = getattr(getattr(low, way), name), getattr(getattr(high, way), name)
+            early, late = low.reading(reading).time(name), high.reading(reading).time(name)
             assert late is None or early <= late + 1e-12
 
 
@@ -172,9 +173,9 @@ def test_larger_fraction_is_never_reached_earlier(one: float, other: float) -> N
 @given(st.integers(0, 10_000), st.floats(0.0, 2.0))
 def test_noise_moves_no_event_by_more_than_two_steps(seed: int, noise: float) -> None:
     quiet, noisy = find_events(make(Process())), find_events(make(Process(noise=noise, seed=seed)))
-    for way in ("slip", "displacement"):
+    for reading in ("slip", "displacement"):
         for name in NAMES:
-            assert getattr(getattr(noisy, way), name) == pytest.approx(getattr(getattr(quiet, way), name), abs=0.01)
+            assert noisy.reading(reading).time(name) == pytest.approx(quiet.reading(reading).time(name), abs=0.01)
     assert noisy.acceleration.overall == pytest.approx(1.71, abs=0.01)
 
 
@@ -184,13 +185,44 @@ def test_events_survive_json() -> None:
     assert plain["slip"]["overall"] is None
     assert plain["displacement"]["latency"] is None
     assert events_from_mapping(plain) == events
+    silent = find_events(HISTORY.drop_dims("site"))
+    plain = json.loads(json.dumps(events_mapping(silent)))
+    assert (plain["acceleration"]["recorded"], plain["slip"]["recorded"]) == (False, True)
+    assert events_from_mapping(plain) == silent
+
+
+@pytest.mark.parametrize("missing", ["slip", "displacement", "acceleration"])
+def test_events_that_lack_a_reading_or_a_time_are_refused(missing: str) -> None:
+    plain = events_mapping(Events())
+    with pytest.raises(KeyError, match=missing):
+        events_from_mapping({name: times for name, times in plain.items() if name != missing})
+    del plain[missing]["overall"]
+    with pytest.raises(KeyError, match="overall"):
+        events_from_mapping(plain)
+
+
+def test_events_of_receptors_that_were_not_recorded_are_told_from_those_that_did_not_happen() -> None:
+    silent = find_events(HISTORY.drop_dims("site"))
+    assert silent.acceleration == SlipEvents(recorded=False)
+    deep = find_events(HISTORY.isel(site=HISTORY["site_kind"].values == "FA-II"))
+    assert not deep.acceleration.recorded, "peaks are read at FA-I and SA-I"
+    stuck = find_events(make(Process(edge=3.0, centre=4.0, peaks={})))
+    assert stuck.acceleration == SlipEvents()
+    assert silent.slip.recorded
+    assert silent.overall == pytest.approx(find_events(HISTORY).overall)
+
+
+def test_readings_and_times_are_found_by_name() -> None:
+    events = find_events(HISTORY)
+    assert events.reading("displacement") is events.displacement
+    assert (events.slip.time("noticed"), events.slip.time("latency")) == (events.noticed, events.latency)
 
 
 def assert_same(one: Events, other: Events) -> None:
     """Assert equal times up to rounding of sums."""
-    for way in ("slip", "displacement", "acceleration"):
+    for reading in READINGS:
         for name in NAMES:
-            assert getattr(getattr(one, way), name) == pytest.approx(getattr(getattr(other, way), name), abs=1e-9)
+            assert one.reading(reading).time(name) == pytest.approx(other.reading(reading).time(name), abs=1e-9)
 
 
 def test_a_node_that_lifts_off_counts_if_it_had_left_the_line_before_and_else_not() -> None:

@@ -34,7 +34,7 @@ def moved(history: xr.Dataset, gradient: np.ndarray) -> xr.Dataset:
 
 def test_triangles_cover_the_patch_once(history: xr.Dataset) -> None:
     patch = contact_patch(history)
-    a, b, c = np.swapaxes(patch.places[patch.triangles], 0, 1)
+    a, b, c = np.swapaxes(patch.points[patch.triangles], 0, 1)
     first, second = b - a, c - a
     areas = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
     assert areas.sum() == pytest.approx(100e-6)
@@ -107,3 +107,9 @@ def test_a_triangle_slips_where_a_corner_does(history: xr.Dataset) -> None:
 def test_a_section_has_no_patch() -> None:
     with pytest.raises(InputError, match="two-dimensional"):
         contact_patch(block_history("Q4"))
+
+
+def test_old_name_of_the_points_is_still_read(history: xr.Dataset) -> None:
+    patch = contact_patch(history)
+    with pytest.warns(FutureWarning, match="'places' is now 'points'"):
+        np.testing.assert_array_equal(patch.places, patch.points)

@@ -1,4 +1,4 @@
-"""Receptors around the edges of the contact, and what they feel."""
+"""Receptors around the edges of the contact, and their signals."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ def test_five_receptors_of_each_type_at_each_edge() -> None:
     chosen = receptors_in_areas(HISTORY)
     assert {key: len(names) for key, names in chosen.items()} == {(k, a): 5 for k in DEPTHS for a in "AB"}
     # Sites stand every 0.5 mm, so the five nearest to -4 mm are -5 .. -3 mm.
-    places = HISTORY["site_position"].sel(site=list(chosen["SA-II", "A"]), component="x").values
-    assert sorted(places) == pytest.approx([-5e-3, -4.5e-3, -4e-3, -3.5e-3, -3e-3])
-    assert places[0] == pytest.approx(-4e-3)
+    positions = HISTORY["site_position"].sel(site=list(chosen["SA-II", "A"]), component="x").values
+    assert sorted(positions) == pytest.approx([-5e-3, -4.5e-3, -4e-3, -3.5e-3, -3e-3])
+    assert positions[0] == pytest.approx(-4e-3)
 
 
 def test_a_receptor_belongs_to_the_nearer_edge_only() -> None:
@@ -76,8 +76,8 @@ def test_tilted_plate_has_tangential_coordinates(normal: tuple[float, float]) ->
 
 def test_area_a_is_the_edge_at_the_smaller_position_along_the_plate() -> None:
     chosen = receptors_in_areas(HISTORY)
-    places = {area: HISTORY["site_position"].sel(site=list(chosen["FA-I", area]), component="x") for area in "AB"}
-    assert float(places["A"].max()) < 0.0 < float(places["B"].min())
+    positions = {area: HISTORY["site_position"].sel(site=list(chosen["FA-I", area]), component="x") for area in "AB"}
+    assert float(positions["A"].max()) < 0.0 < float(positions["B"].min())
     upside_down = HISTORY.assign_coords(counterface_normal=(("counterface", "component"), [[0.0, -1.0]]))
     swapped = receptors_in_areas(upside_down)
     for one, other in (("A", "B"), ("B", "A")):
@@ -91,10 +91,12 @@ def test_edges_are_those_of_one_body() -> None:
 
 
 def test_receptors_move_with_the_contact_over_time() -> None:
-    """At a quarter of the press the contact is half as wide, and so are the places of its receptors."""
+    """At a quarter of the press the contact is half as wide, and so are the positions of its receptors."""
     chosen = receptors_in_areas(HISTORY, per_area=1, kinds=("SA-I",), time=0.25)
-    places = [float(HISTORY["site_position"].sel(site=chosen["SA-I", area][0], component="x").values) for area in "AB"]
-    assert places == pytest.approx([-2e-3, 2e-3])
+    positions = [
+        float(HISTORY["site_position"].sel(site=chosen["SA-I", area][0], component="x").values) for area in "AB"
+    ]
+    assert positions == pytest.approx([-2e-3, 2e-3])
 
 
 def test_rows_of_receptors_are_those_of_their_names() -> None:

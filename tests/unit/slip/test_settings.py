@@ -48,7 +48,7 @@ def test_documentation_says_the_constants_in_words() -> None:
     assert (PEAKS.over_noise, PEAKS.transient, PEAKS.followed) == (6.0, 0.1, 0.5)
     assert re.search(r"exceed six spreads of the noise", peaks)
     assert re.search(r"below a tenth of its own peak", peaks)
-    assert re.search(r"less than half of the plate's way", peaks)
+    assert re.search(r"follows less than half of the\s+plate's travel", peaks)
 
 
 def test_slip_of_one_step_at_the_published_speed_does_not_count() -> None:

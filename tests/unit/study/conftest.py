@@ -51,7 +51,7 @@ def reports(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, ...]]:
     made: list[tuple[str, ...]] = []
 
     def fake(stored: Any) -> None:
-        made.append(tuple(run.label for run in stored.runs))
+        made.append(tuple(run.name for run in stored.runs))
         (stored.folder / "report.html").write_text("report")
 
     monkeypatch.setattr(runner, "write_report", fake)

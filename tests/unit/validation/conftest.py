@@ -6,18 +6,18 @@ from collections.abc import Mapping
 
 import pytest
 
-from fingerslip.report.tables.events import RunEvents
+from fingerslip.results import RunResult
 from fingerslip.slip import find_events
 from fingerslip.validation.evidence import FINGERPRINT, FRICTION, VARIANT, VARIANTS, Evidence
 from fingerslip.validation.measures import Measures, measure
 from unit import synthetic
 
-UNCERTAINTY = {"slip.overall": 0.01, "peak_height": 2.0}
+UNCERTAINTY = {"slip.overall": 0.01, "overall_peak_height_m_per_s2": 2.0}
 
 
 def run(swept: dict[str, object], uncertainty: Mapping[str, float] | None = None, **process: float) -> Measures:
     history = synthetic.make(synthetic.Process(**process))  # type: ignore[arg-type]
-    return measure(RunEvents("run", swept, find_events(history), {}, uncertainty or {}), history)
+    return measure(RunResult("run", swept, find_events(history), uncertainty=uncertainty or {}), history)
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from fingerslip.published import published
-from fingerslip.report.tables.events import RunEvents
+from fingerslip.results import RunResult
 from fingerslip.slip import Events, Peak, PeakTable, SlipEvents
 from fingerslip.validation.checks import CHECKS, PHALANX_CHECKS, determination
 from fingerslip.validation.evidence import FINGERPRINT, FRICTION, VARIANT, VARIANTS, Evidence
@@ -37,7 +37,7 @@ def one(
     events = Events(slip=SlipEvents(incipient=incipient, overall=overall), acceleration=read)
     table = PeakTable(tuple(Peak(time, peaks[time], peaks[time]) for time in times), others.pop("floor", 0.01))
     defaults = {"largest_acceleration": LARGEST, "centre_after_edge": 0.1, "densities": DENSITIES, "rms_after": 0.01}
-    return Measures(RunEvents("run", dict(swept), events), table, **(defaults | others))
+    return Measures(RunResult("run", dict(swept), events), table, **(defaults | others))
 
 
 def as_published() -> Evidence:
@@ -64,7 +64,7 @@ def as_published() -> Evidence:
     return Evidence({f"wang2014_{name}": runs for name, runs in studies.items()})
 
 
-def relabelled(measures: Measures, fingerprint: bool) -> RunEvents:
+def relabelled(measures: Measures, fingerprint: bool) -> RunResult:
     return replace(measures.run, swept={FINGERPRINT: fingerprint, **measures.run.swept})
 
 

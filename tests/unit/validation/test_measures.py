@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.report.tables.events import RunEvents
+from fingerslip.results import RunResult
 from fingerslip.slip import EventSettings, SlideWindow, find_events, slide_window
 from fingerslip.validation.measures import (
     centre_after_edge,
@@ -14,7 +14,7 @@ from fingerslip.validation.measures import (
     largest_accelerations,
     measure,
     rms_after,
-    way_over_friction_depth,
+    travel_over_friction_depth,
 )
 from unit import synthetic
 
@@ -84,9 +84,9 @@ def test_density_that_falls_after_overall_slip_has_a_range() -> None:
     assert min(found.range_after.values()) > 0.5
 
 
-def test_way_is_counted_in_friction_times_indentation() -> None:
+def test_travel_is_counted_in_friction_times_indentation() -> None:
     history, window = prepared()
-    assert way_over_friction_depth(history, window, 1.71) == pytest.approx(0.71 * 3.0 / (0.6 * 1.5))
+    assert travel_over_friction_depth(history, window, 1.71) == pytest.approx(0.71 * 3.0 / (0.6 * 1.5))
 
 
 def test_vibration_counts_only_within_its_time() -> None:
@@ -99,24 +99,26 @@ def test_vibration_counts_only_within_its_time() -> None:
 
 def test_run_is_measured_with_its_peaks() -> None:
     history, _ = prepared()
-    found = measure(RunEvents("run", {}, find_events(history)), history)
+    found = measure(RunResult("run", {}, find_events(history)), history)
     assert found.overall_peak is not None
     assert found.incipient_peak is not None
     assert found.overall_peak.time == pytest.approx(1.71, abs=6e-3)
     assert found.incipient_peak.time == pytest.approx(1.53, abs=6e-3)
     assert found.middle_peaks == 1
-    assert found.way == pytest.approx(0.71 * 3.0 / 0.9, abs=0.05)
+    assert found.travel == pytest.approx(0.71 * 3.0 / 0.9, abs=0.05)
 
 
 def test_run_without_overall_slip_has_no_number_that_needs_it() -> None:
     history, _ = prepared(synthetic.Process(edge=1.3, centre=9.0, peaks={}))
-    found = measure(RunEvents("run", {}, find_events(history)), history)
-    assert (found.densities, found.rms_after, found.way, found.overall_peak, found.middle_peaks) == (None,) * 4 + (0,)
+    found = measure(RunResult("run", {}, find_events(history)), history)
+    assert (found.densities, found.rms_after, found.travel, found.overall_peak, found.middle_peaks) == (None,) * 4 + (
+        0,
+    )
 
 
 def test_run_without_slide_has_no_numbers() -> None:
     process = synthetic.Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0)))
     history = synthetic.make(process)
-    found = measure(RunEvents("run", {}, find_events(history)), history)
+    found = measure(RunResult("run", {}, find_events(history)), history)
     assert found.largest_acceleration == {}
     assert found.centre_after_edge is None

@@ -85,4 +85,4 @@ def test_table_and_json_have_the_same_rows() -> None:
 def test_markdown_says_how_it_was_made_and_keeps_misses() -> None:
     text = rows_markdown([number_row("overall slip", RANGE, 1.84, None, resolution=0.01)])
     assert "fingerslip validate --markdown" in text
-    assert "| overall slip | paper, text | 1.63 to 1.65 | 1.840 | 0.190 | - | s | misses | predicted |" in text
+    assert "| overall slip | paper, text | 1.63 to 1.65 | 1.840 | 0.190 | n/s | s | misses | predicted |" in text

@@ -19,7 +19,7 @@ def test_every_published_value_of_the_section_has_a_row(evidence: Evidence) -> N
     rows = rows_of(evidence)
     statements = [row for row in rows if row.statement]
     assert len(statements) == len(published("wang2014-qualitative").values)
-    # Nine times and the three-quarter range in two ways, three ways, six heights, two other models, the solid.
+    # Nine times and the three-quarter range in two readings, three travels, six heights, two other models, the solid.
     assert len(rows) - len(statements) == 2 * 10 + 3 + 6 + 2 * 3 + 9
 
 
@@ -40,8 +40,8 @@ def test_rows_have_our_values_and_their_uncertainty(evidence: Evidence) -> None:
     assert rows["height of the overall slip peak, original"].verdict == "not judged"
     assert rows["overall slip, scaled, plane strain (accumulated slip)"].uncertainty is None
     assert rows["height of the overall slip peak, original"].uncertainty == 2.0
-    way = rows["way of the plate at overall slip / (friction x depth), scaled (accumulated slip)"]
-    assert way.uncertainty == pytest.approx(0.01 * 3.0 / (0.6 * 1.5))
+    travel = rows["travel of the plate at overall slip / (friction x depth), scaled (accumulated slip)"]
+    assert travel.uncertainty == pytest.approx(0.01 * 3.0 / (0.6 * 1.5))
 
 
 def test_statements_about_the_phalanges_have_a_spread(evidence: Evidence) -> None:

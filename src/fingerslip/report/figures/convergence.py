@@ -9,29 +9,24 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fingerslip.report.figures.style import BLACK, EVENT_COLOURS, EVENT_NAMES, add_legend, figure_grid, styled
-from fingerslip.uncertainty import Convergence, Refinement, Series
+from fingerslip.report.figures.marks import EVENT_COLOURS
+from fingerslip.report.figures.style import BLACK, add_legend, figure_grid, styled
+from fingerslip.slip.names import EVENTS, MAIN_EVENTS
+from fingerslip.uncertainty import SETTINGS, Convergence, Refinement, Series
 
 __all__ = ["convergence_figure"]
-
-_EVENTS = ("incipient", "three_quarter", "overall")
-_LABELS = {
-    "mesh": "element size / that in use",
-    "step": "time step / that in use",
-    "penalty": "contact compliance / that in use",
-}
 
 
 @styled
 def convergence_figure(quantities: Mapping[str, Convergence], title: str) -> Figure:
-    """Draw how the slip events of a run move as settings are refined.
+    """Draw how the slip events of a run change as settings are refined.
 
     Parameters
     ----------
     quantities : mapping of str to Convergence
         The numbers of the run by key; events from accumulated slip are drawn.
     title : str
-        What they are of.
+        The title of the run.
 
     Returns
     -------
@@ -39,14 +34,18 @@ def convergence_figure(quantities: Mapping[str, Convergence], title: str) -> Fig
         A panel for each refined setting: change of each event from its value in use [ms], the curve of the observed
         order down to its limit at zero where there is one, and the uncertainty as a bar at the value in use.
     """
-    events = {event: quantities[f"slip.{event}"] for event in _EVENTS}
-    settings = [name for name in _LABELS if any(name in one.sources for one in events.values())]
+    events = {event: quantities[f"slip.{event}"] for event in MAIN_EVENTS}
+    settings = [
+        setting
+        for setting in SETTINGS
+        if setting.order is not None and any(setting.name in one.sources for one in events.values())
+    ]
     labels = ("", "change of the event [ms]")
     figure, panels = figure_grid(len(settings), 3, (3.1, 3.0), f"Convergence of the slip events, {title}", labels)
     for axes, setting in zip(panels, settings, strict=True):
-        _draw_setting(axes, setting, events)
-        axes.set_xlabel(_LABELS[setting])
-    keys = {EVENT_NAMES[event]: Line2D([], [], color=EVENT_COLOURS[event], linewidth=2.0) for event in _EVENTS}
+        _draw_setting(axes, setting.name, events)
+        axes.set_xlabel(setting.label)
+    keys = {EVENTS[event]: Line2D([], [], color=EVENT_COLOURS[event], linewidth=2.0) for event in MAIN_EVENTS}
     keys["limit"] = Line2D([], [], color=BLACK, marker="D", markerfacecolor="none", linestyle="")
     add_legend(figure, keys)
     return figure
@@ -54,13 +53,13 @@ def convergence_figure(quantities: Mapping[str, Convergence], title: str) -> Fig
 
 def _draw_setting(axes: Axes, setting: str, events: Mapping[str, Convergence]) -> None:
     axes.axhline(0.0, color=BLACK, linewidth=0.6)
-    for place, (event, one) in enumerate(events.items()):
+    for index, (event, one) in enumerate(events.items()):
         series, found = one.sources.get(setting), one.refinements.get(setting)
         if series is None or found is None or found.uncertainty is None or one.value is None:
             continue
         _draw_series(axes, series, found, one.value, EVENT_COLOURS[event])
         # Bars of different events at one size would hide each other.
-        bar_at = 1.0 + 0.04 * (place + 1)
+        bar_at = 1.0 + 0.04 * (index + 1)
         axes.errorbar([bar_at], [0.0], yerr=[1e3 * found.uncertainty], color=EVENT_COLOURS[event], capsize=3)
     axes.set_xlim(left=-0.05)
 
@@ -68,13 +67,13 @@ def _draw_setting(axes: Axes, setting: str, events: Mapping[str, Convergence]) -
 def _draw_series(axes: Axes, series: Series, found: Refinement, value: float, colour: str) -> None:
     sizes = np.array(series.sizes)
     changes = 1e3 * (np.array(series.values, dtype=float) - value)
-    places = np.argsort(sizes)
+    rising = np.argsort(sizes)
     if found.limit is None or found.order is None:
-        axes.plot(sizes[places], changes[places], marker="o", color=colour, linestyle=(0, (1, 1.5)))
+        axes.plot(sizes[rising], changes[rising], marker="o", color=colour, linestyle=(0, (1, 1.5)))
         return
-    axes.plot(sizes[places], changes[places], marker="o", color=colour, linestyle="")
+    axes.plot(sizes[rising], changes[rising], marker="o", color=colour, linestyle="")
     # The curve of the observed order from the coarsest value down to the limit.
-    limit, coarsest = 1e3 * (found.limit - value), places[-1]
+    limit, coarsest = 1e3 * (found.limit - value), rising[-1]
     along = np.linspace(0.0, 1.0, 100)
     axes.plot(along * sizes[coarsest], limit + (changes[coarsest] - limit) * along**found.order, color=colour)
     axes.plot([0.0], [limit], marker="D", markerfacecolor="none", color=colour, linestyle="")

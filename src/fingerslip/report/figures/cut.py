@@ -1,4 +1,4 @@
-"""The stress on a cut through the finger over time, as rendered pictures side by side."""
+"""The figure of the stress on a cut through the finger over time, rendered pictures side by side."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from fingerslip.history import nearest_snapshot
 from fingerslip.report.figures.style import figure_grid, styled, titled
 from fingerslip.report.scene.scene import COLOUR_MAP, SCALARS, SceneOptions, field_limits
 from fingerslip.report.scene.viewer import stills
@@ -41,7 +42,7 @@ def cut_frames_figure(
     options : SceneOptions, optional
         What is shown; without it the von Mises stress on the plane along the finger, seen from the side.
     title : str, optional
-        What tells this figure from its like, such as the name of the run.
+        What the title adds, such as the title of the run.
 
     Returns
     -------
@@ -49,13 +50,14 @@ def cut_frames_figure(
         A picture for each snapshot; they share one colour scale.
     """
     options = options or SceneOptions(cut="z", camera="side", receptors=False, written=False)
-    places = _places(history, events)
+    numbers = _snapshots(history, events)
     shown = titled("Stress on a cut along the finger", title)
-    figure, panels = figure_grid(len(places), 3, _PANEL, shown, ("", ""), share="none")
-    for axes, place, picture in zip(panels, places, cropped(stills(history, places, options, _SIZE)), strict=True):
+    figure, panels = figure_grid(len(numbers), 3, _PANEL, shown, ("", ""), share="none")
+    pictures = cropped(stills(history, numbers, options, _SIZE))
+    for axes, number, picture in zip(panels, numbers, pictures, strict=True):
         axes.imshow(picture)
         axes.set_axis_off()
-        axes.set_title(f"{float(history['snapshot_time'][place]):.3f} s", fontsize=8.5)
+        axes.set_title(f"{float(history['snapshot_time'][number]):.3f} s", fontsize=8.5)
     if options.scalar != "region":
         colours = ScalarMappable(Normalize(*field_limits(history, options)), COLOUR_MAP)
         label = SCALARS[options.scalar][0]
@@ -64,7 +66,7 @@ def cut_frames_figure(
 
 
 def cropped(pictures: Iterable[Pixels]) -> list[Pixels]:
-    """Cut the white margins off pictures of one size, all at the same place.
+    """Cut the white margins off pictures of one size, the same off all of them.
 
     Parameters
     ----------
@@ -84,12 +86,11 @@ def cropped(pictures: Iterable[Pixels]) -> list[Pixels]:
     return [picture[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1] for picture in whole]
 
 
-def _places(history: xr.Dataset, events: Events | None) -> list[int]:
-    """Return the snapshots to draw, each once."""
+def _snapshots(history: xr.Dataset, events: Events | None) -> list[int]:
+    """Return the numbers of the snapshots to draw, each once."""
     times = history["snapshot_time"].values
     window = slide_window(history)
     start = window.start if window else float(times[0])
     overall = events.overall if events else None
     end = float(times[-1]) if overall is None else min(float(times[-1]), overall + 0.1 * (overall - start))
-    wanted = np.linspace(start, end, _FRAMES)
-    return sorted({int(np.abs(times - moment).argmin()) for moment in wanted})
+    return sorted({nearest_snapshot(history, moment) for moment in np.linspace(start, end, _FRAMES)})

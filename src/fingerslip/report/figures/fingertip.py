@@ -1,4 +1,4 @@
-"""The figure of a fingertip: its two sections and, where it has a shape in space, the finger with its bone."""
+"""The figure of a fingertip: its two sections and, where it has a shape in space, the finger with its phalanx."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def fingertip_figure(fingertip: Fingertip, title: str = "") -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Sections on the left, the skin in space with the bone inside on the right, in millimetres.
+        Sections on the left, the skin in space with the phalanx inside on the right, in millimetres.
     """
     count = 2 if fingertip.solid is None else 3
     figure, panels = figure_grid(
@@ -66,9 +66,9 @@ def fingertip_figure(fingertip: Fingertip, title: str = "") -> Figure:
         axes.set_title(name)
     if fingertip.solid is not None:
         panels[1].set_xlabel("z [mm]")
-        place = panels[2].get_subplotspec()
+        cell = panels[2].get_subplotspec()
         panels[2].remove()
-        _draw_solid(figure.add_subplot(place, projection="3d"), fingertip)
+        _draw_solid(figure.add_subplot(cell, projection="3d"), fingertip)
     keys: dict[str, Artist] = {name: Patch(facecolor=c, edgecolor=_EDGE) for name, c in _colours().items()}
     add_legend(figure, keys)
     return figure
@@ -102,12 +102,12 @@ def _fill(axes: Axes, ring: Floats, colour: str) -> None:
 
 
 def _draw_solid(axes: Axes3D, fingertip: Fingertip) -> None:
-    """Draw the far half of the skin, and the bone before it."""
+    """Draw the far half of the skin, and the phalanx before it."""
     skin, bone = skin_grid(fingertip), bone_surface(fingertip).points
     half = skin[::4, : skin.shape[1] // 2 + 1 : 6]
     _draw_surface(axes, fingertip, half, REGION_COLOURS["epidermis"])
     _draw_surface(axes, fingertip, np.concatenate([bone, bone[:, :1]], axis=1)[::6, ::4], REGION_COLOURS["phalanx"])
-    axes.set_title("in space: bone and one half of the skin")
+    axes.set_title("in space: phalanx and one half of the skin")
     limits = axes.get_xlim(), axes.get_ylim(), axes.get_zlim()
     axes.set_box_aspect([last - first for first, last in limits], zoom=1.2)
     axes.view_init(elev=18.0, azim=-70.0)

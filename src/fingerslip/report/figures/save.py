@@ -1,4 +1,4 @@
-"""The figures of a study, each a function from data to a matplotlib figure, and how one is saved."""
+"""Saving a figure, and rendering one as bytes."""
 
 from __future__ import annotations
 
@@ -8,33 +8,8 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from fingerslip.files import write_bytes
-from fingerslip.report.figures.section import section_figure
-from fingerslip.report.figures.signals import (
-    acceleration_figure,
-    acceleration_overview_figure,
-    energy_figure,
-    force_figure,
-    force_overview_figure,
-    strain_energy_density_figure,
-)
-from fingerslip.report.figures.slip import contact_displacement_figure, slip_maps_figure
-from fingerslip.report.figures.study import event_times_figure, latency_figure
 
-__all__ = [
-    "acceleration_figure",
-    "acceleration_overview_figure",
-    "contact_displacement_figure",
-    "energy_figure",
-    "event_times_figure",
-    "figure_bytes",
-    "force_figure",
-    "force_overview_figure",
-    "latency_figure",
-    "save_figure",
-    "section_figure",
-    "slip_maps_figure",
-    "strain_energy_density_figure",
-]
+__all__ = ["figure_bytes", "save_figure"]
 
 _DOTS_PER_INCH = 150
 

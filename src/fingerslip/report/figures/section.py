@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
+from fingerslip.history import sites_of_kinds
 from fingerslip.report.figures.style import (
     BLACK,
     RECEPTOR_COLOURS,
@@ -40,10 +41,8 @@ _ZOOM_WIDTH = 3.2e-3
 
 def receptor_positions(history: xr.Dataset) -> dict[str, NDArray[np.float64]]:
     """Return the reference positions of a history's receptors by type, each (n, 2) [m]."""
-    if "site" not in history.coords:
-        return {}
-    kinds, positions = history["site_kind"].values, history["site_position"].values
-    return {kind: positions[kinds == kind] for kind in _RECEPTOR_MARKS if (kinds == kind).any()}
+    rows = {kind: sites_of_kinds(history, [kind]) for kind in _RECEPTOR_MARKS}
+    return {kind: history["site_position"].values[own] for kind, own in rows.items() if own.size}
 
 
 @styled
@@ -67,7 +66,7 @@ def section_figure(
     plate : float, optional
         Height of a plate below the section [m]; without it the lowest point of the section.
     title : str, optional
-        What the title adds, such as the run's label.
+        What the title adds, such as the title of the run.
 
     Returns
     -------
@@ -78,7 +77,7 @@ def section_figure(
         2, 2, (4.6, 3.5), titled("Section", title), ("x [mm]", "y [mm]"), share="none", widths=(1.75, 1.0)
     )
     points = mesh.p.T[:, :2] if displacement is None else mesh.p.T[:, :2] + displacement[: mesh.p.shape[1]]
-    moved = {kind: _moved(mesh, places, points) for kind, places in receptors.items()}
+    moved = {kind: _moved(mesh, positions, points) for kind, positions in receptors.items()}
     lowest = points[np.argmin(points[:, 1])]
     level = float(lowest[1]) if plate is None else plate
     colours = region_colours(tuple(mesh.subdomains or {}))
@@ -95,11 +94,11 @@ def section_figure(
     return figure
 
 
-def _moved(mesh: skfem.Mesh, places: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _moved(mesh: skfem.Mesh, positions: NDArray[np.float64], points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Move receptors with the nearest nodes of the mesh."""
-    distance = np.linalg.norm(mesh.p.T[None, :, :2] - places[:, None], axis=2)
+    distance = np.linalg.norm(mesh.p.T[None, :, :2] - positions[:, None], axis=2)
     nearest = np.argmin(distance, axis=1)
-    moved: NDArray[np.float64] = places + points[nearest] - mesh.p.T[nearest, :2]
+    moved: NDArray[np.float64] = positions + points[nearest] - mesh.p.T[nearest, :2]
     return moved
 
 
@@ -115,9 +114,9 @@ def _draw_regions(
 
 
 def _draw_receptors(axes: Axes, receptors: Mapping[str, NDArray[np.float64]], size: float) -> None:
-    for kind, places in receptors.items():
+    for kind, positions in receptors.items():
         mark, colour = _RECEPTOR_MARKS.get(kind, ("x", BLACK))
-        x, y = 1e3 * places.T
+        x, y = 1e3 * positions.T
         axes.plot(x, y, mark, color=colour, markersize=size, markeredgecolor="white", markeredgewidth=0.15 * size / 2)
 
 

@@ -1,4 +1,4 @@
-"""Figures of slip along the contact: maps of stick and slip, nodes leaving the plate's line."""
+"""Figures of slip along the contact: maps of stick and slip, displacement of nodes relative to the plate."""
 
 from __future__ import annotations
 
@@ -14,22 +14,16 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from fingerslip.history import OPEN
-from fingerslip.report.figures.style import (
-    BLACK,
-    add_legend,
-    columns_for,
+from fingerslip.report.figures.marks import (
     event_keys,
-    figure_grid,
     limit_to_slides,
     mark_events,
     mark_run,
     name_events,
     shown_until,
-    styled,
-    titled,
 )
-from fingerslip.slip import Events, SlideWindow, slide_window
-from fingerslip.slip.receptors import plate_tangent
+from fingerslip.report.figures.style import BLACK, add_legend, figure_grid, run_panels, say, styled, titled
+from fingerslip.slip import Events, SlideWindow, slide_tangent, slide_window
 
 __all__ = ["contact_displacement_figure", "slip_maps_figure"]
 
@@ -45,7 +39,7 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, E
     Parameters
     ----------
     histories : mapping of str to xarray.Dataset
-        Histories by the runs' labels.
+        Histories by the titles of the runs.
     events : mapping of str to Events
         Their events; those from accumulated slip are marked. Runs without events are drawn without marks.
 
@@ -54,14 +48,11 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, E
     matplotlib.figure.Figure
         Time in seconds to the right, tangential position in millimetres upwards, colour for the state.
     """
-    columns = columns_for(len(histories))
-    panel = {1: (6.6, 3.2), 2: (3.8, 2.5)}.get(columns, (3.3, 2.5))
     labels = ("time [s]", "position along the plate [mm]")
-    figure, panels = figure_grid(len(histories), columns, panel, "Stick and slip along the contact", labels)
-    for axes, (label, history) in zip(panels, histories.items(), strict=True):
+    figure, panels = run_panels(tuple(histories), "Stick and slip along the contact", labels)
+    for axes, (name, history) in zip(panels, histories.items(), strict=True):
         _draw_states(axes, history)
-        axes.set_title(label)
-        own = events.get(label)
+        own = events.get(name)
         mark_run(axes, history, own.slip if own else None)
     limit_to_slides(panels[0], histories, events, before=0.3)
     patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATE_COLOURS.items()}
@@ -80,7 +71,7 @@ def contact_displacement_figure(history: xr.Dataset, events: Events | None = Non
     events : Events, optional
         Its events; those from displacement are marked.
     title : str, optional
-        What the title adds, such as the run's label.
+        What the title adds, such as the title of the run.
 
     Returns
     -------
@@ -92,14 +83,14 @@ def contact_displacement_figure(history: xr.Dataset, events: Events | None = Non
     window = slide_window(history)
     nodes = _shown_nodes(history, window) if window else np.empty(0, dtype=np.intp)
     if window is None or nodes.size == 0:
-        axes.text(0.5, 0.5, "no slide in contact", transform=axes.transAxes, ha="center")
+        say(axes, "no slide in contact")
         return figure
-    places = 1e3 * history["contact_position"].values[nodes] @ plate_tangent(history)
-    colours = ScalarMappable(Normalize(float(places.min()), float(places.max())), "viridis")
+    positions = 1e3 * history["contact_position"].values[nodes] @ slide_tangent(history)
+    colours = ScalarMappable(Normalize(float(positions.min()), float(positions.max())), "viridis")
     times = history["time"].values[window.records]
-    skin, plate = _ways(history, window, nodes)
-    for way, place in zip(skin.T, places, strict=True):
-        axes.plot(times, way, color=colours.to_rgba(np.array(place)), linewidth=1.2)
+    skin, plate = _displacements(history, window, nodes)
+    for displacement, position in zip(skin.T, positions, strict=True):
+        axes.plot(times, displacement, color=colours.to_rgba(np.array(position)), linewidth=1.2)
     axes.plot(times, plate, color=BLACK, linestyle=(0, (5, 2)), linewidth=1.6, label="plate")
     top = 1.25 * float(np.abs(skin).max())
     axes.set_ylim(*((-top, 0.08 * top) if plate[-1] < 0.0 else (-0.08 * top, top)))
@@ -114,10 +105,10 @@ def contact_displacement_figure(history: xr.Dataset, events: Events | None = Non
 
 def _draw_states(axes: Axes, history: xr.Dataset) -> None:
     state = history["contact_state"].values
-    along = 1e3 * history["contact_position"].values @ plate_tangent(history)
+    along = 1e3 * history["contact_position"].values @ slide_tangent(history)
     touched = np.flatnonzero((state != OPEN).any(axis=0))
     if touched.size == 0:
-        axes.text(0.5, 0.5, "no contact", transform=axes.transAxes, ha="center")
+        say(axes, "no contact")
         return
     order = touched[np.argsort(along[touched])]
     every = max(history.sizes["time"] // _MOST_COLUMNS, 1)
@@ -144,17 +135,17 @@ def _borders(centres: NDArray[np.float64]) -> NDArray[np.float64]:
 def _shown_nodes(history: xr.Dataset, window: SlideWindow) -> NDArray[np.intp]:
     """Choose nodes evenly over the contact at the start of the slide, both edges among them."""
     touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN)
-    along = history["contact_position"].values[touching] @ plate_tangent(history)
-    places = np.linspace(0, touching.size - 1, min(_NODES_SHOWN, touching.size)).round().astype(int)
-    shown: NDArray[np.intp] = touching[np.argsort(along)][places]
+    along = history["contact_position"].values[touching] @ slide_tangent(history)
+    chosen = np.linspace(0, touching.size - 1, min(_NODES_SHOWN, touching.size)).round().astype(int)
+    shown: NDArray[np.intp] = touching[np.argsort(along)][chosen]
     return shown
 
 
-def _ways(
+def _displacements(
     history: xr.Dataset, window: SlideWindow, nodes: NDArray[np.intp]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the ways along the plate of nodes and plate since the slide began [mm]."""
-    tangent = plate_tangent(history)
+    """Return the displacements of nodes and plate along the plate since the slide began [mm]."""
+    tangent = slide_tangent(history)
     skin = 1e3 * history["contact_displacement"].values[window.records][:, nodes] @ tangent
     plate = 1e3 * history["counterface_displacement"].values[window.records, 0] @ tangent
     return skin - skin[0], plate - plate[0]

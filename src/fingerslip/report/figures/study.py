@@ -1,7 +1,8 @@
-"""Figures over the runs of a study: event times against a swept value, latency by phalanx."""
+"""Figures over the runs of a study: event times against a swept number, latency against a swept word."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -12,12 +13,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fingerslip.published import PublishedSet
+from fingerslip.published import PublishedSet, PublishedValue
+from fingerslip.report.figures.marks import EVENT_COLOURS
 from fingerslip.report.figures.style import (
     BLACK,
     BLUE,
-    EVENT_COLOURS,
-    EVENT_NAMES,
     GREEN,
     ORANGE,
     add_legend,
@@ -25,19 +25,23 @@ from fingerslip.report.figures.style import (
     figure_grid,
     styled,
 )
-from fingerslip.report.tables.events import WAYS, RunEvents
-from fingerslip.slip import SlipEvents
+from fingerslip.report.labels import path_label, swept_text
+from fingerslip.results import RunResult
+from fingerslip.slip.names import EVENTS, LATENCY, MAIN_EVENTS, READINGS
 
 __all__ = ["event_times_figure", "latency_figure"]
 
-_EVENTS = ("incipient", "three_quarter", "overall")
-_WAY_MARKS: Mapping[str, str] = MappingProxyType({"slip": "o", "displacement": "^", "acceleration": "X"})
-_WAY_COLOURS: Mapping[str, str] = MappingProxyType({"slip": BLUE, "displacement": GREEN, "acceleration": ORANGE})
+_READING_MARKS: Mapping[str, str] = MappingProxyType({"slip": "o", "displacement": "^", "acceleration": "X"})
+_READING_COLOURS: Mapping[str, str] = MappingProxyType({"slip": BLUE, "displacement": GREEN, "acceleration": ORANGE})
+_WIDE = 5.2  # inch
+_PUBLISHED: Any = MappingProxyType({"marker": "D", "linestyle": "", "color": BLACK, "markerfacecolor": "none"})
+# The readings stand beside each other where the axis has words.
+_SHIFTS: Mapping[str, float] = MappingProxyType({"slip": -0.2, "displacement": 0.0, "acceleration": 0.2})
 
 
 @styled
 def event_times_figure(
-    runs: Sequence[RunEvents],
+    runs: Sequence[RunResult],
     path: str = "contact.friction_coefficient",
     reference: PublishedSet | None = None,
 ) -> Figure:
@@ -45,7 +49,7 @@ def event_times_figure(
 
     Parameters
     ----------
-    runs : sequence of RunEvents
+    runs : sequence of RunResult
         The runs; those without `path` among their swept values are left out.
     path : str, optional
         Dotted path of the value on the horizontal axis.
@@ -55,35 +59,32 @@ def event_times_figure(
     Returns
     -------
     matplotlib.figure.Figure
-        Times from the start of the run [s]; colour for the event, mark for the way of reading it; a line joins
-        those from accumulated slip.
+        Times from the start of the run [s]; colour for the event, mark for the reading; a line joins those from
+        accumulated slip.
     """
-    groups = _groups([run for run in runs if path in run.swept], path)
-    columns = columns_for(len(groups))
-    panel = (3.1 if columns > 1 else 5.2, 3.0)
-    labels = (_words(path), "time from the start of the run [s]")
-    figure, panels = figure_grid(len(groups), columns, panel, f"Slip events against {_words(path)}", labels)
-    axis = _Axis.over(runs, path)
-    for axes, (label, members) in zip(panels, groups.items(), strict=True):
-        _draw_times(axes, members, axis, path)
-        _draw_published_times(axes, members, axis, path, reference)
-        axes.set_title(label)
+    words = path_label(path)
+    labels = (words, "time from the start of the run [s]")
+    figure, panels = _group_panels(runs, path, (3.1, 3.0), f"Slip events against {words}", labels)
+    axis = _Axis(runs, path)
+    for axes, members in panels:
+        _draw_times(axes, members, axis)
+        _draw_published(axes, members, axis, _of(reference, MAIN_EVENTS))
         axis.apply(axes)
-    add_legend(figure, _event_way_keys() | (_published_key() if reference else {}))
+    add_legend(figure, _event_keys(runs) | _published_key(reference))
     return figure
 
 
 @styled
 def latency_figure(
-    runs: Sequence[RunEvents],
+    runs: Sequence[RunResult],
     path: str = "fingertip.phalanx.variant",
     reference: PublishedSet | None = None,
 ) -> Figure:
-    """Draw the latency from incipient to overall slip by phalanx, a panel for each combination of the other values.
+    """Draw the latency from incipient to overall slip against a swept word, a panel for each combination of the others.
 
     Parameters
     ----------
-    runs : sequence of RunEvents
+    runs : sequence of RunResult
         The runs; those without `path` among their swept values are left out.
     path : str, optional
         Dotted path of the value on the horizontal axis.
@@ -93,119 +94,140 @@ def latency_figure(
     Returns
     -------
     matplotlib.figure.Figure
-        Latency [ms] from each way of reading the events; none where one of the two events did not happen.
+        Latency [ms] in each reading of the events; none where one of the two events did not happen.
     """
+    title = f"Latency from incipient to overall slip by {path_label(path)}"
+    figure, panels = _group_panels(runs, path, (2.6, 2.9), title, ("", "latency [ms]"))
+    axis = _Axis(runs, path, categories=True)
+    for axes, members in panels:
+        _draw_latencies(axes, members, axis)
+        _draw_published(axes, members, axis, _of(reference, (LATENCY,)), 1e3)
+        axis.apply(axes)
+    panels[0][0].set_ylim(bottom=0.0)
+    keys: dict[str, Artist] = {
+        READINGS[reading]: Line2D([], [], linestyle="", marker=mark, color=_READING_COLOURS[reading], markersize=6)
+        for reading, mark in _recorded(runs).items()
+    }
+    add_legend(figure, keys | _published_key(reference))
+    return figure
+
+
+def _group_panels(
+    runs: Sequence[RunResult], path: str, panel: tuple[float, float], title: str, labels: tuple[str, str]
+) -> tuple[Figure, list[tuple[Axes, list[RunResult]]]]:
+    """Make a panel for each combination of the swept values other than that at `path`, a wide one where it is alone."""
     groups = _groups([run for run in runs if path in run.swept], path)
     columns = columns_for(len(groups))
-    panel = (2.6 if columns > 1 else 5.2, 2.9)
-    title = f"Latency from incipient to overall slip by {_words(path)}"
-    figure, panels = figure_grid(len(groups), columns, panel, title, ("", "latency [ms]"))
-    axis = _Axis.over(runs, path, categories=True)
-    for axes, (label, members) in zip(panels, groups.items(), strict=True):
-        _draw_latencies(axes, members, axis, path, reference)
-        axes.set_title(label)
-        axis.apply(axes)
-    panels[0].set_ylim(bottom=0.0)
-    keys: dict[str, Artist] = {
-        WAYS[way]: Line2D([], [], linestyle="", marker=mark, color=_WAY_COLOURS[way], markersize=6)
-        for way, mark in _WAY_MARKS.items()
-    }
-    add_legend(figure, keys | (_published_key() if reference else {}))
-    return figure
+    size = panel if columns > 1 else (_WIDE, panel[1])
+    figure, panels = figure_grid(len(groups), columns, size, title, labels)
+    for axes, name in zip(panels, groups, strict=True):
+        axes.set_title(name)
+    return figure, list(zip(panels, groups.values(), strict=True))
 
 
 class _Axis:
     """The horizontal axis: numbers where all values are numbers, else categories in order of appearance."""
 
-    def __init__(self, values: Sequence[Any], *, categories: bool) -> None:
-        self.values = list(dict.fromkeys(values))
-        self.numeric = not categories and all(_is_number(value) for value in self.values)
+    def __init__(self, runs: Sequence[RunResult], path: str, *, categories: bool = False) -> None:
+        self._path = path
+        self._values = list(dict.fromkeys(swept_text(run.swept[path]) for run in runs if path in run.swept))
+        self._numeric = not categories and all(_is_number(value) for value in self._values)
 
-    @classmethod
-    def over(cls, runs: Sequence[RunEvents], path: str, *, categories: bool = False) -> _Axis:
-        return cls([run.swept[path] for run in runs if path in run.swept], categories=categories)
-
-    def place(self, value: object) -> float:
-        return float(str(value)) if self.numeric else float(self.values.index(value))
+    def position(self, run: RunResult) -> float:
+        """Return where a run stands on the axis."""
+        value = swept_text(run.swept[self._path])
+        return float(str(value)) if self._numeric else float(self._values.index(value))
 
     def apply(self, axes: Axes) -> None:
-        if self.numeric:
-            axes.set_xticks(sorted(float(value) for value in self.values))
+        """Give a panel the ticks of the axis."""
+        if self._numeric:
+            axes.set_xticks(sorted(float(str(value)) for value in self._values))
             axes.margins(x=0.12)
             return
-        axes.set_xticks(range(len(self.values)), [str(value) for value in self.values])
-        axes.set_xlim(-0.5, len(self.values) - 0.5)
+        axes.set_xticks(range(len(self._values)), [str(value) for value in self._values])
+        axes.set_xlim(-0.5, len(self._values) - 0.5)
 
 
-def _draw_times(axes: Axes, members: Sequence[RunEvents], axis: _Axis, path: str) -> None:
-    for event in _EVENTS:
-        for way, mark in _WAY_MARKS.items():
-            line = "-" if way == "slip" else ""
-            places = [axis.place(run.swept[path]) for run in members]
-            times = [_number(getattr(getattr(run.events, way), event)) for run in members]
-            face = EVENT_COLOURS[event] if way != "displacement" else "none"
-            colour = EVENT_COLOURS[event]
-            axes.plot(places, times, linestyle=line, marker=mark, color=colour, markerfacecolor=face, markersize=5.5)
+def _draw_times(axes: Axes, members: Sequence[RunResult], axis: _Axis) -> None:
+    positions = [axis.position(run) for run in members]
+    for event, (reading, mark) in itertools.product(MAIN_EVENTS, _READING_MARKS.items()):
+        times = [_number(run.events.reading(reading).time(event)) for run in members]
+        colour = EVENT_COLOURS[event]
+        axes.plot(
+            positions,
+            times,
+            linestyle="-" if reading == "slip" else "",
+            marker=mark,
+            color=colour,
+            markerfacecolor=_face(reading, colour),
+            markersize=5.5,
+        )
 
 
-def _draw_published_times(
-    axes: Axes, members: Sequence[RunEvents], axis: _Axis, path: str, reference: PublishedSet | None
+def _draw_latencies(axes: Axes, members: Sequence[RunResult], axis: _Axis) -> None:
+    for reading, mark in _READING_MARKS.items():
+        positions = [axis.position(run) + _SHIFTS[reading] for run in members]
+        latencies = [1e3 * _number(run.events.reading(reading).latency) for run in members]
+        axes.plot(positions, latencies, linestyle="", marker=mark, color=_READING_COLOURS[reading], markersize=6.5)
+
+
+def _draw_published(
+    axes: Axes, members: Sequence[RunResult], axis: _Axis, values: Sequence[PublishedValue], factor: float = 1.0
 ) -> None:
-    for run in members:
-        for value in reference.values if reference else ():
-            if value.quantity in _EVENTS and value.value is not None and value.holds_for(run.all_values):
-                _draw_published(axes, axis.place(run.swept[path]), value.value)
+    """Draw published values, times `factor`, at the runs that meet their conditions."""
+    found = [
+        (axis.position(run), factor * value.value)
+        for run in members
+        for value in values
+        if value.value is not None and value.holds_for(run.all_values)
+    ]
+    for position, value in found:
+        axes.plot([position], [value], **_PUBLISHED, markersize=8, zorder=6)
 
 
-def _draw_latencies(
-    axes: Axes, members: Sequence[RunEvents], axis: _Axis, path: str, reference: PublishedSet | None
-) -> None:
-    shift = {"slip": -0.2, "displacement": 0.0, "acceleration": 0.2}
-    for way, mark in _WAY_MARKS.items():
-        places = [axis.place(run.swept[path]) + shift[way] for run in members]
-        latencies = [1e3 * _number(_latency(getattr(run.events, way))) for run in members]
-        axes.plot(places, latencies, linestyle="", marker=mark, color=_WAY_COLOURS[way], markersize=6.5)
-    for run in members:
-        for value in reference.values if reference else ():
-            if value.quantity == "latency" and value.value is not None and value.holds_for(run.all_values):
-                _draw_published(axes, axis.place(run.swept[path]), 1e3 * value.value)
+def _of(reference: PublishedSet | None, quantities: Sequence[str]) -> tuple[PublishedValue, ...]:
+    """Return the published values of some quantities."""
+    return tuple(value for value in reference.values if value.quantity in quantities) if reference else ()
 
 
-def _draw_published(axes: Axes, place: float, value: float) -> None:
-    axes.plot([place], [value], marker="D", markersize=8, linestyle="", color=BLACK, markerfacecolor="none", zorder=6)
+def _published_key(reference: PublishedSet | None) -> dict[str, Artist]:
+    return {"published": Line2D([], [], **_PUBLISHED, markersize=7)} if reference else {}
 
 
-def _published_key() -> dict[str, Artist]:
-    mark = Line2D([], [], linestyle="", marker="D", markersize=7, color=BLACK, markerfacecolor="none")
-    return {"published": mark}
-
-
-def _event_way_keys() -> dict[str, Artist]:
-    keys: dict[str, Artist] = {EVENT_NAMES[e]: Line2D([], [], color=EVENT_COLOURS[e], linewidth=2.0) for e in _EVENTS}
-    for way, mark in _WAY_MARKS.items():
-        face = "none" if way == "displacement" else BLACK
-        keys[WAYS[way]] = Line2D([], [], linestyle="", marker=mark, color=BLACK, markerfacecolor=face, markersize=5.5)
+def _event_keys(runs: Sequence[RunResult]) -> dict[str, Artist]:
+    """Return keys of the events, by colour, and of the recorded readings, by mark."""
+    keys: dict[str, Artist] = {
+        EVENTS[event]: Line2D([], [], color=EVENT_COLOURS[event], linewidth=2.0) for event in MAIN_EVENTS
+    }
+    for reading, mark in _recorded(runs).items():
+        face = _face(reading, BLACK)
+        keys[READINGS[reading]] = Line2D(
+            [], [], linestyle="", marker=mark, color=BLACK, markerfacecolor=face, markersize=5.5
+        )
     return keys
 
 
-def _groups(runs: Sequence[RunEvents], path: str) -> dict[str, list[RunEvents]]:
-    """Group runs by their other swept values."""
-    groups: dict[str, list[RunEvents]] = {}
+def _recorded(runs: Sequence[RunResult]) -> dict[str, str]:
+    """Return the marks of the readings that any run recorded."""
+    return {
+        reading: mark
+        for reading, mark in _READING_MARKS.items()
+        if any(run.events.reading(reading).recorded for run in runs)
+    }
+
+
+def _face(reading: str, colour: str) -> str:
+    return "none" if reading == "displacement" else colour
+
+
+def _groups(runs: Sequence[RunResult], path: str) -> dict[str, list[RunResult]]:
+    """Group runs by their swept values other than that at `path`."""
+    groups: dict[str, list[RunResult]] = {}
     for run in runs:
         others = {other: value for other, value in run.swept.items() if other != path}
-        label = ", ".join(f"{_words(other)} {value}" for other, value in others.items())
-        groups.setdefault(label, []).append(run)
+        title = ", ".join(f"{path_label(other)} {swept_text(value)}" for other, value in others.items())
+        groups.setdefault(title, []).append(run)
     return groups
-
-
-def _words(path: str) -> str:
-    """Turn a dotted path into words: ``fingertip.phalanx.variant`` is the phalanx."""
-    parts = path.removesuffix(".enabled").removesuffix(".variant").split(".")
-    return parts[-1].replace("_", " ")
-
-
-def _latency(events: SlipEvents) -> float | None:
-    return events.latency
 
 
 def _number(value: float | None) -> float:

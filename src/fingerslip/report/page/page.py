@@ -1,4 +1,4 @@
-"""One self-contained HTML page: sections of text, tables and figures, parameters with sources, provenance."""
+"""One self-contained HTML page: sections of text, tables and figures, and the provenance."""
 
 from __future__ import annotations
 
@@ -13,10 +13,9 @@ from matplotlib.figure import Figure
 
 from fingerslip.files import write_text
 from fingerslip.report.figures.save import figure_bytes
-from fingerslip.report.tables.table import Column, Table, is_numeric, texts
-from fingerslip.specimens.fingertip import PresetValue
+from fingerslip.report.tables.table import Table, is_numeric, texts
 
-__all__ = ["Picture", "Report", "ReportSection", "parameters_table", "render_page", "write_page"]
+__all__ = ["Picture", "Report", "ReportSection", "render_page", "write_page"]
 
 
 @dataclass(frozen=True)
@@ -54,6 +53,8 @@ class ReportSection:
         Figures, below the tables.
     folded : bool
         Whether the page shows the section only when it is opened.
+    warnings : tuple of str
+        Paragraphs that stand out, above the text.
     """
 
     title: str
@@ -61,6 +62,7 @@ class ReportSection:
     tables: tuple[Table, ...] = ()
     pictures: tuple[Picture, ...] = ()
     folded: bool = False
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -74,21 +76,12 @@ class Report:
     sections : tuple of ReportSection
         Its sections, in order.
     provenance : mapping of str to str
-        What made the results: versions, commit, hashes, times.
+        Programs, commit and times that made the results.
     """
 
     title: str
     sections: tuple[ReportSection, ...]
     provenance: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
-
-
-def parameters_table(values: Sequence[PresetValue], title: str = "Parameters") -> Table:
-    """Show parameters with their sources, the assumed ones first."""
-    ordered = sorted(values, key=lambda value: value.source != "assumed")
-    columns = (Column("parameter"), Column("value"), Column("source"), Column("note"))
-    assumed = sum(value.source == "assumed" for value in values)
-    note = f"{assumed} of {len(values)} values are assumed: the sources do not give them."
-    return Table(title, columns, tuple((v.path, v.value, v.source, v.note) for v in ordered), note)
 
 
 def render_page(report: Report) -> str:
@@ -129,6 +122,7 @@ def write_page(report: Report, path: str | Path) -> None:
 def _section(section: ReportSection, anchor: str) -> str:
     body = "\n".join(
         (
+            *(f'<p class="warning">{escape(paragraph)}</p>' for paragraph in section.warnings),
             *(f"<p>{escape(paragraph)}</p>" for paragraph in section.text),
             *(_table(table) for table in section.tables),
             *(_picture(picture) for picture in section.pictures),
@@ -141,11 +135,11 @@ def _section(section: ReportSection, anchor: str) -> str:
 
 
 def _table(table: Table) -> str:
-    kinds = ["number" if is_numeric(table, place) else "text" for place in range(len(table.columns))]
+    kinds = ["number" if is_numeric(table, index) else "text" for index in range(len(table.columns))]
     headings = [column.heading for column in table.columns]
-    head = "".join(f'<th class="{kind}">{escape(name)}</th>' for kind, name in zip(kinds, headings, strict=True))
-    rows = "\n".join(f"<tr>{_cells(kinds, row)}</tr>" for row in texts(table))
-    note = f'<p class="note">{escape(table.note)}</p>' if table.note else ""
+    head = "".join(_cell("th", kind, heading) for kind, heading in zip(kinds, headings, strict=True))
+    rows = "\n".join(_row(kinds, row, number in table.marked) for number, row in enumerate(texts(table)))
+    note = f'<p class="note">{escape(table.remarks)}</p>' if table.remarks else ""
     caption = f"<caption>{escape(table.title)}</caption>" if table.title else ""
     return (
         f'<div class="table"><table>{caption}<thead><tr>{head}</tr></thead>\n'
@@ -153,8 +147,15 @@ def _table(table: Table) -> str:
     )
 
 
-def _cells(kinds: Sequence[str], row: Sequence[str]) -> str:
-    return "".join(f'<td class="{kind}">{escape(cell)}</td>' for kind, cell in zip(kinds, row, strict=True))
+def _row(kinds: Sequence[str], row: Sequence[str], marked: bool) -> str:
+    cells = "".join(_cell("td", kind, text) for kind, text in zip(kinds, row, strict=True))
+    return f'<tr class="marked">{cells}</tr>' if marked else f"<tr>{cells}</tr>"
+
+
+def _cell(tag: str, kind: str, text: str) -> str:
+    """Write a cell; short texts keep to one line."""
+    words = f"{kind} short" if len(text) <= _SHORT else kind
+    return f'<{tag} class="{words}">{escape(text)}</{tag}>'
 
 
 def _picture(picture: Picture) -> str:
@@ -174,6 +175,8 @@ def _provenance(values: Mapping[str, str]) -> str:
     return f'<section><h2 id="provenance">Provenance</h2>\n<dl>\n{items}\n</dl></section>'
 
 
+_SHORT = 24  # letters
+
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #1c1c1c; background: #fff; margin: 0 auto; max-width: 1080px;
   padding: 2rem 1.5rem 4rem; }
@@ -187,8 +190,11 @@ summary h2 { display: inline-block; margin: .6rem 0; border: 0; font-size: 1.05r
 table { border-collapse: collapse; font-size: .88rem; margin: .8rem 0 .3rem; }
 caption { text-align: left; font-weight: 600; padding: .2rem 0; }
 th, td { padding: .22rem .7rem; border-bottom: 1px solid #e4e4e4; vertical-align: top; text-align: left; }
-thead th { border-bottom: 2px solid #888; white-space: nowrap; }
-.number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }
+thead th { border-bottom: 2px solid #888; vertical-align: bottom; }
+.number { text-align: right; font-variant-numeric: tabular-nums; }
+.short, td.number { white-space: nowrap; }
+.marked td:nth-child(3) { font-weight: 600; color: #a84300; }
+.warning { border-left: 4px solid #d55e00; background: #fdf1e8; padding: .5rem .8rem; margin: .8rem 0; }
 .note, figcaption { color: #555; font-size: .86rem; margin: .2rem 0 1rem; }
 figure { margin: 1.2rem 0; }
 img { max-width: 100%; height: auto; }

@@ -29,7 +29,7 @@ def has_display() -> bool:
 def prepare_rendering() -> None:
     """Make VTK draw without a display where there is none.
 
-    VTK ends the whole process where it finds no way to draw, so each way is tried in a process of its own, once.
+    VTK ends the whole process where it cannot draw, so each kind of window is tried once in a process of its own.
 
     Raises
     ------

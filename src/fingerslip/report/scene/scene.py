@@ -1,4 +1,4 @@
-"""A result in space: the deformed layers with a field on them, the plate, the receptors, a cut."""
+"""The scene of a snapshot: the deformed layers coloured by a field, the plate, the recorded sites, a cut."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, ResultError
+from fingerslip.history import is_solid, nearest_record, site_kinds
 from fingerslip.parameters import parameters
 from fingerslip.report.figures.style import BLACK, RECEPTOR_COLOURS, region_colours
+from fingerslip.report.scene.snapshot import in_space, read_snapshot
 
 __all__ = [
     "COLOUR_MAP",
@@ -23,30 +25,21 @@ __all__ = [
     "draw_scene",
     "field_limits",
     "region_names",
-    "snapshot_at",
     "snapshot_grid",
 ]
 
 Floats = NDArray[np.float64]
 Scalar = Literal["von_mises", "strain_energy_density", "displacement", "velocity", "region"]
 
-#: Fields that can be shown: their title, and how many of them make a unit of it.
+#: Fields that can be shown: their title, and the factor from SI to its unit.
 SCALARS: Mapping[str, tuple[str, float]] = {
     "von_mises": ("von Mises stress [kPa]", 1e-3),
-    "strain_energy_density": ("strain energy density [J/m3]", 1.0),
+    "strain_energy_density": ("strain energy density [J/m³]", 1.0),
     "displacement": ("displacement [mm]", 1e3),
     "velocity": ("velocity [mm/s]", 1e3),
     "region": ("region", 1.0),
 }
 COLOUR_MAP = "viridis"
-_CELLS = {
-    "Q4": pyvista.CellType.QUAD,
-    "T3": pyvista.CellType.TRIANGLE,
-    "T6": pyvista.CellType.QUADRATIC_TRIANGLE,
-    "H8": pyvista.CellType.HEXAHEDRON,
-    "T4": pyvista.CellType.TETRA,
-    "T10": pyvista.CellType.QUADRATIC_TETRA,
-}
 _BAR = {"width": 0.5, "height": 0.1, "position_x": 0.25, "position_y": 0.03}
 _BAR_FONTS = {"title_font_size": 18, "label_font_size": 16}
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -74,7 +67,8 @@ class SceneOptions:
     cut : {'none', 'x', 'y', 'z'}
         Normal of a plane through the middle of the body, in front of which everything is left out.
     camera : {'oblique', 'side', 'front', 'below'}
-        Where from; from below the contact is seen through the plate. Two-dimensional results are seen from the side.
+        Direction of view; from below the contact is seen through the plate. Two-dimensional results are seen from the
+        side.
     plate, receptors, edges : bool
         Whether plate, recorded sites and the edges of the cells are drawn.
     written : bool
@@ -98,7 +92,7 @@ def region_names(history: xr.Dataset) -> tuple[str, ...]:
 
 
 def check_options(history: xr.Dataset, options: SceneOptions) -> None:
-    """Find out whether a history can be shown so.
+    """Check that a history can be shown with these options.
 
     Raises
     ------
@@ -117,49 +111,42 @@ def check_options(history: xr.Dataset, options: SceneOptions) -> None:
             raise InputError("hidden", f"has '{name}', which is no region", f"may hold {', '.join(names)}")
 
 
-def snapshot_at(history: xr.Dataset, time: float | None) -> int:
-    """Return the number of the snapshot nearest to a time [s]; the last one for None."""
-    times = history["snapshot_time"].values
-    return times.size - 1 if time is None else int(np.abs(times - time).argmin())
-
-
-def snapshot_grid(history: xr.Dataset, place: int) -> pyvista.UnstructuredGrid:
+def snapshot_grid(history: xr.Dataset, number: int) -> pyvista.UnstructuredGrid:
     """Return the deformed mesh of a snapshot with its fields in the units of :data:`SCALARS`.
 
     Parameters
     ----------
     history : xarray.Dataset
         A history with snapshots.
-    place : int
+    number : int
         Number of the snapshot.
 
     Returns
     -------
     pyvista.UnstructuredGrid
-        Points [mm]; displacement and velocity at points, stress, strain energy density and region in cells.
+        Points [mm]; magnitudes of displacement and velocity at points, stress, strain energy density and region in
+        cells.
     """
-    moved = history["snapshot_displacement"].values[place]
-    points = 1e3 * _in_space(history["node_position"].values + moved)
-    grid = pyvista.UnstructuredGrid({_CELLS[history.attrs["element"]]: history["cell_nodes"].values}, points)
-    for name in ("displacement", "velocity"):
-        vectors = history[f"snapshot_{name}"].values[place]
+    snapshot = read_snapshot(history, number)
+    points = 1e3 * (snapshot.points + snapshot.point_fields["displacement"])
+    grid = pyvista.UnstructuredGrid({snapshot.cell_type.vtk: snapshot.cells}, points)
+    for name, vectors in snapshot.point_fields.items():
         grid.point_data[name] = SCALARS[name][1] * np.linalg.norm(vectors, axis=1)
-    for name in ("von_mises", "strain_energy_density"):
-        grid.cell_data[name] = SCALARS[name][1] * history[f"snapshot_{name}"].values[place]
-    grid.cell_data["region"] = history["cell_region"].values
+    for name, values in snapshot.cell_fields.items():
+        grid.cell_data[name] = values if name == "region" else SCALARS[name][1] * values
     return grid
 
 
-def draw_scene(plotter: Any, history: xr.Dataset, place: int, options: SceneOptions) -> dict[str, Any]:
+def draw_scene(plotter: Any, history: xr.Dataset, number: int, options: SceneOptions) -> dict[str, Any]:
     """Draw a snapshot.
 
     Parameters
     ----------
     plotter : pyvista.Plotter
-        Where to draw; what it has under the same names is replaced.
+        Where to draw; actors of the same names are replaced.
     history : xarray.Dataset
         A history with snapshots.
-    place : int
+    number : int
         Number of the snapshot.
     options : SceneOptions
         What is shown.
@@ -169,30 +156,30 @@ def draw_scene(plotter: Any, history: xr.Dataset, place: int, options: SceneOpti
     dict
         The actor of every region that is shown, by its name.
     """
-    grid = snapshot_grid(history, place)
+    grid = snapshot_grid(history, number)
     limits = field_limits(history, options)
     actors = {}
-    for number, name in enumerate(region_names(history)):
-        part = grid.extract_cells(np.asarray(grid.cell_data["region"]) == number)
+    for region, name in enumerate(region_names(history)):
+        part = grid.extract_cells(np.asarray(grid.cell_data["region"]) == region)
         if name not in options.hidden and part.n_cells:
             layer = _cut(part, grid, history, options)
             actors[name] = plotter.add_mesh(layer, name=f"layer {name}", **_look(name, history, options, limits))
     if options.plate:
-        _draw_plate(plotter, history, place, grid)
+        _draw_plate(plotter, history, number, grid)
     if options.receptors:
-        _draw_sites(plotter, history, place)
+        _draw_sites(plotter, history, number)
     if options.written:
-        _write_time(plotter, history, place)
+        _write_time(plotter, history, number)
     return actors
 
 
-def _write_time(plotter: Any, history: xr.Dataset, place: int) -> None:
-    plotter.add_text(f"t = {float(history['snapshot_time'][place]):.3f} s", name="time", font_size=10, color=BLACK)
+def _write_time(plotter: Any, history: xr.Dataset, number: int) -> None:
+    plotter.add_text(f"t = {float(history['snapshot_time'][number]):.3f} s", name="time", font_size=10, color=BLACK)
 
 
 def aim(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
     """Point the camera at the whole scene."""
-    name = "side" if history.sizes["component"] == 2 else options.camera
+    name = options.camera if is_solid(history) else "side"
     plotter.view_vector(*_CAMERAS[name])
     plotter.reset_camera()
     plotter.camera.zoom(_ZOOM)
@@ -202,7 +189,8 @@ def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[f
     """Return how a layer is coloured."""
     shared: dict[str, Any] = {"show_edges": options.edges, "reset_camera": False}
     if options.scalar == "region":
-        return {**shared, "color": region_colours(region_names(history))[name]}
+        # Mostly ambient light, so that the layers have the colours of a legend.
+        return {**shared, "color": region_colours(region_names(history))[name], "ambient": 0.7, "diffuse": 0.3}
     bar = {"title": SCALARS[options.scalar][0], "color": BLACK, "fmt": "%.3g", "n_labels": 2, **_BAR, **_BAR_FONTS}
     look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": COLOUR_MAP}
     return {**look, "scalar_bar_args": bar} if options.written else {**look, "show_scalar_bar": False}
@@ -211,8 +199,8 @@ def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[f
 def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, float]:
     """Return the range of colours, the same for all snapshots.
 
-    It ends below the field's most extreme thousandth. Bone bears stresses that would leave the soft layers in one
-    colour, so the phalanx does not count where anything else is shown.
+    The range leaves out the largest thousandth of the values. The phalanx does not count where anything else is shown:
+    its stresses are so large that the soft layers would have one colour.
 
     Parameters
     ----------
@@ -249,14 +237,14 @@ def _counted(history: xr.Dataset, options: SceneOptions) -> NDArray[np.bool_]:
 def _cut(
     part: pyvista.UnstructuredGrid, whole: pyvista.UnstructuredGrid, history: xr.Dataset, options: SceneOptions
 ) -> pyvista.DataSet:
-    if options.cut == "none" or history.sizes["component"] == 2:
+    if options.cut == "none" or not is_solid(history):
         return part
     return part.clip(normal=_AXES[options.cut], origin=whole.center, invert=True)
 
 
-def _draw_plate(plotter: Any, history: xr.Dataset, place: int, grid: pyvista.UnstructuredGrid) -> None:
+def _draw_plate(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.UnstructuredGrid) -> None:
     """Draw rigid planes where the gaps of the contact candidates say that they are."""
-    step = int(np.abs(history["time"].values - float(history["snapshot_time"][place])).argmin())
+    step = nearest_record(history, float(history["snapshot_time"][number]))
     for counterface, normal in enumerate(history["counterface_normal"].values):
         own = history["contact_counterface"].values == counterface
         at = history["contact_position"].values[own] + history["contact_displacement"].values[step][own]
@@ -264,18 +252,18 @@ def _draw_plate(plotter: Any, history: xr.Dataset, place: int, grid: pyvista.Uns
         heights = on_plate @ normal
         if not own.any() or np.ptp(heights) > _FLAT * grid.length / 1e3:
             continue  # a curved counterface
-        centre, direction = 1e3 * _in_space(on_plate.mean(axis=0)[None]), _in_space(normal[None])[0]
+        centre, direction = 1e3 * in_space(on_plate.mean(axis=0)[None]), in_space(normal[None])[0]
         size = 1.2 * float(np.max(np.ptp(grid.points, axis=0)))
         plane = pyvista.Plane(center=centre[0], direction=direction, i_size=size, j_size=size)
         plotter.add_mesh(plane, name=f"plate {counterface}", color="#b8c4cc", opacity=0.35, reset_camera=False)
 
 
-def _draw_sites(plotter: Any, history: xr.Dataset, place: int) -> None:
-    if history.sizes.get("site", 0) == 0:
+def _draw_sites(plotter: Any, history: xr.Dataset, number: int) -> None:
+    kinds = site_kinds(history)
+    if kinds.size == 0:
         return
-    step = int(np.abs(history["time"].values - float(history["snapshot_time"][place])).argmin())
-    points = 1e3 * _in_space(history["site_position"].values + history["displacement"].values[step])
-    kinds = history["site_kind"].values
+    step = nearest_record(history, float(history["snapshot_time"][number]))
+    points = 1e3 * in_space(history["site_position"].values + history["displacement"].values[step])
     for kind in np.unique(kinds):
         plotter.add_points(
             points[kinds == kind],
@@ -285,8 +273,3 @@ def _draw_sites(plotter: Any, history: xr.Dataset, place: int) -> None:
             render_points_as_spheres=True,
             reset_camera=False,
         )
-
-
-def _in_space(vectors: Floats) -> Floats:
-    """Add zeros up to three components."""
-    return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))

@@ -1,4 +1,4 @@
-"""Looking at a result: an interactive window, a picture, a film."""
+"""Showing a result: an interactive window, a picture, a film."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from PIL import Image
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.files import new_file
+from fingerslip.history import nearest_snapshot
 from fingerslip.report.scene.rendering import has_display, prepare_rendering
-from fingerslip.report.scene.scene import SceneOptions, aim, check_options, draw_scene, snapshot_at
+from fingerslip.report.scene.scene import SceneOptions, aim, check_options, draw_scene
 
 __all__ = ["FILMS", "PICTURES", "open_window", "save_movie", "save_still", "still", "stills"]
 
@@ -34,14 +35,14 @@ def still(
     options: SceneOptions | None = None,
     size: tuple[int, int] = _SIZE,
 ) -> NDArray[np.uint8]:
-    """Render one moment, with or without a display.
+    """Render the snapshot nearest to a time, with or without a display.
 
     Parameters
     ----------
     history : xarray.Dataset
         A history with snapshots.
     time : float, optional
-        Moment [s], of which the nearest snapshot is drawn; the last one without it.
+        Time [s] whose nearest snapshot is drawn; the last one without it.
     options : SceneOptions, optional
         What is shown.
     size : tuple of int, optional
@@ -59,12 +60,12 @@ def still(
     """
     options = options or SceneOptions()
     check_options(history, options)
-    (picture,) = stills(history, [snapshot_at(history, time)], options, size)
+    (picture,) = stills(history, [nearest_snapshot(history, time)], options, size)
     return picture
 
 
 def stills(
-    history: xr.Dataset, places: Sequence[int], options: SceneOptions, size: tuple[int, int] = _SIZE
+    history: xr.Dataset, numbers: Sequence[int], options: SceneOptions, size: tuple[int, int] = _SIZE
 ) -> Iterator[NDArray[np.uint8]]:
     """Render snapshots with one camera, see :func:`still`.
 
@@ -72,7 +73,7 @@ def stills(
     ----------
     history : xarray.Dataset
         A history with snapshots.
-    places : sequence of int
+    numbers : sequence of int
         Numbers of the snapshots.
     options : SceneOptions
         What is shown.
@@ -89,9 +90,9 @@ def stills(
     plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(size))
     try:
         plotter.set_background("white")
-        for number, place in enumerate(places):
-            draw_scene(plotter, history, place, options)
-            if number == 0:
+        for index, number in enumerate(numbers):
+            draw_scene(plotter, history, number, options)
+            if index == 0:
                 aim(plotter, history, options)
             yield np.asarray(plotter.screenshot(None, return_img=True))[..., :3]
     finally:
@@ -101,7 +102,7 @@ def stills(
 def save_still(
     history: xr.Dataset, path: str | Path, time: float | None = None, options: SceneOptions | None = None
 ) -> None:
-    """Write a picture of one moment, see :func:`still`.
+    """Write a picture of one snapshot, see :func:`still`.
 
     Parameters
     ----------
@@ -110,7 +111,7 @@ def save_still(
     path : path
         A ``.png``, ``.jpg`` or ``.webp`` file.
     time : float, optional
-        Moment [s].
+        Time [s].
     options : SceneOptions, optional
         What is shown.
 
@@ -144,8 +145,8 @@ def save_movie(history: xr.Dataset, path: str | Path, options: SceneOptions | No
     path = _checked_path(path, FILMS)
     options = options or SceneOptions()
     check_options(history, options)
-    places = range(history.sizes["snapshot_time"])
-    _write(path, [Image.fromarray(frame) for frame in stills(history, places, options, (800, 600))])
+    frames = stills(history, range(history.sizes["snapshot_time"]), options, (800, 600))
+    _write(path, [Image.fromarray(frame) for frame in frames])
 
 
 def open_window(history: xr.Dataset, options: SceneOptions | None = None, title: str = "fingerslip") -> None:
@@ -177,11 +178,11 @@ def open_window(history: xr.Dataset, options: SceneOptions | None = None, title:
 
 def _add_controls(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
     """Add the layers with their boxes, and the slider that draws another snapshot."""
-    shown = draw_scene(plotter, history, snapshot_at(history, None), options)
+    shown = draw_scene(plotter, history, nearest_snapshot(history), options)
     visible = dict.fromkeys(shown, True)
 
     def move(time: float) -> None:
-        for name, actor in draw_scene(plotter, history, snapshot_at(history, time), options).items():
+        for name, actor in draw_scene(plotter, history, nearest_snapshot(history, time), options).items():
             actor.visibility = visible[name]
 
     def toggle(name: str, state: bool) -> None:
@@ -192,11 +193,11 @@ def _add_controls(plotter: Any, history: xr.Dataset, options: SceneOptions) -> N
     if times.size > 1:
         plotter.add_slider_widget(move, (times[0], times[-1]), value=times[-1], title="time [s]", color="black")
     for row, name in enumerate(shown):
-        place = 10 + row * (_BOX + 6)
+        bottom = 10 + row * (_BOX + 6)
         plotter.add_checkbox_button_widget(
-            lambda state, name=name: toggle(name, state), value=True, position=(10, place), size=_BOX
+            lambda state, name=name: toggle(name, state), value=True, position=(10, bottom), size=_BOX
         )
-        plotter.add_text(name, position=(16 + _BOX, place), font_size=9, color="black")
+        plotter.add_text(name, position=(16 + _BOX, bottom), font_size=9, color="black")
 
 
 def _checked_path(path: str | Path, endings: tuple[str, ...]) -> Path:

@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
-from fingerslip.report.tables.table import Cell, Column, Table
-from fingerslip.uncertainty import Convergence, Refinement
+from fingerslip.report.tables.table import Cell, Column, Missing, Table
+from fingerslip.slip.measures import measure_of
+from fingerslip.uncertainty import SETTINGS, Convergence, Refinement
 
 __all__ = ["convergence_table", "series_table"]
 
-_REFINED = ("mesh", "step", "penalty")
 _NOTE = (
     "Uncertainty: root of the sum of squares of those over mesh, step, contact stiffness (penalty) and numerical "
-    "damping (alpha). Of the first three it is 1.25 times the distance to Richardson's limit where the values approach "
-    "one with an order of at least 0.5 (in brackets), else three times their range (up/down: they oscillate; slow: "
-    "order below 0.5; away: they diverge); of alpha the largest change. A number converges when with every setting it "
-    "approaches a limit or moves by no more than 0.2 %. A dash: the event did not happen, or not at every level."
+    "damping (alpha). Over the first three it is 1.25 times the distance to Richardson's limit where the values "
+    "approach one with an order of at least 0.5 (in brackets), else three times their range (up/down: they oscillate; "
+    "slow: order below 0.5; away: they diverge); over alpha it is the largest change. A number converges when with "
+    "every setting it approaches a limit or moves by no more than 0.2 %. An event that did not happen at every level "
+    "has no uncertainty."
 )
 _WORDS = {"oscillatory": "up/down", "divergent": "away", "slow": "slow"}
 
 
-def convergence_table(quantities: Iterable[Convergence], title: str) -> Table:
+def convergence_table(quantities: Mapping[str, Convergence], title: str) -> Table:
     """Show how well the numbers of a run are known.
 
     Parameters
     ----------
-    quantities : iterable of Convergence
-        The numbers.
+    quantities : mapping of str to Convergence
+        The numbers by key, see :func:`fingerslip.results.quantities`.
     title : str
         What they are of.
     """
@@ -35,10 +36,10 @@ def convergence_table(quantities: Iterable[Convergence], title: str) -> Table:
         Column("unit"),
         Column("value"),
         Column("uncertainty"),
-        *(Column(f"± {setting}") for setting in (*_REFINED, "alpha")),
+        *(Column(f"± {setting.name}") for setting in SETTINGS),
         Column("converges"),
     )
-    rows = tuple(_row(one) for one in quantities)
+    rows = tuple(_row(one, _reason(key)) for key, one in quantities.items())
     return Table(f"Numerical uncertainty, {title}", columns, rows, _NOTE)
 
 
@@ -61,21 +62,30 @@ def series_table(runs: Mapping[str, Mapping[str, Convergence]]) -> Table:
     return Table("Refinement", tuple(Column(name) for name in names), rows)
 
 
-def _row(one: Convergence) -> tuple[Cell, ...]:
-    found = one.refinements
-    settings = [_setting(found.get(setting)) for setting in (*_REFINED, "alpha")]
-    return (one.quantity, one.unit, _number(one.value), _number(one.uncertainty), *settings, _verdict(one))
+def _reason(key: str) -> Missing:
+    """Return why a number may be missing: the times of events have dots in their keys, measures know their reading."""
+    measure = measure_of(key)
+    return Missing.NO_EVENT if "." in key or (measure and measure.reading) else Missing.NOT_DEFINED
 
 
-def _verdict(one: Convergence) -> str | None:
+def _row(one: Convergence, reason: Missing) -> tuple[Cell, ...]:
     if one.value is None:
-        return None
+        return (one.quantity, one.unit, *([reason] * (3 + len(SETTINGS))))
+    found = one.refinements
+    settings = [_setting(found.get(setting.name), reason) for setting in SETTINGS]
+    uncertainty = _number(one.uncertainty) if one.uncertainty is not None else reason
+    return (one.quantity, one.unit, _number(one.value), uncertainty, *settings, _verdict(one))
+
+
+def _verdict(one: Convergence) -> str:
     return f"not with {', '.join(one.unsettled)}" if one.unsettled else "yes"
 
 
-def _setting(found: Refinement | None) -> str | None:
-    if found is None or found.uncertainty is None:
-        return None
+def _setting(found: Refinement | None, reason: Missing) -> Cell:
+    if found is None:
+        return Missing.NOT_STUDIED
+    if found.uncertainty is None:
+        return reason
     number = _number(found.uncertainty)
     if found.behaviour == "monotone" and found.order is not None:
         return f"{number} ({found.order:.1f})"
@@ -83,5 +93,5 @@ def _setting(found: Refinement | None) -> str | None:
     return f"{number} ({word})" if word and found.uncertainty else number
 
 
-def _number(value: float | None) -> str | None:
-    return None if value is None else f"{value:.4g}"
+def _number(value: float) -> str:
+    return f"{value:.4g}"

@@ -1,143 +1,77 @@
-"""Tables of slip events, acceleration peaks and published statements."""
+"""Tables of slip events and acceleration peaks."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from types import MappingProxyType
-from typing import Any
+from collections.abc import Sequence
 
-from fingerslip.published import PublishedSet, PublishedValue
-from fingerslip.report.tables.table import Cell, Column, Measured, Table
-from fingerslip.slip import Events, PeakTable
+from fingerslip.errors import warn_renamed
+from fingerslip.report.labels import path_labels, run_title, swept_text
+from fingerslip.report.tables.table import Cell, Column, Measured, Missing, Table
+from fingerslip.results import RunResult
+from fingerslip.slip import PeakTable
+from fingerslip.slip.free_edge import edge_warning
+from fingerslip.slip.names import EVENTS, LATENCY, READINGS, is_defined
 
 __all__ = [
-    "WAYS",
-    "RunEvents",
-    "compare_table",
     "events_table",
-    "flatten",
     "peaks_table",
-    "statements_table",
-    "summary_table",
-    "ways_table",
+    "readings_table",
+    "run_notes",
+    "swept_cells",
+    "swept_columns",
+    "swept_paths",
+    "time_cell",
 ]
 
-WAYS: Mapping[str, str] = MappingProxyType(
-    {"slip": "accumulated slip", "displacement": "displacement", "acceleration": "acceleration peaks"}
-)
-_TIMES = ("incipient", "three_quarter", "overall", "latency")
 
-
-@dataclass(frozen=True)
-class RunEvents:
-    """The events of one run of a study.
+def time_cell(run: RunResult, reading: str, time: str, factor: float = 1.0) -> Cell:
+    """Return the time of an event, or the latency, with its uncertainty where that is known; else why there is none.
 
     Parameters
     ----------
-    label : str
-        Its name.
-    swept : mapping of str to object
-        The swept values by dotted path; lists and mappings become text, as `1, 0, 1`.
-    events : Events
-        Its slip events.
-    values : mapping of str to object
-        All values of the run by dotted path (see :func:`flatten`), for comparison with published values.
-    uncertainty : mapping of str to float
-        Numerical uncertainty [s] of the events whose convergence was studied, by way and event: `slip.overall`.
+    run : RunResult
+        The run.
+    reading : str
+        One of :data:`~fingerslip.slip.names.READINGS`.
+    time : str
+        One of :data:`~fingerslip.slip.names.TIMES`.
+    factor : float, optional
+        What times are multiplied with, for another unit.
     """
-
-    label: str
-    swept: Mapping[str, Any]
-    events: Events
-    values: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
-    uncertainty: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "swept", {path: _scalar(value) for path, value in self.swept.items()})
-
-    def time(self, way: str, event: str, factor: float = 1.0) -> Cell:
-        """Return an event's time, or its latency, times `factor`, with its uncertainty where that is known."""
-        time: float | None = getattr(getattr(self.events, way), event)
-        uncertainty = self.uncertainty.get(f"{way}.{event}")
-        if time is None:
-            return None
-        return factor * time if uncertainty is None else Measured(factor * time, factor * uncertainty)
-
-    @property
-    def all_values(self) -> dict[str, Any]:
-        """Every known value by dotted path."""
-        return {**self.values, **self.swept}
+    events = run.events.reading(reading)
+    value = events.time(time)
+    if not is_defined(reading, time):
+        return Missing.NOT_DEFINED
+    if value is None:
+        return Missing.NO_EVENT if events.recorded else Missing.NOT_RECORDED
+    uncertainty = run.uncertainty.get(f"{reading}.{time}")
+    return factor * value if uncertainty is None else Measured(factor * value, factor * uncertainty)
 
 
-def _scalar(value: object) -> object:
-    """Return numbers and words as they are, and lists and mappings as text that tables and axes can show."""
-    if isinstance(value, Mapping):
-        return ", ".join(f"{name} {_scalar(part)}" for name, part in value.items())
-    if isinstance(value, list | tuple):
-        return ", ".join(str(_scalar(part)) for part in value)
-    return value
-
-
-def flatten(mapping: Mapping[str, Any]) -> dict[str, Any]:
-    """Turn nested plain data into values by dotted path.
-
-    Examples
-    --------
-    >>> flatten({"contact": {"friction_coefficient": 0.6}, "programme": [{"hold": 1}]})
-    {'contact.friction_coefficient': 0.6, 'programme.0.hold': 1}
-    """
-    flat: dict[str, Any] = {}
-    for key, value in mapping.items():
-        inner = dict(enumerate(value)) if isinstance(value, list | tuple) else value
-        if isinstance(inner, Mapping) and inner:
-            flat |= {f"{key}.{path}": leaf for path, leaf in flatten({str(k): v for k, v in inner.items()}).items()}
-        else:
-            flat[key] = value
-    return flat
-
-
-def summary_table(runs: Sequence[RunEvents]) -> Table:
-    """Put the events of all runs into one table: one row per run, times in seconds.
-
-    The columns are the swept paths, then ``incipient_s, three_quarter_s, overall_s, latency_s`` from accumulated
-    slip, and the same four with ``_displacement`` and ``_acceleration``; then the numerical uncertainties that are
-    known, such as ``slip_overall_uncertainty_s``.
-    """
-    paths = _swept_paths(runs)
-    names = [f"{time}_s{suffix}" for suffix in ("", "_displacement", "_acceleration") for time in _TIMES]
-    known = list(dict.fromkeys(key for run in runs for key in run.uncertainty if key.partition(".")[0] in WAYS))
-    errors = [f"{name.replace('.', '_')}_uncertainty_s" for name in known]
-    rows = tuple(
-        (
-            *(run.swept.get(path) for path in paths),
-            *_all_times(run.events),
-            *(run.uncertainty.get(key) for key in known),
-        )
-        for run in runs
-    )
-    return Table("Slip events", tuple(Column(name) for name in (*paths, *names, *errors)), rows)
-
-
-def events_table(runs: Sequence[RunEvents], way: str = "slip") -> Table:
-    """Show the events of all runs, read in one way.
+def events_table(runs: Sequence[RunResult], reading: str = "slip", *, way: str | None = None) -> Table:
+    """Show the slip events of all runs in one reading.
 
     Parameters
     ----------
-    runs : sequence of RunEvents
+    runs : sequence of RunResult
         The runs.
-    way : {'slip', 'displacement', 'acceleration'}
+    reading : {'slip', 'displacement', 'acceleration'}, optional
         How events are read.
+    way : str, optional
+        Old name of `reading`.
     """
-    columns = (*_swept_columns(runs), *_event_columns())
-    rows = tuple((*_swept_cells(run, runs), *_event_cells(run, way)) for run in runs)
-    return Table(f"Slip events from {WAYS[way]}", columns, rows, _uncertainty_note(runs))
+    if way is not None:
+        warn_renamed("way", "reading")
+        reading = way
+    columns = (*swept_columns(runs), *_event_columns())
+    rows = tuple((*swept_cells(run, runs), *_event_cells(run, reading)) for run in runs)
+    return Table(f"Slip events from {READINGS[reading]}", columns, rows, run_notes(runs))
 
 
-def ways_table(run: RunEvents, title: str = "Slip events") -> Table:
-    """Show the events of one run, a row for each way of reading them."""
-    rows = tuple((text, *_event_cells(run, way)) for way, text in WAYS.items())
-    return Table(title, (Column("read from"), *_event_columns()), rows, _uncertainty_note([run]))
+def readings_table(run: RunResult, title: str = "Slip events") -> Table:
+    """Show the slip events of one run, a row for each reading."""
+    rows = tuple((words, *_event_cells(run, reading)) for reading, words in READINGS.items())
+    return Table(title, (Column("read from"), *_event_columns()), rows, run_notes([run]))
 
 
 def peaks_table(peaks: PeakTable, title: str = "Acceleration peaks") -> Table:
@@ -158,110 +92,35 @@ def peaks_table(peaks: PeakTable, title: str = "Acceleration peaks") -> Table:
     return Table(title, columns, rows, note)
 
 
-def compare_table(runs: Sequence[RunEvents], reference: PublishedSet) -> Table:
-    """Put events beside published values.
-
-    A published time is shown for every run that meets its conditions, with our time from each way and the difference.
-
-    Parameters
-    ----------
-    runs : sequence of RunEvents
-        The runs; `values` has to hold what the conditions name.
-    reference : PublishedSet
-        Published values; those that are no event are left out.
-
-    Returns
-    -------
-    Table
-        Times in seconds, differences (ours less published) in milliseconds; without rows where nothing fits.
-    """
-    columns = (
-        *_swept_columns(runs),
-        Column("event"),
-        Column("published", "s"),
-        *(
-            Column(heading, unit, digits)
-            for heading_of_way in ("slip", "displ.", "peaks")
-            for heading, unit, digits in ((heading_of_way, "s", 3), ("diff.", "ms", 0))
-        ),
-    )
-    pairs = [(run, value) for run in runs for value in reference.values if value.holds_for(run.all_values)]
-    rows = tuple(
-        (*_swept_cells(run, runs), *_comparison(run, value))
-        for run, value in pairs
-        if value.value is not None and _is_event(value)
-    )
-    note = (
-        "Ours, read from accumulated slip, displacement and acceleration peaks, and how much later than published. "
-        f"A dash: the event did not happen. Published: {reference.citation}"
-    )
-    return Table(reference.title, columns, rows, note)
-
-
-def statements_table(reference: PublishedSet) -> Table:
-    """Show published statements in words, and what number can be held against each."""
-    columns = (Column("statement"), Column("what to check"), Column("holds for"))
-    rows = tuple(
-        (value.statement, value.check, ", ".join(f"{path} = {held}" for path, held in value.conditions.items()))
-        for value in reference.values
-        if value.statement
-    )
-    return Table(reference.title, columns, rows, f"Published: {reference.citation}")
-
-
-def _all_times(events: Events) -> list[float | None]:
-    return [getattr(getattr(events, way), time) for way in WAYS for time in _TIMES]
-
-
-def _event_columns() -> tuple[Column, ...]:
-    names = ("incipient", "48 %", "three-quarter", "overall")
-    return (*(Column(name, "s", 3) for name in names), Column("latency", "ms", 0))
-
-
-def _event_cells(run: RunEvents, way: str) -> tuple[Cell, ...]:
-    times = (run.time(way, event) for event in ("incipient", "noticed", "three_quarter", "overall"))
-    return (*times, run.time(way, "latency", 1e3))
-
-
-def _uncertainty_note(runs: Sequence[RunEvents]) -> str:
-    """Say what stands after the sign; nothing where no uncertainty is known."""
-    if not any(run.uncertainty for run in runs):
-        return ""
-    return "After ±: numerical uncertainty over element sizes, time steps, contact stiffness and numerical damping."
-
-
-def _short(path: str) -> str:
-    return path.removesuffix(".enabled").rsplit(".", 1)[-1].replace("_", " ")
-
-
-def _swept_paths(runs: Sequence[RunEvents]) -> tuple[str, ...]:
+def swept_paths(runs: Sequence[RunResult]) -> tuple[str, ...]:
+    """Return the dotted paths that are swept in any of the runs."""
     return tuple(dict.fromkeys(path for run in runs for path in run.swept))
 
 
-def _swept_columns(runs: Sequence[RunEvents]) -> tuple[Column, ...]:
-    paths = _swept_paths(runs)
-    shorts = [_short(path) for path in paths]
-    names = [short if shorts.count(short) == 1 else path for short, path in zip(shorts, paths, strict=True)]
-    return tuple(Column(name) for name in names) or (Column("run"),)
+def swept_columns(runs: Sequence[RunResult]) -> tuple[Column, ...]:
+    """Return the columns that tell runs apart: a swept value each, or the name of the run."""
+    return tuple(Column(label) for label in path_labels(swept_paths(runs)).values()) or (Column("run"),)
 
 
-def _swept_cells(run: RunEvents, runs: Sequence[RunEvents]) -> tuple[Cell, ...]:
-    return tuple(run.swept.get(path) for path in _swept_paths(runs)) or (run.label,)
+def swept_cells(run: RunResult, runs: Sequence[RunResult]) -> tuple[Cell, ...]:
+    """Return the cells of a run in the columns of :func:`swept_columns`."""
+    return tuple(swept_text(run.swept.get(path)) for path in swept_paths(runs)) or (run.name,)
 
 
-def _is_event(value: PublishedValue) -> bool:
-    return value.quantity in _TIMES
+def run_notes(runs: Sequence[RunResult]) -> str:
+    """Say what the sign ± means, and which contact came close to a free edge; nothing where neither is the case."""
+    notes = []
+    if any(run.uncertainty for run in runs):
+        notes.append(
+            "After ±: numerical uncertainty over element sizes, time steps, contact stiffness and numerical damping."
+        )
+    notes.append(edge_warning({run_title(run, run.name): run.edge for run in runs}))
+    return " ".join(note for note in notes if note)
 
 
-def _comparison(run: RunEvents, value: PublishedValue) -> tuple[Cell, ...]:
-    assert value.value is not None  # held by compare_table
-    low, high = value.span or (value.value, value.value)
-    ours: list[Cell] = []
-    for way in WAYS:
-        time = getattr(getattr(run.events, way), value.quantity) if value.way in ("", way) else None
-        # Within a published range the difference is zero, outside it is taken to the nearer end.
-        nearest = None if time is None else min(max(time, low), high)
-        late = None if time is None or nearest is None else 1e3 * (time - nearest)
-        ours += [None if time is None else run.time(way, value.quantity), late]
-    text = f"{low:.2f}" if low == high else f"{low:.2f} to {high:.2f}"
-    return (value.quantity.replace("_", "-"), text, *ours)
+def _event_columns() -> tuple[Column, ...]:
+    return (*(Column(name, "s", 3) for name in EVENTS.values()), Column(LATENCY, "ms", 0))
+
+
+def _event_cells(run: RunResult, reading: str) -> tuple[Cell, ...]:
+    return (*(time_cell(run, reading, event) for event in EVENTS), time_cell(run, reading, LATENCY, 1e3))

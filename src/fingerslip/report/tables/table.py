@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import csv
+import enum
 import io
 from dataclasses import dataclass
 from typing import Literal
 
 import rich.box
+import rich.console
 import rich.table
+import rich.text
 from rich.markup import escape
 
 __all__ = [
     "Cell",
     "Column",
     "Measured",
+    "Missing",
     "Table",
     "is_numeric",
     "texts",
     "to_csv",
     "to_markdown",
     "to_rich",
+    "typeset",
 ]
 
 
@@ -38,9 +43,30 @@ class Measured:
     uncertainty: float
 
 
-Cell = str | float | int | bool | Measured | None
+class Missing(enum.Enum):
+    """Why a cell has no value: what the cell shows, and what the legend below the table says."""
+
+    NO_EVENT = ("none", "the event did not happen")
+    NOT_RECORDED = ("n/r", "not recorded in this run")
+    NOT_COMPARED = ("n/c", "not compared: nothing is published for it, or no run meets the conditions")
+    NOT_DEFINED = ("n/a", "not applicable")
+    NOT_STUDIED = ("n/s", "not studied")
+
+    @property
+    def shown(self) -> str:
+        """What the cell shows."""
+        return self.value[0]
+
+    @property
+    def meaning(self) -> str:
+        """What it means."""
+        return self.value[1]
+
+
+Cell = str | float | int | bool | Measured | Missing | None
 
 _WIDEST_WORD = 16
+_TYPESET = (("^2", "²"), ("^3", "³"), ("um", "µm"))
 
 
 @dataclass(frozen=True)
@@ -54,12 +80,15 @@ class Column:
     unit : str
         Unit of its numbers; empty for text.
     digits : int or None
-        Digits after the point for people; None writes up to six significant ones.
+        Digits after the point for people; None for `significant` ones.
+    significant : int
+        Largest number of significant digits for people, where `digits` is None.
     """
 
     name: str
     unit: str = ""
     digits: int | None = None
+    significant: int = 6
 
     @property
     def heading(self) -> str:
@@ -67,18 +96,23 @@ class Column:
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 
     def format(self, cell: Cell) -> str:
-        """Write a cell for people; a missing value is a dash."""
+        """Write a cell for people; None is an empty cell."""
         match cell:
             case None:
-                return "-"
+                return ""
+            case Missing():
+                return cell.shown
             case bool():
                 return "yes" if cell else "no"
             case Measured():
-                return f"{self.format(cell.value)} ± {self.format(cell.uncertainty)}"
+                return f"{self.format(cell.value)} ± {self._format_uncertainty(cell.uncertainty)}"
             case float():
-                return f"{cell:.6g}" if self.digits is None else f"{cell:.{self.digits}f}"
+                return f"{cell:.{self.significant}g}" if self.digits is None else f"{cell:.{self.digits}f}"
             case _:
                 return str(cell)
+
+    def _format_uncertainty(self, value: float) -> str:
+        return f"{value:.2g}" if self.digits is None else self.format(value)
 
 
 @dataclass(frozen=True)
@@ -92,45 +126,61 @@ class Table:
     columns : tuple of Column
         Its columns.
     rows : tuple of tuple
-        A cell for each column; None where there is no value.
+        A cell for each column; None for an empty cell, :class:`Missing` where a value is missing for a reason.
     note : str
         What a reader has to know.
+    marked : tuple of int
+        Numbers of the rows that stand out.
     """
 
     title: str
     columns: tuple[Column, ...]
     rows: tuple[tuple[Cell, ...], ...]
     note: str = ""
+    marked: tuple[int, ...] = ()
+
+    @property
+    def legend(self) -> str:
+        """What the texts of missing values mean, as far as the table has them."""
+        found = {cell for row in self.rows for cell in row if isinstance(cell, Missing)}
+        return "; ".join(f"{reason.shown}: {reason.meaning}" for reason in Missing if reason in found)
+
+    @property
+    def remarks(self) -> str:
+        """What stands below the table: its note and its legend."""
+        legend = f"{self.legend}." if self.legend else ""
+        return " ".join(text for text in (self.note, legend) if text)
 
 
-def to_rich(table: Table) -> rich.table.Table:
-    """Turn a table into one for the terminal."""
+def to_rich(table: Table) -> rich.console.Group:
+    """Turn a table into one for the terminal, with its remarks below it."""
     shown = rich.table.Table(
         title=escape(table.title), title_justify="left", box=rich.box.SIMPLE_HEAD, padding=0, pad_edge=False
     )
-    shown.caption, shown.caption_justify = escape(table.note) or None, "left"
-    for place, column in enumerate(table.columns):
-        words = [word for text in (column.heading, *(row[place] for row in texts(table))) for word in text.split()]
+    for index, column in enumerate(table.columns):
+        words = [word for text in (column.heading, *(row[index] for row in texts(table))) for word in text.split()]
         longest_word = max(map(len, words))
-        justify: Literal["left", "right"] = "right" if is_numeric(table, place) else "left"
+        justify: Literal["left", "right"] = "right" if is_numeric(table, index) else "left"
         heading = escape(column.heading.replace(" [", "\n["))
         shown.add_column(heading, justify=justify, min_width=min(longest_word, _WIDEST_WORD))
-    for cells in texts(table):
-        shown.add_row(*(escape(cell) for cell in cells))
-    return shown
+    for index, cells in enumerate(texts(table)):
+        shown.add_row(*(escape(cell) for cell in cells), style="bold" if index in table.marked else None)
+    # A caption of the table itself would be as narrow as the table.
+    return rich.console.Group(shown, rich.text.Text(f"{table.remarks}\n" if table.remarks else "", style="dim italic"))
 
 
 def to_markdown(table: Table) -> str:
-    """Write a table in Markdown, without its title; numbers stand right."""
-    rules = ["---:" if is_numeric(table, place) else "---" for place in range(len(table.columns))]
+    """Write a table and its legend in Markdown, without title and note; numbers are aligned right."""
+    rules = ["---:" if is_numeric(table, index) else "---" for index in range(len(table.columns))]
     head = [column.heading for column in table.columns]
     lines = [head, rules, *texts(table)]
     escaped = [[cell.replace("|", "\\|") for cell in line] for line in lines]
-    return "".join(f"| {' | '.join(line)} |\n" for line in escaped)
+    rows = "".join(f"| {' | '.join(line)} |\n" for line in escaped)
+    return f"{rows}\n{table.legend}.\n" if table.legend else rows
 
 
 def to_csv(table: Table) -> str:
-    """Write a table as CSV with full precision; a missing value is an empty field."""
+    """Write a table as CSV with full precision; a missing value is an empty field, whatever the reason."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(column.name for column in table.columns)
@@ -140,7 +190,7 @@ def to_csv(table: Table) -> str:
 
 def _exact(cell: Cell) -> str:
     match cell:
-        case None:
+        case None | Missing():
             return ""
         case bool():
             return str(cell).lower()
@@ -158,9 +208,22 @@ def texts(table: Table) -> list[list[str]]:
     return [[column.format(cell) for column, cell in zip(table.columns, row, strict=True)] for row in table.rows]
 
 
-def is_numeric(table: Table, place: int) -> bool:
-    """Tell whether a column holds numbers only."""
-    cells = [row[place] for row in table.rows if row[place] is not None]
-    return bool(cells) and all(
-        isinstance(cell, int | float | Measured) and not isinstance(cell, bool) for cell in cells
-    )
+def is_numeric(table: Table, index: int) -> bool:
+    """Tell whether a column holds numbers only, or has a unit where all its values are missing."""
+    cells = [row[index] for row in table.rows if row[index] is not None and not isinstance(row[index], Missing)]
+    if not cells:
+        return bool(table.columns[index].unit)
+    return all(isinstance(cell, int | float | Measured) and not isinstance(cell, bool) for cell in cells)
+
+
+def typeset(unit: str) -> str:
+    """Return a unit as people read it.
+
+    Examples
+    --------
+    >>> typeset("m/s^2"), typeset("um")
+    ('m/s²', 'µm')
+    """
+    for plain, shown in _TYPESET:
+        unit = unit.replace(plain, shown)
+    return unit

@@ -1,4 +1,4 @@
-"""Rerunning a study over meshes, time steps, contact stiffness and numerical damping, for its error bars."""
+"""Refining a study: its runs repeated with other meshes, steps, contact stiffness and numerical damping."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from fingerslip.report.figures.convergence import convergence_figure
 from fingerslip.report.figures.save import save_figure
 from fingerslip.report.tables.convergence import convergence_table, series_table
 from fingerslip.report.tables.table import Table, to_csv, to_markdown
+from fingerslip.results import RunResult, quantities, read_result
 from fingerslip.study.convergence.levels import Level, levels_of, run_at
-from fingerslip.study.convergence.uncertainties import (
+from fingerslip.study.convergence.storage import (
     FOLDER,
     RunConvergence,
     read_convergences,
-    stored_numbers,
     write_convergences,
 )
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.plan import Plan, plan_study
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
 from fingerslip.study.running.runner import StudyFailedError, compute_jobs, prepare, run_studies, write_up
-from fingerslip.study.storage.store import identity, read_result
+from fingerslip.study.storage.store import identity
 from fingerslip.uncertainty import Convergence, Series
 
 __all__ = ["StudyConvergence", "converge", "level_folders"]
@@ -33,7 +33,7 @@ __all__ = ["StudyConvergence", "converge", "level_folders"]
 
 @dataclass(frozen=True)
 class StudyConvergence:
-    """What refining a study gave.
+    """The convergence of a study.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ class StudyConvergence:
     @property
     def tables(self) -> tuple[Table, ...]:
         """A table for each run."""
-        return tuple(convergence_table(found.quantities.values(), found.run) for found in self.runs)
+        return tuple(convergence_table(found.quantities, found.run) for found in self.runs)
 
     @property
     def markdown(self) -> str:
@@ -81,7 +81,7 @@ def converge(
     """Run a study, repeat its runs with other settings, and find the numerical uncertainty of every result.
 
     Element sizes, time step and contact stiffness are refined and the numerical damping is changed, one at a time, as
-    the study's section `converge` says. What is finished with the same inputs is not computed again.
+    the study's section `converge` says. Runs that are finished with the same inputs are not computed again.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def converge(
     workers : int, optional
         How many runs are computed at once.
     progress : StudyProgress, optional
-        Is told how far the work is.
+        Receives the progress.
 
     Returns
     -------
@@ -177,32 +177,35 @@ def _run_convergence(plan: Plan, refined: _Refined) -> RunConvergence:
     base = _stored(plan.folder / name)
     others = {level: _stored(plan.folder / FOLDER / run.name) for level, run in refined.levels.items()}
     _check_meshes(refined.run, base, others)
-    numbers = {level: stored_numbers(result) for level, result in others.items()}
-    quantities = {}
-    for key, (words, unit, value) in stored_numbers(base).items():
+    numbers = {level: quantities(result) for level, result in others.items()}
+    sizes = {level: _size(level, base, result) for level, result in others.items()}
+    found = {}
+    for key, one in quantities(base).items():
         sources = {
-            setting: _series(setting, base, value, [(others[level], level, numbers[level][key][2]) for level in levels])
+            setting: Series(
+                setting,
+                (_size_in_use(setting, refined.run), *(sizes[level] for level in levels)),
+                (one.value, *(numbers[level][key].value for level in levels)),
+            )
             for setting, levels in _by_setting(others).items()
         }
-        quantities[key] = Convergence(words, unit, value, sources)
-    return RunConvergence(name, plan.identities[name], quantities)
+        found[key] = Convergence(one.label, one.unit, one.value, sources)
+    return RunConvergence(name, plan.identities[name], found)
 
 
-def _series(
-    setting: str,
-    base: Mapping[str, Any],
-    value: float | None,
-    levels: Sequence[tuple[Mapping[str, Any], Level, float | None]],
-) -> Series:
-    values = (value, *(number for _, _, number in levels))
-    match setting:
+def _size_in_use(setting: str, run: Run) -> float:
+    return run.study.time.alpha if setting == "alpha" else 1.0
+
+
+def _size(level: Level, base: RunResult, result: RunResult) -> float:
+    """Return the size of a level over that in use; for alpha its value."""
+    match level.setting:
         case "mesh":
-            sizes = tuple(result["mesh_size"] / base["mesh_size"] for result, _, _ in levels)
+            return result.mesh_size / base.mesh_size
         case "penalty":
-            sizes = tuple(1.0 / level.value for _, level, _ in levels)
+            return 1.0 / level.value
         case _:
-            sizes = tuple(level.value for _, level, _ in levels)
-    return Series(setting, (1.0, *sizes), values)
+            return level.value
 
 
 def _by_setting(levels: Mapping[Level, Any]) -> dict[str, list[Level]]:
@@ -212,19 +215,19 @@ def _by_setting(levels: Mapping[Level, Any]) -> dict[str, list[Level]]:
     return settings
 
 
-def _check_meshes(run: Run, base: Mapping[str, Any], levels: Mapping[Level, Mapping[str, Any]]) -> None:
+def _check_meshes(run: Run, base: RunResult, levels: Mapping[Level, RunResult]) -> None:
     """Refuse factors that give the same mesh twice: element sizes are fitted to ridges and outlines."""
-    hashes = {base["mesh_hash"]: "the study itself"}
+    hashes = {base.mesh_hash: "the study itself"}
     for level, result in levels.items():
         if level.setting != "mesh":
             continue
-        twin = hashes.setdefault(result["mesh_hash"], level.label)
+        twin = hashes.setdefault(result.mesh_hash, level.label)
         if twin != level.label:
             found = f"factor {level.value:g} gives the same mesh as {twin}"
             raise InputError(f"{run.where}: converge.mesh", found, "needs factors with meshes of their own")
 
 
-def _stored(folder: Path) -> dict[str, Any]:
+def _stored(folder: Path) -> RunResult:
     result = read_result(folder)
     if result is None:
         raise ResultError(f"{folder}: holds no finished run; run the same command again")

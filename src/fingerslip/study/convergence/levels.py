@@ -11,11 +11,9 @@ from fingerslip.model import Model
 from fingerslip.study.definition.settings import ContactSettings, RefinementSettings
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.definition.sweep import Run
+from fingerslip.uncertainty import SETTINGS
 
-__all__ = ["SETTINGS", "Level", "levels_of", "run_at"]
-
-#: What is varied, in the order of the tables.
-SETTINGS = ("mesh", "step", "penalty", "alpha")
+__all__ = ["Level", "levels_of", "run_at"]
 
 
 @dataclass(frozen=True)
@@ -46,7 +44,7 @@ def levels_of(study: Study) -> tuple[Level, ...]:
     stiffness.
     """
     wanted: RefinementSettings = study.converge
-    levels = [Level(name, value) for name in SETTINGS for value in getattr(wanted, name)]
+    levels = [Level(setting.name, value) for setting in SETTINGS for value in getattr(wanted, setting.name)]
     return tuple(level for level in levels if _applies(level, study))
 
 

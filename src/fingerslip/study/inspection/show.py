@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
-from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import walk_quantities
-from fingerslip.report.tables.events import RunEvents, flatten, ways_table
+from fingerslip.report.tables.events import readings_table
+from fingerslip.report.tables.measures import measures_table
+from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
 from fingerslip.report.tables.table import Column, Table
-from fingerslip.slip import events_from_mapping
+from fingerslip.results import RunResult, flatten, read_result
 from fingerslip.specimens.fingertip import preset_header, preset_names, preset_table
-from fingerslip.study.convergence.uncertainties import read_uncertainties
-from fingerslip.study.definition.spec import Study, read_study
+from fingerslip.study.convergence.storage import read_uncertainties
+from fingerslip.study.definition.spec import read_study
+from fingerslip.study.definition.sweep import expand
 from fingerslip.study.definition.yaml import read_mapping
 from fingerslip.study.inspection.draw import draw_fingertip
 from fingerslip.study.storage.reporting import event_tables, read_stored
-from fingerslip.study.storage.store import read_result
-from fingerslip.units import Unit
+from fingerslip.study.storage.values import Specified, value_rows
 
 __all__ = ["presets_table", "show"]
-
-_VALUE_COLUMNS = (Column("value of"), Column("is"), Column("source"), Column("note"))
-_STUDY_FILE = "study file"
 
 
 def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
@@ -75,57 +72,16 @@ def presets_table() -> Table:
 def _preset_table(name: str) -> Table:
     header = preset_header(name)
     rows = tuple((row.path, row.value, row.source, row.note) for row in preset_table(name))
-    return Table(f"{name}: {header['citation']}", _VALUE_COLUMNS, rows, f"{header['published']} {header['claims_not']}")
+    return Table(f"{name}: {header['citation']}", COLUMNS, rows, f"{header['published']} {header['claims_not']}")
 
 
 def _study_table(path: Path) -> Table:
-    given = flatten(read_mapping(path))
-    study = read_study(path)
-    rows = [*_fingertip_rows(study, given), *_own_rows(study, given)]
-    ordered = sorted((_swept(row, study) for row in rows), key=lambda row: row[2] != "assumed")
-    return Table(f"{path}: {study.title}", _VALUE_COLUMNS, tuple(ordered), "The assumed values come first.")
-
-
-Row = tuple[str, str, str, str]
-
-
-def _fingertip_rows(study: Study, given: Mapping[str, Any]) -> Iterator[Row]:
-    """Yield the values of the preset, those that the study changes with its own."""
-    if study.fingertip is None:
-        return
-    for entry in preset_table(str(study.fingertip["preset"])):
-        path = f"fingertip.{entry.path}"
-        if path in given:
-            yield path, _text(given[path]), _STUDY_FILE, f"preset: {entry.value}"
-        else:
-            yield path, entry.value, entry.source, entry.note
-
-
-def _own_rows(study: Study, given: Mapping[str, Any]) -> Iterator[Row]:
-    """Yield the values of the study file itself, and the defaults of those that it leaves out."""
-    others = {path: value for path, value in given.items() if not path.startswith(("sweep.", "fingertip."))}
-    for path, value in others.items():
-        yield path, _text(value), _STUDY_FILE, ""
-    for path, value, unit in walk_quantities(study):
-        absent = value is None or value in ((), {}, "")
-        if absent or any(path == other or other.startswith(f"{path}.") for other in given):
-            continue
-        yield path, _text(value, unit), "default", ""
-
-
-def _swept(row: Row, study: Study) -> Row:
-    path, _, _, note = row
-    if path not in study.sweep:
-        return row
-    return path, ", ".join(_text(value) for value in study.sweep[path]), f"{_STUDY_FILE}, swept", note
-
-
-def _text(value: object, unit: Unit | None = None) -> str:
-    if isinstance(value, list | tuple):
-        return ", ".join(_text(item, unit) for item in value)
-    if unit is not None and isinstance(value, int | float):
-        return unit.format(value)
-    return str(value).lower() if isinstance(value, bool) else str(value)
+    given, study = read_mapping(path), read_study(path)
+    paths = (*flatten({key: value for key, value in given.items() if key != "sweep"}), *given.get("sweep", {}))
+    runs = [Specified(run.study, run.fingertip) for run in expand(study, path)]
+    values = sorted(value_rows(runs, paths), key=lambda value: (value.source == NOT_USED, value.source != ASSUMED))
+    rows = tuple((value.path, value.value, value.source, value.note) for value in values)
+    return Table(f"{path}: {study.title}", COLUMNS, rows, "The assumed values come first.")
 
 
 def _show_result(folder: Path) -> tuple[Table, ...]:
@@ -133,17 +89,17 @@ def _show_result(folder: Path) -> tuple[Table, ...]:
     if result is None:
         stored = read_stored(folder)
         return event_tables(stored.runs, stored.compare)
-    numbers = tuple((name, value) for name, value in result["numbers"].items())
-    versions = ", ".join(f"{name} {version}" for name, version in result["versions"].items())
-    uncertainty = read_uncertainties(folder.parent, {folder.name: result["identity"]}).get(folder.name, {})
-    events = RunEvents(folder.name, result["swept"], events_from_mapping(result["events_s"]), {}, uncertainty)
+    uncertainty = read_uncertainties(folder.parent, {folder.name: result.identity}).get(folder.name, {})
+    known = dataclasses.replace(result, uncertainty=uncertainty)
+    versions = ", ".join(f"{name} {version}" for name, version in result.versions.items())
+    measures = measures_table([known], ["value"])
     return (
-        ways_table(events, f"Slip events of {folder}"),
-        Table("Key numbers", (Column("name"), Column("value")), numbers, f"{result['wall_time_s']} s with {versions}"),
+        readings_table(known, f"Slip events of {folder}"),
+        dataclasses.replace(measures, note=f"Computed in {result.seconds} s with {versions}."),
         _swept_table(result),
     )
 
 
-def _swept_table(result: Mapping[str, Any]) -> Table:
-    rows = tuple((path, json.dumps(value)) for path, value in result["swept"].items())
+def _swept_table(result: RunResult) -> Table:
+    rows = tuple((path, json.dumps(value)) for path, value in result.swept.items())
     return Table("Swept values", (Column("path"), Column("value")), rows)

@@ -5,26 +5,20 @@ from __future__ import annotations
 import contextlib
 import logging
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fingerslip.digest import digest
 from fingerslip.dynamics.simulation import simulate, simulate_together
 from fingerslip.errors import InputError
-from fingerslip.files import json_text, new_folder, write_text, writing
-from fingerslip.history import write_history
+from fingerslip.files import new_folder, writing
 from fingerslip.model import Model
-from fingerslip.slip import acceleration_peaks, events_mapping, find_events
 from fingerslip.study.definition.sweep import Run
-from fingerslip.study.definition.yaml import write_mapping
 from fingerslip.study.running.build import located
-from fingerslip.study.storage.numbers import key_numbers
-from fingerslip.study.storage.provenance import versions
-from fingerslip.study.storage.snapshots import write_snapshots
+from fingerslip.study.storage.store import write_run
 
-__all__ = ["Job", "compute", "compute_together", "mesh_hash", "mesh_size"]
+__all__ = ["Job", "compute", "compute_together"]
 
 _LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 _logger = logging.getLogger("fingerslip.study")
@@ -98,29 +92,9 @@ def compute_together(jobs: Sequence[Job], progress: Callable[[float], None], thr
             histories = _simulate(jobs, progress, threads)
             seconds = time.perf_counter() - started
         for job, folder, history in zip(jobs, folders, histories, strict=True):
-            _write(job, folder, history, seconds)
-
-
-def _write(job: Job, folder: Path, history: Any, seconds: float) -> None:
-    with _log(folder / "log.txt"):
-        _logger.info("simulated %d records in %.1f s", history.sizes["time"], seconds)
-        for name, value in (history.attrs | key_numbers(history)).items():
-            _logger.info("%s: %s", name, value)
-        write_history(history, folder / "history.nc")
-        with writing(folder):
-            write_mapping(job.run.resolved(), folder / "run.yaml", comment="fingerslip run run.yaml repeats this run")
-            write_snapshots(history, folder)
-        write_text(folder / "events.json", json_text(_result(job, history, seconds)))
-
-
-def mesh_hash(mesh: Any) -> str:
-    """Return a hash of the points and cells of a mesh."""
-    return digest(mesh.p, mesh.t)
-
-
-def mesh_size(mesh: Any) -> float:
-    """Return the representative element size N^(-1/dim) of a mesh of N cells, for the ratio of two meshes of a body."""
-    return float(mesh.t.shape[1] ** (-1.0 / mesh.dim()))
+            with _log(folder / "log.txt"):
+                _logger.info("simulated %d records in %.1f s", history.sizes["time"], seconds)
+                write_run(folder, job.run, history, inputs=job.identity, mesh=job.model.mesh, seconds=seconds)
 
 
 def _simulate(jobs: Sequence[Job], progress: Callable[[float], None], threads: int | None) -> Sequence[Any]:
@@ -130,25 +104,6 @@ def _simulate(jobs: Sequence[Job], progress: Callable[[float], None], threads: i
         return simulate_together([job.model for job in jobs], progress=progress, threads=threads)
     except InputError as error:
         raise located(error, jobs[0].run.where, jobs[0].run.study) from None
-
-
-def _result(job: Job, history: Any, seconds: float) -> Mapping[str, Any]:
-    table = acceleration_peaks(history)
-    return {
-        "run": job.run.name,
-        "identity": job.identity,
-        "swept": dict(job.run.swept),
-        "events_s": events_mapping(find_events(history)),
-        "acceleration_peaks": [
-            {"time_s": peak.time, "height_m_per_s2": peak.height, "prominence_m_per_s2": peak.prominence}
-            for peak in table.peaks
-        ],
-        "numbers": key_numbers(history),
-        "mesh_hash": mesh_hash(job.model.mesh),
-        "mesh_size": mesh_size(job.model.mesh),
-        "wall_time_s": round(seconds, 3),
-        "versions": versions(),
-    }
 
 
 @contextlib.contextmanager

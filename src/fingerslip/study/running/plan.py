@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from fingerslip.errors import InputError, Mistakes
+from fingerslip.results import RunResult, read_result
 from fingerslip.study.definition.spec import Study, read_study
 from fingerslip.study.definition.sweep import Run, expand
 from fingerslip.study.definition.yaml import line_numbers
-from fingerslip.study.storage.store import identity, read_result
+from fingerslip.study.storage.store import identity
 
 __all__ = ["Plan", "plan_studies", "plan_study"]
 
@@ -40,10 +40,10 @@ class Plan:
     runs: tuple[Run, ...]
     identities: Mapping[str, str]
 
-    def finished(self) -> dict[str, dict[str, Any]]:
-        """Return what is stored of the runs that are finished with these inputs, by their names."""
+    def finished(self) -> dict[str, RunResult]:
+        """Return the results of the runs that are finished with these inputs, by their names."""
         stored = {run.name: read_result(self.folder / run.name) for run in self.runs}
-        return {name: found for name, found in stored.items() if found and found["identity"] == self.identities[name]}
+        return {name: found for name, found in stored.items() if found and found.identity == self.identities[name]}
 
 
 def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fingerslip.dynamics.checks import check_model
 from fingerslip.errors import FingerslipError, InputError
 from fingerslip.files import clean_stale, remove_empty
-from fingerslip.report.tables.events import RunEvents
-from fingerslip.study.convergence.uncertainties import read_uncertainties
+from fingerslip.results import RunResult, StudyResult, flatten
+from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import build_mesh, build_model, located, mesh_key
 from fingerslip.study.running.compute import Job
 from fingerslip.study.running.plan import Plan, plan_studies
 from fingerslip.study.running.pool import compute_all
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
-from fingerslip.study.storage.reporting import StoredStudy, read_manifest, report_key, write_report
-from fingerslip.study.storage.summary import run_events, write_manifest, write_summary
+from fingerslip.study.storage.reporting import REPORT, report_key, write_report
+from fingerslip.study.storage.summary import MANIFEST, SUMMARY, read_manifest, write_manifest, write_summary
 
 __all__ = [
     "StudyFailedError",
@@ -32,29 +32,6 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True)
-class StudyResult:
-    """What a study gave.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder of the results.
-    compare : tuple of str
-        Names of the published sets that they are shown beside.
-    runs : tuple of RunEvents
-        The runs with their events.
-    computed, unchanged : tuple of str
-        Names of the runs that were computed, and of those that were there already.
-    """
-
-    folder: Path
-    compare: tuple[str, ...]
-    runs: tuple[RunEvents, ...]
-    computed: tuple[str, ...]
-    unchanged: tuple[str, ...]
-
-
 class StudyFailedError(FingerslipError):
     """Some runs failed; the others are finished.
 
@@ -63,7 +40,7 @@ class StudyFailedError(FingerslipError):
     errors : mapping of str to FingerslipError
         The error of each run that failed, by study and run.
     results : tuple of StudyResult
-        What the other runs gave.
+        The results of the other runs.
     """
 
     def __init__(self, errors: Mapping[str, FingerslipError], results: tuple[StudyResult, ...]) -> None:
@@ -176,7 +153,7 @@ def _execute(
         _write_tables(plan, plan.finished(), report="")
         raise
     computed = tuple(name for name in to_compute if name not in failures)
-    result = StudyResult(plan.folder, plan.study.compare, write_up(plan), computed, unchanged)
+    result = dataclasses.replace(write_up(plan), computed=computed, unchanged=unchanged)
     return result, {f"{plan.source.stem}/{name}": error for name, error in failures.items()}
 
 
@@ -222,7 +199,7 @@ def compute_jobs(plan: Plan, jobs: Sequence[Job], workers: int, progress: StudyP
         remove_empty(*made)
 
 
-def write_up(plan: Plan) -> tuple[RunEvents, ...]:
+def write_up(plan: Plan) -> StudyResult:
     """Write summary, report and manifest of the runs that are finished.
 
     Parameters
@@ -232,7 +209,7 @@ def write_up(plan: Plan) -> tuple[RunEvents, ...]:
 
     Returns
     -------
-    tuple of RunEvents
+    StudyResult
         The finished runs, with their uncertainties where they are known.
 
     Raises
@@ -241,25 +218,25 @@ def write_up(plan: Plan) -> tuple[RunEvents, ...]:
         Where something cannot be written.
     """
     finished = plan.finished()
-    if not finished:
-        return ()
     identities = {name: plan.identities[name] for name in finished}
     known = read_uncertainties(plan.folder, identities)
     key = report_key(plan.study.title, plan.study.compare, identities, known)
-    current = read_manifest(plan.folder).get("report") == key and (plan.folder / "report.html").is_file()
-    runs = _write_tables(plan, finished, report=key if current else "")
-    if not current:
-        write_report(StoredStudy(plan.folder, plan.study.title, plan.study.compare, runs))
+    current = read_manifest(plan.folder).get("report") == key and (plan.folder / REPORT).is_file()
+    result = _write_tables(plan, finished, report=key if current else "")
+    if result.runs and not current:
+        write_report(result)
         _write_tables(plan, finished, report=key)
-    return runs
+    return result
 
 
-def _write_tables(plan: Plan, finished: Mapping[str, Mapping[str, Any]], report: str) -> tuple[RunEvents, ...]:
+def _write_tables(plan: Plan, finished: Mapping[str, RunResult], report: str) -> StudyResult:
     known = read_uncertainties(plan.folder, plan.identities)
     runs = tuple(
-        run_events(run, finished[run.name], known.get(run.name, {})) for run in plan.runs if run.name in finished
+        dataclasses.replace(finished[run.name], values=flatten(run.resolved()), uncertainty=known.get(run.name, {}))
+        for run in plan.runs
+        if run.name in finished
     )
     if runs:
-        write_summary(runs, plan.folder / "summary.csv")
-        write_manifest(plan.source, plan.study, finished, report, plan.folder / "manifest.json")
-    return runs
+        write_summary(runs, plan.folder / SUMMARY)
+        write_manifest(plan.source, plan.study, runs, report, plan.folder / MANIFEST)
+    return StudyResult(plan.folder, plan.study.compare, runs, title=plan.study.title)

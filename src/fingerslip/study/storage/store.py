@@ -1,22 +1,39 @@
-"""The folder of a run: what tells its inputs apart, and what is stored beside its history."""
+"""The folder of a run: what tells its inputs apart, how it is written, and how it is read back."""
 
 from __future__ import annotations
 
-import json
+import dataclasses
+import logging
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import xarray as xr
+
 from fingerslip.digest import digest
+from fingerslip.errors import ResultError
+from fingerslip.files import json_text, write_text, writing
+from fingerslip.history import write_history
 from fingerslip.mesh.scan.build import SurfaceMesh
+from fingerslip.results import HISTORY, RESULT, RunResult, flatten, read_result, result_mapping, result_of
+from fingerslip.slip import measures
+from fingerslip.slip.free_edge import edge_warning
 from fingerslip.study.definition.spec import MeshFile
 from fingerslip.study.definition.sweep import Run
+from fingerslip.study.definition.yaml import read_mapping, write_mapping
 from fingerslip.study.running.build import mesh_key
+from fingerslip.study.storage.provenance import versions
+from fingerslip.study.storage.snapshots import write_snapshots
 
-__all__ = ["RESULT_FORMAT", "identity", "read_result"]
+__all__ = ["RESULT_FORMAT", "RUN", "identity", "mesh_hash", "mesh_size", "read_run", "write_run"]
 
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
 RESULT_FORMAT = 5
+#: File in the folder of a run that holds all its values.
+RUN = "run.yaml"
+
+_logger = logging.getLogger("fingerslip.study")
 
 
 def identity(run: Run) -> str:
@@ -28,10 +45,81 @@ def identity(run: Run) -> str:
     return digest([made_by, values])
 
 
-def read_result(folder: Path) -> dict[str, Any] | None:
-    """Read what is stored beside the history of a finished run; None where there is no finished run."""
-    try:
-        result: dict[str, Any] = json.loads((folder / "events.json").read_text(encoding="utf-8"))
-    except (OSError, json.JSONDecodeError):
-        return None
-    return result if (folder / "history.nc").is_file() else None
+def mesh_hash(mesh: Any) -> str:
+    """Return a hash of the points and cells of a mesh."""
+    return digest(mesh.p, mesh.t)
+
+
+def mesh_size(mesh: Any) -> float:
+    """Return the representative element size N^(-1/dim) of a mesh of N cells, for the ratio of two meshes of a body."""
+    return float(mesh.t.shape[1] ** (-1.0 / mesh.dim()))
+
+
+def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh: Any, seconds: float) -> None:
+    """Write the files of a run, and log its measures.
+
+    Parameters
+    ----------
+    folder : Path
+        Where to; it is there.
+    run : Run
+        The run.
+    history : xarray.Dataset
+        What ``simulate`` returned.
+    inputs : str
+        Hash of its inputs, see :func:`identity`.
+    mesh : skfem.Mesh
+        Its mesh.
+    seconds : float
+        Wall time of the simulation [s].
+
+    Raises
+    ------
+    ResultError
+        Where a file cannot be written.
+    """
+    result = dataclasses.replace(
+        result_of(history, run.name, run.swept),
+        identity=inputs,
+        mesh_hash=mesh_hash(mesh),
+        mesh_size=mesh_size(mesh),
+        seconds=seconds,
+        versions=versions(),
+    )
+    _log_result(result, history.attrs)
+    write_history(history, folder / HISTORY)
+    with writing(folder):
+        write_mapping(run.resolved(), folder / RUN, comment="fingerslip run run.yaml repeats this run")
+        write_snapshots(history, folder)
+    write_text(folder / RESULT, json_text(result_mapping(result)))
+
+
+def read_run(folder: Path, uncertainty: Mapping[str, float]) -> RunResult:
+    """Read a finished run back, with all its values.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the run.
+    uncertainty : mapping of str to float
+        Numerical uncertainty of its times and numbers, as far as it is known.
+
+    Raises
+    ------
+    ResultError
+        Where there is no finished run.
+    """
+    result = read_result(folder)
+    if result is None:
+        raise ResultError(f"{folder}: holds no finished run; run the study again")
+    return dataclasses.replace(result, values=flatten(read_mapping(folder / RUN)), uncertainty=uncertainty)
+
+
+def _log_result(result: RunResult, attributes: Mapping[Any, Any]) -> None:
+    for name, value in attributes.items():
+        _logger.info("%s: %s", name, value)
+    for measure in measures.MEASURES:
+        _logger.info("%s: %s", measure.label, measure.text(result.numbers[measure.key]))
+    warning = edge_warning({result.name: result.edge})
+    if warning:
+        _logger.warning("%s", warning)

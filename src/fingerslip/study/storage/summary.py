@@ -1,40 +1,27 @@
-"""The summary of a study: one row per run, and what made the results."""
+"""The summary of a study: a row per run, and what made the results."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from fingerslip.files import json_text, write_text
-from fingerslip.report.tables.events import RunEvents, flatten, summary_table
+from fingerslip.report.tables.summary import summary_table
 from fingerslip.report.tables.table import to_csv
-from fingerslip.slip import events_from_mapping
+from fingerslip.results import RunResult
 from fingerslip.study.definition.spec import Study
-from fingerslip.study.definition.sweep import Run
 from fingerslip.study.storage.provenance import commit, versions
 
-__all__ = ["run_events", "write_manifest", "write_summary"]
+__all__ = ["MANIFEST", "SUMMARY", "identities", "read_manifest", "write_manifest", "write_summary"]
+
+#: Files in the folder of a study.
+MANIFEST, SUMMARY = "manifest.json", "summary.csv"
 
 
-def run_events(run: Run, result: Mapping[str, Any], uncertainty: Mapping[str, float]) -> RunEvents:
-    """Return the events of a finished run, with all its values.
-
-    Parameters
-    ----------
-    run : Run
-        The run.
-    result : mapping
-        What is stored of it, as :func:`~fingerslip.study.storage.store.read_result` reads it.
-    uncertainty : mapping of str to float
-        Numerical uncertainty of its events, as far as it is known.
-    """
-    events = events_from_mapping(result["events_s"])
-    return RunEvents(run.name, run.swept, events, flatten(run.resolved()), uncertainty)
-
-
-def write_summary(runs: Sequence[RunEvents], path: Path) -> None:
-    """Write one row per run as comma-separated values; an event that did not happen is an empty field.
+def write_summary(runs: Sequence[RunResult], path: Path) -> None:
+    """Write one row per run as comma-separated values, see :func:`~fingerslip.report.tables.summary.summary_table`.
 
     Raises
     ------
@@ -44,9 +31,7 @@ def write_summary(runs: Sequence[RunEvents], path: Path) -> None:
     write_text(path, to_csv(summary_table(runs)))
 
 
-def write_manifest(
-    source: Path, study: Study, results: Mapping[str, Mapping[str, Any]], report: str, path: Path
-) -> None:
+def write_manifest(source: Path, study: Study, results: Sequence[RunResult], report: str, path: Path) -> None:
     """Write what made the results of a study.
 
     Parameters
@@ -55,8 +40,8 @@ def write_manifest(
         The study file.
     study : Study
         What it holds.
-    results : mapping of str to mapping
-        What is stored of every finished run, by its name.
+    results : sequence of RunResult
+        The finished runs.
     report : str
         Hash of what the report shows; empty where there is none yet.
     path : Path
@@ -67,15 +52,37 @@ def write_manifest(
     ResultError
         Where the file cannot be written.
     """
-    kept = ("identity", "mesh_hash", "wall_time_s", "versions")
     manifest = {
         "study": source.name,
         "title": study.title,
         "compare": list(study.compare),
         "versions": versions(),
         "commit": commit(),
-        "wall_time_s": round(sum(result["wall_time_s"] for result in results.values()), 3),
+        "wall_time_s": round(sum(result.seconds for result in results), 3),
         "report": report,
-        "runs": {name: {key: result[key] for key in kept} for name, result in results.items()},
+        "runs": {result.name: _entry(result) for result in results},
     }
     write_text(path, json_text(manifest))
+
+
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """Return what made the results of a study; empty where there are none."""
+    try:
+        manifest: dict[str, Any] = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+    except (OSError, json.JSONDecodeError):
+        return {}
+    return manifest
+
+
+def identities(manifest: Mapping[str, Any]) -> dict[str, str]:
+    """Return the hash of the inputs of every run in a manifest, by its name."""
+    return {name: str(run["identity"]) for name, run in manifest["runs"].items()}
+
+
+def _entry(result: RunResult) -> dict[str, Any]:
+    return {
+        "identity": result.identity,
+        "mesh_hash": result.mesh_hash,
+        "wall_time_s": round(result.seconds, 3),
+        "versions": dict(result.versions),
+    }

@@ -1,4 +1,4 @@
-"""Figure of when each place of the contact slips for good."""
+"""Figure of when each part of the contact slips for good."""
 
 from __future__ import annotations
 
@@ -52,12 +52,12 @@ def test_what_sticks_to_the_end_is_dark_and_what_never_touches_is_not_drawn(hist
     assert len(drawn[1]) == 0
 
 
-def test_panels_share_the_axes_of_the_plate_and_arrows_tell_the_ways_apart(history: xr.Dataset) -> None:
+def test_panels_share_the_axes_of_the_plate_and_arrows_tell_the_directions_apart(history: xr.Dataset) -> None:
     turned = history.copy()
     turned["counterface_displacement"] = -history["counterface_displacement"]
     figure = slip_onset_figure({"there": history, "back": turned})
     panels = [axes for axes in figure.axes if axes.get_title("left")]
     (there,), (back,) = ([text for text in axes.texts if hasattr(text, "arrow_patch")] for axes in panels)
-    way = np.subtract(there.xy, there.xyann)
-    np.testing.assert_allclose(way, -np.subtract(back.xy, back.xyann), atol=1e-12)
+    direction = np.subtract(there.xy, there.xyann)
+    np.testing.assert_allclose(direction, -np.subtract(back.xy, back.xyann), atol=1e-12)
     assert panels[0].get_xlim() == panels[1].get_xlim()

@@ -1,4 +1,4 @@
-"""Figures of the contact patch."""
+"""Maps of the contact patch."""
 
 from __future__ import annotations
 
@@ -8,13 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.report.figures.patch import (
-    reference_nodes_figure,
-    slip_frames_figure,
-    stick_ratio_figure,
-    surface_strain_figure,
-)
-from fingerslip.slip import Events, SlipEvents
+from fingerslip.report.figures.patch import slip_frames_figure, surface_strain_figure, touched_frame
+from fingerslip.slip import Events, SlipEvents, contact_patch
 from unit.report.scenes import block_history
 
 
@@ -66,46 +61,20 @@ def test_strains_and_rates_have_a_row_each_and_a_scale_about_zero(history: xr.Da
         assert low == pytest.approx(-high)
 
 
-def test_stick_ratio_is_drawn_over_the_slide(history: xr.Dataset) -> None:
-    (axes,) = shown(stick_ratio_figure({"block": history}))
-    (line,) = axes.lines
-    assert line.get_label() == "block"
-    assert line.get_xdata().size == 6  # records of the slide, its start included
-    assert np.nanmax(line.get_xdata()) <= 0.5 * (1.0 + 1e-9)
-
-
-def test_reference_nodes_have_a_row_for_each_kind(history: xr.Dataset) -> None:
-    named = history.assign_coords(site_kind=("site", ["skin surface"]))
-    figure = reference_nodes_figure(named, Events(SlipEvents(overall=0.09)))
-    left, right = shown(figure)
-    assert left.get_title("left") == "skin surface"
-    assert right.get_ylabel() == "acceleration [m/s²]"
-    plate = next(line for line in left.lines if line.get_linestyle() == ":" and line.get_color() == "#000000")
-    assert plate.get_ydata()[-1] == pytest.approx(1.0)
-
-
-def test_nodes_of_a_line_share_its_style_and_places_their_colour(history: xr.Dataset) -> None:
-    nodes = history.isel(site=[0, 0, 0, 0]).assign_coords(
-        site=["skin-h1", "skin-h2", "skin-v1", "skin-v2"], site_kind=("site", ["skin surface"] * 4)
-    )
-    figure = reference_nodes_figure(nodes)
-    lines = shown(figure)[0].lines[:4]
-    assert lines[0].get_linestyle() == lines[1].get_linestyle() != lines[2].get_linestyle()
-    assert lines[0].get_color() == lines[2].get_color() != lines[1].get_color()
-    names = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert names[:5] == ["h1", "h2", "v1", "v2", "plate"]
-
-
-def test_the_jerk_at_the_start_of_the_slide_is_cut_and_said(history: xr.Dataset) -> None:
-    slow = {name: 5.0 * history[name] for name in ("time", "phase_start", "phase_end")}
-    longer = history.assign_coords({**slow, "site_kind": ("site", ["skin surface"])})
-    size = xr.where((longer["time"] > 0.24) & (longer["time"] < 0.3), 100.0, 0.1)
-    signals = (size * xr.ones_like(longer["acceleration"])).transpose(*longer["acceleration"].dims)
-    _, axes = shown(reference_nodes_figure(longer.assign(acceleration=signals)))
-    assert axes.get_title("right") == "start of the slide cut off: up to 100.0 m/s²"
-    assert axes.get_ylim()[1] == pytest.approx(0.13)
-
-
 def test_frames_need_no_events(history: xr.Dataset) -> None:
     assert dataclasses.is_dataclass(Events())
     assert len(shown(slip_frames_figure(history))) == 9
+
+
+def test_the_frame_holds_what_ever_touches_or_all_where_nothing_does(history: xr.Dataset) -> None:
+    patch = contact_patch(history)
+    low, high = touched_frame(history, patch, patch.points)
+    assert low == pytest.approx([-0.8, -10.8])
+    assert high == pytest.approx([10.8, 0.8])
+    apart = history.assign(contact_state=0 * history["contact_state"])
+    corner = history["contact_state"].copy()
+    corner[:] = 0
+    corner[-1, patch.nodes[0]] = 1
+    np.testing.assert_allclose(touched_frame(apart, patch, patch.points), (low, high))
+    low, high = touched_frame(history.assign(contact_state=corner), patch, patch.points)
+    np.testing.assert_allclose(0.5 * (low + high), 1e3 * patch.points[0], atol=1e-9)

@@ -10,18 +10,14 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from fingerslip.errors import ResultError
-from fingerslip.report.figures.save import (
+from fingerslip.report.figures.forces import energy_figure, force_figure, force_overview_figure
+from fingerslip.report.figures.receptors import (
     acceleration_figure,
     acceleration_overview_figure,
-    contact_displacement_figure,
-    energy_figure,
-    figure_bytes,
-    force_figure,
-    force_overview_figure,
-    save_figure,
-    slip_maps_figure,
     strain_energy_density_figure,
 )
+from fingerslip.report.figures.save import figure_bytes, save_figure
+from fingerslip.report.figures.slip import contact_displacement_figure, slip_maps_figure
 from fingerslip.slip import Events
 from unit.report.figures.made import APART, BARE, HISTORY, NO_SLIDE
 

@@ -1,4 +1,4 @@
-"""Maps of stick and slip, and nodes that leave the plate's line."""
+"""Maps of stick and slip, and nodes that lag the plate."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def test_displacement_has_nine_nodes_and_the_plate() -> None:
 def test_displacement_is_drawn_for_both_edges_and_the_centre_last_to_leave() -> None:
     axes = panels(contact_displacement_figure(HISTORY, EVENTS))[0]
     ends = [line.get_ydata()[-1] for line in axes.lines if len(line.get_xdata()) > 2][:-1]
-    # Slip starts at the edges, so the centre goes along furthest, and both sides alike.
+    # Slip starts at the edges, so the centre follows furthest, and both sides alike.
     assert int(np.argmax(ends)) == 4
     assert ends[:4] == pytest.approx(ends[:4:-1], abs=0.01)
     assert marked(axes) == pytest.approx(

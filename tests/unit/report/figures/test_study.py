@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from fingerslip.published import published
 from fingerslip.report.figures.study import event_times_figure, latency_figure
-from fingerslip.report.tables.events import RunEvents
+from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
 from unit.report.figures.made import panels, words
 
 
-def swept_runs() -> list[RunEvents]:
+def swept_runs() -> list[RunResult]:
     def events(friction: float) -> Events:
         overall = 1.0 + 0.71 * friction / 0.6
         times = SlipEvents(overall - 0.18, None, overall - 0.05, overall)
         return Events(times, times, SlipEvents(None, None, None, overall))
 
     return [
-        RunEvents(
+        RunResult(
             f"{variant} {friction}",
             {"fingertip.phalanx.variant": variant, "contact.friction_coefficient": friction},
             events(friction),
-            {"fingertip.fingerprint.enabled": False},
+            values={"fingertip.fingerprint.enabled": False},
         )
         for variant in ("original", "scaled")
         for friction in (0.2, 0.6, 0.8)
@@ -54,7 +57,7 @@ def test_latency_is_in_milliseconds_and_missing_where_an_event_is() -> None:
 
 
 def test_runs_without_the_swept_value_are_left_out() -> None:
-    runs = [*swept_runs(), RunEvents("other", {}, Events())]
+    runs = [*swept_runs(), RunResult("other", {}, Events())]
     assert len(panels(event_times_figure(runs))) == 2
 
 
@@ -80,8 +83,27 @@ def test_numbers_on_the_axis_are_to_scale() -> None:
 
 def test_a_missing_event_is_left_out_of_its_curve() -> None:
     times = SlipEvents(1.5, None, None, 1.7)
-    runs = [RunEvents(str(mu), {"contact.friction_coefficient": mu}, Events(slip=times)) for mu in (0.2, 0.4)]
+    runs = [RunResult(str(mu), {"contact.friction_coefficient": mu}, Events(slip=times)) for mu in (0.2, 0.4)]
     axes = panels(event_times_figure(runs))[0]
-    incipient, three_quarter = (np.asarray(axes.lines[place].get_ydata(), dtype=float) for place in (0, 3))
+    incipient, three_quarter = (np.asarray(axes.lines[index].get_ydata(), dtype=float) for index in (0, 3))
     assert incipient.tolist() == [1.5, 1.5]
     assert np.isnan(three_quarter).all()
+
+
+def test_swept_lists_and_signed_angles_keep_their_text_on_the_axis() -> None:
+    events = Events(slip=SlipEvents(1.5, None, 1.6, 1.7))
+    angles = [RunResult(angle, {"fingertip.solid.angle": angle}, events) for angle in ("-30 deg", "30 deg")]
+    axes = panels(event_times_figure(angles, "fingertip.solid.angle"))[0]
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["-30 deg", "30 deg"]
+    directions = [RunResult(str(x), {"programme.1.slide.direction": [x, 0, 0]}, events) for x in (1, -1)]
+    axes = panels(latency_figure(directions, "programme.1.slide.direction"))[0]
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["1, 0, 0", "-1, 0, 0"]
+
+
+@pytest.mark.parametrize("draw", [event_times_figure, latency_figure])
+def test_a_reading_that_no_run_recorded_has_no_key(draw: Callable[..., Figure]) -> None:
+    path = "contact.friction_coefficient"
+    silent = Events(SlipEvents(1.5, None, 1.6, 1.7), acceleration=SlipEvents(recorded=False))
+    runs = [RunResult(str(friction), {path: friction}, silent) for friction in (0.2, 0.4)]
+    assert "acceleration peaks" not in words(draw(runs, path))
+    assert "acceleration peaks" in words(draw(swept_runs(), path))

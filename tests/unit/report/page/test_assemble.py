@@ -9,85 +9,114 @@ import skfem
 
 from fingerslip.published import published
 from fingerslip.report.page import assemble
-from fingerslip.report.page.assemble import StudyResults, definitions, study_report
-from fingerslip.report.page.page import render_page
-from fingerslip.report.tables.events import RunEvents
-from fingerslip.slip import Events, EventSettings, find_events
-from fingerslip.specimens.fingertip import PresetValue
+from fingerslip.report.page.assemble import study_report
+from fingerslip.report.page.page import Report, ReportSection, render_page
+from fingerslip.report.tables.parameters import ShownValue
+from fingerslip.report.tables.table import Column, Table, texts
+from fingerslip.results import RunResult, result_of
+from fingerslip.slip import Events, SlipEvents
+from fingerslip.slip.free_edge import EdgeContact
 from fingerslip.uncertainty import Convergence, Series
+from unit.report.page.contents import content_of, two_runs, with_runs
 from unit.report.pages import checked
 from unit.synthetic import Process, make
 
-PARAMETERS = (
-    PresetValue("layers.skin_thickness", "1.5 mm", "wang2014", ""),
-    PresetValue("depth", "1 mm", "assumed", "scales all forces"),
+VALUES = (
+    ShownValue("fingertip.layers.skin_thickness", "1.5 mm", "wang2014"),
+    ShownValue("fingertip.depth", "1 mm", "assumed", "scales all forces"),
 )
 
 
-def results() -> StudyResults:
-    histories = {str(mu): make(Process(friction=mu, edge=1 + 0.4 * mu, centre=1 + 1.1 * mu)) for mu in (0.4, 0.6)}
-    runs = tuple(
-        RunEvents(label, {"contact.friction_coefficient": float(label)}, find_events(history))
-        for label, history in histories.items()
-    )
-    mesh = skfem.MeshQuad().refined(2).scaled(1e-3).with_subdomains({"tissue": lambda x: x[0] > -1.0})
-    references = (published("wang2014-table2"), published("wang2014-qualitative"))
-    return StudyResults("A <study>", runs, histories, {"0.6": mesh}, references, PARAMETERS, {"commit": "abc"})
+def section_of(report: Report, title: str) -> ReportSection:
+    (section,) = (section for section in report.sections if section.title == title)
+    return section
 
 
 def test_standard_report_has_its_sections_and_figures() -> None:
-    report = study_report(results())
+    mesh = skfem.MeshQuad().refined(2).scaled(1e-3).with_subdomains({"tissue": lambda x: x[0] > -1.0})
+    references = (published("wang2014-table2"), published("wang2014-qualitative"))
+    content = two_runs(meshes={"0.6": mesh}, references=references, values=VALUES, provenance={"commit": "abc"})
+    report = study_report(content)
     assert [section.title for section in report.sections] == [
         "Slip events",
-        "Beside published values",
+        "Comparison with published values",
         "The runs side by side",
-        "The fingertip",
-        "Parameters and their sources",
-        "Run 0.4",
-        "Run 0.6",
+        "The model",
+        "Values and their sources",
+        "friction coefficient 0.4",
+        "friction coefficient 0.6",
     ]
-    overview = [picture.name for picture in report.sections[2].pictures]
-    assert overview == ["events-contact-friction-coefficient", "slip-maps", "forces", "acceleration-peaks"]
+    side_by_side = section_of(report, "The runs side by side")
+    assert [picture.name for picture in side_by_side.pictures] == [
+        "events-contact-friction-coefficient", "slip-maps", "forces", "acceleration-peaks",
+    ]  # fmt: skip
+    assert [table.title for table in side_by_side.tables] == ["Measures"]
     assert len(report.sections[-1].pictures) == 6
     assert report.sections[-1].folded
+    assert report.title == "A <study>"
 
 
-def test_single_run_without_receptors_has_a_report() -> None:
+def test_single_run_is_called_like_its_study_and_unrecorded_readings_have_no_table() -> None:
     history = make(Process()).drop_dims("site")
-    runs = (RunEvents("run", {}, find_events(history)),)
-    report = study_report(StudyResults("one", runs, {"run": history}))
-    assert [section.title for section in report.sections] == ["Slip events", "Run run"]
-    checked(render_page(report))
+    report = study_report(content_of((result_of(history, "run", {}),), {"run": history}))
+    assert [section.title for section in report.sections] == ["Slip events", "A <study>"]
+    events = report.sections[0]
+    assert [table.title for table in events.tables] == [
+        "Slip events from accumulated slip",
+        "Slip events from displacement",
+    ]
+    assert "No times from acceleration peaks: no run records the signals." in events.text
+    assert not any("FA-I" in sentence for sentence in events.text)
+    page = render_page(report)
+    checked(page)
+    assert "Run run" not in page
 
 
-def test_definitions_say_the_constants() -> None:
-    text = " ".join(definitions(EventSettings(slip_tolerance=35e-6, incipient_fraction=0.05)))
-    assert "35 µm" in text
-    assert "5 %, 48 %, 75 % and 99.5 %" in text
+def test_a_reading_that_only_some_runs_recorded_has_a_table_that_says_so() -> None:
+    content = two_runs()
+    first, second = content.study.runs
+    silent = dataclasses.replace(
+        first, events=dataclasses.replace(first.events, acceleration=SlipEvents(recorded=False))
+    )
+    table = study_report(with_runs(content, silent, second)).sections[0].tables[2]
+    assert texts(table)[0][1:] == ["n/r", "n/a", "n/r", "n/r", "n/r"]
+    assert "n/r: not recorded" in table.remarks
+
+
+def test_contact_at_a_free_edge_is_a_warning_above_the_events_and_in_their_tables() -> None:
+    content = two_runs()
+    first, second = content.study.runs
+    section = study_report(
+        with_runs(content, first, dataclasses.replace(second, edge=EdgeContact("skin", 0.1, 0.0)))
+    ).sections[0]
+    (warning,) = section.warnings
+    assert "friction coefficient 0.6 ('skin' from 0.1 s on" in warning
+    assert "0.4" not in warning
+    assert all("cut off" in table.note for table in section.tables)
+    assert study_report(content).sections[0].warnings == ()
 
 
 def test_runs_without_a_history_are_in_the_tables_only() -> None:
-    whole = results()
+    whole = two_runs()
     report = study_report(dataclasses.replace(whole, histories={"0.6": whole.histories["0.6"]}))
     titles = [section.title for section in report.sections]
-    assert "Run 0.6" in titles
-    assert "Run 0.4" not in titles
+    assert "friction coefficient 0.6" in titles
+    assert "friction coefficient 0.4" not in titles
     assert len(report.sections[0].tables[0].rows) == 2
 
 
 def test_a_swept_word_gives_latencies_and_a_quantity_event_times() -> None:
-    events = Events()
     swept = [{"time.step": "5 ms", "fingertip.fingerprint.enabled": on} for on in (False, True)]
     swept += [{"time.step": "10 ms", "fingertip.fingerprint.enabled": False}]
-    runs = tuple(RunEvents(str(place), values, events) for place, values in enumerate(swept))
-    report = study_report(StudyResults("r", runs, {}))
+    runs = tuple(RunResult(str(number), values, Events()) for number, values in enumerate(swept))
+    report = study_report(content_of(runs, {}))
     names = [picture.name for section in report.sections for picture in section.pictures]
     assert names == ["events-time-step", "latency-fingertip-fingerprint-enabled"]
 
 
 def test_a_value_that_is_the_same_in_all_runs_is_not_drawn() -> None:
-    runs = tuple(RunEvents(str(mu), {"contact.friction_coefficient": 0.6}, Events()) for mu in (1, 2))
-    report = study_report(StudyResults("r", runs, {}))
+    runs = tuple(RunResult(str(mu), {"contact.friction_coefficient": 0.6}, Events()) for mu in (1, 2))
+    report = study_report(content_of(runs, {}))
     assert [picture.name for section in report.sections for picture in section.pictures] == []
 
 
@@ -95,31 +124,26 @@ def test_refined_runs_have_a_section_of_their_own() -> None:
     series = Series("step", (1.0, 0.5, 0.25), (1.7, 1.65, 1.625))
     names = ("slip.incipient", "slip.three_quarter", "slip.overall")
     found = {name: Convergence(name, "s", 1.7, {"step": series}) for name in names}
-    runs = (RunEvents("a", {}, Events()), RunEvents("b", {}, Events()))
-    report = study_report(StudyResults("r", runs, {}, convergences={"b": found}))
-    (section,) = (section for section in report.sections if section.title == "Numerical uncertainty")
+    runs = (RunResult("a", {"n": 1}, Events()), RunResult("b", {"n": 2}, Events()))
+    section = section_of(study_report(content_of(runs, {}, convergences={"b": found})), "Numerical uncertainty")
     assert [picture.name for picture in section.pictures] == ["b-convergence"]
-    assert len(section.tables) == 1
-    without = study_report(StudyResults("r", runs, {}))
+    assert [table.title for table in section.tables] == ["Numerical uncertainty, n 2"]
+    without = study_report(content_of(runs, {}))
     assert "Numerical uncertainty" not in [section.title for section in without.sections]
 
 
+def test_values_are_shown_in_their_groups() -> None:
+    report = study_report(content_of((RunResult("run", {}, Events()),), {}, values=VALUES))
+    (table,) = section_of(report, "Values and their sources").tables
+    assert [row[0] for row in table.rows] == ["fingertip.depth", "fingertip.layers.skin_thickness"]
+
+
 def test_a_long_study_has_twelve_runs_in_detail(monkeypatch: pytest.MonkeyPatch) -> None:
-    section = assemble.ReportSection
-    table = assemble.ways_table(RunEvents("r", {}, Events()))
-    monkeypatch.setattr(assemble, "_run_section", lambda _, run: section(f"Run {run.label}", (), (table,)))
-    monkeypatch.setattr(assemble, "_overview_section", lambda _: section("overview"))
+    table = Table("t", (Column("a"),), ((1,),))
+    monkeypatch.setattr(assemble, "run_section", lambda run, *_: ReportSection(run.name, (), (table,)))
+    monkeypatch.setattr(assemble, "_side_by_side_section", lambda _: ReportSection("overview"))
     history = make(Process())
-    runs = tuple(RunEvents(str(number), {}, Events()) for number in range(15))
-    report = study_report(StudyResults("r", runs, {run.label: history for run in runs}))
+    runs = tuple(RunResult(str(number), {"n": number}, Events()) for number in range(15))
+    report = study_report(content_of(runs, {run.name: history for run in runs}))
     assert len(report.sections[0].tables[0].rows) == 15
-    assert [part.title for part in report.sections[1:]] == [f"Run {number}" for number in range(12)]
-
-
-def test_definitions_say_the_constants_of_the_peaks() -> None:
-    settings = EventSettings(displacement_tolerance=70e-6, sustained=0.08)
-    slip, displacement, acceleration, _ = definitions(settings)
-    assert "for 80 ms or up to the end of the slide" in slip
-    assert "left the plate's line by more than 70 µm" in displacement
-    assert "FA-I and SA-I" in acceleration
-    assert "6 spreads" in acceleration
+    assert [part.title for part in report.sections[1:]] == [str(number) for number in range(12)]

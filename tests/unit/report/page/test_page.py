@@ -9,15 +9,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from fingerslip.errors import ResultError
-from fingerslip.report.page.page import Picture, Report, ReportSection, parameters_table, render_page, write_page
-from fingerslip.report.tables.table import Column, Table
-from fingerslip.specimens.fingertip import PresetValue
+from fingerslip.report.page.page import Picture, Report, ReportSection, render_page, write_page
+from fingerslip.report.tables.table import Column, Missing, Table
 from unit.report.pages import checked
-
-PARAMETERS = (
-    PresetValue("layers.skin_thickness", "1.5 mm", "wang2014", ""),
-    PresetValue("depth", "1 mm", "assumed", "scales all forces"),
-)
 
 
 def picture(name: str) -> Picture:
@@ -27,7 +21,9 @@ def picture(name: str) -> Picture:
 
 
 def report() -> Report:
-    table = Table("times", (Column("time", "s", 2), Column("name")), ((1.5, "a"), (None, "b")), "a note")
+    table = Table(
+        "times", (Column("time", "s", 2), Column("name")), ((1.5, "a"), (Missing.NO_EVENT, "b")), "a note", marked=(1,)
+    )
     sections = (
         ReportSection("First", ("a paragraph",), (table,), (picture("one"),)),
         ReportSection("Second", pictures=(picture("two"),), folded=True),
@@ -67,18 +63,30 @@ def test_texts_are_escaped() -> None:
     assert "1 &lt; 2" in page
 
 
-def test_missing_value_is_a_dash_and_numbers_stand_right() -> None:
+def test_missing_value_says_why_and_numbers_are_aligned_right() -> None:
     page = render_page(report())
-    assert '<th class="number">time [s]</th>' in page
-    assert '<td class="number">1.50</td>' in page
-    assert '<td class="number">-</td>' in page
-    assert '<p class="note">a note</p>' in page
+    assert '<th class="number short">time [s]</th>' in page
+    assert '<td class="number short">1.50</td>' in page
+    assert '<td class="number short">none</td>' in page
+    assert '<p class="note">a note none: the event did not happen.</p>' in page
 
 
-def test_assumed_parameters_come_first() -> None:
-    table = parameters_table(PARAMETERS)
-    assert [row[2] for row in table.rows] == ["assumed", "wang2014"]
-    assert table.note.startswith("1 of 2 values are assumed")
+def test_marked_rows_and_warnings_stand_out() -> None:
+    page = render_page(report())
+    assert page.count('<tr class="marked">') == 1
+    marked = page[page.index('<tr class="marked">') :]
+    assert marked[: marked.index("</tr>")].endswith('<td class="text short">b</td>')
+    warned = ReportSection("Events", ("text",), warnings=("cut off at <edge>",))
+    page = render_page(Report("r", (warned,)))
+    assert '<p class="warning">cut off at &lt;edge&gt;</p>' in page
+    assert page.index("cut off") < page.index("<p>text</p>")
+
+
+def test_long_texts_may_wrap_and_short_ones_may_not() -> None:
+    table = Table("t", (Column("x"),), (("short",), ("a text that is longer than most values are",)))
+    page = render_page(Report("r", (ReportSection("s", tables=(table,)),)))
+    assert '<td class="text short">short</td>' in page
+    assert '<td class="text">a text that is longer' in page
 
 
 def test_page_is_written_whole_or_not_at_all(tmp_path: Path) -> None:

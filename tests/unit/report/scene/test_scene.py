@@ -15,7 +15,6 @@ from fingerslip.report.scene.scene import (
     draw_scene,
     field_limits,
     region_names,
-    snapshot_at,
     snapshot_grid,
 )
 from unit.report.scenes import block_history
@@ -98,12 +97,6 @@ def test_the_plate_is_where_the_body_touches(history: xr.Dataset) -> None:
     step = int(np.abs(history["time"].values - float(history["snapshot_time"][2])).argmin())
     height = 1e3 * float(history["counterface_displacement"].values[step, 0, 2])
     assert plotter.actors["plate 0"].bounds[4:] == pytest.approx((height, height), abs=1e-6)
-
-
-def test_the_nearest_snapshot_is_shown(history: xr.Dataset) -> None:
-    assert snapshot_at(history, None) == history.sizes["snapshot_time"] - 1
-    assert snapshot_at(history, 0.0) == 0
-    assert snapshot_at(history, 0.052) == 1
 
 
 def test_regions_keep_their_order(history: xr.Dataset) -> None:

@@ -7,7 +7,17 @@ import io
 
 from rich.console import Console
 
-from fingerslip.report.tables.table import Column, Measured, Table, is_numeric, to_csv, to_markdown, to_rich
+from fingerslip.report.tables.table import (
+    Column,
+    Measured,
+    Missing,
+    Table,
+    is_numeric,
+    to_csv,
+    to_markdown,
+    to_rich,
+    typeset,
+)
 
 
 def test_cells_with_bars_and_commas_stay_one_cell() -> None:
@@ -18,7 +28,7 @@ def test_cells_with_bars_and_commas_stay_one_cell() -> None:
 
 def test_a_measured_number_shows_its_uncertainty_and_stays_a_number() -> None:
     table = Table("t", (Column("time", "s", 3),), ((Measured(1.7046, 0.0056),), (None,)))
-    assert to_markdown(table).splitlines()[2:] == ["| 1.705 ± 0.006 |", "| - |"]
+    assert to_markdown(table).splitlines()[2:] == ["| 1.705 ± 0.006 |", "|  |"]
     assert is_numeric(table, 0)
     assert list(csv.reader(io.StringIO(to_csv(table))))[1] == ["1.7046"]
 
@@ -30,3 +40,50 @@ def test_a_heading_with_brackets_survives_the_terminal() -> None:
     assert "t [a]" in text
     assert "[s]" in text
     assert "[b]" in text
+
+
+def test_a_missing_value_says_why_and_the_legend_explains_what_is_there() -> None:
+    rows = ((1.5,), (Missing.NOT_RECORDED,), (Missing.NO_EVENT,), (Missing.NO_EVENT,))
+    table = Table("t", (Column("time", "s", 2),), rows, note="A note.")
+    assert to_markdown(table).splitlines()[3:5] == ["| n/r |", "| none |"]
+    assert table.legend == "none: the event did not happen; n/r: not recorded in this run"
+    assert table.remarks == f"A note. {table.legend}."
+    assert to_markdown(table).endswith(f"\n\n{table.legend}.\n")
+    assert list(csv.reader(io.StringIO(to_csv(table)))) == [["time"], ["1.5"], [""], [""], [""]]
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(to_rich(table))
+    assert "none: the event did not happen" in console.export_text()
+
+
+def test_reasons_have_texts_of_their_own() -> None:
+    assert len({reason.shown for reason in Missing}) == len({reason.meaning for reason in Missing}) == len(Missing)
+    assert "-" not in {reason.shown for reason in Missing}
+
+
+def test_a_table_without_missing_values_has_no_legend() -> None:
+    table = Table("t", (Column("a"),), ((1,), (None,)))
+    assert (table.legend, table.remarks) == ("", "")
+    assert to_markdown(table).count("\n") == 4
+
+
+def test_columns_of_missing_numbers_are_columns_of_numbers() -> None:
+    columns = (Column("time", "s"), Column("name"), Column("mixed"))
+    rows = ((Missing.NO_EVENT, Missing.NOT_DEFINED, 1.0), (None, None, Missing.NO_EVENT))
+    assert [is_numeric(Table("t", columns, rows), index) for index in range(3)] == [True, False, True]
+
+
+def test_significant_digits_are_those_of_the_column() -> None:
+    column = Column("force", significant=4)
+    assert (column.format(0.159664), column.format(Measured(0.159664, 0.000485523))) == ("0.1597", "0.1597 ± 0.00049")
+
+
+def test_marked_rows_stand_out_in_the_terminal() -> None:
+    table = Table("t", (Column("a"),), (("plain",), ("special",)), marked=(1,))
+    console = Console(width=40, force_terminal=True, file=io.StringIO(), record=True)
+    console.print(to_rich(table))
+    lines = console.export_text(styles=True).splitlines()
+    assert [bool("\x1b[1m" in line) for line in lines if "plain" in line or "special" in line] == [False, True]
+
+
+def test_units_are_typeset() -> None:
+    assert [typeset(unit) for unit in ("m/s^2", "kg/m^3", "um", "N")] == ["m/s²", "kg/m³", "µm", "N"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import as_mapping, from_mapping, walk_quantities
+from fingerslip.parameters import as_mapping, from_mapping, walk_values
 from fingerslip.specimens.fingertip import fingertip_from, preset, preset_header, preset_names, preset_table
 
 NAME = "wang2014-2d"
@@ -34,7 +34,7 @@ def test_preset_holds_the_published_skin():
 def test_every_value_of_the_preset_has_a_source(name):
     table = preset_table(name)
     # What a preset leaves out, such as the nail, has no source either.
-    given = {path for path, value, _ in walk_quantities(preset(name)) if value is not None}
+    given = {leaf.path for leaf in walk_values(preset(name))}
     assert {row.path for row in table} == given
     assert {row.source for row in table} == {"assumed", "wang2014", "corniani2024"}
     assert all(row.note for row in table)

@@ -13,10 +13,13 @@ import xarray as xr
 
 from fingerslip.errors import ConvergenceError, InputError
 from fingerslip.model import Model
+from fingerslip.slip import find_events, measures
+from fingerslip.slip.measures import Measure
 from fingerslip.study.convergence.converge import StudyConvergence, converge, level_folders
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.running import compute
 from fingerslip.study.running.runner import StudyFailedError, run_study
+from fingerslip.units import Unit
 from places import ROOT
 from unit import synthetic
 from unit.study.block import FRICTIONS, block_values
@@ -58,6 +61,30 @@ def test_order_and_limit_of_a_known_dependence(write_study: Write) -> None:
     assert found.refinements["penalty"].behaviour == "unchanged"
     assert found.uncertainty == pytest.approx(1.25 * 0.1, rel=0.1)
     assert found.unsettled == ()
+
+
+@pytest.mark.usefixtures("called", "reports")
+def test_sizes_of_the_damping_are_its_values_that_in_use_first(write_study: Write) -> None:
+    values = plain(time={"step": "2 ms", "alpha": -0.3}, converge={"alpha": [-0.05, 0.0]})
+    found = refined(write_study(values)).runs[0].quantities["slip.overall"]
+    assert found.sources["alpha"].sizes == (-0.3, -0.05, 0.0)
+
+
+@pytest.mark.usefixtures("called", "reports")
+def test_an_added_measure_gets_its_order_and_its_uncertainty(
+    write_study: Write, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    added = Measure("last", "last slip", lambda history: find_events(history).overall, Unit("s"))
+    monkeypatch.setattr(measures, "MEASURES", (*measures.MEASURES, added))
+    result = refined(write_study(plain()))
+    found = result.runs[0].quantities["last_s"]
+    assert found.refinements["step"].order == pytest.approx(1.0, abs=0.05)
+    assert "last slip" in [row[0] for row in result.tables[0].rows]
+    stored = json.loads((result.folder / "convergence" / "convergence.json").read_text())
+    assert stored["run"]["quantities"]["last_s"]["uncertainty"] == pytest.approx(found.uncertainty)
+    with (result.folder / "summary.csv").open() as file:
+        (row,) = csv.DictReader(file)
+    assert float(row["last_uncertainty_s"]) == pytest.approx(found.uncertainty)
 
 
 @pytest.mark.usefixtures("reports")

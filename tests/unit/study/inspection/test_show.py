@@ -59,7 +59,10 @@ def test_changes_of_a_study_stand_beside_the_values_of_the_preset(tmp_path: Path
     rows = rows_of(finger(), tmp_path)
     assert rows["fingertip.phalanx.variant"] == ("scaled", "study file", "preset: original")
     assert rows["fingertip.layers.skin_thickness"] == ("1.4 mm", "study file", "preset: 1.5 mm")
-    assert rows["fingertip.receptors.fa_ii_depth"][:2] == ("3 mm", "wang2014")
+    assert rows["fingertip.phalanx.rigid"][:2] == ("true", "assumed")
+    assert rows["fingertip.receptors.fa_ii_depth"] == ("3 mm", "not used", "no receptors are recorded")
+    recorded = rows_of(finger(record={"receptors": ["FA-II"]}), tmp_path)
+    assert recorded["fingertip.receptors.fa_ii_depth"][:2] == ("3 mm", "wang2014")
 
 
 def test_values_of_a_study_are_its_own_or_defaults_in_readable_units(tmp_path: Path) -> None:
@@ -80,7 +83,7 @@ def test_swept_values_are_all_shown(tmp_path: Path) -> None:
     rows = rows_of(finger(sweep=sweep), tmp_path)
     assert rows["contact.friction_coefficient"] == ("0.2, 0.4", "study file, swept", "")
     assert rows["fingertip.fingerprint.enabled"][:2] == ("false, true", "study file, swept")
-    assert rows["time.alpha"][:2] == ("0.0, -0.1", "study file, swept")
+    assert rows["time.alpha"][:2] == ("0, -0.1", "study file, swept")
 
 
 def test_assumed_values_of_a_study_come_first(tmp_path: Path) -> None:
@@ -93,18 +96,19 @@ def test_assumed_values_of_a_study_come_first(tmp_path: Path) -> None:
 def test_body_that_is_no_fingertip_has_no_preset(tmp_path: Path) -> None:
     rows = rows_of(block_values(), tmp_path)
     assert not [path for path in rows if path.startswith("fingertip")]
-    assert rows["mesh.file"] == ("block.msh", "study file", "")
-    assert (rows["supports.top.0"][0], rows["supports.top.1"][0]) == ("x", "y")
+    assert rows["mesh.file"] == (str(tmp_path / "block.msh"), "study file", "")
+    assert rows["supports.top"] == ("x, y", "study file", "")
 
 
 @pytest.mark.usefixtures("simulated", "reports")
 def test_result_of_a_run_has_events_numbers_and_swept_values(write_study: Write, tmp_path: Path) -> None:
     path = write_study()
     result = run_study(path, results_dir=tmp_path / "results", workers=1)
-    events, numbers, swept = show(str(result.folder / "friction_coefficient-0.6"))
+    events, measures, swept = show(str(result.folder / "friction_coefficient-0.6"))
     assert [row[0] for row in events.rows] == ["accumulated slip", "displacement", "acceleration peaks"]
-    assert dict(numbers.rows)["friction_force_ratio_end_of_slide"] == pytest.approx(0.6)
-    assert "numpy" in numbers.note
+    numbers = {row[0]: row[2] for row in measures.rows}
+    assert numbers["friction over normal force at the end of the slide"] == pytest.approx(0.6)
+    assert "numpy" in measures.note
     assert swept.rows == (("contact.friction_coefficient", "0.6"),)
     (whole,) = show(str(result.folder))
     assert [row[0] for row in whole.rows] == FRICTIONS

@@ -10,19 +10,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-import skfem
 import yaml
 
 from fingerslip.errors import InputError, ResultError, SlipOutsideContactError
 from fingerslip.history import read_history
 from fingerslip.slip import events_from_mapping, find_events
 from fingerslip.study.running import compute
-from fingerslip.study.running.compute import Job, mesh_hash
+from fingerslip.study.running.compute import Job
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.runner import StudyFailedError, prepare, run_study
-from unit.study.block import block_mesh
+from fingerslip.study.storage import store
+from fingerslip.study.storage.store import mesh_hash
 
 Write = Callable[..., Path]
 
@@ -36,7 +35,7 @@ def test_full_disk_leaves_no_partial_run(write_study: Write, monkeypatch: pytest
     def full(*arguments: object, **options: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(compute, "write_mapping", full)
+    monkeypatch.setattr(store, "write_mapping", full)
     path = write_study()
     with pytest.raises(StudyFailedError) as caught:
         run(path)
@@ -106,7 +105,7 @@ def test_the_log_is_written_to_the_run_and_the_logger_left_as_it_was(job: Job) -
     text = (job.folder / "log.txt").read_text()
     assert f"identity {job.identity}" in text
     assert "simulated 401 records" in text
-    assert "friction_force_ratio_end_of_slide: 0.4" in text
+    assert "friction over normal force at the end of the slide: 0.4" in text
 
 
 def test_a_failing_run_leaves_neither_folder_nor_handler(job: Job, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -129,13 +128,3 @@ def test_progress_may_end_a_run(job: Job, simulated: list[float]) -> None:
         compute.compute(job, stop)
     assert simulated == [0.4]
     assert not list(job.folder.parent.iterdir())
-
-
-def test_mesh_hash_sees_points_and_cells_and_nothing_else() -> None:
-    mesh = block_mesh()
-    assert mesh_hash(mesh) == mesh_hash(block_mesh())
-    assert mesh_hash(mesh.with_boundaries({"other": np.array([0])})) == mesh_hash(mesh)
-    moved = mesh.p.copy()
-    moved[1, 7] = np.nextafter(moved[1, 7], 1.0)
-    assert mesh_hash(skfem.MeshQuad(moved, mesh.t)) != mesh_hash(mesh)
-    assert mesh_hash(skfem.MeshQuad(mesh.p, mesh.t[:, ::-1])) != mesh_hash(mesh)

@@ -12,12 +12,13 @@ import pytest
 
 from fingerslip.errors import ResultError
 from fingerslip.report.figures import save as figures
-from fingerslip.report.tables.events import RunEvents
+from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
 from fingerslip.study.running import runner
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
-from fingerslip.study.storage.reporting import event_tables, read_manifest, read_stored, report_key, write_report
+from fingerslip.study.storage.reporting import event_tables, read_stored, report_key, write_report
+from fingerslip.study.storage.summary import read_manifest
 from unit.report.pages import checked
 from unit.study.block import FRICTIONS, block_values
 
@@ -37,7 +38,7 @@ def folder(write_study: Write, simulated: list[float], monkeypatch: pytest.Monke
 def test_stored_runs_come_back_as_they_were(folder: Path) -> None:
     stored = read_stored(folder)
     assert (stored.title, stored.compare, stored.folder) == ("Block on a plate", ("wang2014-table2",), folder)
-    assert tuple(run.label for run in stored.runs) == NAMES
+    assert tuple(run.name for run in stored.runs) == NAMES
     assert [run.swept["contact.friction_coefficient"] for run in stored.runs] == FRICTIONS
     assert stored.runs[0].values["materials.block.youngs_modulus"] == "100000.0 Pa"
     # Slip reaches the centre at 1.4 s + 0.5 s per unit of friction.
@@ -60,12 +61,12 @@ def test_a_run_that_has_gone_is_named(folder: Path) -> None:
         read_stored(folder)
 
 
-def test_tables_beside_published_values_only_where_runs_meet_their_conditions() -> None:
+def test_tables_stand_beside_published_sets_that_have_events() -> None:
     events = Events(slip=SlipEvents(overall=1.75))
     swept = {"fingertip.phalanx.variant": "original", "contact.friction_coefficient": 0.6}
-    fits = RunEvents("r", swept, events, {"fingertip.fingerprint.enabled": False})
-    assert len(event_tables([fits], ["wang2014-table2"])) == 2
-    assert len(event_tables([RunEvents("r", {}, events)], ["wang2014-table2"])) == 1
+    fits = RunResult("r", swept, events, values={"fingertip.fingerprint.enabled": False})
+    titles = [table.title for table in event_tables([fits], ["wang2014-table2", "wang2014-qualitative"])]
+    assert titles == ["Slip events from accumulated slip", "Slip events of the three phalanges (Table 2)"]
 
 
 def test_key_of_a_report_changes_with_all_that_it_shows() -> None:

@@ -8,6 +8,7 @@ from xml.etree import ElementTree as ET
 import meshio
 import numpy as np
 import pytest
+import pyvista
 import xarray as xr
 
 from fingerslip.fe.space import build_space, cell_nodes
@@ -43,17 +44,17 @@ def test_values_come_back_at_their_nodes_and_cells(element: str, tmp_path: Path)
     mesh = distorted(element)
     history = history_on(mesh)
     write_snapshots(history, tmp_path)
-    for place in range(len(TIMES)):
-        grid = meshio.read(tmp_path / f"snapshot_{place:04d}.vtu")
+    for number in range(len(TIMES)):
+        grid = meshio.read(tmp_path / f"snapshot_{number:04d}.vtu")
         np.testing.assert_array_equal(grid.points[:, :2], history["node_position"])
         assert not grid.points[:, 2].any()
         for name in ("displacement", "velocity"):
             stored = grid.point_data[name]
-            np.testing.assert_array_equal(stored[:, :2], history[f"snapshot_{name}"][place])
+            np.testing.assert_array_equal(stored[:, :2], history[f"snapshot_{name}"][number])
             assert stored.shape[1] == 3
             assert not stored[:, 2].any()
         for name in ("strain_energy_density", "von_mises"):
-            np.testing.assert_array_equal(grid.cell_data[name][0], history[f"snapshot_{name}"][place])
+            np.testing.assert_array_equal(grid.cell_data[name][0], history[f"snapshot_{name}"][number])
 
 
 @pytest.mark.parametrize(("element", "kind"), [("Q4", "quad"), ("T3", "triangle"), ("T6", "triangle6")])
@@ -79,7 +80,7 @@ def test_collection_names_every_file_with_its_time(tmp_path: Path) -> None:
     write_snapshots(history_on(mesh), tmp_path)
     entries = list(ET.parse(tmp_path / "snapshots.pvd").getroot().iter("DataSet"))
     assert [float(entry.get("timestep")) for entry in entries] == TIMES
-    assert [entry.get("file") for entry in entries] == [f"snapshot_{place:04d}.vtu" for place in range(3)]
+    assert [entry.get("file") for entry in entries] == [f"snapshot_{number:04d}.vtu" for number in range(3)]
     assert all((tmp_path / entry.get("file")).is_file() for entry in entries)
 
 
@@ -87,3 +88,14 @@ def test_without_snapshots_nothing_is_written(tmp_path: Path) -> None:
     mesh = distorted("Q4")
     write_snapshots(history_on(mesh).drop_dims("snapshot_time"), tmp_path)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_points_warped_by_the_displacement_are_the_deformed_body(tmp_path: Path) -> None:
+    """What ParaView's filter Warp By Vector does with a snapshot."""
+    history = history_on(distorted("Q4"))
+    write_snapshots(history, tmp_path)
+    grid = pyvista.read(tmp_path / "snapshot_0001.vtu")
+    warped = grid.warp_by_vector("displacement")
+    deformed = history["node_position"].values + history["snapshot_displacement"].values[1]
+    np.testing.assert_allclose(np.asarray(warped.points)[:, :2], deformed, rtol=1e-6)
+    assert np.abs(np.asarray(warped.points) - np.asarray(grid.points)).max() > 0.1

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from fingerslip import results
 from fingerslip.errors import ResultError
-from fingerslip.slip import Events, SlipEvents, events_mapping
-from fingerslip.study.running import compute
+from fingerslip.results import RunResult
+from fingerslip.slip import MEASURES, Events, SlipEvents
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.runner import run_study
-from fingerslip.study.storage.summary import run_events, write_manifest, write_summary
+from fingerslip.study.storage.summary import identities, read_manifest, write_manifest, write_summary
 from unit.study.block import FRICTIONS
 
 Write = Callable[..., Path]
@@ -34,7 +35,9 @@ def test_summary_has_exactly_the_promised_columns(write_study: Write) -> None:
         rows = list(csv.DictReader(stream))
     events = ["incipient_s", "three_quarter_s", "overall_s", "latency_s"]
     expected = [f"{event}{suffix}" for suffix in ("", "_displacement", "_acceleration") for event in events]
-    assert list(rows[0]) == ["contact.friction_coefficient", *expected]
+    numbers = [measure.key for measure in MEASURES]
+    assert list(rows[0]) == ["contact.friction_coefficient", *expected, "readings_recorded", *numbers]
+    assert [float(row["friction_force_ratio_end_of_slide"]) for row in rows] == pytest.approx(FRICTIONS)
     assert [row["contact.friction_coefficient"] for row in rows] == ["0.2", "0.4", "0.6"]
     overall = [float(row["overall_s"]) for row in rows]
     # Slip reaches the centre at 1.4 s + 0.5 s per unit of friction.
@@ -43,12 +46,10 @@ def test_summary_has_exactly_the_promised_columns(write_study: Write) -> None:
 
 @pytest.mark.usefixtures("reports", "simulated")
 def test_event_that_did_not_happen_is_an_empty_field(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    from fingerslip.slip import Events
-
-    monkeypatch.setattr(compute, "find_events", lambda _: Events())
+    monkeypatch.setattr(results, "find_events", lambda _: Events(acceleration=SlipEvents(recorded=False)))
     result = run(write_study())
     lines = (result.folder / "summary.csv").read_text().splitlines()
-    assert lines[1] == "0.2" + "," * 12
+    assert lines[1].startswith("0.2" + "," * 13 + "slip displacement,")
 
 
 @pytest.mark.usefixtures("simulated", "reports")
@@ -63,32 +64,16 @@ def test_manifest_says_what_made_the_results(write_study: Write) -> None:
     assert manifest["wall_time_s"] >= 0.0
 
 
-def stored(seconds: float, events: Events | None = None) -> dict[str, Any]:
-    return {
-        "events_s": events_mapping(events or Events()),
-        "identity": f"id {seconds}",
-        "mesh_hash": "m",
-        "wall_time_s": seconds,
-        "versions": {"numpy": "1"},
-        "numbers": {"records": 3},
-    }
-
-
-def test_events_of_a_run_come_with_all_its_values(write_study: Write) -> None:
-    first = plan_study(write_study()).runs[0]
-    events = Events(slip=SlipEvents(incipient=1.0, overall=1.5))
-    found = run_events(first, stored(1.0, events), {"slip.overall": 0.1})
-    assert (found.label, found.swept, found.events) == (NAMES[0], {"contact.friction_coefficient": 0.2}, events)
-    assert found.uncertainty == {"slip.overall": 0.1}
-    assert found.values["contact.friction_coefficient"] == 0.2
-    assert found.values["programme.0.press.depth"] == "0.0001 m"
-    assert found.values["materials.block.poisson_ratio"] == 0.3
+def stored(name: str, seconds: float) -> RunResult:
+    return RunResult(
+        name, {}, Events(), identity=f"id {seconds}", mesh_hash="m", seconds=seconds, versions={"numpy": "1"}
+    )
 
 
 def test_manifest_adds_up_the_seconds_and_keeps_what_tells_runs_apart(write_study: Write, tmp_path: Path) -> None:
     plan = plan_study(write_study())
-    results = {"a": stored(1.25), "b": stored(2.5)}
-    write_manifest(plan.source, plan.study, results, "key", tmp_path / "manifest.json")
+    runs = (stored("a", 1.25), stored("b", 2.5))
+    write_manifest(plan.source, plan.study, runs, "key", tmp_path / "manifest.json")
     manifest = json.loads((tmp_path / "manifest.json").read_text())
     assert manifest["wall_time_s"] == 3.75
     assert manifest["report"] == "key"
@@ -100,3 +85,16 @@ def test_manifest_adds_up_the_seconds_and_keeps_what_tells_runs_apart(write_stud
 def test_a_summary_that_cannot_be_written_says_so(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match=r"summary\.csv: cannot be written"):
         write_summary([], tmp_path / "missing" / "summary.csv")
+
+
+@pytest.mark.parametrize("text", [None, "", "{broken", "{}"])
+def test_a_folder_without_a_manifest_has_an_empty_one(tmp_path: Path, text: str | None) -> None:
+    if text is not None:
+        (tmp_path / "manifest.json").write_text(text)
+    assert read_manifest(tmp_path) == {}
+
+
+def test_identities_are_those_of_the_manifest(write_study: Write, tmp_path: Path) -> None:
+    plan = plan_study(write_study())
+    write_manifest(plan.source, plan.study, (stored("a", 1.0), stored("b", 2.0)), "", tmp_path / "manifest.json")
+    assert identities(read_manifest(tmp_path)) == {"a": "id 1.0", "b": "id 2.0"}

@@ -1,4 +1,4 @@
-"""Key numbers of a run, from histories in which they are known."""
+"""Measures of histories in which they are known, and where an added measure appears."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.study.storage.numbers import key_numbers
+from fingerslip.slip import MEASURES, Measure, acceleration_peaks, read_measures
+from fingerslip.slip.measures import measure_of
+from fingerslip.units import Unit
 from unit.synthetic import Process, make
 
 HISTORY = make(Process())
@@ -23,7 +25,7 @@ def test_forces_are_the_largest_the_last_and_their_ratio_at_the_end_of_the_slide
     times = history["time"].values
     normal = np.where(times <= 1.5 + 1e-9, 0.4, 0.1) + 0.2 * (np.abs(times - 0.5) < 1e-9)
     tangential = np.where(np.abs(times - 1.5) < 1e-9, -0.1, 0.3)
-    numbers = key_numbers(with_forces(history, normal, tangential))
+    numbers = read_measures(with_forces(history, normal, tangential))
     assert numbers["normal_force_max_N"] == pytest.approx(0.6)
     assert numbers["normal_force_end_N"] == pytest.approx(0.1)
     assert numbers["friction_force_ratio_end_of_slide"] == pytest.approx(0.25)
@@ -35,7 +37,7 @@ def test_forces_are_along_the_plates_own_axes() -> None:
     turned = turned.assign(
         counterface_force=HISTORY["counterface_force"].copy(data=HISTORY["counterface_force"].values @ turn.T)
     )
-    straight, inclined = key_numbers(HISTORY), key_numbers(turned)
+    straight, inclined = read_measures(HISTORY), read_measures(turned)
     assert straight["friction_force_ratio_end_of_slide"] == pytest.approx(0.6)
     for name in ("normal_force_max_N", "normal_force_end_N", "friction_force_ratio_end_of_slide"):
         assert inclined[name] == pytest.approx(straight[name])
@@ -43,16 +45,16 @@ def test_forces_are_along_the_plates_own_axes() -> None:
 
 def test_there_is_no_ratio_without_a_slide_or_without_pressure() -> None:
     pressed = make(Process(phases=(("press", 0.0, 1.0), ("hold", 1.0, 2.0))))
-    assert key_numbers(pressed)["friction_force_ratio_end_of_slide"] is None
+    assert read_measures(pressed)["friction_force_ratio_end_of_slide"] is None
     none = np.zeros(HISTORY.sizes["time"])
-    assert key_numbers(with_forces(HISTORY, none, none))["friction_force_ratio_end_of_slide"] is None
+    assert read_measures(with_forces(HISTORY, none, none))["friction_force_ratio_end_of_slide"] is None
 
 
 def test_the_last_slide_counts() -> None:
     phases = (("press", 0.0, 1.0), ("slide", 1.0, 1.2), ("hold", 1.2, 1.5), ("slide", 1.5, 2.0))
     history = make(Process(phases=phases))
     times = history["time"].values
-    ratio = key_numbers(with_forces(history, np.ones_like(times), times / 10))["friction_force_ratio_end_of_slide"]
+    ratio = read_measures(with_forces(history, np.ones_like(times), times / 10))["friction_force_ratio_end_of_slide"]
     assert ratio == pytest.approx(0.2)
 
 
@@ -62,7 +64,7 @@ def test_contact_numbers_are_the_extreme_ones_with_their_signs() -> None:
     traction[11, 2] = np.array([-4e3, 0.0])
     history = HISTORY.assign(gap=gap, tangential_traction=traction)
     history.attrs["tangential_penalty"] = 2e9
-    numbers = key_numbers(history)
+    numbers = read_measures(history)
     assert numbers["penetration_max_m"] == pytest.approx(5e-6)
     assert numbers["elastic_slip_max_m"] == pytest.approx(4e3 / 2e9)
     assert numbers["normal_traction_max_Pa"] == pytest.approx(3e3)
@@ -71,15 +73,15 @@ def test_contact_numbers_are_the_extreme_ones_with_their_signs() -> None:
 
 def test_a_gap_that_never_closes_is_no_penetration() -> None:
     apart = HISTORY.assign(gap=HISTORY["gap"] * 0 + 1e-4)
-    assert key_numbers(apart)["penetration_max_m"] == 0.0
+    assert read_measures(apart)["penetration_max_m"] == 0.0
 
 
 def test_without_body_and_contact_their_numbers_are_none() -> None:
     bare = HISTORY.drop_dims(["counterface", "contact_node"])
-    numbers = key_numbers(bare)
+    numbers = read_measures(bare)
     assert numbers["records"] == 401
     of_contact = [name for name in numbers if name.endswith(("_N", "_m", "_m2", "_Pa", "slide"))]
-    assert len(of_contact) == 9
+    assert len(of_contact) == 10
     assert all(numbers[name] is None for name in of_contact)
 
 
@@ -89,8 +91,45 @@ def test_numbers_of_the_solution() -> None:
     imbalance = HISTORY["energy_imbalance"] * 0
     imbalance[5] = -3e-8
     history = HISTORY.assign(contact_iterations=("time", iterations), energy_imbalance=imbalance)
-    numbers = key_numbers(history)
+    numbers = read_measures(history)
     assert (numbers["contact_iterations_max"], numbers["contact_iterations_mean"]) == (5, round(10 / 401, 2))
     assert numbers["energy_imbalance_over_work"] == pytest.approx(3e-8 / float(HISTORY["external_work"].max()))
+    unrecorded = history.drop_vars(["contact_iterations", "energy_imbalance"])
+    for name in ("contact_iterations_max", "contact_iterations_mean", "energy_imbalance_over_work"):
+        assert read_measures(unrecorded)[name] is None
     at_rest = history.assign(external_work=HISTORY["external_work"] * 0)
-    assert key_numbers(at_rest)["energy_imbalance_over_work"] is None
+    assert read_measures(at_rest)["energy_imbalance_over_work"] is None
+
+
+def test_peaks_are_counted_before_that_of_overall_slip_and_its_height_is_given() -> None:
+    numbers = read_measures(HISTORY)
+    assert numbers["peaks_before_overall"] == 2
+    largest = acceleration_peaks(HISTORY).largest
+    assert largest is not None
+    assert largest.time == pytest.approx(1.71, abs=5.1e-3)
+    assert numbers["overall_peak_height_m_per_s2"] == largest.height
+    silent = read_measures(HISTORY.drop_dims("site"))
+    assert (silent["peaks_before_overall"], silent["overall_peak_height_m_per_s2"]) == (None, None)
+
+
+def test_keys_carry_the_unit_and_are_unique() -> None:
+    assert [measure.key for measure in MEASURES[:3]] == [
+        "normal_force_max_N", "normal_force_end_N", "friction_force_max_N",
+    ]  # fmt: skip
+    keys = [measure.key for measure in MEASURES]
+    assert len(set(keys)) == len(keys)
+    assert all(measure_of(measure.key) is measure for measure in MEASURES)
+    assert measure_of("something_else") is None
+    assert Measure("peak", "", lambda _: None, Unit("m/s^2")).key == "peak_m_per_s2"
+
+
+def test_values_are_written_for_people() -> None:
+    area, records = measure_of("contact_area_max_m2"), measure_of("records")
+    assert area is not None
+    assert records is not None
+    assert (area.text(1.3514e-5), area.text(None), records.text(601)) == ("13.51 mm^2", "does not exist", "601")
+
+
+def test_own_measures_are_read_like_those_that_ship() -> None:
+    own = Measure("end", "end of the run", lambda history: float(history["time"][-1]), Unit("s"))
+    assert read_measures(HISTORY, [own]) == {"end_s": pytest.approx(2.0)}

@@ -1,4 +1,4 @@
-"""The numerical uncertainties of a study's results, as ``fingerslip converge`` leaves them beside the runs."""
+"""The convergence of a study's results on disk, as ``fingerslip converge`` writes it beside the runs."""
 
 from __future__ import annotations
 
@@ -16,30 +16,12 @@ __all__ = [
     "RunConvergence",
     "read_convergences",
     "read_uncertainties",
-    "stored_numbers",
     "write_convergences",
 ]
 
-#: Name of the folder in a study's results that holds the refined runs and what came of them.
+#: Name of the folder in a study's results that holds the refined runs, their tables and figures.
 FOLDER = "convergence"
 _FILE = "convergence.json"
-
-_WAYS = {"slip": "accumulated slip", "displacement": "displacement", "acceleration": "acceleration peaks"}
-_EVENTS = {
-    "incipient": "incipient slip",
-    "noticed": "48 % slip",
-    "three_quarter": "three-quarter slip",
-    "overall": "overall slip",
-    "latency": "latency",
-}
-_NUMBERS = {
-    "normal_force_max_N": ("largest normal force", "N"),
-    "friction_force_max_N": ("largest friction force", "N"),
-    "contact_area_max_m2": ("largest contact area", "m^2"),
-    "normal_traction_max_Pa": ("largest contact pressure", "Pa"),
-}
-_PEAK = ("height of the acceleration peak of overall slip", "m/s^2")
-_PEAK_COUNT = ("acceleration peaks before overall slip", "")
 
 
 @dataclass(frozen=True)
@@ -53,7 +35,7 @@ class RunConvergence:
     identity : str
         Hash of its inputs.
     quantities : mapping of str to Convergence
-        By key: way and event, as in `slip.overall`, or the name of a key number.
+        By key, see :func:`fingerslip.results.quantities`.
     """
 
     run: str
@@ -61,23 +43,8 @@ class RunConvergence:
     quantities: Mapping[str, Convergence]
 
 
-def stored_numbers(result: Mapping[str, Any]) -> dict[str, tuple[str, str, float | None]]:
-    """Return the numbers of a stored run whose convergence is looked at: name, unit and value by key."""
-    events = result["events_s"]
-    numbers: dict[str, tuple[str, str, float | None]] = {}
-    for way, said in _WAYS.items():
-        for event, name in _EVENTS.items():
-            if way == "acceleration" and event == "noticed":
-                continue  # no peak belongs to it
-            numbers[f"{way}.{event}"] = (f"{name} ({said})", "s", events[way][event])
-    for key, (name, unit) in _NUMBERS.items():
-        numbers[key] = (name, unit, result["numbers"][key])
-    height, count = _peaks(result, events["acceleration"]["overall"])
-    return numbers | {"peak_height": (*_PEAK, height), "peak_count": (*_PEAK_COUNT, count)}
-
-
 def write_convergences(folder: Path, convergences: Mapping[str, RunConvergence]) -> None:
-    """Write what the refined runs of a study gave into its results.
+    """Write the convergence of the runs of a study into its results.
 
     Parameters
     ----------
@@ -98,7 +65,7 @@ def write_convergences(folder: Path, convergences: Mapping[str, RunConvergence])
 
 
 def read_convergences(folder: Path, identities: Mapping[str, str]) -> dict[str, RunConvergence]:
-    """Read back what is known of the runs with these inputs.
+    """Read back the convergence of the runs with these inputs.
 
     Parameters
     ----------
@@ -121,15 +88,6 @@ def read_uncertainties(folder: Path, identities: Mapping[str, str]) -> dict[str,
         name: {key: one.uncertainty for key, one in found.quantities.items() if one.uncertainty is not None}
         for name, found in read_convergences(folder, identities).items()
     }
-
-
-def _peaks(result: Mapping[str, Any], overall: float | None) -> tuple[float | None, float | None]:
-    """Return the height of the peak of overall slip and the number of peaks before it."""
-    if overall is None:
-        return None, None
-    peaks = result["acceleration_peaks"]
-    height = next((peak["height_m_per_s2"] for peak in peaks if peak["time_s"] == overall), None)
-    return height, float(sum(peak["time_s"] < overall for peak in peaks))
 
 
 def _run_mapping(found: RunConvergence) -> dict[str, Any]:

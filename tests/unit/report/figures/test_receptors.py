@@ -1,17 +1,12 @@
-"""Signals over time: accelerations, strain energy density, forces, energies."""
+"""Signals of receptors over time: accelerations and strain energy density."""
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-from fingerslip.report.figures.signals import (
-    _scale,
+from fingerslip.report.figures.receptors import (
     acceleration_figure,
     acceleration_overview_figure,
-    energy_figure,
-    force_figure,
-    force_overview_figure,
     strain_energy_density_figure,
 )
 from fingerslip.slip import Events
@@ -41,29 +36,15 @@ def test_density_starts_at_zero_with_both_areas() -> None:
     assert area_b.get_ydata()[-1] > area_a.get_ydata()[-1]
 
 
-def test_force_figure_has_units_and_ratio_at_the_friction_coefficient() -> None:
-    forces, ratios = panels(force_figure(HISTORY, EVENTS))
-    assert forces.get_ylabel() == "force [mN]"
-    assert max(forces.lines[0].get_ydata()) == pytest.approx(400.0)
-    ratio = next(line for line in ratios.lines if line.get_label() == "tangential / normal force")
-    assert ratio.get_ydata()[-1] == pytest.approx(0.6)
-
-
-def test_overviews_have_a_panel_for_each_run() -> None:
-    for figure in (force_overview_figure(HISTORIES, ALL), acceleration_overview_figure(HISTORIES, ALL)):
-        assert [axes.get_title(loc="left") for axes in panels(figure)] == list(HISTORIES)
+def test_overview_has_a_panel_for_each_run() -> None:
+    figure = acceleration_overview_figure(HISTORIES, ALL)
+    assert [axes.get_title(loc="left") for axes in panels(figure)] == list(HISTORIES)
 
 
 def test_peaks_that_count_are_dotted() -> None:
     axes = panels(acceleration_overview_figure({"a": HISTORY}, {"a": EVENTS}))[0]
     dots = next(line for line in axes.lines if line.get_marker() == "o")
     assert list(dots.get_xdata()) == pytest.approx([1.53, 1.63, 1.71], abs=0.0051)
-
-
-def test_energy_balance_keeps_small_parts_apart() -> None:
-    large, small = panels(energy_figure(HISTORY))
-    assert large.get_ylabel() == "energy [µJ]"
-    assert "imbalance" in {line.get_label() for line in small.lines}
 
 
 def test_a_high_transition_is_cut_and_says_how_high_it_was() -> None:
@@ -86,43 +67,7 @@ def test_overview_without_a_signal_says_so(history: object) -> None:
     assert [text.get_text() for text in axes.texts] == ["no slide or no receptor"]
 
 
-def test_ratio_is_left_out_while_hardly_anything_presses() -> None:
-    ratios = panels(force_figure(HISTORY))[1]
-    ratio = next(line for line in ratios.lines if line.get_label() == "tangential / normal force").get_ydata()
-    normal = HISTORY["counterface_force"].values[:, 0, 1]
-    assert np.array_equal(np.isnan(ratio), normal <= 0.02 * normal.max())
-    level = next(line for line in ratios.lines if line.get_label() == "friction coefficient")
-    assert level.get_ydata()[0] == 0.6
-
-
-def test_forces_are_marked_with_slip_events_and_accelerations_with_their_own() -> None:
-    slip = [PRESS_END, EVENTS.slip.incipient, EVENTS.slip.three_quarter, EVENTS.slip.overall]
+def test_accelerations_are_marked_with_their_own_events() -> None:
     own = EVENTS.acceleration
     peaks = [PRESS_END, own.incipient, own.three_quarter, own.overall]
-    assert marked(panels(force_figure(HISTORY, EVENTS))[0]) == pytest.approx(slip)
     assert marked(panels(acceleration_overview_figure({"a": HISTORY}, {"a": EVENTS}))[0]) == pytest.approx(peaks)
-
-
-def test_small_parts_of_the_energy_are_shares_of_the_largest_work() -> None:
-    _, small = panels(energy_figure(HISTORY))
-    shares = {line.get_label(): np.asarray(line.get_ydata()) for line in small.lines}
-    work = float(HISTORY["external_work"].max())
-    assert shares["contact penalty"][-1] == pytest.approx(float(HISTORY["contact_energy"][-1]) / work)
-    # Zero cannot be shown on a logarithmic scale.
-    assert shares["material damping"].tolist() == [1e-16] * HISTORY.sizes["time"]
-
-
-@pytest.mark.parametrize(
-    ("largest", "expected"),
-    [
-        (2.5, (1.0, "N")),
-        (0.4, (1e3, "mN")),
-        (1.0, (1.0, "N")),
-        (2e-5, (1e6, "µN")),
-        (3e-9, (1e9, "nN")),
-        (4e-12, (1e12, "pN")),
-        (0.0, (1.0, "N")),
-    ],
-)
-def test_units_get_the_prefix_that_makes_them_readable(largest: float, expected: tuple[float, str]) -> None:
-    assert _scale(largest, "N") == expected

@@ -1,0 +1,167 @@
+"""Figures of forces and energies over time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fingerslip.report.figures.marks import event_keys, limit_to_slides, mark_run, name_run
+from fingerslip.report.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    add_legend,
+    figure_grid,
+    run_panels,
+    styled,
+    titled,
+)
+from fingerslip.slip import Events, contact_forces, slipping_fraction
+
+__all__ = ["energy_figure", "force_figure", "force_overview_figure"]
+
+_ROUNDING = 1e-16
+# Below this share of the largest normal force the ratio of the forces is rounding.
+_PRESSED = 0.02
+
+_LARGE_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "external_work": ("work of the plate", BLACK),
+        "strain_energy": ("strain energy", BLUE),
+        "friction_dissipation": ("friction", ORANGE),
+    }
+)
+_SMALL_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "kinetic_energy": ("kinetic energy", VERMILLION),
+        "numerical_dissipation": ("numerical damping", PURPLE),
+        "damping_dissipation": ("material damping", GREEN),
+        "contact_energy": ("contact penalty", SKY),
+        "energy_imbalance": ("imbalance", GREY),
+    }
+)
+
+
+@styled
+def force_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
+    """Draw normal and tangential force, their ratio, and the slipping area fraction.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history.
+    events : Events, optional
+        Its events; those from accumulated slip are marked.
+    title : str, optional
+        What the title adds, such as the title of the run.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Forces of the first counterface on the body [N] above, ratios [-] below.
+    """
+    figure, panels = _time_panels("Forces and slipping area", title)
+    times, forces = history["time"].values, contact_forces(history)
+    scale, unit = _scale(float(np.abs(forces.normal).max()), "N")
+    panels[0].plot(times, scale * forces.normal, color=BLUE, label="normal force")
+    panels[0].plot(times, scale * forces.friction, color=VERMILLION, label="tangential force")
+    panels[0].set_ylabel(f"force [{unit}]")
+    _draw_ratios(panels[1], history)
+    panels[1].set_ylabel("ratio, fraction")
+    for axes in panels:
+        mark_run(axes, history, events.slip if events else None)
+    _finish(panels, times)
+    name_run(panels[:1], history, events.slip if events else None)
+    return figure
+
+
+@styled
+def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
+    """Draw tangential over normal force and the slipping area fraction, a panel for each run.
+
+    Parameters
+    ----------
+    histories : mapping of str to xarray.Dataset
+        Histories by the titles of the runs.
+    events : mapping of str to Events
+        Their events; those from accumulated slip are marked.
+    """
+    title = "Tangential over normal force and slipping area"
+    figure, panels = run_panels(tuple(histories), title, ("time [s]", "ratio, fraction"))
+    for axes, (name, history) in zip(panels, histories.items(), strict=True):
+        _draw_ratios(axes, history)
+        own = events.get(name)
+        mark_run(axes, history, own.slip if own else None)
+    limit_to_slides(panels[0], histories, events)
+    handles, names = panels[0].get_legend_handles_labels()
+    add_legend(figure, {**dict(zip(names, handles, strict=True)), **event_keys()})
+    return figure
+
+
+@styled
+def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
+    """Draw where the work of the plate goes, and the imbalance; the small parts as shares of the work.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history.
+    title : str, optional
+        What the title adds, such as the title of the run.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Work, strain energy and friction above, the small parts and the imbalance below (absolute values).
+    """
+    figure, panels = _time_panels("Energy balance", title)
+    times, work = history["time"].values, float(np.abs(history["external_work"].values).max())
+    scale, unit = _scale(work, "J")
+    for name, (label, colour) in _LARGE_ENERGIES.items():
+        panels[0].plot(times, scale * history[name].values, color=colour, label=label)
+    for name, (label, colour) in _SMALL_ENERGIES.items():
+        share = np.abs(history[name].values) / (work or 1.0)
+        panels[1].semilogy(times, np.maximum(share, _ROUNDING), color=colour, linewidth=1.0, label=label)
+    panels[0].set_ylabel(f"energy [{unit}]")
+    panels[1].set_ylabel("share of the largest work")
+    _finish(panels, times)
+    return figure
+
+
+def _time_panels(title: str, more: str) -> tuple[Figure, list[Axes]]:
+    """Make two panels over time, one below the other."""
+    return figure_grid(2, 1, (6.8, 2.2), titled(title, more), ("time [s]", ""), share="x")
+
+
+def _finish(panels: Sequence[Axes], times: np.ndarray) -> None:
+    """Give each panel its legend at its right, and all of the time."""
+    for axes in panels:
+        axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
+        axes.set_xlim(times[0], times[-1])
+
+
+def _draw_ratios(axes: Axes, history: xr.Dataset) -> None:
+    times, ratio = history["time"].values, contact_forces(history).ratio(_PRESSED)
+    friction = float(history["counterface_friction_coefficient"].values[0])
+    axes.plot(times, slipping_fraction(history).values, color=ORANGE, linewidth=1.0, label="slipping area fraction")
+    axes.plot(times, ratio, color=BLUE, label="tangential / normal force")
+    axes.axhline(friction, color=BLACK, linewidth=0.9, linestyle=(0, (1, 1.5)), label="friction coefficient")
+    axes.set_ylim(-0.03, max(1.05, 1.1 * friction))
+
+
+def _scale(largest: float, unit: str) -> tuple[float, str]:
+    """Return a factor and a prefixed unit that make `largest` a number between 1 and 1000."""
+    for exponent, prefix in ((0, ""), (3, "m"), (6, "µ"), (9, "n"), (12, "p")):
+        if largest * 10.0**exponent >= 1.0:
+            return 10.0**exponent, prefix + unit
+    return 1.0, unit

@@ -1,0 +1,166 @@
+"""Vertical lines at slip events and at the start of the slide, their names and keys, and the time that is shown."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from fingerslip.report.figures.style import GREEN, GREY, PURPLE, SKY, VERMILLION
+from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
+from fingerslip.slip.names import EVENTS, MAIN_EVENTS
+
+__all__ = [
+    "EVENT_COLOURS",
+    "event_keys",
+    "limit_to_slides",
+    "mark_events",
+    "mark_run",
+    "mark_slide",
+    "name_events",
+    "name_run",
+    "shown_until",
+]
+
+EVENT_COLOURS: Mapping[str, str] = MappingProxyType(
+    {"incipient": GREEN, "noticed": SKY, "three_quarter": PURPLE, "overall": VERMILLION}
+)
+
+_SLIDE = "slide starts"
+_LABEL_GAP = 0.4  # inch
+_SHOWN_AFTER = 0.35  # of the time from the start of the slide to overall slip
+
+
+def mark_events(axes: Axes, events: SlipEvents, names: Sequence[str] = MAIN_EVENTS) -> None:
+    """Draw a vertical line at every event that happened, on a panel with time in seconds from left to right.
+
+    Parameters
+    ----------
+    axes : Axes
+        The panel.
+    events : SlipEvents
+        The events.
+    names : sequence of str, optional
+        Which of them.
+    """
+    for name in names:
+        time = events.time(name)
+        if time is not None:
+            axes.axvline(time, color=EVENT_COLOURS[name], linewidth=1.2, linestyle=(0, (4, 2)), zorder=4)
+
+
+def mark_slide(axes: Axes, start: float) -> None:
+    """Draw a vertical line at the start of the slide [s], on a panel with time from left to right."""
+    axes.axvline(start, color=GREY, linewidth=1.0, linestyle=(0, (1, 1.5)), zorder=3)
+
+
+def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents | None) -> None:
+    """Draw vertical lines at the start of a run's slide, and at its events where they are known."""
+    window = slide_window(history)
+    if window is not None:
+        mark_slide(axes, window.start)
+    if events is not None:
+        mark_events(axes, events)
+
+
+def limit_to_slides(
+    axes: Axes, histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], before: float = 0.06
+) -> None:
+    """Show the slides of some runs until a while after overall slip; all panels that share the axis follow.
+
+    Parameters
+    ----------
+    axes : Axes
+        A panel with time in seconds from left to right.
+    histories : mapping of str to xarray.Dataset
+        Histories by the runs' labels.
+    events : mapping of str to Events
+        Their events, as far as they are known.
+    before : float, optional
+        Time shown before the slides, as a share of what follows [-].
+    """
+    windows = [window for history in histories.values() if (window := slide_window(history)) is not None]
+    end = shown_until(windows, [events[label].slip if label in events else None for label in histories])
+    if end is not None:
+        start = min(window.start for window in windows)
+        axes.set_xlim(max(0.0, start - before * (end - start)), end)
+
+
+def name_events(axes: Axes, start: float | None, events: SlipEvents | None, names: Sequence[str] = MAIN_EVENTS) -> None:
+    """Write the names of the marked events above a panel, each beside its line and clear of its neighbours.
+
+    Parameters
+    ----------
+    axes : Axes
+        A panel whose limits are set, with time in seconds from left to right.
+    start : float or None
+        Start of the slide [s].
+    events : SlipEvents or None
+        The events.
+    names : sequence of str, optional
+        Which of them.
+    """
+    times = {} if start is None else {_SLIDE: start}
+    if events is not None:
+        times |= {name: time for name in names if (time := events.time(name)) is not None}
+    left, right = axes.get_xlim()
+    figure = axes.get_figure(root=True)
+    gap = _LABEL_GAP * _columns(axes) / figure.get_figwidth() if figure else 0.0
+    reached = -np.inf
+    for name, time in sorted(times.items(), key=lambda item: item[1]):
+        position = max((time - left) / (right - left), reached)
+        reached = position + gap
+        axes.text(
+            position,
+            1.02,
+            EVENTS.get(name, name),
+            transform=axes.transAxes,
+            rotation=32,
+            rotation_mode="anchor",
+            fontsize=8.0,
+            color=EVENT_COLOURS.get(name, GREY),
+        )
+
+
+def name_run(panels: Sequence[Axes], history: xr.Dataset, events: SlipEvents | None) -> None:
+    """Write the names of what :func:`mark_run` marked above panels."""
+    window = slide_window(history)
+    for axes in panels:
+        name_events(axes, window.start if window else None, events)
+
+
+def _columns(axes: Axes) -> int:
+    grid = axes.get_subplotspec()
+    return 1 if grid is None else grid.get_gridspec().ncols
+
+
+def shown_until(windows: Sequence[SlideWindow], events: Sequence[SlipEvents | None]) -> float | None:
+    """Return the end of the time to show [s]: a while after the last overall slip, or the end of the slides.
+
+    Parameters
+    ----------
+    windows : sequence of SlideWindow
+        The slides of the runs that share an axis.
+    events : sequence of SlipEvents or None
+        Their events; where overall slip is not known the whole slide is shown.
+    """
+    if not windows:
+        return None
+    end, start = max(window.end for window in windows), min(window.start for window in windows)
+    overall = [times.overall for times in events if times is not None and times.overall is not None]
+    if len(overall) < len(events):
+        return end
+    return min(end, max(overall) + _SHOWN_AFTER * (max(overall) - start))
+
+
+def event_keys(names: Sequence[str] = MAIN_EVENTS) -> dict[str, Artist]:
+    """Return keys for a legend that names the marked lines."""
+    keys: dict[str, Artist] = {_SLIDE: Line2D([], [], color=GREY, linewidth=1.2, linestyle=(0, (1, 1.5)))}
+    for name in names:
+        keys[EVENTS[name]] = Line2D([], [], color=EVENT_COLOURS[name], linewidth=1.2, linestyle=(0, (4, 2)))
+    return keys

@@ -1,0 +1,177 @@
+"""Figures of what receptors record: accelerations, acceleration peaks, strain energy density."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from fingerslip.report.figures.marks import event_keys, limit_to_slides, mark_run, name_run
+from fingerslip.report.figures.style import (
+    AREA_COLOURS,
+    BLACK,
+    BLUE,
+    GREY,
+    add_legend,
+    figure_grid,
+    run_panels,
+    say,
+    styled,
+    titled,
+)
+from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.slip import Events, PeakSettings, PeakTable, acceleration_peaks, peak_signal, receptor_signals
+
+__all__ = ["acceleration_figure", "acceleration_overview_figure", "strain_energy_density_figure"]
+
+# Height of the note that an area has no receptor, as a share of the panel's.
+_NOTE_HEIGHTS = {"A": 0.6, "B": 0.3}
+_AREA_NAMES = {"A": "area A: edge at the smaller position", "B": "area B: edge at the larger position"}
+
+
+@styled
+def acceleration_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
+    """Draw the tangential acceleration at the four receptor types, for both edges of the contact.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with receptors.
+    events : Events, optional
+        Its events; those from acceleration are marked.
+    title : str, optional
+        What the title adds, such as the title of the run.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A panel for each type on one common scale, which fits what follows the press-to-slide transition.
+    """
+    labels = ("time [s]", "acceleration along the plate [m/s²]")
+    figure, panels = figure_grid(4, 1, (6.8, 1.45), titled("Acceleration at the receptors", title), labels)
+    signals, own = receptor_signals(history), events.acceleration if events else None
+    for axes, kind in zip(panels, RECEPTOR_KINDS, strict=True):
+        _draw_areas(axes, signals, "acceleration", kind)
+        mark_run(axes, history, own)
+        axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
+    limit_to_slides(panels[0], {title: history}, {title: events} if events else {})
+    name_run(panels[:1], history, own)
+    _fit_after_transition(panels[0], signals, acceleration_peaks(history))
+    add_legend(figure, _area_keys())
+    return figure
+
+
+@styled
+def acceleration_overview_figure(
+    histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], settings: PeakSettings | None = None
+) -> Figure:
+    """Draw the signal that acceleration peaks are read from, a panel for each run.
+
+    Parameters
+    ----------
+    histories : mapping of str to xarray.Dataset
+        Histories by the titles of the runs.
+    events : mapping of str to Events
+        Their events; those from acceleration are marked.
+    settings : PeakSettings, optional
+        How peaks are distinguished from noise.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Largest tangential acceleration over the receptors on a logarithmic scale, the peaks that count as
+        dots, the noise floor and the height needed as lines.
+    """
+    settings = settings or PeakSettings()
+    title = f"Largest acceleration at {' and '.join(settings.kinds)}"
+    figure, panels = run_panels(tuple(histories), title, ("time [s]", "acceleration along the plate [m/s²]"))
+    for axes, (name, history) in zip(panels, histories.items(), strict=True):
+        _draw_peak_signal(axes, history, settings)
+        own = events.get(name)
+        mark_run(axes, history, own.acceleration if own else None)
+    limit_to_slides(panels[0], histories, events)
+    keys: dict[str, Artist] = {
+        "largest over the receptors": Line2D([], [], color=BLUE, linewidth=1.0),
+        "peak that counts": Line2D([], [], color=BLACK, marker="o", markersize=4, linestyle=""),
+        "height that a peak needs": Line2D([], [], color=GREY, linewidth=1.0),
+    }
+    add_legend(figure, {**keys, **event_keys()})
+    return figure
+
+
+@styled
+def strain_energy_density_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
+    """Draw the strain energy density at the four receptor types, for both edges of the contact.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with receptors.
+    events : Events, optional
+        Its events; those from accumulated slip are marked.
+    title : str, optional
+        What the title adds, such as the title of the run.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        A panel for each type [J/m^3]; each has its own scale.
+    """
+    labels = ("time [s]", "strain energy density [J/m³]")
+    figure, panels = figure_grid(4, 2, (3.6, 2.2), titled("Strain energy density", title), labels, share="x")
+    signals, own = receptor_signals(history), events.slip if events else None
+    for axes, kind in zip(panels, RECEPTOR_KINDS, strict=True):
+        _draw_areas(axes, signals, "strain_energy_density", kind)
+        axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
+        mark_run(axes, history, own)
+        axes.set_ylim(bottom=0.0)
+        axes.set_xlim(float(signals["time"][0]), float(signals["time"][-1]))
+    name_run(panels[:2], history, own)
+    add_legend(figure, _area_keys())
+    return figure
+
+
+def _draw_areas(axes: Axes, signals: xr.Dataset, name: str, kind: str) -> None:
+    for area, colour in AREA_COLOURS.items():
+        signal = signals[name].sel(kind=kind, area=area)
+        if bool(signal.notnull().any()):
+            axes.plot(signals["time"].values, signal.values, color=colour, linewidth=1.1)
+        else:
+            say(axes, f"no receptor in area {area}", _NOTE_HEIGHTS[area])
+
+
+def _draw_peak_signal(axes: Axes, history: xr.Dataset, settings: PeakSettings) -> None:
+    signal = peak_signal(history, settings)
+    if signal is None:
+        say(axes, "no slide or no receptor")
+        return
+    table = acceleration_peaks(history, settings)
+    floor = 1e-4 * float(signal.max())
+    axes.semilogy(signal["time"].values, np.maximum(signal.values, floor), color=BLUE, linewidth=1.0)
+    axes.plot([p.time for p in table.peaks], [p.height for p in table.peaks], "o", color=BLACK, markersize=4, zorder=5)
+    if table.peaks:
+        axes.axhline(table.noise_floor + table.threshold, color=GREY, linewidth=1.0)
+
+
+def _fit_after_transition(axes: Axes, signals: xr.Dataset, peaks: PeakTable) -> None:
+    """Scale to what follows the transition, whose peak may be many times higher; say where it is cut."""
+    if peaks.transition is None or peaks.transition_end is None:
+        return
+    size = np.nan_to_num(np.abs(signals["acceleration"].values))
+    after = signals["time"].values >= peaks.transition_end
+    top = 1.2 * float(size[..., after].max())
+    cut = float(size[..., ~after].max())
+    if top > 0.0:
+        axes.set_ylim(-top, top)
+    if cut > top:
+        at, offset = (peaks.transition.time, top), (8.0, -10.0)
+        axes.annotate(f"cut, reaches {cut:.2g} m/s²", at, offset, textcoords="offset points", fontsize=8, color=GREY)
+
+
+def _area_keys() -> dict[str, Artist]:
+    return {_AREA_NAMES[area]: Line2D([], [], color=colour) for area, colour in AREA_COLOURS.items()}

@@ -1,0 +1,68 @@
+"""What paths, swept values and runs are called in tables and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from fingerslip.results import RunResult
+
+__all__ = ["path_label", "path_labels", "run_title", "swept_text"]
+
+
+def path_label(path: str) -> str:
+    """Return a dotted path in words.
+
+    Examples
+    --------
+    >>> path_label("fingertip.phalanx.variant"), path_label("contact.friction_coefficient")
+    ('phalanx', 'friction coefficient')
+    """
+    return path.removesuffix(".enabled").removesuffix(".variant").rsplit(".", 1)[-1].replace("_", " ")
+
+
+def path_labels(paths: Sequence[str]) -> dict[str, str]:
+    """Return dotted paths in words that tell them apart: the whole path where the words of two are the same."""
+    labels = {path: path_label(path) for path in paths}
+    return {path: label if list(labels.values()).count(label) == 1 else path for path, label in labels.items()}
+
+
+def swept_text(value: object) -> str | float | int | bool | None:
+    """Return a swept value as tables and axes show it: numbers and words as they are, lists and mappings as text.
+
+    Examples
+    --------
+    >>> swept_text([1, 0, -1]), swept_text({"sphere": {"radius": "8 mm"}})
+    ('1, 0, -1', 'sphere radius 8 mm')
+    """
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {swept_text(part)}" for name, part in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(str(swept_text(part)) for part in value)
+    return value if isinstance(value, str | float | int | None) else str(value)
+
+
+def run_title(result: RunResult, study: str) -> str:
+    """Return the title of a run: its swept values, or the title of the study where nothing is swept.
+
+    Parameters
+    ----------
+    result : RunResult
+        The run.
+    study : str
+        The title of the study.
+
+    Examples
+    --------
+    >>> from fingerslip.slip import Events
+    >>> run_title(RunResult("angle--30deg", {"fingertip.solid.angle": "-30 deg"}, Events()), "A study")
+    'angle -30 deg'
+    """
+    labels = path_labels(tuple(result.swept))
+    parts = [f"{labels[path]} {_title_text(value)}" for path, value in result.swept.items()]
+    return ", ".join(parts) or study or result.name
+
+
+def _title_text(value: object) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return f"({swept_text(value)})" if isinstance(value, list | tuple) else str(swept_text(value))

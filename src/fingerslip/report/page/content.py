@@ -1,0 +1,82 @@
+"""What a study's report is made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import skfem
+import xarray as xr
+
+from fingerslip.published import PublishedSet
+from fingerslip.report.labels import run_title
+from fingerslip.report.tables.parameters import ShownValue
+from fingerslip.results import RunResult, StudyResult
+from fingerslip.slip import Events, EventSettings
+from fingerslip.uncertainty import Convergence
+
+__all__ = ["MOST_RUNS", "ReportContent"]
+
+#: Runs that a page shows in figures: more panels are too small to read, more runs in detail too long a page.
+MOST_RUNS = 12
+
+_EMPTY: Mapping[str, Any] = MappingProxyType({})
+
+
+@dataclass(frozen=True)
+class ReportContent:
+    """What a study's report is made of.
+
+    Parameters
+    ----------
+    study : StudyResult
+        The study and its finished runs.
+    histories : mapping of str to xarray.Dataset
+        Their histories by name of the run; a run without one appears in the tables only.
+    meshes : mapping of str to skfem.Mesh
+        Meshes by name of the run, for the pictures of the model.
+    references : tuple of PublishedSet
+        Published values to compare with.
+    values : tuple of ShownValue
+        All values of the runs with their sources.
+    provenance : mapping of str to str
+        Programs, commit and times that made the results.
+    settings : EventSettings
+        The constants that the events were found with.
+    convergences : mapping of str to mapping of str to Convergence
+        Convergence by name of the run and key of the number; runs that were not refined are left out.
+    """
+
+    study: StudyResult
+    histories: Mapping[str, xr.Dataset]
+    meshes: Mapping[str, skfem.Mesh] = field(default_factory=lambda: _EMPTY)
+    references: tuple[PublishedSet, ...] = ()
+    values: tuple[ShownValue, ...] = ()
+    provenance: Mapping[str, str] = field(default_factory=lambda: _EMPTY)
+    settings: EventSettings = field(default_factory=EventSettings)
+    convergences: Mapping[str, Mapping[str, Convergence]] = field(default_factory=lambda: _EMPTY)
+
+    @property
+    def title(self) -> str:
+        """Title of the study, or the name of its folder."""
+        return self.study.title or self.study.folder.name
+
+    @property
+    def titles(self) -> dict[str, str]:
+        """Title of each run by its name."""
+        return {run.name: run_title(run, self.title) for run in self.study.runs}
+
+    @property
+    def drawn(self) -> tuple[RunResult, ...]:
+        """The runs that are shown in figures: the first that have a history."""
+        return tuple(run for run in self.study.runs if run.name in self.histories)[:MOST_RUNS]
+
+    def titled_histories(self) -> dict[str, xr.Dataset]:
+        """Return the histories of the drawn runs by title."""
+        return {self.titles[run.name]: self.histories[run.name] for run in self.drawn}
+
+    def titled_events(self) -> dict[str, Events]:
+        """Return the slip events of the drawn runs by title."""
+        return {self.titles[run.name]: run.events for run in self.drawn}

@@ -1,0 +1,41 @@
+"""The pictures that a report shows of sections."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import skfem
+import xarray as xr
+
+from fingerslip.report.figures.section import receptor_positions, section_figure
+from fingerslip.report.figures.slip import contact_displacement_figure, slip_maps_figure
+from fingerslip.report.page.page import Picture
+from fingerslip.report.page.pictures import PictureSet, RunToDraw
+from fingerslip.slip import Events
+
+__all__ = ["PLANE"]
+
+_SLIP_MAP = "Where and when the surface sticks and slips."
+
+
+def _model(run: RunToDraw, mesh: skfem.Mesh) -> list[Picture]:
+    figure = section_figure(mesh, receptor_positions(run.history), title=run.title)
+    return [Picture(f"section-{run.name}", f"Layers, elements, receptors and plate at the start: {run.title}.", figure)]
+
+
+def _run(run: RunToDraw) -> list[Picture]:
+    slip_map = slip_maps_figure({run.title: run.history}, {run.title: run.events})
+    displacement = contact_displacement_figure(run.history, run.events, run.title)
+    said = "Displacement of nodes over the contact, beside that of the plate."
+    return [
+        Picture(f"{run.name}-slip-map", _SLIP_MAP, slip_map),
+        Picture(f"{run.name}-displacement", said, displacement),
+    ]
+
+
+def _side_by_side(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> list[Picture]:
+    return [Picture("slip-maps", _SLIP_MAP, slip_maps_figure(histories, events))]
+
+
+#: The pictures of sections.
+PLANE = PictureSet(_model, _run, _side_by_side)

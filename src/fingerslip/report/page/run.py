@@ -1,0 +1,72 @@
+"""The section of a report that shows one run in detail."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from fingerslip.history import is_solid, sites_of_kinds
+from fingerslip.report.figures.forces import energy_figure, force_figure
+from fingerslip.report.figures.receptors import acceleration_figure, strain_energy_density_figure
+from fingerslip.report.page.page import Picture, ReportSection
+from fingerslip.report.page.pictures import PictureSet, RunToDraw
+from fingerslip.report.page.plane import PLANE
+from fingerslip.report.page.solid import SOLID
+from fingerslip.report.tables.events import peaks_table, readings_table
+from fingerslip.report.tables.measures import measures_table
+from fingerslip.results import RunResult
+from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.slip import PeakSettings, acceleration_peaks
+
+__all__ = ["has_receptors", "picture_set", "run_section"]
+
+
+def picture_set(history: xr.Dataset) -> PictureSet:
+    """Return the pictures that fit a history."""
+    return SOLID if is_solid(history) else PLANE
+
+
+def has_receptors(history: xr.Dataset) -> bool:
+    """Tell whether a history has any mechanoreceptors."""
+    return sites_of_kinds(history, RECEPTOR_KINDS).size > 0
+
+
+def run_section(result: RunResult, history: xr.Dataset, title: str, settings: PeakSettings) -> ReportSection:
+    """Assemble the section of one run: all readings of its events, its measures, and its pictures; folded.
+
+    Parameters
+    ----------
+    result : RunResult
+        The run.
+    history : xarray.Dataset
+        Its history.
+    title : str
+        Its title.
+    settings : PeakSettings
+        How peaks are distinguished from noise.
+    """
+    run = RunToDraw(result.name, title, history, result.events)
+    tables = [readings_table(result), measures_table([result], ["value"])]
+    pictures = [*picture_set(history).run(run), _forces(run)]
+    if has_receptors(history):
+        tables.append(peaks_table(acceleration_peaks(history, settings)))
+        pictures += _receptors(run)
+    return ReportSection(title, (), tuple(tables), (*pictures, _energy(run)), folded=True)
+
+
+def _forces(run: RunToDraw) -> Picture:
+    figure = force_figure(run.history, run.events, run.title)
+    return Picture(f"{run.name}-forces", "Forces, their ratio, and the slipping area.", figure)
+
+
+def _energy(run: RunToDraw) -> Picture:
+    return Picture(f"{run.name}-energy", "Where the work of the plate goes.", energy_figure(run.history, run.title))
+
+
+def _receptors(run: RunToDraw) -> list[Picture]:
+    where = "at the receptors around both edges of the contact."
+    acceleration = acceleration_figure(run.history, run.events, run.title)
+    density = strain_energy_density_figure(run.history, run.events, run.title)
+    return [
+        Picture(f"{run.name}-acceleration", f"Acceleration along the plate {where}", acceleration),
+        Picture(f"{run.name}-strain-energy-density", f"Strain energy density {where}", density),
+    ]

@@ -1,0 +1,98 @@
+"""A snapshot of the whole mesh as VTK has it: points, cells and fields with three components.
+
+Points are reference positions. Programs deform the body by the field ``displacement``; in ParaView the filter *Warp By
+Vector* does so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+__all__ = ["CELL_TYPES", "CellType", "Snapshot", "in_space", "read_snapshot"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CellType:
+    """The name of a kind of cell in meshio, and its number in VTK."""
+
+    meshio: str
+    vtk: int
+
+
+#: The kinds of cells by the name of the element.
+CELL_TYPES: Mapping[str, CellType] = MappingProxyType(
+    {
+        "Q4": CellType("quad", 9),
+        "T3": CellType("triangle", 5),
+        "T6": CellType("triangle6", 22),
+        "H8": CellType("hexahedron", 12),
+        "T4": CellType("tetra", 10),
+        "T10": CellType("tetra10", 24),
+    }
+)
+
+_POINT_FIELDS = {"displacement": "snapshot_displacement", "velocity": "snapshot_velocity"}
+_CELL_FIELDS = {"strain_energy_density": "snapshot_strain_energy_density", "von_mises": "snapshot_von_mises"}
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """One moment of the whole mesh.
+
+    Parameters
+    ----------
+    time : float
+        The moment [s].
+    cell_type : CellType
+        The kind of all cells.
+    points : (n_nodes, 3) array
+        Reference positions [m].
+    cells : (n_cells, n) array
+        Nodes of each cell, in the order of VTK.
+    point_fields : mapping of str to (n_nodes, 3) array
+        ``displacement`` [m] and ``velocity`` [m/s].
+    cell_fields : mapping of str to (n_cells,) array
+        ``strain_energy_density`` [J/m^3], ``von_mises`` stress [Pa] and the number of the ``region``.
+    """
+
+    time: float
+    cell_type: CellType
+    points: Floats
+    cells: NDArray[np.integer[Any]]
+    point_fields: Mapping[str, Floats]
+    cell_fields: Mapping[str, NDArray[Any]]
+
+
+def read_snapshot(history: xr.Dataset, number: int) -> Snapshot:
+    """Return a snapshot of a history.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with snapshots.
+    number : int
+        Number of the snapshot.
+    """
+    cell_fields = {name: history[stored].values[number] for name, stored in _CELL_FIELDS.items()}
+    return Snapshot(
+        time=float(history["snapshot_time"].values[number]),
+        cell_type=CELL_TYPES[history.attrs["element"]],
+        points=in_space(history["node_position"].values),
+        cells=history["cell_nodes"].values,
+        point_fields={name: in_space(history[stored].values[number]) for name, stored in _POINT_FIELDS.items()},
+        cell_fields={**cell_fields, "region": history["cell_region"].values},
+    )
+
+
+def in_space(vectors: Floats) -> Floats:
+    """Fill vectors (n, dim) with zeros up to three components, shape (n, 3)."""
+    return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))

@@ -1,0 +1,107 @@
+"""Tables of results beside published values, and of published statements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from fingerslip.published import PublishedSet, PublishedValue
+from fingerslip.report.labels import swept_text
+from fingerslip.report.tables.events import run_notes, swept_cells, swept_columns, swept_paths, time_cell
+from fingerslip.report.tables.table import Cell, Column, Missing, Table
+from fingerslip.results import RunResult
+from fingerslip.slip.names import LATENCY, MAIN_EVENTS, READING_HEADINGS, READINGS
+
+__all__ = ["compare_table", "statements_table"]
+
+_TIMES = (*MAIN_EVENTS, LATENCY)
+
+
+def compare_table(runs: Sequence[RunResult], reference: PublishedSet) -> Table:
+    """Put slip events beside published ones.
+
+    A published time is shown for every run that meets its conditions, with our time in each reading and the
+    difference; one that no run meets has a row that says so.
+
+    Parameters
+    ----------
+    runs : sequence of RunResult
+        The runs; `values` has to hold what the conditions name.
+    reference : PublishedSet
+        Published values; those that are no event are left out.
+
+    Returns
+    -------
+    Table
+        Times in seconds, differences (ours less published) in milliseconds; without rows where the set has no events.
+    """
+    values = [value for value in reference.values if value.value is not None and value.quantity in _TIMES]
+    columns = (*swept_columns(runs), Column("event"), Column("published", "s"), *_reading_columns())
+    compared = [
+        (*swept_cells(run, runs), *_comparison(run, value))
+        for run in runs
+        for value in values
+        if value.holds_for(run.all_values)
+    ]
+    others = [
+        (*_condition_cells(value, runs), *_event_cells(value), *([Missing.NOT_COMPARED] * 2 * len(READINGS)))
+        for value in values
+        if not any(value.holds_for(run.all_values) for run in runs)
+    ]
+    return Table(reference.title, columns, (*compared, *others), _note(runs, reference))
+
+
+def statements_table(reference: PublishedSet) -> Table:
+    """Show published statements in words, each with the number that it is compared with."""
+    columns = (Column("statement"), Column("what to check"), Column("holds for"))
+    rows = tuple(
+        (value.statement, value.check, ", ".join(f"{path} = {held}" for path, held in value.conditions.items()))
+        for value in reference.values
+        if value.statement
+    )
+    return Table(reference.title, columns, rows, f"Published: {reference.citation}")
+
+
+def _note(runs: Sequence[RunResult], reference: PublishedSet) -> str:
+    return (
+        f"Our times from accumulated slip, displacement and acceleration peaks, and how much later they are than the "
+        f"published ones. Published: {reference.citation} {run_notes(runs)}"
+    ).rstrip()
+
+
+def _reading_columns() -> Iterator[Column]:
+    for heading in READING_HEADINGS.values():
+        yield Column(heading, "s", 3)
+        yield Column("diff.", "ms", 0)
+
+
+def _condition_cells(value: PublishedValue, runs: Sequence[RunResult]) -> tuple[Cell, ...]:
+    """Return the conditions of a published value in the columns of the runs."""
+    paths = swept_paths(runs)
+    return tuple(swept_text(value.conditions.get(path)) for path in paths) or (Missing.NOT_COMPARED,)
+
+
+def _event_cells(value: PublishedValue) -> tuple[Cell, ...]:
+    low, high = _span(value)
+    text = f"{low:.2f}" if low == high else f"{low:.2f} to {high:.2f}"
+    return (value.quantity.replace("_", "-"), text)
+
+
+def _span(value: PublishedValue) -> tuple[float, float]:
+    assert value.value is not None  # held by compare_table
+    return value.span or (value.value, value.value)
+
+
+def _comparison(run: RunResult, value: PublishedValue) -> tuple[Cell, ...]:
+    readings = [cell for reading in READINGS for cell in _reading_cells(run, value, reading)]
+    return (*_event_cells(value), *readings)
+
+
+def _reading_cells(run: RunResult, value: PublishedValue, reading: str) -> tuple[Cell, Cell]:
+    """Return our time in one reading and how much later it is than published [ms], 0 within a published range."""
+    if value.reading not in ("", reading):
+        return Missing.NOT_COMPARED, Missing.NOT_COMPARED
+    cell, time = time_cell(run, reading, value.quantity), run.events.reading(reading).time(value.quantity)
+    if time is None:
+        return cell, cell
+    low, high = _span(value)
+    return cell, 1e3 * (time - min(max(time, low), high))

@@ -1,0 +1,54 @@
+"""The table of models as they were computed: sizes, stiffness of the contact, solver."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import xarray as xr
+
+from fingerslip.report.tables.table import Cell, Column, Missing, Table
+
+__all__ = ["models_table"]
+
+_ATTRIBUTES: Mapping[str, str] = MappingProxyType(
+    {
+        "element": "element",
+        "n_nodes": "nodes",
+        "n_degrees_of_freedom": "unknowns",
+        "n_contact_candidates": "contact candidates",
+        "normal_penalty": "mean normal penalty [Pa/m]",
+        "tangential_penalty": "mean tangential penalty [Pa/m]",
+        "linear_solver": "linear solver",
+        "condensation": "contact response by",
+    }
+)
+
+
+def models_table(histories: Mapping[str, xr.Dataset]) -> Table:
+    """Show how runs were computed, as their histories say: a row for each property, a column for each run.
+
+    Parameters
+    ----------
+    histories : mapping of str to xarray.Dataset
+        Histories by the titles of the runs.
+
+    Returns
+    -------
+    Table
+        Without rows where no history says how it was computed.
+    """
+    columns = (Column("property"), *(Column(title, significant=3) for title in histories))
+    rows = tuple(
+        (words, *(_cell(history, name) for history in histories.values()))
+        for name, words in _ATTRIBUTES.items()
+        if any(name in history.attrs for history in histories.values())
+    )
+    return Table("Models as computed", columns, rows)
+
+
+def _cell(history: xr.Dataset, name: str) -> Cell:
+    value = history.attrs.get(name)
+    if value is None:
+        return Missing.NOT_RECORDED
+    return value if isinstance(value, str | int | float) else value.item()

@@ -1,0 +1,232 @@
+"""Measures: the numbers that sum up a history, in one list.
+
+Every entry of :data:`MEASURES` appears under ``numbers`` in ``events.json``, as a column of ``summary.csv``, in the
+log, in the tables of a run and of a study's report and, if it is a number of mechanics, in the convergence tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from fingerslip.history import phase_times
+from fingerslip.slip.counterface import contact_forces
+from fingerslip.slip.events import acceleration_events
+from fingerslip.slip.fractions import contact_area
+from fingerslip.slip.free_edge import edge_distance
+from fingerslip.slip.peaks import acceleration_peaks
+from fingerslip.units import Unit
+
+__all__ = ["MEASURES", "Measure", "Number", "measure_of", "read_measures"]
+
+Number = float | int | None
+
+_SUFFIXES = str.maketrans({"^": "", "/": "_per_"})
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A number that sums up a history.
+
+    Parameters
+    ----------
+    name : str
+        Its name in files, without its unit.
+    label : str
+        Its name in words.
+    read : callable
+        Gets a history and returns the number in SI units; None where it does not exist in that history.
+    unit : Unit, optional
+        Its unit; none for a pure number.
+    mechanical : bool, optional
+        Whether it is a number of mechanics, whose convergence is studied; the others say how the run was computed.
+    reading : str, optional
+        The reading of the slip events that it is a number of, as in :data:`~fingerslip.slip.names.READINGS`.
+    """
+
+    name: str
+    label: str
+    read: Callable[[xr.Dataset], Number]
+    unit: Unit | None = None
+    mechanical: bool = True
+    reading: str = ""
+
+    @property
+    def key(self) -> str:
+        """Its key in files: the name with the SI unit.
+
+        Examples
+        --------
+        >>> Measure("contact_area_max", "largest contact area", lambda _: None, Unit("m^2", "mm^2")).key
+        'contact_area_max_m2'
+        """
+        return f"{self.name}_{self.unit.si.translate(_SUFFIXES)}" if self.unit else self.name
+
+    def text(self, value: Number) -> str:
+        """Write a value of it [SI] for people, with its unit."""
+        if value is None:
+            return "does not exist"
+        shown = self.unit.to_display(value) if self.unit else value
+        return f"{shown:.4g} {self.unit.shown}" if self.unit else f"{shown:.6g}"
+
+
+def read_measures(history: xr.Dataset, measures: Sequence[Measure] | None = None) -> dict[str, Number]:
+    """Read measures off a history.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        What ``simulate`` returned.
+    measures : sequence of Measure, optional
+        Which; :data:`MEASURES` without it.
+
+    Returns
+    -------
+    dict
+        The values [SI] by key, such as ``normal_force_max_N``; None for one that does not exist.
+    """
+    return {measure.key: measure.read(history) for measure in (MEASURES if measures is None else measures)}
+
+
+def measure_of(key: str) -> Measure | None:
+    """Return the measure with a key; None for the key of a measure that is no longer read."""
+    return next((measure for measure in MEASURES if measure.key == key), None)
+
+
+def _normal_force_max(history: xr.Dataset) -> Number:
+    return float(contact_forces(history).normal.max()) if _has_counterface(history) else None
+
+
+def _normal_force_end(history: xr.Dataset) -> Number:
+    return float(contact_forces(history).normal[-1]) if _has_counterface(history) else None
+
+
+def _friction_force_max(history: xr.Dataset) -> Number:
+    return float(contact_forces(history).friction.max()) if _has_counterface(history) else None
+
+
+def _friction_ratio_end_of_slide(history: xr.Dataset) -> Number:
+    slides = phase_times(history, "slide")
+    if not slides or not _has_counterface(history):
+        return None
+    forces = contact_forces(history)
+    last = int(np.searchsorted(history["time"].values, slides[-1][1] * (1 + 1e-9), side="right")) - 1
+    return float(forces.friction[last] / forces.normal[last]) if forces.normal[last] > 0.0 else None
+
+
+def _contact_area_max(history: xr.Dataset) -> Number:
+    return float(contact_area(history).max()) if _has_candidates(history) else None
+
+
+def _normal_traction_max(history: xr.Dataset) -> Number:
+    return float(history["normal_traction"].values.max()) if _has_candidates(history) else None
+
+
+def _slip_distance_max(history: xr.Dataset) -> Number:
+    return float(history["slip_distance"].values.max()) if _has_candidates(history) else None
+
+
+def _penetration_max(history: xr.Dataset) -> Number:
+    return float(max(-history["gap"].values.min(), 0.0)) if _has_candidates(history) else None
+
+
+def _elastic_slip_max(history: xr.Dataset) -> Number:
+    if not _has_candidates(history):
+        return None
+    penalty = history.attrs.get("tangential_penalty", np.inf)
+    return float(np.linalg.norm(history["tangential_traction"].values, axis=-1).max() / penalty)
+
+
+def _overall_peak_height(history: xr.Dataset) -> Number:
+    overall = _overall_by_peaks(history)
+    peaks = acceleration_peaks(history).peaks if overall is not None else ()
+    return next((peak.height for peak in peaks if peak.time == overall), None)
+
+
+def _peaks_before_overall(history: xr.Dataset) -> Number:
+    overall = _overall_by_peaks(history)
+    return None if overall is None else sum(peak.time < overall for peak in acceleration_peaks(history).peaks)
+
+
+def _overall_by_peaks(history: xr.Dataset) -> float | None:
+    return acceleration_events(history).overall if _has_candidates(history) else None
+
+
+def _records(history: xr.Dataset) -> Number:
+    return int(history.sizes["time"])
+
+
+def _contact_iterations_max(history: xr.Dataset) -> Number:
+    return int(history["contact_iterations"].values.max()) if "contact_iterations" in history else None
+
+
+def _contact_iterations_mean(history: xr.Dataset) -> Number:
+    return round(float(history["contact_iterations"].values.mean()), 2) if "contact_iterations" in history else None
+
+
+def _energy_imbalance_over_work(history: xr.Dataset) -> Number:
+    """Return the largest imbalance over the largest external work, as far as both are recorded."""
+    if not {"external_work", "energy_imbalance"} <= set(history):
+        return None
+    work, imbalance = (float(np.abs(history[name].values).max()) for name in ("external_work", "energy_imbalance"))
+    return imbalance / work if work > 0.0 else None
+
+
+def _has_counterface(history: xr.Dataset) -> bool:
+    return history.sizes.get("counterface", 0) > 0
+
+
+def _has_candidates(history: xr.Dataset) -> bool:
+    return history.sizes.get("contact_node", 0) > 0
+
+
+_NEWTON, _LENGTH = Unit("N"), Unit("m", "um")
+
+#: All measures, in the order of files and tables. Forces are those of the first counterface.
+MEASURES: tuple[Measure, ...] = (
+    Measure("normal_force_max", "largest normal force", _normal_force_max, _NEWTON),
+    Measure("normal_force_end", "normal force at the end", _normal_force_end, _NEWTON),
+    Measure("friction_force_max", "largest friction force", _friction_force_max, _NEWTON),
+    Measure(
+        "friction_force_ratio_end_of_slide",
+        "friction over normal force at the end of the slide",
+        _friction_ratio_end_of_slide,
+    ),
+    Measure("contact_area_max", "largest contact area", _contact_area_max, Unit("m^2", "mm^2")),
+    Measure("normal_traction_max", "largest contact pressure", _normal_traction_max, Unit("Pa", "kPa")),
+    Measure("slip_distance_max", "largest slip distance", _slip_distance_max, Unit("m", "mm")),
+    Measure(
+        "overall_peak_height",
+        "height of the acceleration peak of overall slip",
+        _overall_peak_height,
+        Unit("m/s^2"),
+        reading="acceleration",
+    ),
+    Measure(
+        "peaks_before_overall",
+        "acceleration peaks before overall slip",
+        _peaks_before_overall,
+        reading="acceleration",
+    ),
+    Measure(
+        "edge_distance_min",
+        "smallest distance from the contact to a free edge",
+        edge_distance,
+        Unit("m", "mm"),
+        mechanical=False,
+    ),
+    Measure("penetration_max", "largest penetration", _penetration_max, _LENGTH, mechanical=False),
+    Measure("elastic_slip_max", "largest elastic slip", _elastic_slip_max, _LENGTH, mechanical=False),
+    Measure("records", "records", _records, mechanical=False),
+    Measure("contact_iterations_max", "most contact iterations in a step", _contact_iterations_max, mechanical=False),
+    Measure("contact_iterations_mean", "mean contact iterations", _contact_iterations_mean, mechanical=False),
+    Measure(
+        "energy_imbalance_over_work",
+        "energy imbalance over external work",
+        _energy_imbalance_over_work,
+        mechanical=False,
+    ),
+)

@@ -1,0 +1,180 @@
+"""The values of runs for readers: every value with its unit, and where it comes from.
+
+A value of a preset keeps the preset's source; one that differs is the study's. Any other value that equals the default
+of the program counts as default.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from fingerslip.mesh.scan.build import SurfaceMesh
+from fingerslip.mesh.sizes import SolidSizes
+from fingerslip.parameters import Leaf, walk_values
+from fingerslip.report.tables.parameters import NOT_USED, ShownValue
+from fingerslip.specimens.fingertip import Fingertip, preset, preset_table
+from fingerslip.study.definition.spec import Study, read_study, study_fingertip
+from fingerslip.units import Unit
+
+__all__ = ["DEFAULT", "STUDY_FILE", "SWEPT", "Specified", "read_specified", "value_rows"]
+
+STUDY_FILE, SWEPT, DEFAULT = "study file", "study file, swept", "default"
+
+_FINGERTIP = "fingertip"
+# Keys of a study file that describe the study and no run.
+_ABOUT = ("title", "sweep", "compare", "converge")
+
+
+@dataclass(frozen=True)
+class Specified:
+    """What makes a run: its study without a sweep, and its fingertip with all values."""
+
+    study: Study
+    fingertip: Fingertip | None
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A shown value of one run, and its text in the unit of its field, for joining it with the texts of other runs."""
+
+    shown: ShownValue
+    text: str
+
+
+def read_specified(path: Path) -> Specified:
+    """Read what makes a run from its ``run.yaml``.
+
+    Raises
+    ------
+    InputError
+        Where the file is missing or damaged.
+    """
+    study = read_study(path)
+    return Specified(study, study_fingertip(study, str(path)))
+
+
+def value_rows(runs: Sequence[Specified], given: Collection[str] | None = None) -> tuple[ShownValue, ...]:
+    """Return every value of some runs of one study, in the order of the study file.
+
+    Parameters
+    ----------
+    runs : sequence of Specified
+        The runs. A value that differs between them is swept.
+    given : collection of str, optional
+        Dotted paths that the study file gives, where that is known; without them a value is taken as given where it
+        differs from the preset and from the program's default.
+
+    Returns
+    -------
+    tuple of ShownValue
+        A row for each path that any of the runs has.
+    """
+    found: dict[str, list[_Row]] = {}
+    for run in runs:
+        for row in _rows(run, given):
+            found.setdefault(row.shown.path, []).append(row)
+    return tuple(_merged(rows, len(runs)) for rows in found.values())
+
+
+def _merged(rows: Sequence[_Row], runs: int) -> ShownValue:
+    """Join the rows of one path over all runs."""
+    texts = list(dict.fromkeys(row.text for row in rows))
+    first = rows[0].shown
+    if len(texts) == 1 and len(rows) == runs:
+        return first
+    partly = f"in {len(rows)} of {runs} runs" if len(rows) < runs else ""
+    notes = dict.fromkeys(text for text in (partly, *(row.shown.note for row in rows)) if text)
+    return ShownValue(first.path, ", ".join(texts), SWEPT, "; ".join(notes))
+
+
+def _rows(run: Specified, given: Collection[str] | None) -> Iterator[_Row]:
+    if run.fingertip is not None and run.study.fingertip is not None:
+        yield from _fingertip_rows(run, str(run.study.fingertip["preset"]), given)
+    if _is_solid(run.study) and run.study.formulation is None:
+        yield _row("formulation", "solid", "derived", "three-dimensional elements")
+    for leaf in walk_values(run.study):
+        if leaf.path.partition(".")[0] not in (*_ABOUT, _FINGERTIP):
+            yield _row(leaf.path, _text(leaf.value, leaf.unit), STUDY_FILE if _is_given(leaf, given) else DEFAULT)
+
+
+def _row(path: str, value: str, source: str, note: str = "") -> _Row:
+    return _Row(ShownValue(path, value, source, note), value)
+
+
+def _fingertip_rows(run: Specified, name: str, given: Collection[str] | None) -> Iterator[_Row]:
+    """Yield the values of the fingertip: the preset's with their sources, others with the preset's value beside."""
+    yield _row(f"{_FINGERTIP}.preset", name, STUDY_FILE)
+    entries = {entry.path: entry for entry in preset_table(name)}
+    originals = {leaf.path: leaf.value for leaf in walk_values(preset(name))}
+    for leaf in walk_values(run.fingertip):
+        path, entry = f"{_FINGERTIP}.{leaf.path}", entries.get(leaf.path)
+        kept = leaf.value == originals.get(leaf.path) and (given is None or path not in given)
+        reason, text = _unused(leaf.path, run), _text(leaf.value, leaf.unit)
+        if reason:
+            yield _row(path, text, NOT_USED, reason)
+        elif kept and entry:
+            yield _Row(ShownValue(path, entry.value, entry.source, entry.note), text)
+        else:
+            yield _row(path, text, DEFAULT if kept else STUDY_FILE, f"preset: {entry.value}" if entry else "")
+
+
+def _unused(path: str, run: Specified) -> str:
+    """Return why a run does not use a value of its fingertip; empty for one that it uses."""
+    return next((reason for rule in _RULES for reason in (rule(path, run),) if reason), "")
+
+
+def _overruled(path: str, run: Specified) -> str:
+    group, _, rest = path.partition(".")
+    if group in ("formulation", "depth") and getattr(run.study, group) is not None:
+        return f"the study gives its own {group}"
+    if group == "materials" and rest.partition(".")[0] in run.study.materials:
+        return "the study gives its own material"
+    return ""
+
+
+def _of_another_model(path: str, run: Specified) -> str:
+    group = path.partition(".")[0]
+    if _is_solid(run.study):
+        return "of 2D sections only" if group in ("section", "formulation", "depth") else ""
+    section = run.fingertip.section if run.fingertip else ""
+    other = "transverse" if section == "sagittal" else "sagittal"
+    if group == "solid":
+        return "of the fingertip in space only"
+    return f"of the {other} section only" if group == other or path.startswith(f"phalanx.{other}.") else ""
+
+
+def _switched_off(path: str, run: Specified) -> str:
+    """Look at ridges, fingerprint and receptors. Receptors sit at the ridges, also where these are switched off."""
+    group, _, rest = path.partition(".")
+    receptors = bool(run.study.record.receptors)
+    if group == "receptors" and not receptors:
+        return "no receptors are recorded"
+    if group == "ridges" and not receptors and _is_solid(run.study):
+        return "of 2D sections and receptors only"
+    free = group == "fingerprint" or (group == "ridges" and not receptors)
+    return "switched off" if free and rest != "enabled" and not getattr(run.fingertip, group).enabled else ""
+
+
+_RULES = (_overruled, _of_another_model, _switched_off)
+
+
+def _is_solid(study: Study) -> bool:
+    return study.formulation == "solid" or isinstance(study.mesh, SolidSizes | SurfaceMesh)
+
+
+def _is_given(leaf: Leaf, given: Collection[str] | None) -> bool:
+    if given is None:
+        return not leaf.is_default
+    return any(other == leaf.path or other.startswith(f"{leaf.path}.") for other in given)
+
+
+def _text(value: object, unit: Unit | None) -> str:
+    if isinstance(value, list | tuple):
+        return ", ".join(_text(item, unit) for item in value)
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return f"{value:.10g}" if unit is None else unit.format(value)
+    return str(value)

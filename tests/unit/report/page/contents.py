@@ -1,0 +1,32 @@
+"""Contents of reports that tests share."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from fingerslip.report.page.content import ReportContent
+from fingerslip.results import RunResult, StudyResult, result_of
+from unit.synthetic import Process, make
+
+
+def content_of(runs: tuple[RunResult, ...], histories: dict[str, xr.Dataset], **more: Any) -> ReportContent:
+    """Return the content of a report of a study called 'A <study>'."""
+    return ReportContent(StudyResult(Path("study"), (), runs, title="A <study>"), histories, **more)
+
+
+def two_runs(**more: Any) -> ReportContent:
+    """Return the content of two runs with receptors and known slip."""
+    histories = {str(mu): make(Process(friction=mu, edge=1 + 0.4 * mu, centre=1 + 1.1 * mu)) for mu in (0.4, 0.6)}
+    runs = tuple(
+        result_of(history, name, {"contact.friction_coefficient": float(name)}) for name, history in histories.items()
+    )
+    return content_of(runs, histories, **more)
+
+
+def with_runs(content: ReportContent, *runs: RunResult) -> ReportContent:
+    """Return the content with other runs."""
+    return dataclasses.replace(content, study=dataclasses.replace(content.study, runs=runs))

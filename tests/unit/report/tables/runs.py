@@ -1,0 +1,22 @@
+"""Results of runs that tests of tables share."""
+
+from __future__ import annotations
+
+from fingerslip.results import RunResult
+from fingerslip.slip import Events, SlipEvents
+from fingerslip.slip.free_edge import EdgeContact
+
+FULL = SlipEvents(incipient=1.5, noticed=1.6, three_quarter=1.65, overall=1.75)
+EVENTS = Events(slip=FULL, displacement=SlipEvents(incipient=1.45), acceleration=SlipEvents(overall=1.71))
+UNRECORDED = Events(slip=FULL, acceleration=SlipEvents(recorded=False))
+PLAIN = {"fingertip.fingerprint.enabled": False}
+RUNS = tuple(
+    RunResult(
+        f"friction_coefficient-{friction}",
+        {"contact.friction_coefficient": friction, "fingertip.phalanx.variant": "original"},
+        events,
+        values=PLAIN,
+    )
+    for friction, events in ((0.6, EVENTS), (0.8, Events()))
+)
+CUT_OFF = RunResult("angle-30deg", {"fingertip.solid.angle": "30 deg"}, EVENTS, edge=EdgeContact("skin", 0.12, 0.3e-3))

@@ -1,0 +1,91 @@
+"""Results beside published values: compared where the conditions hold, and said where they do not."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+from fingerslip.published import published
+from fingerslip.report.tables.compare import compare_table, statements_table
+from fingerslip.report.tables.table import Missing, to_rich
+from fingerslip.results import RunResult
+from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
+
+TABLE2 = published("wang2014-table2")
+NOT_COMPARED = Missing.NOT_COMPARED
+
+
+def test_comparison_takes_runs_that_meet_the_conditions() -> None:
+    table = compare_table(RUNS, TABLE2)
+    assert [row[:4] for row in table.rows[:3]] == [
+        (0.6, "original", "incipient", "1.53"),
+        (0.6, "original", "overall", "1.71"),
+        (0.6, "original", "latency", "0.18"),
+    ]
+    assert [column.unit for column in table.columns] == ["", "", "", "s", "s", "ms", "s", "ms", "s", "ms"]
+    slip, displacement, acceleration = (table.rows[1][4:6], table.rows[1][6:8], table.rows[1][8:10])
+    assert slip == (1.75, pytest.approx(40.0))
+    assert displacement == (Missing.NO_EVENT,) * 2
+    assert acceleration == (1.71, pytest.approx(0.0))
+
+
+def test_published_rows_without_a_run_are_there_and_say_that_they_were_not_compared() -> None:
+    rows = compare_table(RUNS, TABLE2).rows[3:]
+    assert [row[:4] for row in rows] == [
+        (0.6, variant, event, text)
+        for variant, times in (("flattened", ("1.50", "1.72", "0.22")), ("scaled", ("1.48", "1.77", "0.29")))
+        for event, text in zip(("incipient", "overall", "latency"), times, strict=True)
+    ]
+    assert {cell for row in rows for cell in row[4:]} == {NOT_COMPARED}
+
+
+def test_run_whose_values_are_not_known_is_not_compared() -> None:
+    unknown = RunResult("r", {"fingertip.phalanx.variant": "original"}, EVENTS)
+    rows = compare_table([unknown], TABLE2).rows
+    assert len(rows) == len(TABLE2.values)
+    assert {cell for row in rows for cell in row[3:]} == {NOT_COMPARED}
+    (first, *_) = compare_table([RunResult("r", {}, EVENTS)], TABLE2).rows
+    assert first[0] is NOT_COMPARED, "a study without a sweep has no values to tell the rows apart"
+
+
+def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_not_happen() -> None:
+    solid = RunResult(
+        "run",
+        {},
+        UNRECORDED,
+        values={"contact.friction_coefficient": 0.6, "fingertip.phalanx.variant": "original"},
+    )
+    rows = {row[1:3]: row for row in compare_table([solid], published("wang2014-solid")).rows}
+    assert rows["incipient", "0.90"][3:] == (1.5, pytest.approx(600.0), *[NOT_COMPARED] * 4)
+    assert rows["incipient", "0.80"][3:] == (*[NOT_COMPARED] * 2, *[Missing.NO_EVENT] * 2, *[NOT_COMPARED] * 2)
+    assert rows["overall", "1.11"][3:] == (*[NOT_COMPARED] * 4, *[Missing.NOT_RECORDED] * 2)
+
+
+def test_difference_to_a_range_is_to_its_nearer_end() -> None:
+    row = compare_table(RUNS, published("wang2014-peaks")).rows[1]
+    assert row[2:4] == ("three-quarter", "1.63 to 1.65")
+    assert row[4:6] == (1.65, pytest.approx(0.0, abs=1e-9))
+
+
+def test_terminal_table_fits_eighty_columns() -> None:
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(to_rich(compare_table(RUNS, TABLE2)))
+    text = console.export_text()
+    assert "…" not in text
+    assert "original" in text
+    assert "n/c" in text
+
+
+def test_contact_at_a_free_edge_is_warned_of() -> None:
+    assert "angle 30 deg ('skin' from 0.12 s on" in compare_table([CUT_OFF], TABLE2).note
+    assert "free edge" not in compare_table(RUNS, TABLE2).note
+
+
+def test_statements_are_shown_with_their_check() -> None:
+    table = statements_table(published("wang2014-qualitative"))
+    assert any("edges of the contact" in str(row[0]) for row in table.rows)
+    assert all(row[1] for row in table.rows)
+    assert statements_table(TABLE2).rows == ()
+    assert compare_table(RUNS, published("wang2014-qualitative")).rows == ()

@@ -1,0 +1,47 @@
+"""Titles of runs and labels of paths: signs stay, whatever the names of folders are."""
+
+from __future__ import annotations
+
+import doctest
+
+import pytest
+
+from fingerslip.report import labels
+from fingerslip.report.labels import path_label, path_labels, run_title, swept_text
+from fingerslip.results import RunResult
+from fingerslip.slip import Events
+
+
+@pytest.mark.parametrize(
+    ("swept", "title"),
+    [
+        ({"fingertip.solid.angle": "-30 deg"}, "angle -30 deg"),
+        ({"fingertip.solid.angle": "30 deg"}, "angle 30 deg"),
+        ({"time.alpha": -0.05, "fingertip.phalanx.variant": "scaled"}, "alpha -0.05, phalanx scaled"),
+        ({"fingertip.fingerprint.enabled": False}, "fingerprint no"),
+        ({"programme.1.slide.direction": [-1, 0, 1]}, "direction (-1, 0, 1)"),
+        ({"contacts.0.counterface": {"sphere": {"radius": "8 mm"}}}, "counterface sphere radius 8 mm"),
+        ({"a.speed": 1, "b.speed": 2}, "a.speed 1, b.speed 2"),
+    ],
+)
+def test_a_run_is_called_by_its_swept_values(swept: dict[str, object], title: str) -> None:
+    assert run_title(RunResult("folder", swept, Events()), "A study") == title
+
+
+def test_a_run_without_swept_values_is_called_like_its_study() -> None:
+    assert run_title(RunResult("run", {}, Events()), "Slip of the finger") == "Slip of the finger"
+    assert run_title(RunResult("run", {}, Events()), "") == "run"
+
+
+def test_paths_become_words_that_tell_them_apart() -> None:
+    assert path_label("fingertip.fingerprint.enabled") == "fingerprint"
+    assert path_labels(["fingertip.phalanx.variant", "time.step"]) == {
+        "fingertip.phalanx.variant": "phalanx",
+        "time.step": "step",
+    }
+    assert list(path_labels(["a.speed", "b.speed"]).values()) == ["a.speed", "b.speed"]
+
+
+def test_texts_of_values_are_those_of_the_study_file() -> None:
+    assert [swept_text(value) for value in (0.6, "8 mm", True, None, [1, 0])] == [0.6, "8 mm", True, None, "1, 0"]
+    assert doctest.testmod(labels).failed == 0

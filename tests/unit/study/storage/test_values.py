@@ -1,0 +1,365 @@
+"""Values of runs for readers: every value of run.yaml with its unit and source, and none of another run."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from fingerslip.fields import unit_of
+from fingerslip.report.page.page import Report, ReportSection, render_page
+from fingerslip.report.tables.parameters import ASSUMED, NOT_USED, ShownValue, value_tables
+from fingerslip.results import flatten
+from fingerslip.specimens.fingertip import preset_table
+from fingerslip.study.definition.spec import parse_study
+from fingerslip.study.definition.sweep import expand
+from fingerslip.study.definition.yaml import write_mapping
+from fingerslip.study.running.build import build_model
+from fingerslip.study.storage.values import DEFAULT, STUDY_FILE, SWEPT, read_specified, value_rows
+from fingerslip.units import parse_quantity
+from unit.study.block import block_values
+
+COMMON: dict[str, Any] = {
+    "contact": {
+        "friction_coefficient": 0.6,
+        "normal_penalty": "1e9 Pa/m",
+        "tangential_penalty": "1e9 Pa/m",
+        "search_distance": "3 mm",
+        "offset": "0 mm",
+    },
+    "programme": [
+        {"press": {"depth": "1.5 mm", "speed": "1.5 mm/s"}},
+        {"hold": {"duration": "0.1 s"}},
+        {"slide": {"distance": "6 mm", "speed": "3 mm/s", "direction": [1.0, 0.5]}},
+        {"lift": {"distance": "1 mm", "speed": "2 mm/s"}},
+    ],
+    "damping": {"mass": "1 1/s", "stiffness": "1e-5 s"},
+    "time": {"step": "5 ms", "alpha": -0.41421, "end": "3 s"},
+}
+PLANE = {
+    **COMMON,
+    "title": "A section",
+    "fingertip": {"preset": "wang2014-2d", "fingerprint": {"enabled": True}},
+    "mesh": {"contact_size": "0.12 mm", "bulk_size": "0.28 mm"},
+    "record": {"receptors": ["FA-I", "SA-I"], "snapshots_every": "50 ms"},
+    "tractions": {
+        "skin": ["1 kPa", "2 kPa"],
+        "base": {"value": ["1 Pa", "0 Pa"], "ramp": {"times": ["0 s", "1 s"], "factors": [0, 1]}},
+    },
+    "gravity": ["0 m/s^2", "-9.81 m/s^2"],
+}
+SOLID = {
+    **COMMON,
+    "title": "A finger",
+    "fingertip": {"preset": "wang2014-3d", "solid": {"angle": "20 deg"}},
+    "mesh": {"element": "T4", "contact_size": "0.45 mm", "bulk_size": "0.55 mm"},
+    "integration": "nodal",
+    "supports": {"phalanx_dorsal": ["x", "y", "z"]},
+    "record": {"reference_nodes": True, "snapshots_every": "50 ms"},
+}
+#: Values that have to agree.
+TOGETHER = {
+    ("solid", "fingertip.sagittal.half_height"): "fingertip.transverse.half_height",
+    ("solid", "fingertip.transverse.half_height"): "fingertip.sagittal.half_height",
+}
+#: What a word or a truth value is changed to; numbers and quantities are made smaller.
+OTHER = {
+    "fingertip.preset": None,
+    "fingertip.section": "transverse",
+    "fingertip.formulation": "plane_strain",
+    "fingertip.phalanx.variant": "scaled",
+    "mesh.element": {"Q4": "T3", "T4": "T10"},
+    "integration": {"selective": "full", "nodal": "full"},
+    "contact.boundary": "pad",
+    "time.scheme": None,
+    "record.receptors.0": "FA-II",
+    "record.receptors.1": "SA-II",
+    "supports.phalanx_dorsal.0": "y",
+    "supports.phalanx_dorsal.1": "z",
+    "supports.phalanx_dorsal.2": "x",
+    "title": None,
+}
+
+
+def resolved(values: dict[str, Any]) -> dict[str, Any]:
+    """Return what the run.yaml of a study without a sweep holds."""
+    source = Path("study.yaml")
+    return expand(parse_study(values, source), source)[0].resolved()
+
+
+@functools.cache
+def base(kind: str) -> dict[str, Any]:
+    return resolved({"plane": PLANE, "solid": SOLID}[kind])
+
+
+def leaves() -> list[tuple[str, str]]:
+    return [
+        (kind, path) for kind in ("plane", "solid") for path in flatten(base(kind)) if OTHER.get(path, "") is not None
+    ]
+
+
+def changed(value: object, path: str) -> object:
+    """Return another value that may stand at a path."""
+    if path in OTHER:
+        other = OTHER[path]
+        return other[value] if isinstance(other, dict) else other
+    if isinstance(value, bool):
+        return not value
+    if isinstance(value, str):
+        number, _, unit = value.partition(" ")
+        return f"{smaller(float(number))!r} {unit}"
+    assert isinstance(value, int | float), f"{path} needs an entry in OTHER"
+    return smaller(value)
+
+
+def smaller(number: float) -> float:
+    return 0.97 * number if number else 0.03125
+
+
+def with_value(mapping: dict[str, Any], path: str, value: object) -> dict[str, Any]:
+    """Return a deep copy of nested data with another value at a path."""
+    copy = yaml.safe_load(yaml.safe_dump(mapping))
+    inner: Any = copy
+    *groups, last = path.split(".")
+    for key in groups:
+        inner = inner[int(key)] if isinstance(inner, list) else inner[key]
+    inner[int(last) if isinstance(inner, list) else last] = value
+    return copy
+
+
+def shown(mapping: dict[str, Any], folder: Path) -> dict[str, ShownValue]:
+    """Return the values of a run.yaml by path."""
+    write_mapping(mapping, folder / "run.yaml")
+    rows = value_rows([read_specified(folder / "run.yaml")])
+    assert len({row.path for row in rows}) == len(rows), "no value may be shown twice"
+    return {row.path: row for row in rows}
+
+
+def page_of(rows: dict[str, ShownValue]) -> str:
+    section = ReportSection("Values", tables=value_tables(tuple(rows.values())))
+    return render_page(Report("r", (section,)))
+
+
+def row_of(path: str, rows: dict[str, ShownValue]) -> ShownValue:
+    """Return the row that shows a leaf: its own, or that of the list it is in."""
+    return rows[path] if path in rows else rows[path.rpartition(".")[0]]
+
+
+def in_display_units(value: object, path: str, row: ShownValue) -> float | None:
+    """Return the number that a changed quantity or number must be shown as."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return None
+    if not isinstance(value, str):
+        return float(value)
+    number, _, si = value.partition(" ")
+    try:
+        float(number)
+    except ValueError:
+        return None
+    unit = row.value.split(", ")[0].partition(" ")[2]
+    return float(number) / parse_quantity(f"1 {unit}", si)
+
+
+@pytest.mark.parametrize(("kind", "path"), leaves(), ids=str)
+def test_every_changed_value_is_in_the_page(kind: str, path: str, tmp_path: Path) -> None:
+    """The report shows the value of the run, whatever the preset or the default is."""
+    old = flatten(base(kind))[path]
+    new = changed(old, path)
+    mapping = with_value(base(kind), path, new)
+    if (kind, path) in TOGETHER:
+        mapping = with_value(mapping, TOGETHER[kind, path], new)
+    rows = shown(mapping, tmp_path)
+    row, before = row_of(path, rows), row_of(path, shown(base(kind), tmp_path))
+    assert row.value != before.value, "the page has to show another value"
+    expected = in_display_units(new, path, row)
+    if expected is None:
+        assert (str(new).lower() if isinstance(new, bool) else new) in row.value.split(", ")
+    else:
+        numbers = [float(part.split(" ")[0]) for part in row.value.split(", ")]
+        assert any(number == pytest.approx(expected, rel=1e-5) for number in numbers)
+    page = page_of(rows)
+    cells = page[page.index(f">{row.path}<") :]
+    assert f">{row.value}<" in cells[: cells.index("</tr>")]
+    assert row.source != before.source or row.source in (STUDY_FILE, NOT_USED), "it has another source, too"
+
+
+@pytest.mark.parametrize("kind", ["plane", "solid"])
+def test_every_leaf_of_run_yaml_has_a_row(kind: str, tmp_path: Path) -> None:
+    rows = shown(base(kind), tmp_path)
+    for path in flatten(base(kind)):
+        if path != "title":
+            row_of(path, rows)
+
+
+def test_values_of_a_preset_keep_its_sources_and_changes_stand_beside_them(tmp_path: Path) -> None:
+    """Plane strain, ridges off and an epidermis of 1 MPa are shown, not plane stress, ridges and 136 kPa."""
+    finger = {
+        "preset": "wang2014-2d",
+        "formulation": "plane_strain",
+        "ridges": {"enabled": False},
+        "materials": {"epidermis": {"youngs_modulus": "1 MPa"}},
+    }
+    rows = shown(resolved(PLANE | {"fingertip": finger}), tmp_path)
+    assert rows["fingertip.formulation"] == ShownValue(
+        "fingertip.formulation", "plane_strain", STUDY_FILE, "preset: plane_stress"
+    )
+    assert rows["fingertip.ridges.enabled"].value == "false"
+    epidermis = rows["fingertip.materials.epidermis.youngs_modulus"]
+    assert (epidermis.value, epidermis.source, epidermis.note) == ("1000 kPa", STUDY_FILE, "preset: 136 kPa")
+    kept = {entry.path: entry for entry in preset_table("wang2014-2d")}
+    for path in ("layers.skin_thickness", "materials.phalanx.youngs_modulus", "depth"):
+        row, entry = rows[f"fingertip.{path}"], kept[path]
+        assert (row.value, row.source, row.note) == (entry.value, entry.source, entry.note)
+    assert rows["fingertip.depth"].source == ASSUMED
+
+
+def test_defaults_are_told_from_values_of_the_study(tmp_path: Path) -> None:
+    rows = shown(resolved(PLANE), tmp_path)
+    assert (rows["time.step"].source, rows["time.alpha"].source, rows["time.scheme"].source) == (
+        STUDY_FILE,
+        STUDY_FILE,
+        DEFAULT,
+    )
+    assert (rows["contact.boundary"].source, rows["contact.normal"].source) == (DEFAULT, DEFAULT)
+    assert rows["programme.0.press.depth"] == ShownValue("programme.0.press.depth", "1.5 mm", STUDY_FILE)
+    assert rows["tractions.skin"].value == "1 kPa, 2 kPa"
+    assert rows["tractions.base.ramp.times"].value == "0 s, 1 s"
+
+
+def test_given_paths_count_where_they_are_known() -> None:
+    source = Path("study.yaml")
+    (run,) = expand(parse_study(PLANE, source), source)
+    rows = {row.path: row for row in value_rows([run], ["time.scheme", "fingertip.layers.skin_thickness"])}  # type: ignore[list-item]
+    assert (rows["time.scheme"].source, rows["time.alpha"].source) == (STUDY_FILE, DEFAULT)
+    skin = rows["fingertip.layers.skin_thickness"]
+    assert (skin.value, skin.source, skin.note) == ("1.5 mm", STUDY_FILE, "preset: 1.5 mm")
+
+
+def test_the_section_says_which_values_it_does_not_use(tmp_path: Path) -> None:
+    rows = shown(base("plane"), tmp_path)
+    for path in ("fingertip.transverse.half_width", "fingertip.phalanx.transverse.palmar_level"):
+        assert (rows[path].source, rows[path].note) == (NOT_USED, "of the transverse section only")
+    assert rows["fingertip.sagittal.half_height"].source == ASSUMED
+    across = shown(with_value(base("plane"), "fingertip.section", "transverse"), tmp_path)
+    assert across["fingertip.sagittal.half_height"].note == "of the sagittal section only"
+    assert across["fingertip.transverse.half_width"].source == ASSUMED
+
+
+def test_the_solid_says_its_formulation_and_uses_no_value_of_sections(tmp_path: Path) -> None:
+    rows = shown(base("solid"), tmp_path)
+    assert rows["formulation"].value == "solid"
+    for path in ("formulation", "depth", "section"):
+        assert (rows[f"fingertip.{path}"].source, rows[f"fingertip.{path}"].note) == (NOT_USED, "of 2D sections only")
+    assert rows["fingertip.ridges.pitch"].note == "of 2D sections and receptors only"
+    assert rows["fingertip.transverse.half_width"].source == ASSUMED, "the solid has both outlines"
+    assert rows["fingertip.solid.angle"] == ShownValue("fingertip.solid.angle", "20 deg", STUDY_FILE, "preset: 0 rad")
+
+
+def test_materials_formulation_and_depth_of_the_study_go_before_those_of_the_fingertip(tmp_path: Path) -> None:
+    own = {
+        "materials": {"dermis": {"youngs_modulus": "1 kPa", "poisson_ratio": 0.3, "density": "1 kg/m^3"}},
+        "formulation": "plane_strain",
+        "depth": "2 mm",
+    }
+    rows = shown(resolved(PLANE | own), tmp_path)
+    assert rows["materials.dermis.youngs_modulus"].value == "1 kPa"
+    assert rows["fingertip.materials.dermis.youngs_modulus"].note == "the study gives its own material"
+    assert rows["fingertip.materials.tissue.youngs_modulus"].source == "wang2014"
+    for path in ("formulation", "depth"):
+        assert rows[path].source == STUDY_FILE
+        assert (rows[f"fingertip.{path}"].source, rows[f"fingertip.{path}"].note) == (
+            NOT_USED,
+            f"the study gives its own {path}",
+        )
+
+
+@pytest.mark.parametrize(
+    ("path", "reason"),
+    [
+        ("fingerprint.height", "switched off"),
+        ("ridges.pitch", "switched off"),
+        ("receptors.fa_ii_depth", "no receptors are recorded"),
+    ],
+)
+def test_what_is_switched_off_is_not_used(path: str, reason: str, tmp_path: Path) -> None:
+    off = {"preset": "wang2014-2d", "ridges": {"enabled": False}}
+    bare = shown(resolved(PLANE | {"fingertip": off, "record": {}}), tmp_path)
+    assert (bare[f"fingertip.{path}"].source, bare[f"fingertip.{path}"].note) == (NOT_USED, reason)
+    assert bare["fingertip.ridges.enabled"].source == STUDY_FILE
+    assert shown(base("plane"), tmp_path)[f"fingertip.{path}"].source != NOT_USED
+    recorded = shown(resolved(PLANE | {"fingertip": off}), tmp_path)
+    assert recorded["fingertip.ridges.pitch"].source != NOT_USED, "receptors sit at the ridges all the same"
+
+
+def test_values_that_differ_between_runs_are_swept(tmp_path: Path) -> None:
+    runs = []
+    for number, (angle, friction) in enumerate((("0 deg", 0.2), ("30 deg", 0.2), ("-30 deg", 0.4))):
+        mapping = with_value(base("solid"), "fingertip.solid.angle", angle)
+        write_mapping(with_value(mapping, "contact.friction_coefficient", friction), tmp_path / f"{number}.yaml")
+        runs.append(read_specified(tmp_path / f"{number}.yaml"))
+    rows = {row.path: row for row in value_rows(runs)}
+    angle = rows["fingertip.solid.angle"]
+    assert (angle.value, angle.source) == ("0 deg, 30 deg, -30 deg", SWEPT)
+    assert "preset: 0 rad" in angle.note
+    assert rows["contact.friction_coefficient"] == ShownValue("contact.friction_coefficient", "0.2, 0.4", SWEPT)
+    assert rows["time.step"].source == STUDY_FILE
+
+
+def test_values_that_only_some_runs_have_say_so() -> None:
+    source = Path("study.yaml")
+    contact = {"boundary": "bottom", "friction_coefficient": 0.3}
+    shapes = [{"cylinder": {"radius": "8 mm"}}, {"sphere": {"radius": "9 mm", "normal": [0, 1]}}]
+    values = block_values() | {
+        "contacts": [contact | {"counterface": shapes[0]}],
+        "sweep": {"contacts.0.counterface": shapes},
+    }
+    del values["contact"]
+    rows = {row.path: row for row in value_rows(expand(parse_study(values, source), source))}  # type: ignore[arg-type]
+    radius = rows["contacts.0.counterface.cylinder.radius"]
+    assert (radius.value, radius.source, radius.note) == ("8 mm", SWEPT, "in 1 of 2 runs")
+    assert rows["contacts.0.friction_coefficient"].value == "0.3"
+
+
+def test_units_of_a_row_are_those_of_its_field(tmp_path: Path) -> None:
+    rows = shown(base("plane"), tmp_path)
+    study = read_specified(tmp_path / "run.yaml").study
+    for name in ("step", "end"):
+        unit = unit_of(type(study.time), name)
+        assert unit is not None
+        assert rows[f"time.{name}"].value == unit.format(getattr(study.time, name))
+    assert dataclasses.is_dataclass(study)
+
+
+def test_no_value_that_is_shown_as_not_used_changes_the_section(tmp_path: Path) -> None:
+    coarse = {"mesh": {"contact_size": "0.4 mm", "bulk_size": "0.8 mm"}}
+    off = {"preset": "wang2014-2d", "ridges": {"enabled": False}}
+    for record in ({"receptors": ["FA-I", "SA-II"]}, {}):
+        check_unused(resolved(PLANE | coarse | {"fingertip": off, "record": record}), 13, tmp_path)
+
+
+def test_no_value_that_is_shown_as_not_used_changes_the_solid(tmp_path: Path) -> None:
+    coarse = {"mesh": {"element": "T4", "contact_size": "1.2 mm", "bulk_size": "2.5 mm"}}
+    check_unused(resolved(SOLID | coarse), 12, tmp_path)
+
+
+def check_unused(mapping: dict[str, Any], least: int, folder: Path) -> None:
+    """Change all values that are not used, and hold that the model stays the same."""
+    unused = [path for path, row in shown(mapping, folder).items() if row.source == NOT_USED]
+    assert len(unused) >= least
+    other = mapping
+    for path in unused:
+        other = with_value(other, path, changed(flatten(mapping)[path], path))
+    assert model_of(other, folder) == model_of(mapping, folder), unused
+
+
+def model_of(mapping: dict[str, Any], folder: Path) -> tuple[Any, ...]:
+    source = folder / "built.yaml"
+    write_mapping(mapping, source)
+    (run,) = expand(read_specified(source).study, source)
+    model = build_model(run)
+    mesh = (model.mesh.p.tobytes(), model.mesh.t.tobytes())
+    return (mesh, model.materials, model.formulation, model.depth, model.record)

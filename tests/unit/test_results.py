@@ -1,0 +1,142 @@
+"""Results of runs: as data, as JSON, and read back; damaged ones count as none."""
+
+from __future__ import annotations
+
+import dataclasses
+import doctest
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fingerslip import results
+from fingerslip.results import (
+    HISTORY,
+    RESULT,
+    flatten,
+    quantities,
+    read_result,
+    result_from_mapping,
+    result_mapping,
+    result_of,
+)
+from fingerslip.slip import Events, SlipEvents, acceleration_peaks, find_events, measures, read_measures
+from fingerslip.slip.free_edge import EdgeContact
+from fingerslip.slip.measures import Measure
+from fingerslip.units import Unit
+from unit.synthetic import Process, make
+
+SWEPT = {"contact.friction_coefficient": 0.6, "programme.1.slide.direction": [1, 0, 1]}
+MADE = make(Process())
+WHOLE = dataclasses.replace(
+    result_of(MADE, "run", SWEPT),
+    edge=EdgeContact("skin", 0.12, 0.3e-3),
+    identity="abc",
+    mesh_hash="def",
+    mesh_size=0.05,
+    seconds=1.5,
+    versions={"numpy": "2"},
+)
+
+
+def write(folder: Path, values: Any) -> Path:
+    (folder / RESULT).write_text(json.dumps(values))
+    (folder / HISTORY).write_text("")
+    return folder
+
+
+def test_a_history_gives_events_peaks_numbers_and_edges() -> None:
+    found = result_of(MADE, "run", SWEPT)
+    assert found.events == find_events(MADE)
+    assert found.peaks == acceleration_peaks(MADE).peaks
+    assert found.numbers == read_measures(MADE)
+    assert found.edge is None
+    assert (found.name, found.swept) == ("run", SWEPT)
+
+
+def test_a_result_survives_json() -> None:
+    plain = json.loads(json.dumps(result_mapping(WHOLE)))
+    assert result_from_mapping(plain) == WHOLE
+    assert plain["swept"] == SWEPT
+    assert plain["edge_contact"] == {"boundary": "skin", "time_s": 0.12, "distance_m": 0.3e-3}
+    assert plain["numbers"]["records"] == MADE.sizes["time"]
+    away = dataclasses.replace(WHOLE, edge=None)
+    assert result_from_mapping(result_mapping(away)) == away
+
+
+def test_values_and_uncertainties_are_in_other_files() -> None:
+    known = dataclasses.replace(WHOLE, values={"depth": "1 mm"}, uncertainty={"slip.overall": 0.1})
+    assert result_mapping(known) == result_mapping(WHOLE)
+    assert known.all_values == {"depth": "1 mm", **SWEPT}
+
+
+def test_a_result_is_read_from_its_folder(tmp_path: Path) -> None:
+    assert read_result(write(tmp_path, result_mapping(WHOLE))) == WHOLE
+
+
+@pytest.mark.parametrize("text", ["", "{", "not json", "{}", "[]", "null", '{"run": "a"}', "\ud800"])
+def test_a_damaged_result_counts_as_none(tmp_path: Path, text: str) -> None:
+    (tmp_path / RESULT).write_bytes(text.encode("utf-8", "surrogatepass"))
+    (tmp_path / HISTORY).write_text("")
+    assert read_result(tmp_path) is None
+
+
+@pytest.mark.parametrize("key", sorted(result_mapping(WHOLE)))
+def test_a_result_that_lacks_anything_counts_as_none(tmp_path: Path, key: str) -> None:
+    values = {name: value for name, value in result_mapping(WHOLE).items() if name != key}
+    assert read_result(write(tmp_path, values)) is None
+
+
+@pytest.mark.parametrize("key", ["events_s", "acceleration_peaks", "numbers", "swept", "versions"])
+def test_a_result_with_other_kinds_of_data_counts_as_none(tmp_path: Path, key: str) -> None:
+    assert read_result(write(tmp_path, result_mapping(WHOLE) | {key: 3})) is None
+
+
+def test_a_result_without_its_history_counts_as_none(tmp_path: Path) -> None:
+    write(tmp_path, result_mapping(WHOLE))
+    (tmp_path / HISTORY).unlink()
+    assert read_result(tmp_path) is None
+    assert read_result(tmp_path / "nowhere") is None
+
+
+def test_quantities_are_the_times_of_all_readings_and_the_measures_of_mechanics() -> None:
+    found = quantities(WHOLE)
+    assert found["slip.latency"].label == "latency (accumulated slip)"
+    assert found["displacement.three_quarter"].label == "three-quarter slip (displacement)"
+    assert (found["slip.overall"].unit, found["slip.overall"].value) == ("s", WHOLE.events.overall)
+    assert "acceleration.noticed" not in found, "no peak belongs to it"
+    area = found["contact_area_max_m2"]
+    assert (area.label, area.unit, area.value) == ("largest contact area", "m^2", WHOLE.numbers["contact_area_max_m2"])
+    assert found["peaks_before_overall"].value == 2.0
+    assert not {"records", "contact_iterations_max", "penetration_max_m"} & set(found)
+
+
+def test_readings_that_were_not_recorded_have_no_quantities() -> None:
+    silent = dataclasses.replace(WHOLE, events=Events(acceleration=SlipEvents(recorded=False)))
+    assert not [key for key in quantities(silent) if key.startswith(("acceleration", "overall_peak", "peaks"))]
+    assert quantities(silent)["slip.overall"].value is None
+
+
+def test_an_added_measure_is_among_the_numbers_and_the_quantities(monkeypatch: pytest.MonkeyPatch) -> None:
+    added = Measure("rebound", "largest rebound", lambda _: 2e-3, Unit("m", "mm"))
+    monkeypatch.setattr(measures, "MEASURES", (*measures.MEASURES, added))
+    found = result_of(MADE, "run", {})
+    assert found.numbers["rebound_m"] == 2e-3
+    assert quantities(found)["rebound_m"] == results.Quantity("largest rebound", "m", 2e-3)
+    assert quantities(WHOLE)["rebound_m"].value is None, "of a run that is older than the measure"
+
+
+def test_old_name_of_a_run_is_still_read() -> None:
+    with pytest.warns(FutureWarning, match="'label' is now 'name'"):
+        assert WHOLE.label == "run"
+
+
+def test_flatten_keeps_leaves_and_numbers_lists() -> None:
+    nested = {"contact": {"friction_coefficient": 0.6}, "programme": [{"press": {"depth": "1 mm"}}], "none": {}}
+    assert flatten(nested) == {
+        "contact.friction_coefficient": 0.6,
+        "programme.0.press.depth": "1 mm",
+        "none": {},
+    }
+    assert doctest.testmod(results).failed == 0
