@@ -21,7 +21,8 @@ if TYPE_CHECKING:
         SlipOutsideContactError,
     )
     from fingerslip.history import read_history, write_history
-    from fingerslip.materials.elastic import Elastic, RayleighDamping
+    from fingerslip.materials.damping import RayleighDamping
+    from fingerslip.materials.elastic import Elastic
     from fingerslip.mesh.io import read_mesh, write_mesh
     from fingerslip.mesh.quality import quality_table
     from fingerslip.mesh.scan.build import ScanMesh, SurfaceMesh, mesh_scan
@@ -76,7 +77,8 @@ _HOMES = {
         "SlipOutsideContactError",
     ),
     "history": ("read_history", "write_history"),
-    "materials.elastic": ("Elastic", "RayleighDamping"),
+    "materials.damping": ("RayleighDamping",),
+    "materials.elastic": ("Elastic",),
     "mesh.io": ("read_mesh", "write_mesh"),
     "mesh.scan.layered": ("LayerSizes", "build_from_surfaces"),
     "mesh.scan.offset": ("decimate_surface", "offset_inwards"),

@@ -8,9 +8,10 @@ from itertools import pairwise
 import numpy as np
 
 import fingerslip as fs
-from fingerslip.fe.forms import cell_constants, mass_matrix, stiffness_matrix
+from fingerslip.fe.cell_materials import cell_materials
+from fingerslip.fe.forms import mass_matrix, stiffness_matrix
 from fingerslip.fe.space import boundary_nodes, build_space, nodal_areas, vector_dofs
-from problems.blocks import rectangle
+from fingerslip.verification.meshes import box
 
 
 def curved(radius):
@@ -26,7 +27,7 @@ def curved(radius):
 def pad(element, columns=8, rows=4):
     """Return a block of 8 mm by 4 mm with a bulged lower side, the boundary `bottom`."""
     xs, ys = np.linspace(-4e-3, 4e-3, columns + 1), np.linspace(0.0, 4e-3, rows + 1)
-    return rectangle(element, xs, ys, shift=curved(8e-3))
+    return box(element, xs, ys, shift=curved(8e-3))
 
 
 def push_and_slide(element="Q4", *, friction=0.4, damping=None, alpha=-0.05, sites=(), step=5e-3, **changes):
@@ -64,9 +65,9 @@ def reference(model, bodies, penalty):
     own difference equations. `bodies` (n_times, 2) is the plate's displacement, below along y, sliding along x.
     """
     space = build_space(model.mesh)
-    constants = cell_constants(space, model.materials, model.formulation)
-    stiffness = stiffness_matrix(space, constants, model.depth, model.integration).toarray()
-    mass = mass_matrix(space, constants, model.depth).toarray()
+    materials = cell_materials(space, model.materials, model.formulation)
+    stiffness = stiffness_matrix(space, materials, model.depth, model.integration).toarray()
+    mass = mass_matrix(space, materials, model.depth).toarray()
     damping = model.damping.mass * mass + model.damping.stiffness * stiffness
     fixed = vector_dofs(boundary_nodes(space, "top"), 2).ravel()
     free = np.setdiff1d(np.arange(space.n_dofs), fixed)

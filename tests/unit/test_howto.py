@@ -20,4 +20,4 @@ def test_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert any("assert " in block for block in blocks), "and says what must come out"
     names: dict[str, object] = {"__name__": "howto"}
     for number, block in enumerate(blocks, start=1):
-        exec(compile(block, f"{page.name}, block {number}", "exec"), names)
+        exec(compile(block, f"{page.name}, block {number}", "exec", dont_inherit=True), names)

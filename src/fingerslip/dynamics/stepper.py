@@ -15,7 +15,7 @@ from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.condensation import Condensed, condense
 from fingerslip.dynamics.scheme import Scheme, Static, hht
 from fingerslip.dynamics.system import System
-from fingerslip.materials.elastic import RayleighDamping
+from fingerslip.materials.damping import RayleighDamping
 from fingerslip.model import QuasiStatic, TimeStepping
 
 __all__ = ["Stepper", "Stopwatch", "build_steppers"]

@@ -22,7 +22,8 @@ from fingerslip.contact.friction import Anisotropic
 from fingerslip.dynamics.loads import Load, model_loads
 from fingerslip.dynamics.motion import Motion, counterface_motion, largest_approach, phase_table
 from fingerslip.errors import InputError
-from fingerslip.fe.forms import CellConstants, cell_constants, mass_matrix, stiffness_matrix
+from fingerslip.fe.cell_materials import CellMaterials, cell_materials
+from fingerslip.fe.forms import mass_matrix, stiffness_matrix
 from fingerslip.fe.space import (
     Space,
     boundary_nodes,
@@ -81,7 +82,7 @@ class System:
     ----------
     space : Space
         Displacement space.
-    constants : CellConstants
+    materials : CellMaterials
         Material of every cell.
     free : (n_free,) array
         Free degrees of freedom of the mesh among all of it.
@@ -108,7 +109,7 @@ class System:
     """
 
     space: Space
-    constants: CellConstants
+    materials: CellMaterials
     free: NDArray[np.int64]
     driven: NDArray[np.int64]
     stiffness: sparse.csr_matrix
@@ -135,7 +136,7 @@ class _Checked:
     """What the checks have found out, before anything is assembled."""
 
     space: Space
-    constants: CellConstants
+    materials: CellMaterials
     free: NDArray[np.int64]
     loads: tuple[Load, ...]
     counterfaces: tuple[Counterface, ...]
@@ -181,7 +182,7 @@ def build_system(model: Model, twin: System | None = None) -> System:
     ]
     return System(
         space=space,
-        constants=known.constants,
+        materials=known.materials,
         free=free,
         driven=driven,
         stiffness=stiffness,
@@ -208,8 +209,8 @@ def _matrices(model: Model, known: _Checked) -> tuple[sparse.csr_matrix, sparse.
     """Assemble stiffness and mass of the unknowns."""
     space, free = known.space, known.free
     drives = [contact.drive for contact in model.contacts if contact.drive]
-    mass = mass_matrix(space, known.constants, model.depth)[free][:, free]
-    stiffness = stiffness_matrix(space, known.constants, model.depth, model.integration)[free][:, free]
+    mass = mass_matrix(space, known.materials, model.depth)[free][:, free]
+    stiffness = stiffness_matrix(space, known.materials, model.depth, model.integration)[free][:, free]
     return (
         sparse.block_diag([stiffness, *(sparse.csr_matrix((1, 1)) for _ in drives)], format="csr"),
         sparse.block_diag([mass, *([[drive.mass]] for drive in drives)], format="csr"),
@@ -218,7 +219,7 @@ def _matrices(model: Model, known: _Checked) -> tuple[sparse.csr_matrix, sparse.
 
 def _check(model: Model, space: Space | None = None) -> _Checked:
     space = space or build_space(model.mesh)
-    constants = cell_constants(space, model.materials, model.formulation)
+    materials = cell_materials(space, model.materials, model.formulation)
     _check_contacts(model, space)
     counterfaces = tuple(
         contact.counterface.placed(space.positions[boundary_nodes(space, contact.boundary)])
@@ -239,9 +240,9 @@ def _check(model: Model, space: Space | None = None) -> _Checked:
     _check_depth(model, space, counterfaces, motions, free)
     return _Checked(
         space=space,
-        constants=constants,
+        materials=materials,
         free=free,
-        loads=model_loads(model, space, constants),
+        loads=model_loads(model, space, materials),
         counterfaces=counterfaces,
         motions=motions,
         candidates=candidates,
@@ -360,10 +361,10 @@ def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
     facets = np.asarray(mesh.boundaries[contact.boundary])
     cells = mesh.f2t[0, facets]
     names = [name for name, own in mesh.subdomains.items() if np.isin(cells, own).any()]
-    modulus = max(model.materials[name].youngs_modulus for name in names)
+    stiffness = max(model.materials[name].stiffness for name in names)
     ends = mesh.p[:, mesh.facets[:2, facets]]
     size = float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)))
-    automatic = automatic_penalty(modulus, size)
+    automatic = automatic_penalty(stiffness, size)
     return contact.normal_penalty or automatic, contact.tangential_penalty or automatic
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +19,13 @@ from fingerslip.dynamics.step import State, advance, first_state
 from fingerslip.dynamics.stepper import Stopwatch, build_steppers
 from fingerslip.dynamics.system import System, build_system
 from fingerslip.errors import ConvergenceError
-from fingerslip.fe.forms import cell_constants, mass_matrix, stiffness_matrix
+from fingerslip.fe.cell_materials import cell_materials
+from fingerslip.fe.forms import mass_matrix, stiffness_matrix
+from fingerslip.fe.integration import Integration
 from fingerslip.fe.space import boundary_nodes, build_space, nodal_areas, vector_dofs
 from fingerslip.linear.threads import suitable_threads
-from fingerslip.materials.elastic import Elastic, RayleighDamping
+from fingerslip.materials.damping import RayleighDamping
+from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Contact, Model, Press, Slide, TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute
@@ -31,7 +33,6 @@ from fingerslip.verification.problem import Check, Problem, absolute
 __all__ = ["PROBLEMS"]
 
 Array = NDArray[np.float64]
-Integration = Literal["selective", "nodal"]
 
 _STEP, _ALPHA, _PENALTY, _MU = 2e-3, -0.05, 1e8, 0.4
 _BETA, _GAMMA = (1 - _ALPHA) ** 2 / 4, 0.5 - _ALPHA
@@ -81,9 +82,9 @@ class _Full:
 
     def __init__(self, model: Model) -> None:
         space = build_space(model.mesh)
-        constants = cell_constants(space, model.materials, model.formulation)
-        self.stiffness = stiffness_matrix(space, constants, 1.0, model.integration).toarray()
-        self.mass = mass_matrix(space, constants, 1.0).toarray()
+        materials = cell_materials(space, model.materials, model.formulation)
+        self.stiffness = stiffness_matrix(space, materials, 1.0, model.integration).toarray()
+        self.mass = mass_matrix(space, materials, 1.0).toarray()
         self.damping = _DAMPING.mass * self.mass + _DAMPING.stiffness * self.stiffness
         self.dim, self.size = space.dim, space.n_dofs
         held = vector_dofs(boundary_nodes(space, "top"), self.dim).ravel()

@@ -10,10 +10,13 @@ from typing import Any
 import pydantic
 
 from fingerslip.errors import InputError
-from fingerslip.materials.elastic import Elastic, RayleighDamping
+from fingerslip.fe.integration import Integration
+from fingerslip.materials.damping import RayleighDamping
+from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.material import Formulation
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.sizes import MeshSizes
-from fingerslip.model import Component, Formulation, Integration
+from fingerslip.model import Component
 from fingerslip.parameters import (
     PositiveLength,
     SignedAcceleration,
