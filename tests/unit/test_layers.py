@@ -13,7 +13,7 @@ import fingerslip
 SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
     "errors units parameters files digest sites",
-    "materials specimens mesh fe linear contact model history dynamics",
+    "materials mesh specimens fe linear contact model history dynamics",
     "slip uncertainty published report",
     "verification study validation commands",
 )

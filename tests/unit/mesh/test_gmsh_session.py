@@ -7,8 +7,8 @@ import pytest
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.gmsh_session import gmsh_session, length_unit
-from fingerslip.mesh.section.build import build_section
 from fingerslip.specimens.fingertip import preset
+from fingerslip.specimens.fingertip.meshing.section.build import build_section
 
 
 def test_session_ends_with_an_error_too():

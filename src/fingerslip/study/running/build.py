@@ -18,13 +18,13 @@ from fingerslip.errors import InputError
 from fingerslip.linear.memory import require_memory
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.scan.build import SurfaceMesh, mesh_scan, scan_cells
-from fingerslip.mesh.section.build import build_section
 from fingerslip.mesh.sizes import SolidSizes
-from fingerslip.mesh.solid.build import mesh_solid, solid_cells
 from fingerslip.model import Contact, Hold, Model, Phase, Press, Recording
 from fingerslip.parameters import as_mapping
 from fingerslip.sites import Site
 from fingerslip.specimens.fingertip import Fingertip
+from fingerslip.specimens.fingertip.meshing.section.build import build_section
+from fingerslip.specimens.fingertip.meshing.solid.build import mesh_solid, solid_cells
 from fingerslip.specimens.fingertip.receptors import receptor_sites
 from fingerslip.specimens.fingertip.solid_sites import reference_sites, solid_receptor_sites
 from fingerslip.study.definition.scans import scan_key

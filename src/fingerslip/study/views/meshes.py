@@ -12,10 +12,10 @@ from fingerslip.files import writing
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.quality import quality_table
 from fingerslip.mesh.scan.build import SurfaceMesh, mesh_scan
-from fingerslip.mesh.section.build import build_section
-from fingerslip.mesh.solid.build import build_solid
 from fingerslip.report.tables.table import Column, Table
 from fingerslip.specimens.fingertip import Fingertip, preset, preset_names
+from fingerslip.specimens.fingertip.meshing.section.build import build_section
+from fingerslip.specimens.fingertip.meshing.solid.build import build_solid
 from fingerslip.study.definition.scans import scan_tables
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import build_mesh, located

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.gmsh_session import MILLIMETRES, gmsh_session
-from fingerslip.mesh.section.smoothing import smoothed
 from fingerslip.mesh.sizes import GROWTH, MeshSizes, size_at, subdivide
+from fingerslip.mesh.smoothing import smoothed
 from fingerslip.specimens.fingertip import reaches_cut
 
 __all__ = ["CoreMesh", "mesh_core", "mesh_ring"]

@@ -12,10 +12,10 @@ import skfem
 
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.quality import quality_table
-from fingerslip.mesh.section import core as core_module
-from fingerslip.mesh.section.build import build_section, mesh_section
 from fingerslip.mesh.sizes import MeshSizes
 from fingerslip.specimens.fingertip import at_depth, interface_depth, outline_curve, phalanx_contour, preset
+from fingerslip.specimens.fingertip.meshing.section import core as core_module
+from fingerslip.specimens.fingertip.meshing.section.build import build_section, mesh_section
 from unit.fingers import SECTIONS, VARIANTS, change, shoelace
 
 ELEMENTS = ("Q4", "T3", "T6")

@@ -7,10 +7,10 @@ import pytest
 from scipy.spatial import cKDTree
 
 from fingerslip.mesh.sizes import SolidSizes
-from fingerslip.mesh.solid.core import rim
-from fingerslip.mesh.solid.phalanx import mesh_bone
-from fingerslip.mesh.solid.skin import sweep_solid_skin
 from fingerslip.specimens.fingertip import bone_surface
+from fingerslip.specimens.fingertip.meshing.solid.core import rim
+from fingerslip.specimens.fingertip.meshing.solid.phalanx import mesh_bone
+from fingerslip.specimens.fingertip.meshing.solid.skin import sweep_solid_skin
 from unit.fingers import change_solid
 
 COARSE = SolidSizes(contact_size=0.8e-3, bulk_size=1.6e-3)

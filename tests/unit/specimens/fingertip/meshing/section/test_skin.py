@@ -7,7 +7,6 @@ import pytest
 from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.section.skin import SkinGrid, sweep_skin
 from fingerslip.mesh.sizes import MeshSizes
 from fingerslip.specimens.fingertip import (
     Fingertip,
@@ -17,6 +16,7 @@ from fingerslip.specimens.fingertip import (
     preset,
     surface_depth,
 )
+from fingerslip.specimens.fingertip.meshing.section.skin import SkinGrid, sweep_skin
 from unit.fingers import SECTIONS, change
 
 

@@ -12,12 +12,12 @@ from scipy.spatial import cKDTree
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.quality import check_quality
-from fingerslip.mesh.section.skin import SkinGrid, sweep_skin
 from fingerslip.mesh.sizes import MeshSizes
 from fingerslip.specimens.fingertip import REGIONS, Fingertip, phalanx_contour
+from fingerslip.specimens.fingertip.meshing.section.skin import SkinGrid, sweep_skin
 
 if TYPE_CHECKING:
-    from fingerslip.mesh.section.core import CoreMesh
+    from fingerslip.specimens.fingertip.meshing.section.core import CoreMesh
 
 __all__ = ["build_section", "mesh_section"]
 
@@ -74,7 +74,7 @@ def mesh_section(fingertip: Fingertip, sizes: MeshSizes) -> skfem.Mesh2D:
     contour = phalanx_contour(fingertip)
     grid = sweep_skin(fingertip, sizes, contour)
     # Gmsh is loaded here and nowhere else: a mesh file of one's own does without it.
-    from fingerslip.mesh.section.core import mesh_core
+    from fingerslip.specimens.fingertip.meshing.section.core import mesh_core
 
     core = mesh_core(contour, grid.points[-1], grid.closed, sizes)
     points, cells = _joined(grid, core, triangles=sizes.element != "Q4")

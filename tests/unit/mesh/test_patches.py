@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.solid import patches
-from fingerslip.mesh.solid.patches import mesh_surface
+from fingerslip.mesh import patches
+from fingerslip.mesh.patches import mesh_surface
 
 RADIUS = 5e-3
 

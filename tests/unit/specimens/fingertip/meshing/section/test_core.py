@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.section import core as core_module
-from fingerslip.mesh.section.build import build_section
-from fingerslip.mesh.section.core import mesh_core, mesh_ring
 from fingerslip.mesh.sizes import MeshSizes
 from fingerslip.specimens.fingertip import at_depth, outline_curve, phalanx_contour, preset
+from fingerslip.specimens.fingertip.meshing.section import core as core_module
+from fingerslip.specimens.fingertip.meshing.section.build import build_section
+from fingerslip.specimens.fingertip.meshing.section.core import mesh_core, mesh_ring
 from fingerslip.specimens.fingertip.outline import arc_length_at_cut
 from unit.fingers import change, shoelace
 

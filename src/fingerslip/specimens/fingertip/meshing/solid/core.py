@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.gmsh_session import gmsh_session, length_unit
-from fingerslip.mesh.section.core import mesh_ring
-from fingerslip.mesh.solid.patches import Triangulation
+from fingerslip.mesh.patches import Triangulation
+from fingerslip.specimens.fingertip.meshing.section.core import mesh_ring
 
 __all__ = ["SolidCore", "mesh_solid_core"]
 

@@ -15,8 +15,8 @@ from fingerslip.specimens.fingertip import Fingertip, bone_surface, posed, solid
 from fingerslip.specimens.fingertip.skin_surface import skin_section
 
 if TYPE_CHECKING:
-    from fingerslip.mesh.solid.core import SolidCore
-    from fingerslip.mesh.solid.skin import SolidSkin
+    from fingerslip.specimens.fingertip.meshing.solid.core import SolidCore
+    from fingerslip.specimens.fingertip.meshing.solid.skin import SolidSkin
 
 __all__ = ["build_solid", "mesh_solid", "solid_cells"]
 
@@ -77,9 +77,9 @@ def build_solid(
 def mesh_solid(fingertip: Fingertip, sizes: SolidSizes) -> skfem.Mesh3D:
     """Build the mesh of a fingertip in space from a set of sizes; see :func:`build_solid`."""
     # Gmsh is loaded here and nowhere else: a mesh file of one's own does without it.
-    from fingerslip.mesh.solid.core import mesh_solid_core
-    from fingerslip.mesh.solid.phalanx import mesh_bone
-    from fingerslip.mesh.solid.skin import check_skin_fits, inner_surface, sweep_solid_skin
+    from fingerslip.specimens.fingertip.meshing.solid.core import mesh_solid_core
+    from fingerslip.specimens.fingertip.meshing.solid.phalanx import mesh_bone
+    from fingerslip.specimens.fingertip.meshing.solid.skin import check_skin_fits, inner_surface, sweep_solid_skin
 
     check_skin_fits(fingertip)
     bone = bone_surface(fingertip)
@@ -112,7 +112,7 @@ def _quadratic(mesh: skfem.MeshTet1) -> skfem.MeshTet2:
 
 def _joined(fingertip: Fingertip, skin: SolidSkin, core: SolidCore) -> skfem.MeshTet1:
     """Join skin and core along the dermis-tissue interface; the skin's nodes come first, row by row."""
-    from fingerslip.mesh.solid.skin import tetrahedra
+    from fingerslip.specimens.fingertip.meshing.solid.skin import tetrahedra
 
     rows, columns = skin.points.shape[:2]
     above = (rows - 1) * columns

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
+from fingerslip.mesh.patches import Triangulation, mesh_surface
 from fingerslip.mesh.sizes import GROWTH, SolidSizes
-from fingerslip.mesh.solid.patches import Triangulation, mesh_surface
 from fingerslip.specimens.fingertip import (
     Fingertip,
     below_skin,

@@ -7,8 +7,13 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.mesh.sizes import SolidSizes
-from fingerslip.mesh.solid.skin import check_skin_fits, graded_sizes, sweep_solid_skin, tetrahedra
 from fingerslip.specimens.fingertip import bone_surface, depth_below_skin, onto_skin
+from fingerslip.specimens.fingertip.meshing.solid.skin import (
+    check_skin_fits,
+    graded_sizes,
+    sweep_solid_skin,
+    tetrahedra,
+)
 from unit.fingers import change_solid
 
 COARSE = SolidSizes(contact_size=0.8e-3, bulk_size=1.6e-3)

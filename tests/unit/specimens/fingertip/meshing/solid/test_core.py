@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.solid import core as solid_core
-from fingerslip.mesh.solid.core import mesh_solid_core, rim
-from fingerslip.mesh.solid.patches import mesh_surface
-from unit.mesh.solid.test_patches import ball
+from fingerslip.mesh.patches import mesh_surface
+from fingerslip.specimens.fingertip.meshing.solid import core as solid_core
+from fingerslip.specimens.fingertip.meshing.solid.core import mesh_solid_core, rim
+from unit.mesh.test_patches import ball
 
 
 def volume(core, name):

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
+from fingerslip.mesh.patches import Triangulation, mesh_surface
 from fingerslip.mesh.sizes import SolidSizes
-from fingerslip.mesh.solid.patches import Triangulation, mesh_surface
-from fingerslip.mesh.solid.skin import SolidSkin, contact_points, graded_sizes
 from fingerslip.specimens.fingertip import BoneSurface, Fingertip
+from fingerslip.specimens.fingertip.meshing.solid.skin import SolidSkin, contact_points, graded_sizes
 
 __all__ = ["mesh_bone"]
 

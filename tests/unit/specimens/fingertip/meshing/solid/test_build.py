@@ -13,8 +13,8 @@ from fingerslip.errors import FingerslipError, InputError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh.quality import check_quality, quality_table
 from fingerslip.mesh.sizes import SolidSizes
-from fingerslip.mesh.solid.build import build_solid, mesh_solid, solid_cells
 from fingerslip.specimens.fingertip import depth_below_skin, outline_curve, preset
+from fingerslip.specimens.fingertip.meshing.solid.build import build_solid, mesh_solid, solid_cells
 from unit.fingers import VARIANTS, change, change_solid, coarse_solid, volumes
 
 COARSE = {"contact_size": 0.8e-3, "bulk_size": 1.6e-3}
