@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     )
     from fingerslip.mesh.scan.repair import repair_surface
     from fingerslip.mesh.scan.surfaces import Surface, read_surface, write_surface
-    from fingerslip.mesh.sizes import MeshSizes, SolidSizes
     from fingerslip.model import (
         Contact,
         Drive,
@@ -54,8 +53,8 @@ if TYPE_CHECKING:
     from fingerslip.sites import Site
     from fingerslip.slip import Events, SlipEvents, acceleration_peaks, find_events
     from fingerslip.specimens.fingertip import Fingertip, fingertip_from, preset, preset_names, preset_table
-    from fingerslip.specimens.fingertip.meshing.section.build import build_section
-    from fingerslip.specimens.fingertip.meshing.solid.build import build_solid
+    from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes, build_section
+    from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes, build_solid
     from fingerslip.specimens.fingertip.receptors import receptor_sites
     from fingerslip.specimens.fingertip.solid_sites import reference_sites, solid_receptor_sites
     from fingerslip.study.definition.spec import Study, read_study, study_schema
@@ -86,11 +85,10 @@ _HOMES = {
     "mesh.quality": ("quality_table",),
     "mesh.scan.repair": ("repair_surface",),
     "mesh.scan.build": ("ScanMesh", "SurfaceMesh", "mesh_scan"),
-    "specimens.fingertip.meshing.section.build": ("build_section",),
+    "specimens.fingertip.meshing.section.source": ("MeshSizes", "build_section"),
     "sites": ("Site",),
     "specimens.fingertip.receptors": ("receptor_sites",),
-    "mesh.sizes": ("MeshSizes", "SolidSizes"),
-    "specimens.fingertip.meshing.solid.build": ("build_solid",),
+    "specimens.fingertip.meshing.solid.source": ("SolidSizes", "build_solid"),
     "specimens.fingertip.solid_sites": ("reference_sites", "solid_receptor_sites"),
     "mesh.scan.surfaces": ("Surface", "read_surface", "write_surface"),
     "model": (

@@ -130,9 +130,9 @@ def mesh(
     ] = None,
 ) -> None:
     """Build a mesh, write it, and show the quality of its cells."""
-    from fingerslip.study.views.meshes import save_and_show
+    from fingerslip.study.views.meshes import save_mesh
 
-    _print_tables(save_and_show(target, output))
+    _print_tables(save_mesh(target, output))
 
 
 @app.command()

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from skfem.io.meshio import from_meshio, to_meshio
 
 from fingerslip.errors import MeshError
+from fingerslip.units import coordinates
 
 __all__ = ["read_mesh", "write_mesh"]
 
@@ -272,10 +273,10 @@ def _turned(raw: _Raw) -> Integers:
 
 
 def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
-    centre = raw.points[raw.cells[cell, : _CORNERS[raw.kind]]].mean(axis=0) * 1e3
-    place = ", ".join(f"{axis} = {value:.4g} mm" for axis, value in zip("xyz", centre, strict=False))
+    centre = raw.points[raw.cells[cell, : _CORNERS[raw.kind]]].mean(axis=0)
     needed = "volume" if raw.kind in _SOLIDS else "area"
-    return MeshError(str(raw.path), f"cell {cell} at {place} is {what}", f"needs cells with positive {needed}")
+    found = f"cell {cell} at {coordinates(centre)} is {what}"
+    return MeshError(str(raw.path), found, f"needs cells with positive {needed}")
 
 
 def _facets(raw: _Raw, mesh: skfem.Mesh, name: str, nodes: Integers) -> Integers:

@@ -11,7 +11,7 @@ from fingerslip.dynamics.system import contact_penalties
 from fingerslip.model import Contact, Model, Press, Slide, TimeStepping
 from fingerslip.slip import Events, find_events
 from fingerslip.specimens.fingertip import preset
-from fingerslip.specimens.fingertip.meshing.section.build import build_section
+from fingerslip.specimens.fingertip.meshing.section.source import build_section
 from fingerslip.uncertainty import ORDERS, Refinement, Series, refine
 from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solved
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import signal
+from pathlib import Path
+
 import gmsh
 import pytest
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.gmsh_session import gmsh_session, length_unit
 from fingerslip.specimens.fingertip import preset
-from fingerslip.specimens.fingertip.meshing.section.build import build_section
+from fingerslip.specimens.fingertip.meshing.section.source import build_section
 
 
 def test_session_ends_with_an_error_too():
@@ -20,6 +23,14 @@ def test_session_ends_with_an_error_too():
     with pytest.raises(RuntimeError):
         fail()
     assert not gmsh.isInitialized()
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="asks the kernel")
+def test_broken_pipes_do_not_end_the_process_after_a_session():
+    with gmsh_session():
+        pass
+    ignored = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("SigIgn"))
+    assert int(ignored.split()[1], 16) >> (signal.SIGPIPE - 1) & 1
 
 
 def test_largest_size_is_less_than_one_for_gmsh():

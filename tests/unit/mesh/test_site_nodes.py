@@ -10,7 +10,7 @@ from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.parameters import from_mapping
 from fingerslip.sites import Site
 from fingerslip.specimens.fingertip import preset
-from fingerslip.specimens.fingertip.meshing.section.build import build_section
+from fingerslip.specimens.fingertip.meshing.section.source import build_section
 from fingerslip.specimens.fingertip.receptors import receptor_sites
 from unit.fingers import SECTIONS, change
 

@@ -1,4 +1,4 @@
-"""Tetrahedra between the surfaces of skin and bone, in layers, by fTetWild."""
+"""Tetrahedra between the surfaces of skin and phalanx, in layers, by fTetWild."""
 
 from __future__ import annotations
 
@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from fingerslip.errors import InputError, MeshError
+from fingerslip.errors import InputError, MeshError, warn_renamed
 from fingerslip.mesh.scan.offset import distances, offset_inwards
 from fingerslip.mesh.scan.repair import closed_where
 from fingerslip.mesh.scan.surfaces import Surface, check_closed, contains
+from fingerslip.mesh.sizes import check_sizes
 from fingerslip.parameters import PositiveLength, parameters
+from fingerslip.units import coordinates, millimetres
 
 __all__ = ["LayerSizes", "build_from_surfaces"]
 
@@ -63,11 +65,9 @@ class LayerSizes:
     tolerance: PositiveLength = 0.05e-3
 
     def __post_init__(self) -> None:
-        if self.bulk_size < self.contact_size:
-            found = f"got {self.bulk_size * 1e3:.4g} mm"
-            raise InputError("bulk_size", found, f"needs >= {self.contact_size * 1e3:.4g} mm (contact_size)")
+        check_sizes(self.contact_size, self.bulk_size)
         if self.tolerance > self.skin_thickness / 4:
-            found = f"got {self.tolerance * 1e3:.4g} mm"
+            found = f"got {millimetres(self.tolerance)}"
             raise InputError("tolerance", found, f"needs <= {self.skin_thickness * 250:.4g} mm (skin_thickness / 4)")
 
 
@@ -77,12 +77,14 @@ class _Bodies:
 
     skin: Surface
     tissue: Surface
-    bone: Surface | None
+    phalanx: Surface | None
     cut: float
 
 
-def build_from_surfaces(skin: Surface, bone: Surface | None, sizes: LayerSizes | None = None) -> skfem.MeshTet1:
-    """Fill the surfaces of skin and bone with tetrahedra.
+def build_from_surfaces(
+    skin: Surface, phalanx: Surface | None = None, sizes: LayerSizes | None = None, *, bone: Surface | None = None
+) -> skfem.MeshTet1:
+    """Fill the surfaces of skin and phalanx with tetrahedra.
 
     The surfaces, one at the depth of the skin and the cut are meshed together, so that cells do not cross them by
     more than the tolerance, and every cell is in the layer that its centre is in. fTetWild (Hu et al. 2020) makes the
@@ -93,10 +95,12 @@ def build_from_surfaces(skin: Surface, bone: Surface | None, sizes: LayerSizes |
     ----------
     skin : Surface
         The skin, placed (tip towards +x, pad down) and repaired; open only proximal of the cut.
-    bone : Surface or None
-        The phalanx, likewise; None for a finger without.
+    phalanx : Surface, optional
+        The phalanx, likewise; none for a finger without.
     sizes : LayerSizes, optional
         Thickness of the skin, element sizes, and what is meshed; without it the defaults.
+    bone : Surface, optional
+        Old name of `phalanx`.
 
     Returns
     -------
@@ -108,47 +112,50 @@ def build_from_surfaces(skin: Surface, bone: Surface | None, sizes: LayerSizes |
     Raises
     ------
     MeshError
-        Where a surface is open or inside out, the bone is not inside the skin, the cut misses the finger, the skin
+        Where a surface is open or inside out, the phalanx is not inside the skin, the cut misses the finger, the skin
         leaves no tissue, no facet is left for the pad, or fTetWild fails.
     """
+    if bone is not None:
+        warn_renamed("bone", "phalanx")
+        phalanx = bone
     sizes = sizes or LayerSizes()
-    bodies = _bodies(skin, bone, sizes)
+    bodies = _bodies(skin, phalanx, sizes)
     points, cells = _tetrahedralised(bodies, sizes)
     layer = _layers(points, cells, bodies)
     return _named(points, cells, layer, bodies, sizes)
 
 
-def _bodies(skin: Surface, bone: Surface | None, sizes: LayerSizes) -> _Bodies:
+def _bodies(skin: Surface, phalanx: Surface | None, sizes: LayerSizes) -> _Bodies:
     """Close the proximal ends, and refuse surfaces that bound no finger."""
     low, high = float(skin.points[:, 0].min()), float(skin.points[:, 0].max())
     cut = low - 1.0 if sizes.cut is None else high - sizes.cut
     if sizes.cut is not None and cut <= low:
-        found = f"got {sizes.cut * 1e3:.4g} mm from the tip"
-        allowed = f"needs < {(high - low) * 1e3:.4g} mm, the length of the scan along x"
+        found = f"got {millimetres(sizes.cut)} from the tip"
+        allowed = f"needs < {millimetres(high - low)}, the length of the scan along x"
         raise MeshError("cut", found, allowed)
     skin = closed_where(skin, cut)
     check_closed(skin)
-    if bone is not None:
-        bone = closed_where(bone, cut)
-        check_closed(bone)
-        _check_inside(bone, skin, cut)
-    return _Bodies(skin, offset_inwards(skin, sizes.skin_thickness), bone, cut)
+    if phalanx is not None:
+        phalanx = closed_where(phalanx, cut)
+        check_closed(phalanx)
+        _check_inside(phalanx, skin, cut)
+    return _Bodies(skin, offset_inwards(skin, sizes.skin_thickness), phalanx, cut)
 
 
-def _check_inside(bone: Surface, skin: Surface, cut: float) -> None:
-    """Refuse a bone that pokes through the skin distal of the cut."""
-    points = bone.points[bone.points[:, 0] > cut]
+def _check_inside(phalanx: Surface, skin: Surface, cut: float) -> None:
+    """Refuse a phalanx that pokes through the skin distal of the cut."""
+    points = phalanx.points[phalanx.points[:, 0] > cut]
     if not len(points):
-        raise MeshError(bone.name, "lies wholly proximal of the cut", "needs to reach past it", "write a larger cut")
+        raise MeshError(phalanx.name, "lies wholly proximal of the cut", "needs to reach past it", "write a larger cut")
     outside = points[~contains(skin, points)]
     depth = distances(skin, outside) if len(outside) else np.zeros(1)
     if depth.max() <= _SHALLOWEST_POKE:
         return
-    x, y, z = outside[int(depth.argmax())] * 1e3
+    deepest = outside[int(depth.argmax())]
     share = f"{len(outside)} of {len(points)} points" if len(outside) < len(points) else "all points"
-    found = f"pokes {depth.max() * 1e3:.3g} mm through the skin at ({x:.3g}, {y:.3g}, {z:.3g}) mm with {share}"
+    found = f"pokes {millimetres(depth.max(), 3)} through the skin at {coordinates(deepest, 3)} with {share}"
     repair = "check that both scans have the same unit and axes and the same placement"
-    raise MeshError(bone.name, found, f"needs to lie inside {skin.name}", repair)
+    raise MeshError(phalanx.name, found, f"needs to lie inside {skin.name}", repair)
 
 
 def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, Integers]:
@@ -183,7 +190,7 @@ def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, Intege
 
 def _soup(bodies: _Bodies, margin: float) -> tuple[Floats, Integers]:
     """Put all surfaces into one list of triangles, without what lies far behind the cut and with two across it."""
-    surfaces = [bodies.skin, bodies.tissue] + ([bodies.bone] if bodies.bone else [])
+    surfaces = [bodies.skin, bodies.tissue] + ([bodies.phalanx] if bodies.phalanx else [])
     surfaces = [_distal(surface, bodies.cut - margin) for surface in surfaces]
     low, high = bodies.skin.points.min(axis=0), bodies.skin.points.max(axis=0)
     if bodies.cut > low[0]:
@@ -245,8 +252,8 @@ def _layers(points: Floats, cells: Integers, bodies: _Bodies) -> Integers:
     kept = np.flatnonzero(centre[:, 0] > bodies.cut)
     kept = kept[contains(bodies.skin, centre[kept])]
     layer[kept] = np.where(contains(bodies.tissue, centre[kept]), _TISSUE, _SKIN)
-    if bodies.bone is not None:
-        layer[kept[contains(bodies.bone, centre[kept])]] = _PHALANX
+    if bodies.phalanx is not None:
+        layer[kept[contains(bodies.phalanx, centre[kept])]] = _PHALANX
     return _without_crumbs(layer, _Facets.of(cells))
 
 
@@ -331,17 +338,17 @@ def _boundaries(mesh: skfem.MeshTet1, layer: Integers, bodies: _Bodies, sizes: L
     low, high = np.sort([layer[first], np.where(outer, _OUTSIDE, layer[second])], axis=0)
     centre = mesh.p[:, mesh.facets].mean(axis=1)
     cut = outer & (np.abs(mesh.p[0, mesh.facets] - bodies.cut).max(axis=0) <= 2 * sizes.tolerance)
-    bone = (low != _PHALANX) & (high == _PHALANX) & ~outer
-    if sizes.phalanx == "hole" and bodies.bone is not None:
+    phalanx = (low != _PHALANX) & (high == _PHALANX) & ~outer
+    if sizes.phalanx == "hole" and bodies.phalanx is not None:
         free = np.flatnonzero(outer & ~cut)
-        near = distances(bodies.bone, centre[:, free].T) < distances(bodies.skin, centre[:, free].T)
-        bone[free[near]] = True
-    skin = outer & ~cut & ~bone
+        near = distances(bodies.phalanx, centre[:, free].T) < distances(bodies.skin, centre[:, free].T)
+        phalanx[free[near]] = True
+    skin = outer & ~cut & ~phalanx
     bottom = mesh.p[1, mesh.facets[:, skin]].min()
     pad = skin & (mesh.p[1, mesh.facets].max(axis=0) <= bottom + sizes.contact_reach)
     if not pad.any():
-        problem = f"no facet of the skin lies within {sizes.contact_reach * 1e3:.4g} mm of its lowest point"
+        problem = f"no facet of the skin lies within {millimetres(sizes.contact_reach)} of its lowest point"
         raise MeshError("pad", problem, "needs some", "write a larger contact_reach or a smaller contact_size")
-    named = {"skin": skin, "pad": pad, "skin_tissue": (low == _SKIN) & (high == _TISSUE), "phalanx_surface": bone}
+    named = {"skin": skin, "pad": pad, "skin_tissue": (low == _SKIN) & (high == _TISSUE), "phalanx_surface": phalanx}
     named["base"] = cut
     return {name: np.flatnonzero(facets).astype(np.int32) for name, facets in named.items() if facets.any()}

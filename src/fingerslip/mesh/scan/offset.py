@@ -10,6 +10,7 @@ from scipy import ndimage
 
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.scan.surfaces import Surface, contains, outermost
+from fingerslip.units import millimetres
 
 if TYPE_CHECKING:
     import pyvista
@@ -109,7 +110,7 @@ def offset_inwards(surface: Surface, thickness: float) -> Surface:
     grid = _grid(surface, thickness / 3)
     level = _depth(surface, grid, thickness) - thickness
     if level.max() <= 0:
-        problem = f"has no place {thickness * 1e3:.4g} mm deep"
+        problem = f"has no place {millimetres(thickness)} deep"
         raise MeshError(surface.name, problem, "needs tissue below the skin", "write a smaller skin_thickness")
     inner = pyvista.ImageData(dimensions=grid.dimensions, spacing=grid.spacing, origin=grid.origin)
     inner["level"] = level
@@ -124,7 +125,7 @@ def _grid(surface: Surface, spacing: float) -> pyvista.ImageData:
     low, extent = surface.points.min(axis=0) - spacing, np.ptp(surface.points, axis=0) + 2 * spacing
     count = np.ceil(extent / spacing).astype(int) + 1
     if count.prod() > _GRID_LIMIT:
-        found = f"got {3e3 * spacing:.3g} mm on a body {extent.max() * 1e3:.3g} mm long"
+        found = f"got {3e3 * spacing:.3g} mm on a body {millimetres(extent.max(), 3)} long"
         raise MeshError(surface.name, found, "needs a thicker skin", "or cut the finger shorter")
     return pyvista.ImageData(dimensions=tuple(count), spacing=(spacing,) * 3, origin=tuple(low))
 

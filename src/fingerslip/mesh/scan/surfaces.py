@@ -1,4 +1,4 @@
-"""Triangulated surfaces of skin and bone, as scanners and segmented images give them."""
+"""Triangulated surfaces of skin and phalanx, as scanners and segmented images give them."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
+from typing import get_args
 
 import meshio
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, MeshError
+from fingerslip.units import METRES, LengthUnit, coordinates, millimetres
 
 __all__ = [
-    "LengthUnit",
     "Surface",
     "boundary_loops",
     "check_closed",
@@ -31,9 +31,7 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-LengthUnit = Literal["m", "cm", "mm", "um"]
 
-_METRES: dict[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 # What is scanned for this program: from a small phalanx to a hand with its forearm.
 _SMALLEST, _LARGEST = 2e-3, 0.6
 _MERGED = 1e-7
@@ -115,7 +113,7 @@ def read_surface(path: str | Path, unit: LengthUnit = "mm") -> Surface:
     if not np.all(np.isfinite(points[np.unique(triangles)])):
         raise MeshError(str(file), "has coordinates that are no numbers", "needs finite ones")
     _check_size(file, points[np.unique(triangles)], unit)
-    points, triangles = joined(points * _METRES[unit], triangles)
+    points, triangles = joined(points * METRES[unit], triangles)
     return Surface(points, triangles, file.name)
 
 
@@ -139,7 +137,7 @@ def write_surface(surface: Surface, path: str | Path, unit: LengthUnit = "mm") -
     file = Path(path)
     if not file.parent.is_dir():
         raise MeshError(str(file), "the folder does not exist", "needs an existing folder")
-    data = meshio.Mesh(surface.points / _METRES[unit], [("triangle", surface.triangles)])
+    data = meshio.Mesh(surface.points / METRES[unit], [("triangle", surface.triangles)])
     try:
         with _silence():
             meshio.write(file, data, **({"binary": True} if file.suffix == ".stl" else {}))
@@ -203,8 +201,8 @@ def check_closed(surface: Surface) -> None:
     loops = boundary_loops(surface)
     if loops:
         sizes = [float(np.linalg.norm(np.ptp(surface.points[loop], axis=0))) for loop in loops]
-        x, y, z = surface.points[loops[int(np.argmax(sizes))]].mean(axis=0) * 1e3
-        largest = f"the largest {max(sizes) * 1e3:.3g} mm wide at ({x:.3g}, {y:.3g}, {z:.3g}) mm"
+        middle = surface.points[loops[int(np.argmax(sizes))]].mean(axis=0)
+        largest = f"the largest {millimetres(max(sizes), 3)} wide at {coordinates(middle, 3)}"
         found = f"is open: {len(loops)} hole{'s'[: len(loops) != 1]}, {largest}"
         repair = "repair it with a larger largest_hole, cut the finger distal of it, or scan it again"
         raise MeshError(surface.name, found, "needs a closed surface", repair)
@@ -319,9 +317,9 @@ def _triangles(file: Path, data: meshio.Mesh) -> Integers:
 def _check_size(file: Path, points: Floats, unit: str) -> None:
     """Refuse a surface of a size that no finger has, and name the unit in which it would have one."""
     extent = float(np.ptp(points, axis=0).max())
-    if _SMALLEST <= extent * _METRES[unit] <= _LARGEST:
+    if _SMALLEST <= extent * METRES[unit] <= _LARGEST:
         return
-    others = [other for other, factor in _METRES.items() if _SMALLEST <= extent * factor <= _LARGEST]
+    others = [other for other, factor in METRES.items() if _SMALLEST <= extent * factor <= _LARGEST]
     repair = f"is its unit '{others[-1]}'?" if others else ""
-    found = f"is {extent * _METRES[unit]:.3g} m long when its unit is '{unit}'"
+    found = f"is {extent * METRES[unit]:.3g} m long when its unit is '{unit}'"
     raise MeshError(str(file), found, f"needs {_SMALLEST * 1e3:g} mm to {_LARGEST * 1e3:g} mm", repair)

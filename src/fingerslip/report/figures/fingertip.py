@@ -1,4 +1,4 @@
-"""The figure of a fingertip: its two sections and, where it has a shape in space, the finger with its bone."""
+"""The figure of a fingertip: its two sections and, where it has a shape in space, the finger with its phalanx."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from fingerslip.specimens.fingertip import (
     REGIONS,
     Fingertip,
     at_depth,
-    bone_surface,
     interface_depth,
     outline_curve,
     phalanx_contour,
+    phalanx_surface,
     posed,
     skin_grid,
     surface_depth,
@@ -55,7 +55,7 @@ def fingertip_figure(fingertip: Fingertip, title: str = "") -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Sections on the left, the skin in space with the bone inside on the right, in millimetres.
+        Sections on the left, the skin in space with the phalanx inside on the right, in millimetres.
     """
     count = 2 if fingertip.solid is None else 3
     figure, panels = figure_grid(
@@ -102,12 +102,14 @@ def _fill(axes: Axes, ring: Floats, colour: str) -> None:
 
 
 def _draw_solid(axes: Axes3D, fingertip: Fingertip) -> None:
-    """Draw the far half of the skin, and the bone before it."""
-    skin, bone = skin_grid(fingertip), bone_surface(fingertip).points
+    """Draw the far half of the skin, and the phalanx before it."""
+    skin, phalanx = skin_grid(fingertip), phalanx_surface(fingertip).points
     half = skin[::4, : skin.shape[1] // 2 + 1 : 6]
     _draw_surface(axes, fingertip, half, REGION_COLOURS["epidermis"])
-    _draw_surface(axes, fingertip, np.concatenate([bone, bone[:, :1]], axis=1)[::6, ::4], REGION_COLOURS["phalanx"])
-    axes.set_title("in space: bone and one half of the skin")
+    _draw_surface(
+        axes, fingertip, np.concatenate([phalanx, phalanx[:, :1]], axis=1)[::6, ::4], REGION_COLOURS["phalanx"]
+    )
+    axes.set_title("in space: phalanx and one half of the skin")
     limits = axes.get_xlim(), axes.get_ylim(), axes.get_zlim()
     axes.set_box_aspect([last - first for first, last in limits], zoom=1.2)
     axes.view_init(elev=18.0, azim=-70.0)

@@ -14,8 +14,6 @@ from fingerslip.fe.integration import Integration
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
-from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.mesh.sizes import MeshSizes
 from fingerslip.model import Component
 from fingerslip.parameters import (
     PositiveLength,
@@ -26,11 +24,10 @@ from fingerslip.parameters import (
     json_schema,
     parameters,
 )
-from fingerslip.specimens.fingertip import Fingertip, fingertip_from
-from fingerslip.study.definition.scans import beside
+from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice
+from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.study.definition.settings import (
     ContactSettings,
-    MeshFile,
     MeshSettings,
     ProgrammeEntry,
     RecordSettings,
@@ -42,7 +39,6 @@ from fingerslip.study.definition.yaml import read_mapping
 
 __all__ = [
     "ContactSettings",
-    "MeshFile",
     "ProgrammeEntry",
     "RecordSettings",
     "RefinementSettings",
@@ -50,14 +46,13 @@ __all__ = [
     "TimeSettings",
     "parse_study",
     "read_study",
-    "study_fingertip",
     "study_mapping",
     "study_schema",
 ]
 
 
 @parameters
-class Study:
+class Study(SpecimenChoice):
     """A study: one model, and the values that are swept.
 
     Parameters
@@ -66,8 +61,6 @@ class Study:
         Step, scheme, numerical damping and end.
     title : str
         What the study shows.
-    fingertip : mapping, optional
-        `preset` and the values that differ from it.
     mesh : MeshSizes, SolidSizes, MeshFile or SurfaceMesh
         Element sizes of the section; with `element` T4 or T10 those of the fingertip in space; or `file` for a mesh
         that is read, or `skin` and more for one built from the surfaces of a scan.
@@ -84,9 +77,9 @@ class Study:
     record : RecordSettings
         What is recorded.
     materials : mapping of str to Elastic
-        Materials by region; they go before those of the fingertip.
+        Materials by region; they go before those of the specimen.
     supports : mapping of str to tuple of {'x', 'y', 'z'}
-        Fixed boundaries or regions; without them the phalanx of the fingertip is held.
+        Fixed boundaries or regions; without them the specimen says what is held, of a fingertip the phalanx.
     tractions : mapping of str to tuple of float or Traction
         Dead loads on boundaries [Pa], constant, or `value` with a `ramp` over time.
     gravity : tuple of float, optional
@@ -94,20 +87,21 @@ class Study:
     initial_velocity : tuple of float, optional
         Velocity of the whole deformable body at the start [m/s].
     formulation : {'plane_strain', 'plane_stress', 'solid'}, optional
-        The two-dimensional assumption, or 'solid' in space; without it that of the fingertip.
+        The two-dimensional assumption, or 'solid' in space; without it that of the specimen.
     depth : float, optional
-        Out-of-plane depth [m], not in space; without it that of the fingertip.
+        Out-of-plane depth [m], not in space; without it that of the specimen.
     sweep : mapping of str to tuple
         Values by dotted path; the runs are all combinations, the first path varies slowest.
     compare : tuple of str
         Published tables that the results are shown beside.
     converge : RefinementSettings
         How ``fingerslip converge`` refines the runs.
+    fingertip : mapping, optional
+        The specimen: `preset` and the values that differ from it.
     """
 
     time: TimeSettings
     title: str = ""
-    fingertip: Mapping[str, Any] | None = None
     mesh: MeshSettings = MeshSizes()
     contact: ContactSettings | None = None
     contacts: tuple[ContactSettings, ...] = ()
@@ -127,6 +121,7 @@ class Study:
     converge: RefinementSettings = RefinementSettings()
 
     def __post_init__(self) -> None:
+        self.check_specimen(self.mesh)
         _check_sweep(self.sweep)
         _check_body(self)
         if self.contact is not None and self.contacts:
@@ -151,17 +146,18 @@ def _check_sweep(sweep: Mapping[str, tuple[Any, ...]]) -> None:
 
 
 def _check_body(study: Study) -> None:
-    """Hold that a study without a fingertip says itself what a fingertip would say."""
-    if study.fingertip is not None:
+    """Hold that a study without a specimen says itself what a specimen would say."""
+    if study.specimen_kind is not None:
         return
-    if not isinstance(study.mesh, MeshFile | SurfaceMesh):
-        raise InputError("fingertip", "is missing", "needs a preset, or mesh.file for a body that is no fingertip")
+    kinds = " or ".join(SPECIMENS)
     needed = ("materials", "formulation") if study.formulation == "solid" else ("materials", "formulation", "depth")
     for name in needed:
         if not getattr(study, name):
-            raise InputError(name, "is missing", "needs a value where there is no fingertip")
-    if study.record.receptors:
-        raise InputError("record.receptors", "without a fingertip", "needs a fingertip", "name places in record.sites")
+            raise InputError(name, "is missing", f"needs a value where there is no {kinds}")
+    for name in ("receptors", "reference_nodes"):
+        if getattr(study.record, name):
+            found, repair = f"without a {kinds}", "name points in record.sites"
+            raise InputError(f"record.{name}", found, f"needs a {kinds}", repair)
 
 
 def read_study(path: str | Path) -> Study:
@@ -202,30 +198,21 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
         For the first mistake.
     """
     study = from_mapping(Study, mapping, str(source))
-    study_fingertip(study, str(source))
-    if isinstance(study.mesh, MeshFile):
-        file = str((source.parent / study.mesh.file).resolve())
-        return dataclasses.replace(study, mesh=dataclasses.replace(study.mesh, file=file))
-    if isinstance(study.mesh, SurfaceMesh):
-        return dataclasses.replace(study, mesh=beside(study.mesh, source.parent))
-    return study
-
-
-def study_fingertip(study: Study, where: str) -> Fingertip | None:
-    """Return the fingertip of a study with all its values, None where it has none."""
-    return None if study.fingertip is None else fingertip_from(study.fingertip, f"{where}: fingertip")
+    study.specimen(str(source))
+    return dataclasses.replace(study, mesh=study.mesh.beside(source.parent))
 
 
 def study_schema() -> dict[str, Any]:
     """Return the JSON Schema of study files, for editors."""
     schema = json_schema(Study)
-    fingertip = json_schema(Fingertip)
     definitions = schema.setdefault("$defs", {})
-    for name, part in (fingertip.pop("$defs", {}) | {"Fingertip": fingertip}).items():
-        # A study file gives a preset and what differs from it, so nothing in it is required.
-        definitions.setdefault(name, {key: value for key, value in part.items() if key != "required"})
-    definitions["Fingertip"]["properties"] = {"preset": {"type": "string"}} | definitions["Fingertip"]["properties"]
-    schema["properties"]["fingertip"] = {"anyOf": [{"$ref": "#/$defs/Fingertip"}, {"type": "null"}], "default": None}
+    for key, presets in SPECIMENS.items():
+        own, name = json_schema(presets.kind), presets.kind.__name__
+        own["properties"] = {"preset": {"type": "string"}} | own["properties"]
+        for part, definition in (own.pop("$defs", {}) | {name: own}).items():
+            # A study file gives a preset and what differs from it, so nothing in it is required.
+            definitions.setdefault(part, {key: value for key, value in definition.items() if key != "required"})
+        schema["properties"][key] = {"anyOf": [{"$ref": f"#/$defs/{name}"}, {"type": "null"}], "default": None}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 

@@ -14,8 +14,8 @@ from typing import Any
 
 from fingerslip.errors import InputError
 from fingerslip.parameters import as_mapping
-from fingerslip.specimens.fingertip import Fingertip
-from fingerslip.study.definition.spec import Study, parse_study, study_fingertip, study_mapping
+from fingerslip.specimens.protocol import Specimen
+from fingerslip.study.definition.spec import Study, parse_study, study_mapping
 
 __all__ = ["Run", "expand", "known_paths"]
 
@@ -37,21 +37,22 @@ class Run:
         The swept values by dotted path, as the study file writes them.
     study : Study
         The study with these values, without a sweep.
-    fingertip : Fingertip or None
-        The fingertip with all its values.
+    specimen : Specimen or None
+        The specimen with all its values.
     """
 
     name: str
     where: str
     swept: Mapping[str, Any]
     study: Study
-    fingertip: Fingertip | None
+    specimen: Specimen | None
 
     def resolved(self) -> dict[str, Any]:
         """Return everything that makes the run as plain data, which is a study file of its own."""
         mapping = study_mapping(self.study)
-        if self.fingertip is not None:
-            mapping["fingertip"] = {"preset": mapping["fingertip"]["preset"], **as_mapping(self.fingertip)}
+        kind = self.study.specimen_kind
+        if kind is not None:
+            mapping[kind] = {"preset": mapping[kind]["preset"], **as_mapping(self.specimen)}
         named = f"{mapping['title']}: {self.name}" if self.swept else mapping["title"]
         kept = {key: value for key, value in mapping.items() if key not in _NOT_SWEPT}
         result: dict[str, Any] = _without_empty({"title": named, **kept})
@@ -85,9 +86,8 @@ def expand(study: Study, source: Path) -> tuple[Run, ...]:
 def known_paths(study: Study, source: Path) -> tuple[str, ...]:
     """Return every dotted path that a sweep of this study may name."""
     mapping = study_mapping(study)
-    fingertip = study_fingertip(study, str(source))
-    if fingertip is not None:
-        mapping["fingertip"] = {"preset": "", **as_mapping(fingertip)}
+    if study.specimen_kind is not None:
+        mapping[study.specimen_kind] = {"preset": "", **as_mapping(study.specimen(str(source)))}
     return tuple(path for key in mapping if key not in _NOT_SWEPT for path in _paths(mapping[key], key))
 
 
@@ -125,7 +125,7 @@ def _run(base: Mapping[str, Any], swept: Mapping[str, Any], name: str, source: P
     study = parse_study(mapping, source)
     values = ", ".join(f"{path} = {value}" for path, value in swept.items())
     where = f"{source} ({values})" if swept else str(source)
-    return Run(name, where, dict(swept), study, study_fingertip(study, str(source)))
+    return Run(name, where, dict(swept), study, study.specimen(str(source)))
 
 
 def _assign(mapping: Any, keys: Sequence[str], value: object) -> None:

@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.digest import digest
-from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.study.definition.spec import MeshFile
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import mesh_key
 
@@ -22,8 +20,7 @@ RESULT_FORMAT = 5
 def identity(run: Run) -> str:
     """Return the hash of everything that decides the result of a run: its values, its mesh files, the program."""
     values = {key: value for key, value in run.resolved().items() if key != "title"}
-    if isinstance(run.study.mesh, MeshFile | SurfaceMesh):
-        values["mesh"] = {"hash": mesh_key(run)}
+    values["mesh"] = {"hash": mesh_key(run)}
     made_by = {"format": RESULT_FORMAT, "version": metadata.version("fingerslip")}
     return digest([made_by, values])
 

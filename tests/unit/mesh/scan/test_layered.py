@@ -13,7 +13,7 @@ from fingerslip.mesh.scan.surfaces import Surface
 from unit.ellipsoids import ellipsoid, together, with_hole
 
 SKIN = ellipsoid(points=400, name="skin.stl")
-BONE = ellipsoid((7e-3, 3e-3, 3e-3), points=200, name="bone.stl")
+PHALANX = ellipsoid((7e-3, 3e-3, 3e-3), points=200, name="phalanx.stl")
 SIZES = LayerSizes(
     skin_thickness=1.2e-3, contact_size=2e-3, bulk_size=4e-3, contact_reach=3e-3, tolerance=0.2e-3, cut=14e-3
 )
@@ -29,7 +29,7 @@ def cap(half_axes: tuple[float, float, float]) -> float:
 
 @pytest.fixture(scope="module")
 def mesh():
-    return build_from_surfaces(SKIN, BONE, SIZES)
+    return build_from_surfaces(SKIN, PHALANX, SIZES)
 
 
 def volumes(mesh) -> dict[str, float]:
@@ -46,9 +46,9 @@ def facet_areas(mesh, name: str) -> np.ndarray:
 
 def test_layers_have_the_volumes_of_the_shapes(mesh):
     found = volumes(mesh)
-    whole, bone = cap((12e-3, 8e-3, 7e-3)), cap((7e-3, 3e-3, 3e-3))
+    whole, phalanx = cap((12e-3, 8e-3, 7e-3)), cap((7e-3, 3e-3, 3e-3))
     assert sum(found.values()) == pytest.approx(whole, rel=0.05)
-    assert found["phalanx"] == pytest.approx(bone, rel=0.15)
+    assert found["phalanx"] == pytest.approx(phalanx, rel=0.15)
     # To first order the skin is its thickness times the area of the scan distal of the cut.
     distal = SKIN.areas[SKIN.corners[:, :, 0].mean(axis=1) > CUT].sum()
     assert 0.75 < found["skin"] / (distal * SIZES.skin_thickness) < 1.0
@@ -112,12 +112,12 @@ def test_pad_is_finer_than_the_rest():
 
 @pytest.mark.slow
 def test_phalanx_as_a_hole():
-    mesh = build_from_surfaces(SKIN, BONE, dataclasses.replace(COARSE, phalanx="hole"))
+    mesh = build_from_surfaces(SKIN, PHALANX, dataclasses.replace(COARSE, phalanx="hole"))
     assert set(mesh.subdomains) == {"skin", "tissue"}
     named = [mesh.boundaries[name] for name in ("skin", "base", "phalanx_surface")]
     assert sorted(np.concatenate(named)) == sorted(mesh.boundary_facets())
-    on_bone = mesh.p[:, np.unique(mesh.facets[:, mesh.boundaries["phalanx_surface"]])].T / [7e-3, 3e-3, 3e-3]
-    assert np.abs(np.linalg.norm(on_bone, axis=1) - 1).mean() < 0.1
+    on_phalanx = mesh.p[:, np.unique(mesh.facets[:, mesh.boundaries["phalanx_surface"]])].T / [7e-3, 3e-3, 3e-3]
+    assert np.abs(np.linalg.norm(on_phalanx, axis=1) - 1).mean() < 0.1
 
 
 @pytest.mark.slow
@@ -133,40 +133,42 @@ def test_surface_that_crosses_itself_is_its_union():
     assert (bumpy - plain) / bump.volume == pytest.approx(outside, rel=0.15)
 
 
-def test_bone_that_pokes_through_the_skin():
-    with pytest.raises(MeshError, match=r"bone.stl: pokes 2.* mm through the skin at \(14, .*inside skin.stl"):
-        build_from_surfaces(SKIN, dataclasses.replace(BONE, points=BONE.points + np.array([7e-3, 0, 0])), SIZES)
+def test_phalanx_that_pokes_through_the_skin():
+    with pytest.raises(
+        MeshError, match=r"phalanx.stl: pokes 2.* mm through the skin at x = 14 mm, y = .*inside skin.stl"
+    ):
+        build_from_surfaces(SKIN, dataclasses.replace(PHALANX, points=PHALANX.points + np.array([7e-3, 0, 0])), SIZES)
 
 
-def test_bone_somewhere_else():
-    with pytest.raises(MeshError, match=r"bone.stl: pokes .* with all points.*same unit and axes"):
-        build_from_surfaces(SKIN, dataclasses.replace(BONE, points=BONE.points + np.array([0.1, 0, 0])), SIZES)
+def test_phalanx_somewhere_else():
+    with pytest.raises(MeshError, match=r"phalanx.stl: pokes .* with all points.*same unit and axes"):
+        build_from_surfaces(SKIN, dataclasses.replace(PHALANX, points=PHALANX.points + np.array([0.1, 0, 0])), SIZES)
 
 
-def test_bone_behind_the_cut():
-    behind = ellipsoid((2e-3, 2e-3, 2e-3), (-6e-3, 0, 0), name="bone.stl")
+def test_phalanx_behind_the_cut():
+    behind = ellipsoid((2e-3, 2e-3, 2e-3), (-6e-3, 0, 0), name="phalanx.stl")
     with pytest.raises(MeshError, match="wholly proximal of the cut"):
         build_from_surfaces(SKIN, behind, SIZES)
 
 
 def test_open_skin():
     with pytest.raises(MeshError, match="is open: 1 hole"):
-        build_from_surfaces(with_hole(SKIN, (6e-3, 7e-3, 0.0), 3e-3), BONE, SIZES)
+        build_from_surfaces(with_hole(SKIN, (6e-3, 7e-3, 0.0), 3e-3), PHALANX, SIZES)
 
 
 def test_inside_out_skin():
     with pytest.raises(MeshError, match="inside out"):
-        build_from_surfaces(Surface(SKIN.points, SKIN.triangles[:, ::-1]), BONE, SIZES)
+        build_from_surfaces(Surface(SKIN.points, SKIN.triangles[:, ::-1]), PHALANX, SIZES)
 
 
 def test_cut_that_misses_the_finger():
     with pytest.raises(MeshError, match=r"cut: got 30 mm from the tip, needs < 23.9"):
-        build_from_surfaces(SKIN, BONE, dataclasses.replace(SIZES, cut=30e-3))
+        build_from_surfaces(SKIN, PHALANX, dataclasses.replace(SIZES, cut=30e-3))
 
 
 def test_skin_without_tissue():
     with pytest.raises(MeshError, match="smaller skin_thickness"):
-        build_from_surfaces(SKIN, BONE, dataclasses.replace(SIZES, skin_thickness=7.5e-3))
+        build_from_surfaces(SKIN, PHALANX, dataclasses.replace(SIZES, skin_thickness=7.5e-3))
 
 
 def test_empty_contact_patch():

@@ -12,8 +12,9 @@ import pytest
 import yaml
 
 from fingerslip.errors import InputError
+from fingerslip.mesh.file import MeshFile
 from fingerslip.model import Press, Slide
-from fingerslip.study.definition.spec import MeshFile, Study, parse_study, read_study, study_mapping, study_schema
+from fingerslip.study.definition.spec import Study, parse_study, read_study, study_mapping, study_schema
 from fingerslip.study.definition.sweep import expand
 from places import ROOT
 from unit.study.block import block_values
@@ -173,7 +174,7 @@ def test_body_that_is_no_fingertip_says_everything_itself(name: str) -> None:
 
 
 def test_receptors_need_a_fingertip() -> None:
-    with pytest.raises(InputError, match="name places in record"):
+    with pytest.raises(InputError, match="name points in record"):
         parse_study(block_values() | {"record": {"receptors": ["FA-I"]}}, SOURCE)
 
 

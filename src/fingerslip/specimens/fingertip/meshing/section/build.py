@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 import skfem
@@ -12,65 +12,48 @@ from scipy.spatial import cKDTree
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.quality import check_quality
-from fingerslip.mesh.sizes import MeshSizes
-from fingerslip.specimens.fingertip import REGIONS, Fingertip, phalanx_contour
-from fingerslip.specimens.fingertip.meshing.section.skin import SkinGrid, sweep_skin
+from fingerslip.mesh.sizes import GROWTH, ElementSizes
+from fingerslip.specimens.fingertip.meshing.section.skin import SkinGrid, column_limits, row_counts, sweep_skin
+from fingerslip.specimens.fingertip.numbers import REGIONS, FingertipNumbers
+from fingerslip.specimens.fingertip.outline import arc_length_at_cut, outline_curve
+from fingerslip.specimens.fingertip.phalanx_contour import phalanx_contour
+from fingerslip.units import coordinates
 
 if TYPE_CHECKING:
     from fingerslip.specimens.fingertip.meshing.section.core import CoreMesh
 
-__all__ = ["build_section", "mesh_section"]
+__all__ = ["mesh_section", "section_cells"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_DEFAULT = MeshSizes()
 _PHALANX = REGIONS.index("phalanx")
 
 
-def build_section(
-    fingertip: Fingertip,
-    *,
-    contact_size: float = _DEFAULT.contact_size,
-    bulk_size: float = _DEFAULT.bulk_size,
-    contact_reach: float = _DEFAULT.contact_reach,
-    element: Literal["Q4", "T3", "T6"] = _DEFAULT.element,
-) -> skfem.Mesh2D:
-    """Build the mesh of a section, with named regions and boundaries.
+def section_cells(fingertip: FingertipNumbers, sizes: ElementSizes) -> float:
+    """Return about how many cells the mesh of a section will have, without making it.
 
-    Parameters
-    ----------
-    fingertip : Fingertip
-        What to mesh.
-    contact_size : float
-        Element size along the skin that can touch [m].
-    bulk_size : float
-        Largest element size, far from the contact [m].
-    contact_reach : float
-        Height above the lowest point up to which the skin is meshed at `contact_size` [m].
-    element : {'Q4', 'T3', 'T6'}
-        Bilinear quadrilateral, linear or quadratic triangle.
-
-    Returns
-    -------
-    skfem.MeshQuad1, skfem.MeshTri1 or skfem.MeshTri2
-        Mesh [m] with the regions `epidermis`, `dermis`, `tissue` and `phalanx` and the boundaries `skin` (outer
-        surface), `pad` (its part at the contact size), `epidermis_dermis`, `dermis_tissue`, `phalanx_surface` (with
-        the tissue) and its parts `phalanx_palmar` and `phalanx_dorsal`; in a sagittal section also `base` (proximal
-        cut) and, where the phalanx reaches it, its part `phalanx_base`.
-
-    Raises
-    ------
-    InputError
-        Where sizes and fingertip do not fit together.
-    MeshError
-        Where no mesh of good quality comes out.
+    Rows and columns of the skin, fine where it can touch; squares of the bulk's size that fill the outline, and more
+    where they grow from the contact inwards; triangles are halves of the skin's cells, and equilateral inside.
     """
-    return mesh_section(fingertip, MeshSizes(contact_size, bulk_size, contact_reach, element))
+    curve = outline_curve(fingertip)
+    first, last = arc_length_at_cut(fingertip, curve, 0.0)
+    points = curve.points[(curve.arc_length >= first) & (curve.arc_length <= last)]
+    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    fine = points[1:, 1] <= points[:, 1].min() + sizes.contact_reach
+    rows = row_counts(fingertip, sizes.contact_size)
+    columns = np.sum(lengths / np.where(fine, sizes.contact_size, column_limits(fingertip, sizes, rows)[1]))
+    growing = lengths[fine].sum() * (1.0 / sizes.contact_size - 1.0 / sizes.bulk_size) / GROWTH
+    x, y = points.T
+    area = abs(float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))) / 2
+    in_skin, in_core = sum(rows) * columns, growing + area / sizes.bulk_size**2
+    if sizes.element == "Q4":
+        return float(in_skin + in_core)
+    return float(2.0 * in_skin + 4.0 / np.sqrt(3.0) * in_core)
 
 
-def mesh_section(fingertip: Fingertip, sizes: MeshSizes) -> skfem.Mesh2D:
-    """Build the mesh of a section from a set of sizes; see :func:`build_section`."""
+def mesh_section(fingertip: FingertipNumbers, sizes: ElementSizes) -> skfem.Mesh2D:
+    """Build the mesh of a section from a set of sizes; regions and boundaries are those of `build_section`."""
     contour = phalanx_contour(fingertip)
     grid = sweep_skin(fingertip, sizes, contour)
     # Gmsh is loaded here and nowhere else: a mesh file of one's own does without it.
@@ -119,8 +102,8 @@ def _core_numbers(core: CoreMesh, grid: SkinGrid) -> tuple[Integers, NDArray[np.
     expected = _with_midpoints(interface, grid.closed) if quadrilaterals else interface
     distance, match = cKDTree(core.points).query(expected)
     if distance.max() > 1e-9:
-        place = interface[int(distance.argmax())] * 1e3
-        raise MeshError("dermis_tissue", f"no tissue node at x = {place[0]:.4g} mm, y = {place[1]:.4g} mm", "needs one")
+        missing = coordinates(interface[int(distance.argmax())])
+        raise MeshError("dermis_tissue", f"no tissue node at {missing}", "needs one")
     border = np.zeros(len(core.points), dtype=bool)
     border[match] = True
     first = grid.points.shape[0] * grid.points.shape[1]
@@ -168,10 +151,10 @@ def _faces_of_phalanx(mesh: skfem.Mesh2D, region: Integers, surface: Integers) -
     """Return the facets of the phalanx surface that face down and up within 60 degrees."""
     first, second = mesh.f2t[:, surface]
     centre = mesh.p[:, mesh.t].mean(axis=1)
-    bone, tissue = np.where(region[first] == _PHALANX, (first, second), (second, first))
+    phalanx, tissue = np.where(region[first] == _PHALANX, (first, second), (second, first))
     start, end = mesh.p[:, mesh.facets[:, surface]].transpose(1, 0, 2)
     normal = np.array([[0.0, 1.0], [-1.0, 0.0]]) @ (end - start) / np.linalg.norm(end - start, axis=0)
-    upward = normal[1] * np.sign(np.sum(normal * (centre[:, tissue] - centre[:, bone]), axis=0))
+    upward = normal[1] * np.sign(np.sum(normal * (centre[:, tissue] - centre[:, phalanx]), axis=0))
     return {"phalanx_palmar": surface[upward < -0.5], "phalanx_dorsal": surface[upward > 0.5]}
 
 

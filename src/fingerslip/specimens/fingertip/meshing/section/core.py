@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.gmsh_session import MILLIMETRES, gmsh_session
-from fingerslip.mesh.sizes import GROWTH, MeshSizes, size_at, subdivide
+from fingerslip.mesh.sizes import GROWTH, ElementSizes, size_at, subdivide
 from fingerslip.mesh.smoothing import smoothed
-from fingerslip.specimens.fingertip import reaches_cut
+from fingerslip.specimens.fingertip.phalanx_contour import reaches_cut
 
 __all__ = ["CoreMesh", "mesh_core", "mesh_ring"]
 
@@ -44,15 +44,15 @@ class CoreMesh:
 
 @dataclass(frozen=True)
 class _Contours:
-    """Nodes of all lines: skin and bone, and the pieces of the proximal cut from its dorsal to its palmar end."""
+    """Nodes of all lines: skin and phalanx, and the pieces of the proximal cut from its dorsal to its palmar end."""
 
     skin: Floats
-    bone: Floats
+    phalanx: Floats
     cuts: tuple[Floats, ...]
     largest: float
 
 
-def mesh_core(contour: Floats, border: Floats, closed: bool, sizes: MeshSizes) -> CoreMesh:
+def mesh_core(contour: Floats, border: Floats, closed: bool, sizes: ElementSizes) -> CoreMesh:
     """Mesh what lies inside the skin.
 
     Quadrilaterals come from a mesh of twice the size, whose triangles and quadrilaterals are all divided into
@@ -66,7 +66,7 @@ def mesh_core(contour: Floats, border: Floats, closed: bool, sizes: MeshSizes) -
         Nodes of the dermis-tissue interface [m], counter-clockwise.
     closed : bool
         Whether the border closes on itself; else it starts and ends on the proximal cut.
-    sizes : MeshSizes
+    sizes : ElementSizes
         Element sizes and type.
 
     Raises
@@ -118,7 +118,7 @@ def mesh_ring(outer: Floats, inner: Floats | None, largest: float) -> CoreMesh:
         return _read(surfaces, 3)
 
 
-def _contours(bone: Floats, border: Floats, closed: bool, sizes: MeshSizes) -> _Contours:
+def _contours(phalanx: Floats, border: Floats, closed: bool, sizes: ElementSizes) -> _Contours:
     """Divide all lines into the segments that Gmsh keeps."""
     factor = 2 if sizes.element == "Q4" else 1
     skin, largest = border[::factor], factor * sizes.bulk_size
@@ -128,10 +128,10 @@ def _contours(bone: Floats, border: Floats, closed: bool, sizes: MeshSizes) -> _
         return subdivide(line, size_at(line, skin, spacing, largest), factor * _TURN)
 
     if closed:
-        return _Contours(skin, divided(bone), (), largest)
-    stops = [skin[-1], bone[-1], bone[0], skin[0]] if reaches_cut(bone) else [skin[-1], skin[0]]
+        return _Contours(skin, divided(phalanx), (), largest)
+    stops = [skin[-1], phalanx[-1], phalanx[0], skin[0]] if reaches_cut(phalanx) else [skin[-1], skin[0]]
     cuts = tuple(divided(np.linspace(a, b, 200)) for a, b in itertools.pairwise(stops))
-    return _Contours(skin, divided(bone), cuts, largest)
+    return _Contours(skin, divided(phalanx), cuts, largest)
 
 
 def _spacing(border: Floats, closed: bool) -> Floats:
@@ -160,7 +160,7 @@ _Loops = tuple[pygmsh.common.curve_loop.CurveLoop, pygmsh.common.curve_loop.Curv
 
 
 def _draw_hole(geometry: pygmsh.geo.Geometry, contours: _Contours, skin: _Points) -> _Loops:
-    inner = _points(geometry, contours.bone[:-1])
+    inner = _points(geometry, contours.phalanx[:-1])
     hole = geometry.add_curve_loop(_polyline(geometry, [*inner, inner[0]]))
     back = _points(geometry, contours.cuts[0][1:-1]) if contours.cuts else []
     outer = geometry.add_curve_loop(_polyline(geometry, [*skin, *back, skin[0]]))
@@ -168,12 +168,12 @@ def _draw_hole(geometry: pygmsh.geo.Geometry, contours: _Contours, skin: _Points
 
 
 def _draw_notched(geometry: pygmsh.geo.Geometry, contours: _Contours, skin: _Points) -> _Loops:
-    bone = _points(geometry, contours.bone)
+    phalanx = _points(geometry, contours.phalanx)
     dorsal, through, palmar = (_points(geometry, cut[1:-1]) for cut in contours.cuts)
-    around = _polyline(geometry, bone)
-    outside = _polyline(geometry, [bone[0], *palmar, *skin, *dorsal, bone[-1]])
+    around = _polyline(geometry, phalanx)
+    outside = _polyline(geometry, [phalanx[0], *palmar, *skin, *dorsal, phalanx[-1]])
     tissue = geometry.add_curve_loop([*outside, *(-line for line in reversed(around))])
-    end = _polyline(geometry, [bone[-1], *through, bone[0]])
+    end = _polyline(geometry, [phalanx[-1], *through, phalanx[0]])
     return tissue, geometry.add_curve_loop([*around, *end]), []
 
 

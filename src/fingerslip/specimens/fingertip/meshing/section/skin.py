@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.sizes import MeshSizes, graded
-from fingerslip.specimens.fingertip import Curve, Fingertip, at_depth, interface_depth, outline_curve, surface_depth
-from fingerslip.specimens.fingertip.outline import arc_length_at_cut
+from fingerslip.mesh.sizes import ElementSizes, graded
+from fingerslip.specimens.fingertip.interfaces import interface_depth, surface_depth
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers
+from fingerslip.specimens.fingertip.outline import Curve, arc_length_at_cut, at_depth, outline_curve
+from fingerslip.units import millimetres
 
-__all__ = ["SkinGrid", "sweep_skin"]
+__all__ = ["SkinGrid", "column_limits", "row_counts", "sweep_skin"]
 
 Floats = NDArray[np.float64]
 
@@ -49,14 +51,14 @@ class SkinGrid:
     contact: tuple[float, float]
 
 
-def sweep_skin(fingertip: Fingertip, sizes: MeshSizes, contour: Floats) -> SkinGrid:
+def sweep_skin(fingertip: FingertipNumbers, sizes: ElementSizes, contour: Floats) -> SkinGrid:
     """Divide the skin into rows and columns.
 
     Parameters
     ----------
-    fingertip : Fingertip
+    fingertip : FingertipNumbers
         Gives outline and layers.
-    sizes : MeshSizes
+    sizes : ElementSizes
         Element sizes and type.
     contour : (n, 2) array
         Contour of the phalanx [m]; outside the contact no column is much wider than the tissue is thick.
@@ -68,12 +70,12 @@ def sweep_skin(fingertip: Fingertip, sizes: MeshSizes, contour: Floats) -> SkinG
     """
     curve = outline_curve(fingertip)
     spacing = _contact_spacing(fingertip, sizes)
-    rows = _row_counts(fingertip, spacing)
+    rows = row_counts(fingertip, spacing)
     limits = arc_length_at_cut(fingertip, curve, 0.0)
     _check_zone(fingertip, limits)
     contact = _contact_range(curve, sizes.contact_reach, limits)
 
-    narrowest, widest = _column_limits(fingertip, sizes, rows)
+    narrowest, widest = column_limits(fingertip, sizes, rows)
 
     def wanted(arc_length: Floats) -> Floats:
         beneath = at_depth(curve, arc_length, fingertip.layers.skin_thickness)
@@ -87,14 +89,14 @@ def sweep_skin(fingertip: Fingertip, sizes: MeshSizes, contour: Floats) -> SkinG
     return SkinGrid(points[:, :-1] if closed else points, columns[:-1] if closed else columns, rows[0], closed, contact)
 
 
-def _column_limits(fingertip: Fingertip, sizes: MeshSizes, rows: tuple[int, int]) -> tuple[float, float]:
+def column_limits(fingertip: FingertipNumbers, sizes: ElementSizes, rows: tuple[int, int]) -> tuple[float, float]:
     """Return the least and the largest width of a column [m] that keep the skin's cells in good shape."""
     heights = fingertip.layers.epidermis_thickness / rows[0], fingertip.layers.dermis_thickness / rows[1]
     aspect = _LARGEST_ASPECT[sizes.element]
     return max(heights) / aspect, min(sizes.bulk_size, aspect * min(heights))
 
 
-def _contact_spacing(fingertip: Fingertip, sizes: MeshSizes) -> float:
+def _contact_spacing(fingertip: FingertipNumbers, sizes: ElementSizes) -> float:
     """Return the spacing of the columns: near the contact size, and so that every ridge tip has a column."""
     features = [(n, f) for n, f in (("ridges", fingertip.ridges), ("fingerprint", fingertip.fingerprint)) if f.enabled]
     for name, feature in features:
@@ -108,24 +110,25 @@ def _contact_spacing(fingertip: Fingertip, sizes: MeshSizes) -> float:
 def _check_resolved(name: str, pitch: float, contact_size: float) -> None:
     # Refining silently would turn a mesh study into a series of equal meshes, so coarse sizes are refused.
     if contact_size > pitch / 3:
-        found = f"got {contact_size * 1e3:.4g} mm"
-        allowed = f"needs <= {pitch * 1e3 / 3:.4g} mm, a third of {name}.pitch"
-        repair = f"write '{pitch * 1e3 / 4:.4g} mm' or switch the {name} off"
+        found = f"got {millimetres(contact_size)}"
+        allowed = f"needs <= {millimetres(pitch / 3)}, a third of {name}.pitch"
+        repair = f"write '{millimetres(pitch / 4)}' or switch the {name} off"
         raise InputError("mesh.contact_size", found, allowed, repair)
 
 
-def _row_counts(fingertip: Fingertip, spacing: float) -> tuple[int, int]:
+def row_counts(fingertip: FingertipNumbers, spacing: float) -> tuple[int, int]:
+    """Return how many rows of cells epidermis and dermis have where columns are `spacing` [m] apart."""
     layers = fingertip.layers
     # Dermis rows may be a little taller: nothing in the dermis changes as fast as under the surface.
     in_dermis = round(layers.dermis_thickness / (1.25 * spacing))
     return max(1, round(layers.epidermis_thickness / spacing)), max(1, in_dermis)
 
 
-def _check_zone(fingertip: Fingertip, limits: tuple[float, float]) -> None:
+def _check_zone(fingertip: FingertipNumbers, limits: tuple[float, float]) -> None:
     zone, place = fingertip.zone, f"{fingertip.section}.zone"
     if not limits[0] <= zone.start < zone.end <= limits[1]:
-        found = f"reaches from {zone.start * 1e3:.4g} mm to {zone.end * 1e3:.4g} mm"
-        allowed = f"needs to lie within {limits[0] * 1e3:.4g} mm to {limits[1] * 1e3:.4g} mm, the skin of the section"
+        found = f"reaches from {millimetres(zone.start)} to {millimetres(zone.end)}"
+        allowed = f"needs to lie within {millimetres(limits[0])} to {millimetres(limits[1])}, the skin of the section"
         raise InputError(place, found, allowed)
 
 
@@ -157,7 +160,7 @@ def _shares(rows: tuple[int, int]) -> list[tuple[float, float]]:
     return epidermis + [(1.0, k / rows[1]) for k in range(rows[1] + 1)]
 
 
-def _row(fingertip: Fingertip, curve: Curve, columns: Floats, share: tuple[float, float]) -> Floats:
+def _row(fingertip: FingertipNumbers, curve: Curve, columns: Floats, share: tuple[float, float]) -> Floats:
     """Return the (columns, 2) nodes of one row; in an open section its ends lie on the proximal cut."""
     layers = fingertip.layers
     level = share[0] * layers.epidermis_thickness + share[1] * layers.dermis_thickness

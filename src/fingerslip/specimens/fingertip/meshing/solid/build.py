@@ -3,95 +3,52 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 import skfem
 from numpy.typing import NDArray
 
 from fingerslip.mesh.quality import check_quality
-from fingerslip.mesh.sizes import SolidSizes
-from fingerslip.specimens.fingertip import Fingertip, bone_surface, posed, solid_shape
-from fingerslip.specimens.fingertip.skin_surface import skin_section
+from fingerslip.mesh.sizes import ElementSizes
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers
+from fingerslip.specimens.fingertip.phalanx_surface import phalanx_surface
+from fingerslip.specimens.fingertip.pose import posed
+from fingerslip.specimens.fingertip.skin_surface import skin_section, solid_shape
 
 if TYPE_CHECKING:
     from fingerslip.specimens.fingertip.meshing.solid.core import SolidCore
     from fingerslip.specimens.fingertip.meshing.solid.skin import SolidSkin
 
-__all__ = ["build_solid", "mesh_solid", "solid_cells"]
+__all__ = ["mesh_solid", "solid_cells"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-_DEFAULT = SolidSizes()
 _SLICES = 400
 _REGIONS = ("epidermis", "dermis", "tissue", "phalanx", "nail")
 _EPIDERMIS, _DERMIS, _TISSUE, _PHALANX, _NAIL = range(5)
 
 
-def build_solid(
-    fingertip: Fingertip,
-    *,
-    contact_size: float = _DEFAULT.contact_size,
-    bulk_size: float = _DEFAULT.bulk_size,
-    contact_reach: float = _DEFAULT.contact_reach,
-    element: Literal["T4", "T10"] = _DEFAULT.element,
-) -> skfem.Mesh3D:
-    """Build the mesh of a fingertip in space, with named regions and boundaries.
-
-    Axes: x along the finger towards the tip, y up (a plate comes from below), z across. The lowest point is at x = 0,
-    y = -`half_height`; where the finger is level, the plane z = 0 is its sagittal and x = 0 its transverse section.
-
-    Parameters
-    ----------
-    fingertip : Fingertip
-        What to mesh, with its `solid` part.
-    contact_size : float
-        Element size along the skin that can touch [m].
-    bulk_size : float
-        Largest element size, far from the contact [m].
-    contact_reach : float
-        Height above the lowest point up to which the skin is meshed at `contact_size` [m].
-    element : {'T4', 'T10'}
-        Linear or quadratic tetrahedra.
-
-    Returns
-    -------
-    skfem.MeshTet1 or skfem.MeshTet2
-        Mesh [m] with the regions `epidermis`, `dermis`, `tissue`, `phalanx` and, where there is one, `nail`; and the
-        boundaries `skin` (outer surface), `pad` (its part at the contact size), `nail` (its part on the nail),
-        `epidermis_dermis`, `dermis_tissue`, `phalanx_surface` (with the tissue), its parts `phalanx_palmar` and
-        `phalanx_dorsal`, `base` (proximal cut) and, where the phalanx reaches it, its part `phalanx_base`.
-
-    Raises
-    ------
-    InputError
-        Where sizes and fingertip do not fit together, or the fingertip has only sections.
-    MeshError
-        Where no mesh of good quality comes out.
-    """
-    return mesh_solid(fingertip, SolidSizes(element, contact_size, bulk_size, contact_reach))
-
-
-def mesh_solid(fingertip: Fingertip, sizes: SolidSizes) -> skfem.Mesh3D:
-    """Build the mesh of a fingertip in space from a set of sizes; see :func:`build_solid`."""
+def mesh_solid(fingertip: FingertipNumbers, sizes: ElementSizes) -> skfem.Mesh3D:
+    """Build the mesh of a fingertip in space from a set of sizes; regions and boundaries are those of `build_solid`."""
     # Gmsh is loaded here and nowhere else: a mesh file of one's own does without it.
     from fingerslip.specimens.fingertip.meshing.solid.core import mesh_solid_core
-    from fingerslip.specimens.fingertip.meshing.solid.phalanx import mesh_bone
+    from fingerslip.specimens.fingertip.meshing.solid.phalanx import mesh_phalanx
     from fingerslip.specimens.fingertip.meshing.solid.skin import check_skin_fits, inner_surface, sweep_solid_skin
 
     check_skin_fits(fingertip)
-    bone = bone_surface(fingertip)
-    skin = sweep_solid_skin(fingertip, sizes, bone.points.reshape(-1, 3))
-    core = mesh_solid_core(inner_surface(skin), mesh_bone(fingertip, bone, sizes, skin), sizes.bulk_size)
+    phalanx = phalanx_surface(fingertip)
+    skin = sweep_solid_skin(fingertip, sizes, phalanx.points.reshape(-1, 3))
+    core = mesh_solid_core(inner_surface(skin), mesh_phalanx(fingertip, phalanx, sizes, skin), sizes.bulk_size)
     mesh = _joined(fingertip, skin, core)
     mesh = dataclasses.replace(mesh, doflocs=np.ascontiguousarray(posed(fingertip, mesh.p.T).T))
     check_quality(mesh)
     return _quadratic(mesh) if sizes.element == "T10" else mesh
 
 
-def solid_cells(fingertip: Fingertip, sizes: SolidSizes) -> float:
+def solid_cells(fingertip: FingertipNumbers, sizes: ElementSizes) -> float:
     """Return about how many tetrahedra a fine mesh will have, without making it.
 
     As many regular ones of the bulk's size as fill the finger, whose sections are ellipses; coarse meshes have more,
@@ -110,7 +67,7 @@ def _quadratic(mesh: skfem.MeshTet1) -> skfem.MeshTet2:
     return dataclasses.replace(finer, _subdomains=mesh.subdomains, _boundaries=mesh.boundaries)
 
 
-def _joined(fingertip: Fingertip, skin: SolidSkin, core: SolidCore) -> skfem.MeshTet1:
+def _joined(fingertip: FingertipNumbers, skin: SolidSkin, core: SolidCore) -> skfem.MeshTet1:
     """Join skin and core along the dermis-tissue interface; the skin's nodes come first, row by row."""
     from fingerslip.specimens.fingertip.meshing.solid.skin import tetrahedra
 
@@ -127,7 +84,7 @@ def _joined(fingertip: Fingertip, skin: SolidSkin, core: SolidCore) -> skfem.Mes
     return _with_names(mesh, region[order], skin)
 
 
-def _skin_regions(fingertip: Fingertip, skin: SolidSkin, cells: Integers, layer: Integers) -> Integers:
+def _skin_regions(fingertip: FingertipNumbers, skin: SolidSkin, cells: Integers, layer: Integers) -> Integers:
     """Return the region of each tetrahedron of the skin, by its row and, for the nail, by its place."""
     middle = (skin.levels[:-1] + skin.levels[1:]) / 2
     region = np.where(middle < fingertip.layers.epidermis_thickness, _EPIDERMIS, _DERMIS)[layer]
@@ -179,10 +136,10 @@ def _faces_of_phalanx(mesh: skfem.MeshTet1, region: Integers, surface: Integers)
     """Return the facets of the phalanx surface that face down and up within 60 degrees."""
     first, second = mesh.f2t[:, surface]
     centre = mesh.p[:, mesh.t].mean(axis=1)
-    bone, tissue = np.where(region[first] == _PHALANX, (first, second), (second, first))
+    phalanx, tissue = np.where(region[first] == _PHALANX, (first, second), (second, first))
     a, b, c = mesh.p[:, mesh.facets[:, surface]].transpose(1, 0, 2)
     normal = np.cross(b - a, c - a, axis=0)
-    outward = normal * np.sign(np.sum(normal * (centre[:, tissue] - centre[:, bone]), axis=0))
+    outward = normal * np.sign(np.sum(normal * (centre[:, tissue] - centre[:, phalanx]), axis=0))
     upward = outward[1] / np.linalg.norm(normal, axis=0)
     return {"phalanx_palmar": surface[upward < -0.5], "phalanx_dorsal": surface[upward > 0.5]}
 

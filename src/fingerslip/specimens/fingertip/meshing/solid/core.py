@@ -41,22 +41,22 @@ class SolidCore:
 
 @dataclass(frozen=True)
 class _Hull:
-    """Closed surfaces of triangles that share nodes: skin, bone, and their caps on the proximal cut."""
+    """Closed surfaces of triangles that share nodes: skin, phalanx, and their caps on the proximal cut."""
 
     points: Floats
     skin: Integers
-    bone: Integers
+    phalanx: Integers
     caps: dict[str, Integers]
 
 
-def mesh_solid_core(skin: Triangulation, bone: Triangulation, largest: float) -> SolidCore:
+def mesh_solid_core(skin: Triangulation, phalanx: Triangulation, largest: float) -> SolidCore:
     """Mesh what lies inside the skin.
 
     Parameters
     ----------
     skin : Triangulation
         The dermis-tissue interface, its rim on the proximal cut.
-    bone : Triangulation
+    phalanx : Triangulation
         The surface of the phalanx; a rim, where it has one, on the same cut.
     largest : float
         Largest element size [m].
@@ -66,7 +66,7 @@ def mesh_solid_core(skin: Triangulation, bone: Triangulation, largest: float) ->
     MeshError
         Where Gmsh fails.
     """
-    hull, unit = _hull(skin, bone, largest), length_unit(largest)
+    hull, unit = _hull(skin, phalanx, largest), length_unit(largest)
     with gmsh_session():
         volumes = _draw(hull, unit)
         gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 1)
@@ -94,13 +94,13 @@ def rim(surface: Triangulation) -> Integers:
     return np.array(ring)
 
 
-def _hull(skin: Triangulation, bone: Triangulation, largest: float) -> _Hull:
-    """Join skin and bone by flat caps on the proximal cut."""
+def _hull(skin: Triangulation, phalanx: Triangulation, largest: float) -> _Hull:
+    """Join skin and phalanx by flat caps on the proximal cut."""
     count = len(skin.points)
-    points = np.vstack([skin.points, bone.points])
-    outer, inner = rim(skin), rim(bone)
+    points = np.vstack([skin.points, phalanx.points])
+    outer, inner = rim(skin), rim(phalanx)
     cut = skin.points[outer[0], 0]
-    core = mesh_ring(_flat(skin.points[outer]), _flat(bone.points[inner]) if len(inner) else None, largest)
+    core = mesh_ring(_flat(skin.points[outer]), _flat(phalanx.points[inner]) if len(inner) else None, largest)
     known = np.concatenate([outer, inner + count]) if len(inner) else outer
     distance, nearest = cKDTree(_flat(points[known])).query(core.points)
     on_ring = distance < 1e-9
@@ -108,7 +108,7 @@ def _hull(skin: Triangulation, bone: Triangulation, largest: float) -> _Hull:
     number[~on_ring] = len(points) + np.arange(np.count_nonzero(~on_ring))
     new = core.points[~on_ring]
     points = np.vstack([points, np.column_stack([np.full(len(new), cut), new[:, 1], new[:, 0]])])
-    return _Hull(points, skin.triangles, bone.triangles + count, {n: number[c] for n, c in core.cells.items()})
+    return _Hull(points, skin.triangles, phalanx.triangles + count, {n: number[c] for n, c in core.cells.items()})
 
 
 def _flat(points: Floats) -> Floats:
@@ -118,18 +118,18 @@ def _flat(points: Floats) -> Floats:
 
 def _draw(hull: _Hull, unit: float) -> dict[str, int]:
     """Draw the surfaces as they are; return the tags of the volumes between them."""
-    surfaces = {"skin": hull.skin, "bone": hull.bone, **hull.caps}
+    surfaces = {"skin": hull.skin, "phalanx_surface": hull.phalanx, **hull.caps}
     tags = {name: gmsh.model.addDiscreteEntity(2) for name in surfaces}
     gmsh.model.mesh.addNodes(2, tags["skin"], np.arange(1, len(hull.points) + 1), hull.points.ravel() / unit)
     for name, triangles in surfaces.items():
         gmsh.model.mesh.addElementsByType(tags[name], _TRIANGLE, [], (triangles + 1).ravel())
     gmsh.model.mesh.reclassifyNodes()
     cut = [tags["phalanx"]] if "phalanx" in tags else []
-    outer, bone = [tags["skin"], tags["tissue"]], [tags["bone"]]
+    outer, phalanx = [tags["skin"], tags["tissue"]], [tags["phalanx_surface"]]
     volumes = {
         # A phalanx that does not reach the cut lies in a hole of the tissue.
-        "tissue": _volume([outer + bone] if cut else [outer, bone]),
-        "phalanx": _volume([bone + cut]),
+        "tissue": _volume([outer + phalanx] if cut else [outer, phalanx]),
+        "phalanx": _volume([phalanx + cut]),
     }
     gmsh.model.geo.synchronize()
     return volumes

@@ -11,20 +11,21 @@ from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
 from fingerslip.mesh.patches import Triangulation, mesh_surface
-from fingerslip.mesh.sizes import GROWTH, SolidSizes
-from fingerslip.specimens.fingertip import (
-    Fingertip,
+from fingerslip.mesh.sizes import GROWTH, ElementSizes
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers
+from fingerslip.specimens.fingertip.pose import posed
+from fingerslip.specimens.fingertip.relief import relief_depth
+from fingerslip.specimens.fingertip.skin_surface import (
     below_skin,
     depth_below_skin,
     inward_skin_normal,
     onto_skin,
-    posed,
-    relief_depth,
     skin_grid,
     skin_ring,
     skin_section,
     solid_shape,
 )
+from fingerslip.units import coordinates, millimetres
 
 __all__ = [
     "SolidSkin",
@@ -68,16 +69,16 @@ class SolidSkin:
     fine: Flags
 
 
-def sweep_solid_skin(fingertip: Fingertip, sizes: SolidSizes, bone: Floats) -> SolidSkin:
+def sweep_solid_skin(fingertip: FingertipNumbers, sizes: ElementSizes, phalanx: Floats) -> SolidSkin:
     """Divide the skin into rows and columns.
 
     Parameters
     ----------
-    fingertip : Fingertip
+    fingertip : FingertipNumbers
         A fingertip in space.
-    sizes : SolidSizes
+    sizes : ElementSizes
         Element sizes.
-    bone : (n, 3) array
+    phalanx : (n, 3) array
         Points of the surface of the phalanx [m]; outside the contact no triangle is much wider than the tissue is
         thick.
 
@@ -88,14 +89,14 @@ def sweep_solid_skin(fingertip: Fingertip, sizes: SolidSizes, bone: Floats) -> S
     """
     _check_relief(fingertip, sizes)
     levels = _levels(fingertip, sizes)
-    outer = _outer_surface(fingertip, sizes, levels, bone)
+    outer = _outer_surface(fingertip, sizes, levels, phalanx)
     height = _height(fingertip, outer.points)
     relief = relief_depth(fingertip, outer.points) * _inside(height, sizes.contact_reach)
     rows = [_row(fingertip, outer.points, level, relief) for level in levels]
     return SolidSkin(np.stack(rows), outer.triangles, levels, height <= sizes.contact_reach)
 
 
-def check_skin_fits(fingertip: Fingertip) -> None:
+def check_skin_fits(fingertip: FingertipNumbers) -> None:
     """Refuse a skin so thick that its inner surface would cross itself.
 
     Raises
@@ -107,8 +108,8 @@ def check_skin_fits(fingertip: Fingertip) -> None:
     depth = depth_below_skin(fingertip, below_skin(fingertip, skin, thickness))
     thinnest = int(depth.argmin())
     if depth[thinnest] < 0.98 * thickness:
-        place = ", ".join(f"{axis} = {1e3 * value:.3g} mm" for axis, value in zip("xyz", skin[thinnest], strict=True))
-        found = f"got {thickness * 1e3:.4g} mm"
+        place = coordinates(skin[thinnest], 3)
+        found = f"got {millimetres(thickness)}"
         allowed = f"needs a smaller value: layers would cross below the skin at {place}, which bends too sharply"
         raise InputError("layers.skin_thickness", found, allowed, "make the skin thinner or the finger rounder")
 
@@ -120,19 +121,19 @@ def graded_sizes(points: Floats, contact: Floats, contact_size: float, largest: 
     return size
 
 
-def contact_points(fingertip: Fingertip, sizes: SolidSizes) -> Floats:
+def contact_points(fingertip: FingertipNumbers, sizes: ElementSizes) -> Floats:
     """Return (n, 3) points of the outer surface that are within the contact reach [m]."""
     grid = skin_grid(fingertip).reshape(-1, 3)
     return grid[_height(fingertip, grid) <= sizes.contact_reach]
 
 
-def _outer_surface(fingertip: Fingertip, sizes: SolidSizes, levels: Floats, bone: Floats) -> Triangulation:
+def _outer_surface(fingertip: FingertipNumbers, sizes: ElementSizes, levels: Floats, phalanx: Floats) -> Triangulation:
     grid = skin_grid(fingertip)
     skin = grid.reshape(-1, 3)
     # Rows go all round the finger, so triangles may only widen as far as the cells keep a good shape.
     widest = min(sizes.bulk_size, _LARGEST_ASPECT * float(np.diff(levels).min()))
     narrowest = min(widest, float(np.diff(levels).max()) / _LARGEST_ASPECT)
-    tissue, _ = cKDTree(bone).query(below_skin(fingertip, skin, levels[-1]))
+    tissue, _ = cKDTree(phalanx).query(below_skin(fingertip, skin, levels[-1]))
     largest = np.clip(_TISSUE_SHARE * tissue, narrowest, widest)
     wanted = graded_sizes(skin, contact_points(fingertip, sizes), sizes.contact_size, largest)
     origin = int(np.abs(grid[:, 0, 0]).argmin())
@@ -143,18 +144,18 @@ def _outer_surface(fingertip: Fingertip, sizes: SolidSizes, levels: Floats, bone
     return Triangulation(points, surface.triangles)
 
 
-def _on_cut(fingertip: Fingertip, points: Floats) -> Floats:
+def _on_cut(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return points of the outer surface where they are on the proximal cut, at the same angles."""
     return skin_ring(fingertip, np.full(len(points), -fingertip.sagittal.pad_length), _angle(fingertip, points))
 
 
-def _angle(fingertip: Fingertip, points: Floats) -> Floats:
+def _angle(fingertip: FingertipNumbers, points: Floats) -> Floats:
     centre, height, width = skin_section(fingertip, points[:, 0])
     angle: Floats = np.arctan2(points[:, 2] / width, (centre - points[:, 1]) / height)
     return angle
 
 
-def _height(fingertip: Fingertip, points: Floats) -> Floats:
+def _height(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return the heights [m] of points above the lowest one when the finger stands at its angle."""
     height: Floats = posed(fingertip, points)[:, 1] + fingertip.sagittal.half_height
     return height
@@ -167,15 +168,15 @@ def _inside(height: Floats, reach: float) -> Floats:
     return smooth
 
 
-def _check_relief(fingertip: Fingertip, sizes: SolidSizes) -> None:
+def _check_relief(fingertip: FingertipNumbers, sizes: ElementSizes) -> None:
     fingerprint = fingertip.fingerprint
     if fingerprint.enabled and sizes.contact_size > fingerprint.pitch / 4:
-        found, allowed = f"got {sizes.contact_size * 1e3:.4g} mm", f"needs <= {fingerprint.pitch * 1e3 / 4:.4g} mm"
+        found, allowed = f"got {millimetres(sizes.contact_size)}", f"needs <= {millimetres(fingerprint.pitch / 4)}"
         repair = "write a smaller one or switch the fingerprint off"
         raise InputError("mesh.contact_size", found, f"{allowed}, a quarter of fingerprint.pitch", repair)
 
 
-def _levels(fingertip: Fingertip, sizes: SolidSizes) -> Floats:
+def _levels(fingertip: FingertipNumbers, sizes: ElementSizes) -> Floats:
     """Return the depths of all rows: the borders of the layers, and rows about as high as the contact size between."""
     layers, nail = fingertip.layers, solid_shape(fingertip).nail
     borders = {0.0, layers.epidermis_thickness, layers.skin_thickness} | ({nail.thickness} if nail else set())
@@ -188,16 +189,16 @@ def _levels(fingertip: Fingertip, sizes: SolidSizes) -> Floats:
     return np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
 
 
-def _check_rows(stops: list[float], sizes: SolidSizes) -> None:
+def _check_rows(stops: list[float], sizes: ElementSizes) -> None:
     """Refuse borders of layers so close to each other that the cells between would be flat."""
     thinnest, least = float(np.diff(stops).min()), sizes.contact_size / 5
     if thinnest < least:
-        found = f"has borders {thinnest * 1e3:.3g} mm apart (epidermis, skin, nail)"
-        allowed = f"needs >= {least * 1e3:.3g} mm, a fifth of mesh.contact_size, or equal depths"
+        found = f"has borders {millimetres(thinnest, 3)} apart (epidermis, skin, nail)"
+        allowed = f"needs >= {millimetres(least, 3)}, a fifth of mesh.contact_size, or equal depths"
         raise InputError("layers", found, allowed, "write a smaller contact_size or change the thickness")
 
 
-def _row(fingertip: Fingertip, skin: Floats, level: float, relief: Floats) -> Floats:
+def _row(fingertip: FingertipNumbers, skin: Floats, level: float, relief: Floats) -> Floats:
     """Return the (columns, 3) nodes of one row, its rim on the proximal cut."""
     cut = -fingertip.sagittal.pad_length
     rim = skin[:, 0] == cut
@@ -208,7 +209,7 @@ def _row(fingertip: Fingertip, skin: Floats, level: float, relief: Floats) -> Fl
     return row
 
 
-def _shifted(fingertip: Fingertip, skin: Floats, level: float) -> Floats:
+def _shifted(fingertip: FingertipNumbers, skin: Floats, level: float) -> Floats:
     """Shift points near the proximal cut along the finger, so that those on the rim are on the cut at their depth."""
     cut, blend = -fingertip.sagittal.pad_length, _BLEND * fingertip.layers.skin_thickness
     near = skin[:, 0] < min(cut + blend, 0.0)

@@ -12,10 +12,10 @@ import skfem
 
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.quality import quality_table
-from fingerslip.mesh.sizes import MeshSizes
 from fingerslip.specimens.fingertip import at_depth, interface_depth, outline_curve, phalanx_contour, preset
 from fingerslip.specimens.fingertip.meshing.section import core as core_module
-from fingerslip.specimens.fingertip.meshing.section.build import build_section, mesh_section
+from fingerslip.specimens.fingertip.meshing.section.build import mesh_section
+from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes, build_section
 from unit.fingers import SECTIONS, VARIANTS, change, shoelace
 
 ELEMENTS = ("Q4", "T3", "T6")
@@ -86,8 +86,8 @@ def test_areas_of_the_regions_are_those_of_the_curves(section, variant):
         kept = points[points[:, 0] >= -16e-3]
         return shoelace(kept)
 
-    bone = shoelace(phalanx_contour(fingertip))
-    levels = [inside(0.0), inside(interface_depth(fingertip, curve.arc_length)), inside(1.5e-3), bone, 0.0]
+    phalanx = shoelace(phalanx_contour(fingertip))
+    levels = [inside(0.0), inside(interface_depth(fingertip, curve.arc_length)), inside(1.5e-3), phalanx, 0.0]
     expected = [-np.diff(levels)[k] for k in range(4)]
     measured = [areas(mesh)[cells].sum() for cells in mesh.subdomains.values()]
     assert measured == pytest.approx(expected, rel=0.01)

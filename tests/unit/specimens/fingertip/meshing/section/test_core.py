@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.sizes import MeshSizes
 from fingerslip.specimens.fingertip import at_depth, outline_curve, phalanx_contour, preset
 from fingerslip.specimens.fingertip.meshing.section import core as core_module
-from fingerslip.specimens.fingertip.meshing.section.build import build_section
 from fingerslip.specimens.fingertip.meshing.section.core import mesh_core, mesh_ring
+from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes, build_section
 from fingerslip.specimens.fingertip.outline import arc_length_at_cut
 from unit.fingers import change, shoelace
 
@@ -58,12 +57,12 @@ def cell_areas(core, name):
 )
 def test_tissue_and_phalanx_fill_the_inside_without_overlap(element, section, variant):
     core, contour, border = made(element, section, variant, bulk_size=0.4e-3)
-    bone, tissue = (cell_areas(core, name) for name in ("phalanx", "tissue"))
-    assert bone.min() > 0.0
+    phalanx, tissue = (cell_areas(core, name) for name in ("phalanx", "tissue"))
+    assert phalanx.min() > 0.0
     assert tissue.min() > 0.0
-    # The bone is a polygon of its nodes here, a fine curve there.
-    assert bone.sum() == pytest.approx(shoelace(contour), rel=7e-3)
-    assert bone.sum() + tissue.sum() == pytest.approx(shoelace(border), rel=1e-3)
+    # The phalanx is a polygon of its nodes here, a fine curve there.
+    assert phalanx.sum() == pytest.approx(shoelace(contour), rel=7e-3)
+    assert phalanx.sum() + tissue.sum() == pytest.approx(shoelace(border), rel=1e-3)
     assert core.cells["tissue"].shape[1] == (4 if element == "Q4" else 3)
 
 

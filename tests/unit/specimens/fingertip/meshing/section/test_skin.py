@@ -7,7 +7,6 @@ import pytest
 from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.sizes import MeshSizes
 from fingerslip.specimens.fingertip import (
     Fingertip,
     interface_depth,
@@ -17,6 +16,7 @@ from fingerslip.specimens.fingertip import (
     surface_depth,
 )
 from fingerslip.specimens.fingertip.meshing.section.skin import SkinGrid, sweep_skin
+from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from unit.fingers import SECTIONS, change
 
 

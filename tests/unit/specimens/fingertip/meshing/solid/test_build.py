@@ -12,9 +12,9 @@ import skfem
 from fingerslip.errors import FingerslipError, InputError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh.quality import check_quality, quality_table
-from fingerslip.mesh.sizes import SolidSizes
 from fingerslip.specimens.fingertip import depth_below_skin, outline_curve, preset
-from fingerslip.specimens.fingertip.meshing.solid.build import build_solid, mesh_solid, solid_cells
+from fingerslip.specimens.fingertip.meshing.solid.build import mesh_solid, solid_cells
+from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes, build_solid
 from unit.fingers import VARIANTS, change, change_solid, coarse_solid, volumes
 
 COARSE = {"contact_size": 0.8e-3, "bulk_size": 1.6e-3}
@@ -151,8 +151,8 @@ def random_finger(seed):
     def mm(value):
         return f"{value:.4f} mm"
 
-    bone = {"base_half_width": mm(width * draw(0.4, 0.6)), "waist_half_width": mm(width * draw(0.3, 0.45))}
-    bone |= {"waist_position": mm(draw(-8, -3)), "end_half_width": mm(width * draw(0.25, 0.45))}
+    phalanx = {"base_half_width": mm(width * draw(0.4, 0.6)), "waist_half_width": mm(width * draw(0.3, 0.45))}
+    phalanx |= {"waist_position": mm(draw(-8, -3)), "end_half_width": mm(width * draw(0.25, 0.45))}
     along = {"palmar_level": mm(-height * draw(0.1, 0.4)), "dorsal_level": mm(height * draw(0.3, 0.5))}
     along |= {"distal_end": mm(draw(2, 5)), "concavity_depth": mm(draw(0, 1.5)), "concavity_position": mm(draw(-8, -2))}
     across = {"half_width": mm(width * draw(0.5, 0.7)), "half_height": mm(height * draw(0.35, 0.5))}
@@ -168,7 +168,8 @@ def random_finger(seed):
             "variant": VARIANTS[seed % 3], "corner_radius": mm(draw(0.1, 0.6)), "tissue_thickness": mm(draw(1.2, 3.5)),
             "sagittal": along, "transverse": across,
         },
-        solid={"angle": f"{draw(-0.5, 0.5):.3f} rad", "base_half_width": mm(width * draw(0.85, 1.15)), "phalanx": bone},
+        solid={"angle": f"{draw(-0.5, 0.5):.3f} rad", "base_half_width": mm(width * draw(0.85, 1.15)),
+               "phalanx": phalanx},
     )  # fmt: skip
 
 
@@ -179,7 +180,7 @@ def test_random_fingers_are_meshed_or_refused_clearly(seed):
         fingertip = random_finger(seed)
         mesh = build_solid(fingertip, contact_size=0.5e-3, bulk_size=1.2e-3)
     except FingerslipError as error:
-        # Only a shape whose bone or layers do not fit may be refused, not one that the mesher fails on.
+        # Only a shape whose phalanx or layers do not fit may be refused, not one that the mesher fails on.
         assert isinstance(error, InputError)  # noqa: PT017
         assert type(error) is InputError  # noqa: PT017
         return

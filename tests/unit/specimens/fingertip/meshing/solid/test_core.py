@@ -1,4 +1,4 @@
-"""Tissue and phalanx in space: the hull is kept, cells fill it, with the bone in a hole or through the cut."""
+"""Tissue and phalanx in space: the hull is kept, cells fill it, with the phalanx in a hole or through the cut."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def shell(is_open, scale=1.0, shift=0.0):
 @pytest.mark.parametrize("reaching", [True, False])
 def test_cells_fill_the_hull(reaching):
     skin = shell(True)
-    bone = shell(True, 0.5) if reaching else shell(False, 0.3, 2.2e-3)
-    core = mesh_solid_core(skin, bone, 1.2e-3)
-    inner = enclosed(bone)
+    phalanx = shell(True, 0.5) if reaching else shell(False, 0.3, 2.2e-3)
+    core = mesh_solid_core(skin, phalanx, 1.2e-3)
+    inner = enclosed(phalanx)
     assert volume(core, "phalanx") == pytest.approx(inner, rel=1e-6)
     assert volume(core, "tissue") == pytest.approx(enclosed(skin) - inner, rel=1e-6)
     assert np.array_equal(core.points[: len(skin.points)], skin.points)
@@ -51,7 +51,7 @@ def test_failure_of_gmsh_is_ours(monkeypatch):
     def fail(*_):
         raise RuntimeError("no")
 
-    skin, bone = shell(True), shell(True, 0.5)
+    skin, phalanx = shell(True), shell(True, 0.5)
     monkeypatch.setattr(solid_core.gmsh.model.mesh, "optimize", fail)
     with pytest.raises(MeshError, match="tissue and phalanx: Gmsh says 'no'"):
-        mesh_solid_core(skin, bone, 1.2e-3)
+        mesh_solid_core(skin, phalanx, 1.2e-3)

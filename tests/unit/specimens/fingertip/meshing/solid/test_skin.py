@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.sizes import SolidSizes
-from fingerslip.specimens.fingertip import bone_surface, depth_below_skin, onto_skin
+from fingerslip.specimens.fingertip import depth_below_skin, onto_skin, phalanx_surface
 from fingerslip.specimens.fingertip.meshing.solid.skin import (
     check_skin_fits,
     graded_sizes,
     sweep_solid_skin,
     tetrahedra,
 )
+from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
 from unit.fingers import change_solid
 
 COARSE = SolidSizes(contact_size=0.8e-3, bulk_size=1.6e-3)
@@ -21,7 +21,7 @@ RIPPLED = change_solid(fingerprint={"enabled": True})
 
 
 def swept(fingertip, sizes=COARSE):
-    return sweep_solid_skin(fingertip, sizes, bone_surface(fingertip).points.reshape(-1, 3))
+    return sweep_solid_skin(fingertip, sizes, phalanx_surface(fingertip).points.reshape(-1, 3))
 
 
 @pytest.fixture(scope="module")

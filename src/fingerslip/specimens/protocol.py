@@ -1,0 +1,60 @@
+"""What every specimen answers: all that a model takes from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from fingerslip.materials.material import Formulation, Material
+from fingerslip.mesh.source import MeshSource
+from fingerslip.sites import Site
+
+__all__ = ["Specimen"]
+
+
+class Specimen(Protocol):
+    """A body that is pressed on a surface, as numbers, and what a model takes from it."""
+
+    @property
+    def mesh_sources(self) -> tuple[type[MeshSource], ...]:
+        """Classes of the sources that mesh it; of the class, so that study files know them too."""
+        ...
+
+    @property
+    def default_mesh(self) -> MeshSource:
+        """The source of its mesh where nothing else is said."""
+        ...
+
+    @property
+    def largest_extent(self) -> float:
+        """What it measures at most [m]; a mesh file that is larger is not in metres."""
+        ...
+
+    @property
+    def materials(self) -> Mapping[str, Material]:
+        """Material of every region of its meshes."""
+        ...
+
+    @property
+    def formulation(self) -> Formulation:
+        """Formulation of its models in the plane; those in space are `solid`."""
+        ...
+
+    @property
+    def depth(self) -> float:
+        """Out-of-plane depth of its models in the plane [m]."""
+        ...
+
+    def supports(self, dim: int, /) -> Mapping[str, tuple[str, ...]]:
+        """Return the boundaries or regions that are held, and in which of the components x, y, z, by dimension."""
+        ...
+
+    def sites(self, groups: Sequence[str], dim: int, /) -> tuple[Site, ...]:
+        """Return the sites of the given groups, such as a kind of receptors.
+
+        Raises
+        ------
+        InputError
+            For a group that it does not have in this dimension of space.
+        """
+        ...
