@@ -54,7 +54,7 @@ def test_two_specimens_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_mesh_has_to_suit_the_specimen(monkeypatch: pytest.MonkeyPatch) -> None:
     SpecimenChoice(fingertip=FINGER).check_specimen(MeshSizes())
     SpecimenChoice().check_specimen(MeshFile("a.msh"))
-    with pytest.raises(InputError, match="fingertip: is missing, needs a preset, or mesh.file for a body"):
+    with pytest.raises(InputError, match=r"fingertip: is missing, needs a preset, or mesh.file for a body"):
         SpecimenChoice().check_specimen(MeshSizes())
     monkeypatch.setattr(Fingertip, "mesh_sources", (SolidSizes,))
     with pytest.raises(InputError, match="mesh: does not mesh a fingertip"):
