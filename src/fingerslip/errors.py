@@ -1,14 +1,18 @@
-"""The exceptions of fingerslip: every one says where, what was found, what is allowed and how to repair it."""
+"""The exceptions of fingerslip: each says where, what was found, what is allowed and how to repair it."""
 
 from __future__ import annotations
 
+import contextlib
 import warnings
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
 __all__ = [
     "ConvergenceError",
     "FingerslipError",
     "InputError",
+    "InputErrors",
     "MeshError",
+    "Mistakes",
     "ResultError",
     "SlipOutsideContactError",
     "warn_renamed",
@@ -16,7 +20,13 @@ __all__ = [
 
 
 def warn_renamed(old: str, new: str) -> None:
-    """Warn that a public name has a new one; the caller's caller is blamed."""
+    """Warn that a public name has a new one, at the line that calls the caller.
+
+    Parameters
+    ----------
+    old, new : str
+        The names.
+    """
     warnings.warn(f"'{old}' is now '{new}'; the old name goes with the next version", FutureWarning, stacklevel=3)
 
 
@@ -30,18 +40,25 @@ class InputError(FingerslipError, ValueError):
     Parameters
     ----------
     where : str
-        The place, such as ``studies/x.yaml: contact.friction_coefficient``.
+        The location, such as ``studies/x.yaml: contact.friction_coefficient``.
     found : str
         What stands there, such as ``got -0.2``.
     allowed : str
         What may stand there, such as ``needs a number >= 0``.
     repair : str, optional
         What to write instead, where `allowed` does not say it already.
+    line : int, optional
+        Line of the file, counted from 1, where it is known.
     """
 
-    def __init__(self, where: str, found: str, allowed: str, repair: str = "") -> None:
-        self.where, self.found, self.allowed, self.repair = where, found, allowed, repair
-        super().__init__(where, found, allowed, repair)
+    def __init__(self, where: str, found: str, allowed: str, repair: str = "", line: int | None = None) -> None:
+        self.where, self.found, self.allowed, self.repair, self.line = where, found, allowed, repair, line
+        super().__init__(where, found, allowed, repair, line)
+
+    @property
+    def all(self) -> tuple[InputError, ...]:
+        """Every mistake, each an error of its own; of a single mistake the error itself."""
+        return (self,)
 
     @property
     def mend(self) -> str:
@@ -49,17 +66,99 @@ class InputError(FingerslipError, ValueError):
         warn_renamed("mend", "repair")
         return self.repair
 
+    def moved(self, place: Callable[[str], str], line: int | None = None) -> InputError:
+        """Return the error, of the same kind, at another location.
+
+        Parameters
+        ----------
+        place : callable
+            Gets `where` and returns the new one; for several mistakes each in turn.
+        line : int, optional
+            Line of the file; that of this error where it is not given.
+        """
+        return type(self)(place(self.where), self.found, self.allowed, self.repair, line or self.line)
+
     def __str__(self) -> str:
-        text = f"{self.where}: {self.found}, {self.allowed}"
-        return f"{text}; {self.repair}" if self.repair else text
+        text = f"{self.where}: {self.found}, {self.allowed}" if self.where else f"{self.found}, {self.allowed}"
+        text = f"{text}; {self.repair}" if self.repair else text
+        return text if self.line is None else f"{text} (line {self.line})"
+
+
+class InputErrors(InputError):  # noqa: N818  it holds several
+    """Several mistakes in one input; the four parts are those of the first.
+
+    Parameters
+    ----------
+    mistakes : sequence of InputError
+        The mistakes, in the order in which they are shown, a line each.
+    """
+
+    def __init__(self, mistakes: Sequence[InputError]) -> None:
+        self._all = tuple(mistakes)
+        first = self._all[0]
+        super().__init__(first.where, first.found, first.allowed, first.repair, first.line)
+        self.args = (self._all,)
+
+    @property
+    def all(self) -> tuple[InputError, ...]:
+        """Every mistake, each an error of its own."""
+        return self._all
+
+    def moved(self, place: Callable[[str], str], line: int | None = None) -> InputError:
+        """Return the mistakes at other locations; see :meth:`InputError.moved`."""
+        return InputErrors([one.moved(place, line) for one in self._all])
+
+    def __str__(self) -> str:
+        return "\n".join(str(one) for one in self._all)
+
+
+class Mistakes:
+    """Mistakes of several checks that are raised together, one that was found twice once.
+
+    Parameters
+    ----------
+    found : iterable of InputError, optional
+        What is known already.
+
+    Examples
+    --------
+    >>> mistakes = Mistakes()
+    >>> with mistakes.collected():
+    ...     raise InputError("x.yaml: depth", "got -1 mm", "needs a value > 0")
+    >>> with mistakes.collected():
+    ...     raise InputError("x.yaml: title", "got 3", "needs text")
+    >>> [error.where for error in mistakes.found]
+    ['x.yaml: depth', 'x.yaml: title']
+    """
+
+    def __init__(self, found: Iterable[InputError] = ()) -> None:
+        self.found = list(found)
+
+    @contextlib.contextmanager
+    def collected(self) -> Iterator[None]:
+        """Keep the mistakes that are raised in the block, and go on behind it."""
+        try:
+            yield
+        except InputError as error:
+            self.found.extend(error.all)
+
+    def error(self) -> InputError:
+        """Return what was found as one error: the only mistake itself, :class:`InputErrors` of several."""
+        different = tuple({str(mistake): mistake for mistake in self.found}.values())
+        return different[0] if len(different) == 1 else InputErrors(different)
+
+    def raise_all(self) -> None:
+        """Raise what was found, if anything was; see :meth:`error`."""
+        if self.found:
+            raise self.error()
 
 
 class MeshError(InputError):
-    """A mesh that cannot be built, read or computed on."""
+    """A mesh that cannot be built, read or used in a computation."""
 
 
 class SlipOutsideContactError(InputError):
-    """Contact reached a place of the boundary that was not a contact candidate."""
+    """Contact reached a node of the boundary that is no contact candidate."""
 
 
 class ConvergenceError(FingerslipError):
@@ -74,7 +173,7 @@ class ConvergenceError(FingerslipError):
     residual : float
         Relative residual reached [-].
     tolerance : float
-        Relative residual asked for [-].
+        Largest relative residual allowed [-].
     advice : str
         What to try.
     """

@@ -11,9 +11,8 @@ from importlib.resources.abc import Traversable
 from types import MappingProxyType
 from typing import Any, Literal
 
-import yaml
-
 from fingerslip.errors import InputError
+from fingerslip.yaml_text import parse_document
 
 __all__ = ["PublishedSet", "PublishedValue", "published", "published_names"]
 
@@ -153,5 +152,5 @@ def _papers() -> tuple[str, ...]:
 @functools.cache
 def _document(paper: str) -> dict[str, Any]:
     text = _folder().joinpath(f"{paper}.yaml").read_text(encoding="utf-8")
-    document: dict[str, Any] = yaml.safe_load(text)
+    document: dict[str, Any] = parse_document(text, f"{paper}.yaml").content
     return document

@@ -60,7 +60,7 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
     example : str, optional
         A unit for the error message; `si` without one.
     where : str, optional
-        The place that an error names.
+        What an error puts first.
 
     Returns
     -------
@@ -80,7 +80,9 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
     unit_example = example or si
     match = _QUANTITY.fullmatch(text)
     if match is None:
-        raise InputError(where, f"'{text}' is no quantity", f"needs a number and a unit such as '1.5 {unit_example}'")
+        raise InputError(
+            where, f"'{text}' is not a quantity", f"needs a number and a unit such as '1.5 {unit_example}'"
+        )
     number, unit = match.groups()
     if not unit:
         raise _no_unit(number, si, unit_example, where)
@@ -94,7 +96,7 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
 
 
 def _no_unit(number: object, si: str, example: str, where: str = "") -> InputError:
-    """Say that a bare number has no unit; the SI unit is named too, as the number may be meant in it."""
+    """Return the error of a bare number; it names the SI unit too, in which the number may be meant."""
     repair = f"write '{number} {example}'" + (f" or '{number} {si}'" if si != example else "")
     return InputError(where, f"'{number}' has no unit", f"needs a unit of [{si}]", repair)
 

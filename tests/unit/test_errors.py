@@ -10,7 +10,9 @@ from fingerslip.errors import (
     ConvergenceError,
     FingerslipError,
     InputError,
+    InputErrors,
     MeshError,
+    Mistakes,
     ResultError,
     SlipOutsideContactError,
 )
@@ -21,6 +23,7 @@ CASES = [
     SlipOutsideContactError("contact", "a", "b", "c"),
     ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step"),
     ResultError("x: cannot be written"),
+    InputError("x.yaml: depth", "got 1 s", "needs a unit of [m]", line=7),
 ]
 
 
@@ -28,7 +31,7 @@ def test_four_parts_in_one_line() -> None:
     assert str(CASES[0]) == "x.yaml: time.step: got 0 s, needs a value > 0; write 5 ms"
 
 
-def test_mend_may_be_left_out() -> None:
+def test_repair_may_be_left_out() -> None:
     assert str(CASES[1]) == "mesh: boundary 'pulp' not in mesh, it has: skin"
 
 
@@ -57,3 +60,42 @@ def test_wrong_input_is_a_value_error() -> None:
 def test_the_old_name_of_the_repair_is_still_read() -> None:
     with pytest.warns(FutureWarning, match="'mend' is now 'repair'"):
         assert CASES[0].mend == CASES[0].repair == "write 5 ms"  # type: ignore[attr-defined]
+
+
+def test_the_line_of_a_file_stands_behind_the_parts() -> None:
+    assert str(CASES[5]) == "x.yaml: depth: got 1 s, needs a unit of [m] (line 7)"
+
+
+def test_several_mistakes_are_several_lines_and_have_the_parts_of_the_first() -> None:
+    first, second = CASES[0], CASES[1]
+    several = Mistakes([first, second, first]).error()  # type: ignore[list-item]
+    assert isinstance(several, InputErrors)
+    assert several.all == (first, second)
+    assert str(several).splitlines() == [str(first), str(second)]
+    assert (several.where, several.found, several.allowed, several.repair) == first.args[:4]
+    copy = pickle.loads(pickle.dumps(several))
+    assert (type(copy), str(copy)) == (InputErrors, str(several))
+
+
+def test_one_mistake_stays_itself() -> None:
+    mistakes = Mistakes()
+    mistakes.raise_all()
+    with mistakes.collected():
+        raise CASES[1]
+    with pytest.raises(MeshError) as caught:
+        mistakes.raise_all()
+    assert caught.value is CASES[1]
+    assert caught.value.all == (CASES[1],)
+
+
+def test_other_errors_are_not_collected() -> None:
+    mistakes = Mistakes()
+    with pytest.raises(ResultError), mistakes.collected():
+        raise CASES[4]
+
+
+def test_moved_mistakes_keep_their_kind_and_other_parts() -> None:
+    moved = CASES[1].moved(lambda where: f"x.yaml: {where}", 3)  # type: ignore[attr-defined]
+    assert (type(moved), str(moved)) == (MeshError, "x.yaml: mesh: boundary 'pulp' not in mesh, it has: skin (line 3)")
+    several = InputErrors(CASES[:2]).moved(lambda where: where.upper())  # type: ignore[arg-type]
+    assert [error.where for error in several.all] == ["X.YAML: TIME.STEP", "MESH"]

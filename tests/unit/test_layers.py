@@ -12,14 +12,14 @@ import fingerslip
 
 SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
-    "errors units parameters files digest sites",
+    "errors dotted units yaml_text fields mistakes parameters files digest sites",
     "materials mesh specimens fe linear contact model history dynamics",
     "slip uncertainty published report",
     "verification study validation commands",
 )
 LAYERS = [name for row in ROWS for name in row.split()]
 # The package's face names everything lazily, and the entry point calls the command line.
-FACES = {"__init__", "__main__"}
+FACES = {"__init__", "__main__", "version"}
 # Looks for missing system libraries, so it must work where the package itself cannot be loaded.
 ALONE = {"installation"}
 

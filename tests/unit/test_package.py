@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
+import importlib
 import inspect
 import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -42,25 +45,26 @@ def test_every_public_name_can_be_loaded() -> None:
     assert set(dir(fs)) == set(fs.__all__)
 
 
-def test_unknown_public_name() -> None:
-    with pytest.raises(AttributeError, match="has no attribute 'Modle'"):
+def test_unknown_public_name_is_refused_with_the_nearest() -> None:
+    with pytest.raises(AttributeError, match=r"^module 'fingerslip' has no attribute 'Modle'$") as caught:
         fs.Modle  # noqa: B018
+    assert (caught.value.name, caught.value.obj) == ("Modle", fs)
+    done = subprocess.run(
+        [sys.executable, "-c", "import fingerslip as fs; fs.Modle"], capture_output=True, text=True, check=False
+    )
+    assert done.stderr.splitlines()[-1].endswith("Did you mean: 'Model'?")
 
 
-def test_public_face_names_each_thing_where_it_is() -> None:
-    for home, names in fs._HOMES.items():
-        for name in names:
+def test_one_list_names_each_thing_where_it_is_for_programs_and_type_checkers() -> None:
+    tree = ast.parse(Path(fs.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+    listed = {alias.name: (node.module, alias.asname) for node in tree.body for alias in node.names}
+    assert set(listed) == set(fs.__all__)
+    for name, (home, shown) in listed.items():
+        assert shown == name, "without 'as' a type checker does not take it for public"
+        loaded = importlib.import_module(f"fingerslip.{home}")
+        assert getattr(fs, name) is getattr(loaded, name)
+        if name != "__version__":
             assert getattr(fs, name).__module__.startswith(f"fingerslip.{home.split('.')[0]}")
-
-
-def test_names_for_the_type_checker_are_those_that_load() -> None:
-    """What stands under TYPE_CHECKING, in the table of homes and in __all__ is one list."""
-    source = inspect.getsource(fs)
-    checked = source[source.index("if TYPE_CHECKING:") : source.index("_HOMES = {")]
-    imports = re.findall(r"from fingerslip\.([\w.]+) import (?:\(([^)]*)\)|([^\n]*))", checked)
-    named = {home: set(re.findall(r"\w+", several or one)) for home, several, one in imports}
-    assert named == {home: set(names) for home, names in fs._HOMES.items()}
-    assert {name for names in named.values() for name in names} | {"__version__"} == set(fs.__all__)
 
 
 PUBLIC = [name for name in fs.__all__ if not name.startswith("__")]

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError, MeshError
+from fingerslip.fields import unit_of
 from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Hold, Press, TimeStepping
 from fingerslip.parameters import (
@@ -22,7 +23,8 @@ from fingerslip.parameters import (
     from_mapping,
     json_schema,
     parameters,
-    unit_of,
+    plain_fields,
+    valid_fields,
     walk_quantities,
 )
 
@@ -181,7 +183,31 @@ def test_old_names_are_read_with_a_warning() -> None:
 
 
 def test_old_and_new_name_together_are_refused() -> None:
-    with pytest.raises(InputError, match="breadth: stands beside width, its new name"):
+    with pytest.raises(InputError, match="breadth: is given with width, its new name"):
         Renamed(width=1.0, breadth=0.5)  # type: ignore[call-arg]
-    with pytest.raises(InputError, match=r"x.yaml: part.breadth: stands beside width"):
+    with pytest.raises(InputError, match=r"x.yaml: part.breadth: is given with width"):
         from_mapping(Around, {"part": {"breadth": "50 cm", "width": "1 m"}}, "x.yaml")
+
+
+def test_all_mistakes_come_together_from_files_and_from_python() -> None:
+    with pytest.raises(InputError) as caught:
+        from_mapping(Outer, {"name": 3, "count": 0, "inner": {"width": 1, "places": ["1 mm", 2]}}, "f")
+    assert str(caught.value).splitlines() == [
+        "f: name: got 3, needs text",
+        "f: count: got 0, needs a number >= 1",
+        "f: inner.width: '1' has no unit, needs a unit of [m]; write '1 mm' or '1 m'",
+        "f: inner.places.1: '2' has no unit, needs a unit of [m]; write '2 mm' or '2 m'",
+    ]
+    with pytest.raises(InputError) as caught:
+        Elastic(-1.0, 0.6, "1 m")  # type: ignore[arg-type]
+    assert [error.where for error in caught.value.all] == [
+        "Elastic.youngs_modulus",
+        "Elastic.poisson_ratio",
+        "Elastic.density",
+    ]
+
+
+def test_fields_that_are_right_on_their_own() -> None:
+    found = valid_fields(Outer, {"inner": {"width": 1}, "count": 3})
+    assert found == {"parts": {}, "count": 3, "name": ""}
+    assert plain_fields(Inner, {"width": 0.5, "places": (1.0,)}) == {"width": "0.5 m", "places": ["1.0 m"]}

@@ -61,12 +61,12 @@ def test_display_value_and_text_agree(value: float, pair: tuple[str, str]) -> No
         ("3 kg", "got '3 kg', needs a unit of [m]; write for example '3 mm'"),
         ("3 furlongz", "got '3 furlongz', needs a unit of [m]; write for example '3 mm'"),
         ("1,5 mm", "got '1,5 mm', needs a unit of [m]; write for example '1 mm'"),
-        ("mm", "'mm' is no quantity, needs a number and a unit such as '1.5 mm'"),
-        ("", "'' is no quantity, needs a number and a unit such as '1.5 mm'"),
-        ("nan mm", "'nan mm' is no quantity, needs a number and a unit such as '1.5 mm'"),
+        ("mm", "'mm' is not a quantity, needs a number and a unit such as '1.5 mm'"),
+        ("", "'' is not a quantity, needs a number and a unit such as '1.5 mm'"),
+        ("nan mm", "'nan mm' is not a quantity, needs a number and a unit such as '1.5 mm'"),
     ],
 )
-def test_mistakes_show_the_mend(text: str, message: str) -> None:
+def test_mistakes_show_the_repair(text: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         parse_quantity(text, "m", example="mm", where="depth")
     assert str(caught.value) == f"depth: {message}"

@@ -14,10 +14,10 @@ from importlib import resources
 from importlib.resources.abc import Traversable
 from typing import Any, Generic, TypeVar
 
-import yaml
-
+from fingerslip.dotted import joined
 from fingerslip.errors import InputError
 from fingerslip.parameters import from_mapping
+from fingerslip.yaml_text import parse_document
 
 __all__ = ["PresetValue", "Presets"]
 
@@ -83,25 +83,25 @@ class Presets(Generic[T]):
         """Return what a preset says of itself: `citation`, `published` and `claims_not`."""
         return {key: str(text).strip() for key, text in self._document(name, "preset").items() if key != "values"}
 
-    def changed(self, mapping: Mapping[str, Any], where: str) -> T:
+    def changed(self, mapping: Mapping[str, Any], where: str = "") -> T:
         """Return a specimen that starts from a preset.
 
         Parameters
         ----------
         mapping : mapping
             Nested plain data as YAML gives it, with the key ``preset``; the other keys override the preset's values.
-        where : str
-            The place that errors put first, such as ``studies/x.yaml: fingertip``.
+        where : str, optional
+            What errors put first, such as ``studies/x.yaml: fingertip``.
 
         Raises
         ------
         InputError
-            For an unknown preset or key, or a value that does not fit.
+            For an unknown preset, or for all unknown keys and values that do not fit.
         """
         if "preset" not in mapping:
-            raise InputError(f"{where}.preset", "is missing", f"needs one of {', '.join(self.names)}")
+            raise InputError(joined(where, "preset"), "is missing", f"needs one of {', '.join(self.names)}")
         changes = {key: value for key, value in mapping.items() if key != "preset"}
-        values = _nested(self._document(str(mapping["preset"]), f"{where}.preset"))
+        values = _nested(self._document(str(mapping["preset"]), joined(where, "preset")))
         return from_mapping(self.kind, _merged(values, changes), where)
 
     def _document(self, name: str, where: str) -> dict[str, Any]:
@@ -148,5 +148,5 @@ def _folder(package: str) -> Traversable:
 @functools.cache
 def _read(package: str, name: str) -> dict[str, Any]:
     text = _folder(package).joinpath(f"{name}.yaml").read_text(encoding="utf-8")
-    document: dict[str, Any] = yaml.safe_load(text)
+    document: dict[str, Any] = parse_document(text, f"{name}.yaml").content
     return document

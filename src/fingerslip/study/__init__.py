@@ -1,5 +1,6 @@
 """Studies: from a YAML file over its runs to a folder of results.
 
-Reading a study (:mod:`~fingerslip.study.definition`) must not load what computes it
-(:mod:`~fingerslip.study.running`), so this package names nothing itself.
+``definition`` reads the file, ``running`` computes its runs, ``storage`` writes and reads their results,
+``convergence`` repeats them with finer settings, and ``inspection`` shows presets, studies and results. Reading a
+study must not load what computes it, so this package imports none of them.
 """

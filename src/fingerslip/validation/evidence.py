@@ -13,8 +13,9 @@ from fingerslip.history import read_history
 from fingerslip.report.tables.events import RunEvents
 from fingerslip.slip import PeakSettings, acceleration_events
 from fingerslip.study.convergence.converge import converge, level_folders
+from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.runner import plan_study, run_studies
+from fingerslip.study.running.runner import run_studies
 from fingerslip.study.storage.reporting import stored_run
 from fingerslip.validation.measures import Measures, measure
 

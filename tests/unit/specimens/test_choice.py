@@ -12,7 +12,15 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.file import MeshFile
 from fingerslip.parameters import parameters
 from fingerslip.specimens import choice
-from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice, preset_names, presets_of, specimen_mesh_sources
+from fingerslip.specimens.choice import (
+    SPECIMENS,
+    SpecimenChoice,
+    check_mesh,
+    given_specimen,
+    preset_names,
+    presets_of,
+    specimen_mesh_sources,
+)
 from fingerslip.specimens.fingertip import Fingertip, preset
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
@@ -33,8 +41,8 @@ def test_the_key_that_is_given_names_the_kind() -> None:
 
 
 def test_mistakes_name_the_kind() -> None:
-    with pytest.raises(InputError, match=r"^x\.yaml: fingertip\.preset: 'nobody' is not known"):
-        SpecimenChoice(fingertip={"preset": "nobody"}).specimen("x.yaml")
+    with pytest.raises(InputError, match=r"^SpecimenChoice\.fingertip\.preset: 'nobody' is not known"):
+        SpecimenChoice(fingertip={"preset": "nobody"})
 
 
 @parameters
@@ -46,19 +54,21 @@ class WithSensor(SpecimenChoice):
 
 def test_two_specimens_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(choice, "SPECIMENS", {**SPECIMENS, "sensor": SPECIMENS["fingertip"]})
-    WithSensor(sensor=FINGER).check_specimen(MeshSizes())
-    with pytest.raises(InputError, match="sensor: stands beside fingertip, needs one of the two"):
-        WithSensor(fingertip=FINGER, sensor=FINGER).check_specimen(MeshSizes())
+    assert given_specimen({"fingertip": None, "sensor": None}) is None
+    assert given_specimen({"fingertip": None, "sensor": FINGER}) == "sensor"
+    assert WithSensor(sensor=FINGER).specimen_kind == "sensor"
+    with pytest.raises(InputError, match="sensor: is given with fingertip, needs one of the two"):
+        given_specimen({"fingertip": FINGER, "sensor": FINGER})
 
 
 def test_a_mesh_has_to_suit_the_specimen(monkeypatch: pytest.MonkeyPatch) -> None:
-    SpecimenChoice(fingertip=FINGER).check_specimen(MeshSizes())
-    SpecimenChoice().check_specimen(MeshFile("a.msh"))
+    check_mesh("fingertip", MeshSizes())
+    check_mesh(None, MeshFile("a.msh"))
     with pytest.raises(InputError, match=r"fingertip: is missing, needs a preset, or mesh.file for a body"):
-        SpecimenChoice().check_specimen(MeshSizes())
+        check_mesh(None, MeshSizes())
     monkeypatch.setattr(Fingertip, "mesh_sources", (SolidSizes,))
     with pytest.raises(InputError, match="mesh: does not mesh a fingertip"):
-        SpecimenChoice(fingertip=FINGER).check_specimen(MeshSizes())
+        check_mesh("fingertip", MeshSizes())
 
 
 def test_presets_of_all_kinds_are_found_by_name() -> None:

@@ -55,19 +55,19 @@ def preset_header(name: str) -> dict[str, str]:
     return PRESETS.header(name)
 
 
-def fingertip_from(mapping: Mapping[str, Any], where: str) -> Fingertip:
+def fingertip_from(mapping: Mapping[str, Any], where: str = "") -> Fingertip:
     """Return the fingertip of a study: a preset and what the study changes in it.
 
     Parameters
     ----------
     mapping : mapping
         Nested plain data as YAML gives it, with the key ``preset``; the other keys override the preset's values.
-    where : str
-        The place that errors put first, such as ``studies/x.yaml: fingertip``.
+    where : str, optional
+        What errors put first, such as ``studies/x.yaml: fingertip``.
 
     Raises
     ------
     InputError
-        For an unknown preset or key, or a value that does not fit.
+        For an unknown preset, or for all unknown keys and values that do not fit.
     """
     return PRESETS.changed(mapping, where)

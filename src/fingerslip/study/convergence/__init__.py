@@ -1,1 +1,1 @@
-"""The runs of a study repeated with finer settings, for error bars."""
+"""Error bars: the runs of a study repeated with finer meshes, steps and contact stiffness and other damping."""

@@ -12,7 +12,7 @@ from fingerslip.files import new_folder, write_text
 from fingerslip.report.figures.convergence import convergence_figure
 from fingerslip.report.figures.save import save_figure
 from fingerslip.report.tables.convergence import convergence_table, series_table
-from fingerslip.report.tables.table import Table, to_csv
+from fingerslip.report.tables.table import Table, to_csv, to_markdown
 from fingerslip.study.convergence.levels import Level, levels_of, run_at
 from fingerslip.study.convergence.uncertainties import (
     FOLDER,
@@ -22,16 +22,9 @@ from fingerslip.study.convergence.uncertainties import (
     write_convergences,
 )
 from fingerslip.study.definition.sweep import Run
+from fingerslip.study.running.plan import Plan, plan_study
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
-from fingerslip.study.running.runner import (
-    Plan,
-    StudyFailedError,
-    compute_jobs,
-    plan_study,
-    prepare,
-    run_studies,
-    write_up,
-)
+from fingerslip.study.running.runner import StudyFailedError, compute_jobs, prepare, run_studies, write_up
 from fingerslip.study.storage.store import identity, read_result
 from fingerslip.uncertainty import Convergence, Series
 
@@ -57,6 +50,16 @@ class StudyConvergence:
     def tables(self) -> tuple[Table, ...]:
         """A table for each run."""
         return tuple(convergence_table(found.quantities.values(), found.run) for found in self.runs)
+
+    @property
+    def markdown(self) -> str:
+        """The tables in Markdown, each under its title."""
+        return "\n".join(f"## {table.title}\n\n{to_markdown(table)}" for table in self.tables)
+
+    @property
+    def figures(self) -> Path:
+        """Folder of the figures."""
+        return self.folder / FOLDER / "figures"
 
 
 @dataclass(frozen=True)
@@ -118,7 +121,7 @@ def converge(
     known = {**read_convergences(plan.folder, plan.identities), **found}
     write_convergences(plan.folder, known)
     result = StudyConvergence(plan.folder, tuple(found.values()))
-    _write_pictures(plan.folder / FOLDER, tuple(known.values()))
+    _write_pictures(result, tuple(known.values()))
     write_up(plan)
     return result
 
@@ -228,8 +231,9 @@ def _stored(folder: Path) -> dict[str, Any]:
     return result
 
 
-def _write_pictures(folder: Path, runs: Sequence[RunConvergence]) -> None:
-    write_text(folder / "convergence.csv", to_csv(series_table({found.run: found.quantities for found in runs})))
-    with new_folder(folder / "figures") as figures:
+def _write_pictures(result: StudyConvergence, runs: Sequence[RunConvergence]) -> None:
+    table = series_table({found.run: found.quantities for found in runs})
+    write_text(result.folder / FOLDER / "convergence.csv", to_csv(table))
+    with new_folder(result.figures) as figures:
         for found in runs:
             save_figure(convergence_figure(found.quantities, found.run), figures / f"{found.run}.png")

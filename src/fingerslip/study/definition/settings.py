@@ -195,11 +195,10 @@ class ContactSettings:
         if self.friction_coefficient is None and self.friction is None:
             raise InputError("friction_coefficient", "is missing", "needs a value", "or give another law in friction")
         if self.friction_coefficient is not None and self.friction is not None:
-            raise InputError("friction", "stands beside friction_coefficient", "needs one of the two")
+            raise InputError("friction", "is given with friction_coefficient", "needs one of the two")
         if self.counterface is not None and (self.offset is not None or self.normal != _UPWARDS):
-            raise InputError(
-                "counterface", "stands beside normal or offset", "needs them inside it", "move them into counterface"
-            )
+            found = "is given with normal or offset"
+            raise InputError("counterface", found, "needs them inside it", "move them into counterface")
         if self.counterface is None:
             _check_plane(self)
 
@@ -259,7 +258,7 @@ class RecordSettings:
         Whether the reference nodes h1 to h7 and v1 to v7 on the skin and on the tissue are recorded; of the fingertip
         in space.
     sites : tuple of Site
-        Further places.
+        Further sites.
     snapshots_every : float
         Time between snapshots of the whole mesh [s]; 0 for none.
     """
@@ -311,7 +310,7 @@ def _given(choice: object) -> dict[str, Any]:
 
 
 def _check_choice(choice: object, what: str) -> None:
-    """Hold that exactly one field of a choice is given."""
+    """Check that exactly one field of a choice is given."""
     given = _given(choice)
     if len(given) != 1:
         known = ", ".join(field.name for field in dataclasses.fields(choice))  # type: ignore[arg-type]
@@ -328,7 +327,7 @@ def _check_plane(settings: ContactSettings) -> None:
     try:
         Plane(settings.normal, settings.offset)
     except InputError as error:
-        raise InputError(error.where.removeprefix("Plane."), error.found, error.allowed, error.repair) from None
+        raise error.moved(lambda where: where.removeprefix("Plane.")) from None
 
 
 @parameters

@@ -5,15 +5,18 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import pydantic
 
-from fingerslip.errors import InputError
+from fingerslip.dotted import walk
+from fingerslip.errors import InputError, Mistakes, warn_renamed
 from fingerslip.fe.integration import Integration
+from fingerslip.fields import current_path
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
+from fingerslip.mistakes import in_order
 from fingerslip.model import Component
 from fingerslip.parameters import (
     PositiveLength,
@@ -23,9 +26,13 @@ from fingerslip.parameters import (
     from_mapping,
     json_schema,
     parameters,
+    plain_fields,
+    valid_fields,
 )
+from fingerslip.published import published
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
+from fingerslip.study.definition.relations import mistakes_between
 from fingerslip.study.definition.settings import (
     ContactSettings,
     MeshSettings,
@@ -35,20 +42,38 @@ from fingerslip.study.definition.settings import (
     TimeSettings,
     TractionSettings,
 )
-from fingerslip.study.definition.yaml import read_mapping
+from fingerslip.study.definition.swept import check_sweep, swept_mistakes
+from fingerslip.study.definition.yaml import line_numbers, read_mapping
 
 __all__ = [
+    "NOT_OF_A_RUN",
     "ContactSettings",
     "ProgrammeEntry",
     "RecordSettings",
     "RefinementSettings",
     "Study",
     "TimeSettings",
+    "known_paths",
     "parse_study",
     "read_study",
     "study_mapping",
     "study_schema",
 ]
+
+#: The fields of a study that do not belong to a single run.
+NOT_OF_A_RUN = ("sweep", "compare", "converge")
+
+
+def _check_published(name: str) -> str:
+    try:
+        published(name)
+    except InputError as error:
+        raise error.moved(lambda _: "") from None
+    return name
+
+
+PublishedName = Annotated[str, pydantic.AfterValidator(_check_published)]
+Sweep = Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(check_sweep)]
 
 
 @parameters
@@ -65,11 +90,11 @@ class Study(SpecimenChoice):
         Element sizes of the section; with `element` T4 or T10 those of the fingertip in space; or `file` for a mesh
         that is read, or `skin` and more for one built from the surfaces of a scan.
     contact : ContactSettings, optional
-        Contact with one rigid body, a plate where nothing else is said.
+        Contact with one counterface, by default a plate.
     contacts : tuple of ContactSettings
-        Contacts with several bodies, instead of `contact`.
+        Contacts with several counterfaces, instead of `contact`.
     programme : tuple of ProgrammeEntry
-        Motion of the bodies that have none of their own.
+        Motion of the counterfaces that have none of their own.
     damping : RayleighDamping
         Material damping.
     integration : {'selective', 'full', 'nodal'}
@@ -77,9 +102,10 @@ class Study(SpecimenChoice):
     record : RecordSettings
         What is recorded.
     materials : mapping of str to Elastic
-        Materials by region; they go before those of the specimen.
+        Materials by region; they replace those of the specimen.
     supports : mapping of str to tuple of {'x', 'y', 'z'}
-        Fixed boundaries or regions; without them the specimen says what is held, of a fingertip the phalanx.
+        Fixed components by boundary or region; without them the specimen's, such as the phalanx of a
+        fingertip.
     tractions : mapping of str to tuple of float or Traction
         Dead loads on boundaries [Pa], constant, or `value` with a `ramp` over time.
     gravity : tuple of float, optional
@@ -93,7 +119,7 @@ class Study(SpecimenChoice):
     sweep : mapping of str to tuple
         Values by dotted path; the runs are all combinations, the first path varies slowest.
     compare : tuple of str
-        Published tables that the results are shown beside.
+        Published tables with which the results are compared.
     converge : RefinementSettings
         How ``fingerslip converge`` refines the runs.
     fingertip : mapping, optional
@@ -116,48 +142,17 @@ class Study(SpecimenChoice):
     initial_velocity: tuple[SignedSpeed, ...] | None = None
     formulation: Formulation | None = None
     depth: PositiveLength | None = None
-    sweep: Mapping[str, tuple[Any, ...]] = pydantic.Field(default_factory=dict)
-    compare: tuple[str, ...] = ()
+    sweep: Sweep = pydantic.Field(default_factory=dict)
+    compare: tuple[PublishedName, ...] = ()
     converge: RefinementSettings = RefinementSettings()
 
     def __post_init__(self) -> None:
-        self.check_specimen(self.mesh)
-        _check_sweep(self.sweep)
-        _check_body(self)
-        if self.contact is not None and self.contacts:
-            raise InputError("contacts", "stands beside contact", "needs one of the two", "move contact into contacts")
+        Mistakes(mistakes_between(vars(self))).raise_all()
 
     @property
     def all_contacts(self) -> tuple[ContactSettings, ...]:
         """The contacts, whether one or several."""
         return self.contacts if self.contact is None else (self.contact,)
-
-
-def _check_sweep(sweep: Mapping[str, tuple[Any, ...]]) -> None:
-    for path, values in sweep.items():
-        if not values:
-            raise InputError(f"sweep.{path}", "has no values", "needs a list such as [0.2, 0.4]")
-        repeated = next((value for place, value in enumerate(values) if value in values[:place]), None)
-        if repeated is not None:
-            raise InputError(f"sweep.{path}", f"has {repeated!r} twice", "needs every value once")
-        inside = next((other for other in sweep if path.startswith(f"{other}.")), None)
-        if inside is not None:
-            raise InputError(f"sweep.{path}", f"is a part of the swept '{inside}'", "needs paths apart from each other")
-
-
-def _check_body(study: Study) -> None:
-    """Hold that a study without a specimen says itself what a specimen would say."""
-    if study.specimen_kind is not None:
-        return
-    kinds = " or ".join(SPECIMENS)
-    needed = ("materials", "formulation") if study.formulation == "solid" else ("materials", "formulation", "depth")
-    for name in needed:
-        if not getattr(study, name):
-            raise InputError(name, "is missing", f"needs a value where there is no {kinds}")
-    for name in ("receptors", "reference_nodes"):
-        if getattr(study.record, name):
-            found, repair = f"without a {kinds}", "name points in record.sites"
-            raise InputError(f"record.{name}", found, f"needs a {kinds}", repair)
 
 
 def read_study(path: str | Path) -> Study:
@@ -176,10 +171,13 @@ def read_study(path: str | Path) -> Study:
     Raises
     ------
     InputError
-        For the first mistake in the file.
+        For all mistakes in the file, in its order and with their lines: those of the study, of its specimen and of
+        every run of its sweep.
     """
     path = Path(path)
-    return parse_study(read_mapping(path), path)
+    mapping = read_mapping(path)
+    with line_numbers(path):
+        return parse_study(mapping, path)
 
 
 def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
@@ -192,14 +190,68 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     source : Path
         Its file, which errors name and to which the path of a mesh file is relative.
 
+    Returns
+    -------
+    Study
+        The study; the path of a mesh file in it is absolute.
+
     Raises
     ------
     InputError
-        For the first mistake.
+        For all mistakes, in the order of `mapping`.
     """
-    study = from_mapping(Study, mapping, str(source))
-    study.specimen(str(source))
+    mapping = _with_current_sweep(mapping)
+    mistakes = _mistakes_of(mapping)
+    if mapping.get("sweep"):
+        mistakes += swept_mistakes(_completed(mapping), mistakes, known_paths(mapping), _mistakes_of)
+    if mistakes:
+        error = Mistakes(in_order(mistakes, walk(mapping))).error()
+        raise error.moved(lambda where: f"{source}: {where}" if where else str(source))
+    study = from_mapping(Study, mapping)
     return dataclasses.replace(study, mesh=study.mesh.beside(source.parent))
+
+
+def _with_current_sweep(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a study whose sweep has the new names of fields that were renamed."""
+    sweep = mapping.get("sweep")
+    if not isinstance(sweep, Mapping):
+        return mapping
+    paths = {path: current_path(Study, str(path)) for path in sweep}
+    for old, new in paths.items():
+        if old != new:
+            warn_renamed(f"sweep.{old}", f"sweep.{new}")
+    return {**mapping, "sweep": {paths[path]: values for path, values in sweep.items()}}
+
+
+def _mistakes_of(mapping: Mapping[str, Any]) -> list[InputError]:
+    """Return the mistakes of a study as plain data, but not those of its runs; their locations are dotted paths."""
+    try:
+        from_mapping(Study, mapping)
+    except InputError as error:
+        return [*error.all, *mistakes_between(valid_fields(Study, mapping))]
+    return []
+
+
+def _completed(mapping: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a study as plain data with all defaults and new names in the fields that are right."""
+    return {**mapping, **plain_fields(Study, valid_fields(Study, mapping)), "sweep": mapping["sweep"]}
+
+
+def known_paths(mapping: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:
+    """Return the dotted paths that a sweep may name, by the field of the study that they begin with.
+
+    Parameters
+    ----------
+    mapping : mapping
+        What a study file holds; of a field that is wrong no paths are known.
+    """
+    sections = plain_fields(Study, valid_fields(Study, mapping))
+    for kind, presets in SPECIMENS.items():
+        if sections.get(kind) is not None:
+            sections[kind] = {"preset": "", **as_mapping(presets.changed(sections[kind]))}
+    return {
+        name: (name, *walk(section, name)) for name, section in sections.items() if name not in ("title", *NOT_OF_A_RUN)
+    }
 
 
 def study_schema() -> dict[str, Any]:

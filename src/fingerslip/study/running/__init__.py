@@ -1,1 +1,1 @@
-"""Running a study: models are built, grouped and computed, side by side or together."""
+"""From the runs of a study to computed results: models are built, grouped and computed in several processes."""

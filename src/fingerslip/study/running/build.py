@@ -162,10 +162,16 @@ def located(error: InputError, where: str, study: Study | None = None) -> InputE
         The study, which says how its contacts are written; without it there is one contact, in its short form.
     """
     source = where.partition(" (")[0]
-    if error.where.startswith(source):
+    if all(one.where.startswith(source) for one in error.all):
         return error
-    place = _study_place(re.sub(r"^Model\.?", "", error.where), study)
-    return type(error)(f"{where}: {place}" if place else where, error.found, error.allowed, error.repair)
+
+    def named(place: str) -> str:
+        if place.startswith(source):
+            return place
+        inside = _study_place(re.sub(r"^Model\.?", "", place), study)
+        return f"{where}: {inside}" if inside else where
+
+    return error.moved(named)
 
 
 def _study_place(place: str, study: Study | None) -> str:

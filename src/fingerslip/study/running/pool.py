@@ -17,6 +17,7 @@ from fingerslip.errors import FingerslipError, ResultError
 from fingerslip.study.running.compute import Job
 from fingerslip.study.running.groups import compute_group, groups
 from fingerslip.study.running.progress import StudyProgress
+from fingerslip.study.running.spawning import without_main_module
 from fingerslip.study.running.threads import limited_threads
 
 __all__ = ["WorkerLostError", "compute_all"]
@@ -27,12 +28,12 @@ Failures = dict[str, FingerslipError]
 
 
 class WorkerLostError(FingerslipError):
-    """A process that computed runs ended without a word."""
+    """A process that computed runs ended without saying why."""
 
     def __str__(self) -> str:
         return (
-            "a process that computed runs was ended from outside, perhaps for want of memory: finished runs are "
-            "kept, the others need another try; run the same command again with --workers 1"
+            "a process that computed runs was ended from outside, perhaps because there was not enough memory: "
+            "finished runs are kept, the others need another try; run the same command again with --workers 1"
         )
 
 
@@ -48,10 +49,10 @@ def compute_all(jobs: Sequence[Job], workers: int, progress: StudyProgress) -> F
     jobs : sequence of Job
         What to compute.
     workers : int
-        Cores to use: so many are computed at once, or those that there are with several threads each; with one of
-        them, or one job, this process computes.
+        Number of cores. So many jobs are computed at once, each in its own process; fewer jobs use several threads
+        each. With one worker or one job this process computes.
     progress : StudyProgress
-        Is told how far they are.
+        Receives the progress of every run.
 
     Returns
     -------
@@ -61,7 +62,7 @@ def compute_all(jobs: Sequence[Job], workers: int, progress: StudyProgress) -> F
     Raises
     ------
     KeyboardInterrupt
-        After Ctrl-C, when nothing unfinished is left.
+        After Ctrl-C, when all workers have ended and removed what was unfinished.
     """
     progress.begin([job.run.name for job in jobs])
     parts = groups(jobs)
@@ -74,12 +75,12 @@ def _compute_here(parts: Sequence[Sequence[Job]], progress: StudyProgress) -> Fa
     failures: Failures = {}
     for jobs in parts:
         found = compute_group(jobs, progress.advance)
-        failures |= _told(jobs, found, progress)
+        failures |= _reported(jobs, found, progress)
     return failures
 
 
-def _told(jobs: Sequence[Job], found: Mapping[str, Exception], progress: StudyProgress) -> Failures:
-    """Tell that jobs are done or have failed, and return the errors to keep."""
+def _reported(jobs: Sequence[Job], found: Mapping[str, Exception], progress: StudyProgress) -> Failures:
+    """Report jobs as done or failed, and return the errors to keep."""
     failures: Failures = {}
     for job in jobs:
         error = found.get(job.run.name)
@@ -94,8 +95,8 @@ def _compute_apart(parts: Sequence[Sequence[Job]], workers: int, progress: Study
     news, stop = context.Queue(), context.Event()
     pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(news, stop))
     try:
-        with _interrupts_ignored():
-            # The workers start here and inherit this: a Ctrl-C while they import is the parent's alone to answer.
+        with _interrupts_ignored(), without_main_module():
+            # The workers start here. They inherit the ignored Ctrl-C, which the parent alone answers.
             futures = {pool.submit(_compute_in_worker, jobs): jobs for jobs in parts}
         return _follow(futures, news, progress)
     finally:
@@ -105,14 +106,14 @@ def _compute_apart(parts: Sequence[Sequence[Job]], workers: int, progress: Study
 
 
 def _follow(futures: Mapping[Future[Any], Sequence[Job]], news: Any, progress: StudyProgress) -> Failures:
-    """Wait for all jobs and pass on how far they are."""
+    """Wait for all jobs and pass their progress on."""
     failures: Failures = {}
     waiting = set(futures)
     while waiting:
         done, waiting = wait(waiting, timeout=_SECONDS_BETWEEN_LOOKS, return_when=FIRST_COMPLETED)
         _pass_on(news, progress)
         for future in done:
-            failures |= _told(futures[future], _found(future, futures[future]), progress)
+            failures |= _reported(futures[future], _found(future, futures[future]), progress)
     return failures
 
 
@@ -133,7 +134,7 @@ def _found(future: Future[Any], jobs: Sequence[Job]) -> Mapping[str, Exception]:
 
 
 def _out_of_memory(job: Job) -> ResultError:
-    return ResultError(f"{job.run.where}: out of memory; use larger elements or --workers 1")
+    return ResultError(f"{job.run.where}: not enough memory; use larger elements or --workers 1")
 
 
 @contextlib.contextmanager

@@ -1,4 +1,4 @@
-"""Showing how far a study is: bars on a terminal, lines in a log, or nothing."""
+"""The progress of a study: bars on a terminal, lines in a log, or nothing."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _SECONDS_BETWEEN_LINES = 30.0
 
 
 class StudyProgress(Protocol):
-    """What a study tells while it runs."""
+    """Receives the progress of a study."""
 
     def __enter__(self) -> Self: ...
 
@@ -25,20 +25,20 @@ class StudyProgress(Protocol):
     ) -> None: ...
 
     def begin(self, names: Sequence[str]) -> None:
-        """Take note of the runs to be computed."""
+        """Receive the names of the runs to be computed."""
 
     def advance(self, name: str, fraction: float) -> None:
-        """Take note that a run is done up to `fraction`."""
+        """Receive the fraction of a run that is done, from 0 to 1."""
 
     def finish(self, name: str, outcome: str) -> None:
-        """Take note that a run has ended, and how."""
+        """Receive the outcome of a run, `done` or `failed`."""
 
     def say(self, message: str) -> None:
-        """Show a message."""
+        """Receive a message."""
 
 
 class SilentProgress:
-    """Tells nothing."""
+    """Shows nothing."""
 
     def __enter__(self) -> Self:
         return self
@@ -111,7 +111,7 @@ class BarProgress(SilentProgress):
             self._bars.update(self._total, completed=sum(self._done.values()))
 
     def finish(self, name: str, outcome: str) -> None:
-        """Fill the bar of a run and say how it ended."""
+        """Fill the bar of a run and write its outcome behind its name."""
         self.advance(name, 1.0)
         self._bars.update(self._tasks[name], description=f"{name}: {outcome}")
 
@@ -121,7 +121,7 @@ class BarProgress(SilentProgress):
 
 
 class LineProgress(SilentProgress):
-    """A line when a run begins or ends, and one now and then, for logs.
+    """A line when a run begins or ends and one every half minute, for logs.
 
     Parameters
     ----------
@@ -134,14 +134,14 @@ class LineProgress(SilentProgress):
         self._last: dict[str, float] = {}
 
     def advance(self, name: str, fraction: float) -> None:
-        """Write a line where the last one is some time ago."""
+        """Write a line if the last one of the run is old enough."""
         now = time.monotonic()
         if now - self._last.get(name, -_SECONDS_BETWEEN_LINES) >= _SECONDS_BETWEEN_LINES:
             self._last[name] = now
             self.say(f"{name}: {100 * fraction:.0f} %")
 
     def finish(self, name: str, outcome: str) -> None:
-        """Say how a run ended."""
+        """Write the outcome of a run."""
         self.say(f"{name}: {outcome}")
 
     def say(self, message: str) -> None:

@@ -1,4 +1,4 @@
-"""Running a study: every run checked before the first is computed, none computed twice, none left half done."""
+"""Running studies: every run is checked before the first is computed, none is computed twice or left half done."""
 
 from __future__ import annotations
 
@@ -10,60 +10,26 @@ from typing import Any
 from fingerslip.dynamics.system import check_model
 from fingerslip.errors import FingerslipError, InputError
 from fingerslip.files import clean_stale, remove_empty
-from fingerslip.published import published
 from fingerslip.report.tables.events import RunEvents
 from fingerslip.study.convergence.uncertainties import read_uncertainties
-from fingerslip.study.definition.spec import Study, read_study
-from fingerslip.study.definition.sweep import Run, expand
+from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import build_mesh, build_model, located, mesh_key
 from fingerslip.study.running.compute import Job
+from fingerslip.study.running.plan import Plan, plan_studies
 from fingerslip.study.running.pool import compute_all
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
 from fingerslip.study.storage.reporting import StoredStudy, read_manifest, report_key, write_report
-from fingerslip.study.storage.store import identity, read_result
 from fingerslip.study.storage.summary import run_events, write_manifest, write_summary
 
 __all__ = [
-    "Plan",
     "StudyFailedError",
     "StudyResult",
     "compute_jobs",
-    "plan_study",
     "prepare",
     "run_studies",
     "run_study",
     "write_up",
 ]
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What running a study would do.
-
-    Parameters
-    ----------
-    source : Path
-        The study file.
-    study : Study
-        What it holds.
-    folder : Path
-        Where the results go.
-    runs : tuple of Run
-        All runs.
-    identities : mapping of str to str
-        Hash of the inputs of every run, by its name.
-    """
-
-    source: Path
-    study: Study
-    folder: Path
-    runs: tuple[Run, ...]
-    identities: Mapping[str, str]
-
-    def finished(self) -> dict[str, dict[str, Any]]:
-        """Return what is stored of the runs that are finished with these inputs, by their names."""
-        stored = {run.name: read_result(self.folder / run.name) for run in self.runs}
-        return {name: found for name, found in stored.items() if found and found["identity"] == self.identities[name]}
 
 
 @dataclass(frozen=True)
@@ -115,21 +81,6 @@ class StudyFailedError(FingerslipError):
         return "\n".join(lines)
 
 
-def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
-    """Read a study and list its runs.
-
-    Raises
-    ------
-    InputError
-        For the first mistake in the file or in a swept value.
-    """
-    source = Path(path)
-    study = read_study(source)
-    _check_compare(study, source)
-    runs = expand(study, source)
-    return Plan(source, study, Path(results_dir) / source.stem, runs, {run.name: identity(run) for run in runs})
-
-
 def prepare(plan: Plan, runs: Sequence[Run]) -> tuple[Job, ...]:
     """Build and check the models of runs; runs with the same mesh inputs share one mesh.
 
@@ -152,7 +103,7 @@ def run_study(
 ) -> StudyResult:
     """Run a study.
 
-    Runs that are finished with the same inputs are not computed again, so an interrupted study goes on where
+    Runs that are finished with the same inputs are not computed again, so an interrupted study continues where
     it stopped. Nothing is written before all inputs are checked.
 
     Parameters
@@ -160,15 +111,13 @@ def run_study(
     path : path
         The study file.
     results_dir : path, optional
-        Results go to a folder in it that is called like the study file.
+        Folder that holds a folder for each study, named like its file.
     workers : int, optional
-        How many cores are used: by so many runs at once, each in a process of its own, or by one large run alone.
-        A script that asks for more than one must be importable: its call stands under
-        ``if __name__ == "__main__":``.
+        Number of cores: so many runs are computed at once, each in its own process, or one large run on all.
     force : bool, optional
         Compute finished runs again too.
     progress : StudyProgress, optional
-        Is told how far the study is.
+        Receives the progress of the study; without it nothing is shown.
 
     Returns
     -------
@@ -178,7 +127,7 @@ def run_study(
     Raises
     ------
     InputError
-        For a mistake in the study, before anything is written.
+        For all mistakes in the study, before anything is written.
     StudyFailedError
         Where runs failed, after the others are finished.
     ResultError
@@ -198,8 +147,7 @@ def run_studies(
     """Run several studies, one after the other, after all of them are checked; see :func:`run_study`."""
     if workers < 1:
         raise InputError("workers", f"got {workers}", "needs a number >= 1")
-    plans = [plan_study(path, results_dir) for path in paths]
-    _check_folders(plans)
+    plans = plan_studies(paths, results_dir)
     finished = [{} if force else plan.finished() for plan in plans]
     jobs = [
         prepare(plan, [run for run in plan.runs if run.name not in there])
@@ -232,22 +180,6 @@ def _execute(
     return result, {f"{plan.source.stem}/{name}": error for name, error in failures.items()}
 
 
-def _check_folders(plans: Sequence[Plan]) -> None:
-    """Refuse studies whose results would go to one folder."""
-    for place, plan in enumerate(plans):
-        twin = next((other for other in plans[:place] if other.folder == plan.folder), None)
-        if twin is not None:
-            raise InputError(str(plan.source), f"has the file name of {twin.source}", "needs a name of its own")
-
-
-def _check_compare(study: Study, source: Path) -> None:
-    for name in study.compare:
-        try:
-            published(name)
-        except InputError as error:
-            raise located(error, str(source)) from None
-
-
 def _job(plan: Plan, run: Run, meshes: dict[str, Any]) -> Job:
     key = mesh_key(run)
     if key not in meshes:
@@ -272,7 +204,7 @@ def compute_jobs(plan: Plan, jobs: Sequence[Job], workers: int, progress: StudyP
     workers : int
         How many at once.
     progress : StudyProgress
-        Is told how far they are.
+        Receives the progress of the runs.
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""The folders of a study's results: what is written there, whole or not at all, and read back."""
+"""The folder of a study's results: its files, written whole or not at all, and read back for tables and reports."""

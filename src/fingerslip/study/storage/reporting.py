@@ -28,7 +28,16 @@ from fingerslip.study.running.build import build_mesh
 from fingerslip.study.storage.store import read_result
 from fingerslip.uncertainty import Convergence
 
-__all__ = ["StoredStudy", "event_tables", "read_manifest", "read_stored", "report_key", "stored_run", "write_report"]
+__all__ = [
+    "StoredStudy",
+    "event_tables",
+    "read_manifest",
+    "read_stored",
+    "report_again",
+    "report_key",
+    "stored_run",
+    "write_report",
+]
 
 
 @dataclass(frozen=True)
@@ -96,6 +105,29 @@ def event_tables(runs: Sequence[RunEvents], compare: Sequence[str]) -> tuple[Tab
     """
     beside = (compare_table(runs, published(name)) for name in compare)
     return (events_table(runs), *(table for table in beside if table.rows))
+
+
+def report_again(folder: str | Path) -> tuple[Table, ...]:
+    """Make the report of a study again from its stored histories.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of the results of a study.
+
+    Returns
+    -------
+    tuple of Table
+        The events of its runs, alone and beside published ones.
+
+    Raises
+    ------
+    ResultError
+        Where the folder holds no results, or the report cannot be written.
+    """
+    stored = read_stored(folder)
+    write_report(stored)
+    return event_tables(stored.runs, stored.compare)
 
 
 def report_key(

@@ -134,9 +134,7 @@ def test_surface_that_crosses_itself_is_its_union():
 
 
 def test_phalanx_that_pokes_through_the_skin():
-    with pytest.raises(
-        MeshError, match=r"phalanx.stl: pokes 2.* mm through the skin at x = 14 mm, .*inside skin.stl"
-    ):
+    with pytest.raises(MeshError, match=r"phalanx.stl: pokes 2.* mm through the skin at x = 14 mm, .*inside skin.stl"):
         build_from_surfaces(SKIN, dataclasses.replace(PHALANX, points=PHALANX.points + np.array([7e-3, 0, 0])), SIZES)
 
 

@@ -12,7 +12,7 @@ from fingerslip.study.convergence.levels import Level, levels_of, run_at
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import Run, expand
 from fingerslip.study.running.build import build_model
-from fingerslip.study.running.runner import plan_study
+from fingerslip.study.running.plan import plan_study
 from fingerslip.study.storage.store import identity
 from unit.study.block import changed
 

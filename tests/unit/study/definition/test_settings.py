@@ -14,8 +14,8 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.model import QuasiStatic, TimeStepping
 from fingerslip.study.definition.settings import ContactSettings, TimeSettings
-from fingerslip.study.definition.spec import parse_study, study_mapping, study_schema
-from fingerslip.study.definition.sweep import expand, known_paths
+from fingerslip.study.definition.spec import known_paths, parse_study, study_mapping, study_schema
+from fingerslip.study.definition.sweep import expand
 from unit.scans import scan_values
 from unit.study.block import block_values
 
@@ -78,7 +78,7 @@ def test_resolved_run_reads_back_the_same() -> None:
     [
         (
             {"friction_coefficient": 0.6, "friction": DROP},
-            "contact.friction: stands beside friction_coefficient, needs one of the two",
+            "contact.friction: is given with friction_coefficient, needs one of the two",
         ),
         (
             {"friction": {"static_kinetic": {"static": 0.8, "kinetic": 0.5, "decay": "1 mm/s"}}},
@@ -119,7 +119,7 @@ def test_resolved_run_reads_back_the_same() -> None:
         ),
         (
             {"friction": DROP, "counterface": BALL, "offset": "1 mm"},
-            "contact.counterface: stands beside normal or offset, needs them inside it; move them into counterface",
+            "contact.counterface: is given with normal or offset, needs them inside it; move them into counterface",
         ),
         (
             {"friction": DROP, "normal": [0, 0]},
@@ -148,7 +148,7 @@ def test_mistake_in_a_contact_is_named_with_its_mend(values: dict[str, Any], mes
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"contacts": [{"friction": DROP}]}, "contacts: stands beside contact, needs one of the two"),
+        ({"contacts": [{"friction": DROP}]}, "contacts: is given with contact, needs one of the two"),
         ({"time": {"step": "1 ms", "scheme": "static"}}, "time.scheme: got 'static', needs 'hht_alpha' or"),
         (
             {"time": {"step": "1 ms", "scheme": "quasi_static", "alpha": -0.1}},
@@ -191,7 +191,7 @@ def test_whole_laws_can_be_swept() -> None:
     values = contact(friction=DROP) | {"sweep": {"contact.friction": [DROP, {"coulomb": {"coefficient": 0.8}}]}}
     runs = expand(parse_study(values, SOURCE), SOURCE)
     assert [type(run.study.all_contacts[0].law).__name__ for run in runs] == ["StaticKinetic", "Coulomb"]
-    assert "contact.drive" in known_paths(parse_study(values, SOURCE), SOURCE)
+    assert "contact.drive" in known_paths(values)["contact"]
 
 
 def test_scheme_decides_the_time_stepping() -> None:

@@ -10,7 +10,10 @@ from typing import Any
 
 import pytest
 import yaml
+from hypothesis import given
+from hypothesis import strategies as st
 
+from fingerslip.dotted import assign, walk
 from fingerslip.errors import InputError
 from fingerslip.mesh.file import MeshFile
 from fingerslip.model import Press, Slide
@@ -142,10 +145,120 @@ def test_written_study_reads_back_the_same() -> None:
         ("title", 3, "title: got 3, needs text"),
     ],
 )
-def test_mistake_is_named_with_its_mend(path: str, value: object, message: str) -> None:
+def test_mistake_is_named_with_its_repair(path: str, value: object, message: str) -> None:
     with pytest.raises(InputError) as caught:
         parse_study(changed(path, value), SOURCE)
     assert str(caught.value) == f"studies/x.yaml: {message}"
+
+
+LEAVES = {
+    "title": 3,
+    "fingertip.phalanx.variant": "flat",
+    "fingertip.layers.skin_thickness": "1 s",
+    "fingertip.materials.dermis.poisson_ratio": "x",
+    "mesh.contact_size": 0.15,
+    "mesh.bulk_size": "0.6",
+    "contact.friction_coefficient": -1,
+    "contact.boundary": 7,
+    "programme.0.press.depth": 1.5,
+    "programme.0.press.speed": "1 kg",
+    "programme.1.slide.distance": "far",
+    "programme.1.slide.sped": "1 mm/s",
+    "time.step": "0 ms",
+    "time.alpha": 1,
+    "record.receptors.0": "FA",
+    "record.snapshots_every": 50,
+    "supports.phalanx.0": "q",
+    "gravity.1": "9.81",
+    "integration": "half",
+    "depth": "-1 mm",
+    "compare.0": "wang2014-table3",
+    "sweep.contact.offset.1": "1 s",
+    "sweep.fingertip.section.0": "middle",
+    "sweep.time.end.0": 3,
+}
+
+
+def whole() -> dict[str, Any]:
+    """Return a study in which every leaf above stands."""
+    return finger() | {
+        "supports": {"phalanx": ["x", "y"]},
+        "gravity": ["0 m/s^2", "0 m/s^2"],
+        "compare": ["wang2014-table2"],
+        "sweep": {
+            "contact.offset": ["0 mm", "1 mm"],
+            "fingertip.section": ["sagittal"],
+            "time.end": ["1 s", "2 s"],
+        },
+    }
+
+
+def put(values: dict[str, Any], path: str, value: object) -> None:
+    """Put a value at a path, also where a key of the sweep has dots in its name."""
+    if path.startswith("sweep."):
+        name, _, number = path.removeprefix("sweep.").rpartition(".")
+        values["sweep"][name][int(number)] = value
+    else:
+        assign(values, path, value)
+
+
+@given(broken=st.sets(st.sampled_from(sorted(LEAVES)), min_size=1))
+def test_every_mistake_of_a_file_is_told_in_its_order_with_its_line(
+    tmp_path_factory: pytest.TempPathFactory, broken: set[str]
+) -> None:
+    values = whole()
+    parse_study(values, SOURCE)
+    for path in broken:
+        put(values, path, LEAVES[path])
+    file = tmp_path_factory.mktemp("studies") / "x.yaml"
+    file.write_text(yaml.safe_dump(values, sort_keys=False), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read_study(file)
+    told = caught.value.all
+    assert {error.where.removeprefix(f"{file}: ") for error in told} == broken
+    assert str(caught.value).splitlines() == [str(error) for error in told]
+    assert len(told) == len(broken)
+    lines = [error.line for error in told]
+    assert None not in lines
+    assert lines == sorted(lines)
+    text = file.read_text(encoding="utf-8").splitlines()
+    for error in told:
+        value = str(LEAVES[error.where.removeprefix(f"{file}: ")])
+        assert value in text[error.line - 1], "the line is that of the wrong value"
+
+
+odd = st.sampled_from(
+    [None, True, -1, 10**299, float("nan"), "", "1 s", "1 mm mm", "1 (m", [], [None], {}, {"": 1}, [{}]]
+)
+
+
+@given(path=st.sampled_from(list(walk(whole()))), value=odd, swept=st.booleans())
+def test_any_value_anywhere_gives_a_study_or_clear_errors(path: str, value: object, swept: bool) -> None:
+    values = whole()
+    if swept:
+        values["sweep"] |= {path: [value]}
+    elif not path.startswith("sweep."):
+        assign(values, path, value)
+    try:
+        found: Any = parse_study(values, SOURCE)
+    except InputError as error:
+        found = error
+    if not isinstance(found, Study):
+        assert len(str(found).splitlines()) == len(found.all)
+        assert all(one.where.startswith("studies/x.yaml") for one in found.all)
+
+
+def test_missing_units_come_together() -> None:
+    values = block_values()
+    for path in ("depth", "time.step", "programme.0.press.depth", "programme.0.press.speed", "materials.block.density"):
+        assign(values, path, 1)
+    with pytest.raises(InputError) as caught:
+        parse_study(values, SOURCE)
+    assert [error.where.removeprefix("studies/x.yaml: ") for error in caught.value.all] == [
+        *("depth", "materials.block.density"),
+        *("programme.0.press.depth", "programme.0.press.speed", "time.step"),
+    ]
+    assert all("has no unit" in error.found for error in caught.value.all)
 
 
 @pytest.mark.parametrize(
@@ -163,19 +276,6 @@ def test_unknown_key_is_refused_with_the_nearest(path: str, nearest: str) -> Non
         parse_study(changed(path, 1), SOURCE)
     assert caught.value.where == f"studies/x.yaml: {path}"
     assert caught.value.repair == f"did you mean '{nearest}'?"
-
-
-@pytest.mark.parametrize("name", ["materials", "formulation", "depth"])
-def test_body_that_is_no_fingertip_says_everything_itself(name: str) -> None:
-    values = block_values()
-    del values[name]
-    with pytest.raises(InputError, match=rf"x\.yaml: {name}: is missing, needs a value where there is no fingertip"):
-        parse_study(values, SOURCE)
-
-
-def test_receptors_need_a_fingertip() -> None:
-    with pytest.raises(InputError, match="name points in record"):
-        parse_study(block_values() | {"record": {"receptors": ["FA-I"]}}, SOURCE)
 
 
 def test_mesh_file_is_relative_to_the_study(tmp_path: Path) -> None:

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import itertools
-import re
+import dataclasses
 from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
 from fingerslip.mesh.file import MeshFile
 from fingerslip.study.definition import sweep
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.definition.sweep import expand, known_paths
+from fingerslip.study.definition.sweep import expand
 from unit.study.block import block_values
 
 SOURCE = Path("studies/x.yaml")
@@ -107,14 +104,20 @@ def test_what_is_no_value_of_the_model_cannot_be_swept(path: str) -> None:
 
 
 def test_every_swept_value_is_checked() -> None:
-    with pytest.raises(InputError, match=r"contact\.friction_coefficient: got -0\.4, needs a number >= 0"):
+    with pytest.raises(InputError) as caught:
         runs_of({"contact.friction_coefficient": [0.2, -0.4]})
+    expected = "studies/x.yaml: sweep.contact.friction_coefficient.1: got -0.4, needs a number >= 0"
+    assert str(caught.value) == expected
 
 
-def test_known_paths_reach_the_values_of_the_preset() -> None:
-    paths = known_paths(parse_study(finger(), SOURCE), SOURCE)
-    assert "fingertip.materials.tissue.youngs_modulus" in paths
-    assert "fingertip.preset" in paths
+def test_runs_of_a_study_made_in_python_are_checked_too() -> None:
+    study = dataclasses.replace(parse_study(block_values(), SOURCE), sweep={"tme.step": (1,), "time.step": ("1 mm",)})
+    with pytest.raises(InputError) as caught:
+        expand(study, SOURCE)
+    assert [error.where for error in caught.value.all] == [
+        "studies/x.yaml: sweep.tme.step",
+        "studies/x.yaml: sweep.time.step.0",
+    ]
 
 
 def test_resolved_run_has_every_value_of_the_fingertip() -> None:
@@ -125,23 +128,3 @@ def test_resolved_run_has_every_value_of_the_fingertip() -> None:
     assert "sweep" not in resolved
     (again,) = expand(parse_study(resolved, SOURCE), SOURCE)
     assert again.specimen == run.specimen
-
-
-values = st.one_of(
-    st.booleans(),
-    st.floats(allow_nan=False),
-    st.text(max_size=40),
-    st.sampled_from(["1 mm/s", "1mm/s", "A", "a", "../../x"]),
-)
-
-
-@given(lists=st.lists(st.lists(values, min_size=1, max_size=4, unique_by=str), min_size=1, max_size=3))
-def test_folder_names_are_safe_short_and_unique(lists: list[list[object]]) -> None:
-    paths = ["contact.friction_coefficient", "time.step", "fingertip.fingerprint.enabled"]
-    combinations = [dict(zip(paths, items, strict=False)) for items in itertools.product(*lists)]
-    names = sweep._names(combinations)
-    assert len({name.lower() for name in names}) == len(combinations)
-    for name in names:
-        assert re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._+-]*", name)
-        assert len(name) <= 110
-        assert not name.endswith(".")

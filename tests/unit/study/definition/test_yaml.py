@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.errors import InputError
-from fingerslip.study.definition.yaml import read_mapping, write_mapping
+from fingerslip.errors import InputError, InputErrors
+from fingerslip.study.definition.yaml import line_numbers, read_mapping, write_mapping
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,7 @@ from fingerslip.study.definition.yaml import read_mapping, write_mapping
         ("? [a]\n: 1\n", "found a key that is not plain text"),
         ("- 1\n- 2\n", "holds a list, needs 'key: value' lines"),
         ("", "is empty, needs 'key: value' lines"),
-        ("a: !!python/object/apply:os.getcwd []\n", "line 1, column 4: found could not determine a constructor"),
+        ("a: !!python/object/apply:os.getcwd []\n", "line 1, column 4: found the tag !!python/object/apply:os.getcwd"),
     ],
 )
 def test_text_that_is_no_study(tmp_path: Path, text: str, message: str) -> None:
@@ -42,7 +42,7 @@ def test_missing_file_names_the_others(tmp_path: Path) -> None:
 
 def test_folder_and_binary_file_are_no_studies(tmp_path: Path) -> None:
     (tmp_path / "x.yaml").write_bytes(b"\xff\xfe\x00")
-    for path, message in ((tmp_path, "is a folder"), (tmp_path / "x.yaml", "is no text in UTF-8")):
+    for path, message in ((tmp_path, "is a folder"), (tmp_path / "x.yaml", "is not text in UTF-8")):
         with pytest.raises(InputError, match=message):
             read_mapping(path)
 
@@ -97,3 +97,27 @@ def test_anchors_are_followed_and_nothing_is_merged(tmp_path: Path) -> None:
     """YAML 1.2 knows no merge keys: '<<' is a key like any other, which a study then does not know."""
     (tmp_path / "x.yaml").write_text("a: &a {x: 1}\nb: *a\nc: {<<: *a}\n")
     assert read_mapping(tmp_path / "x.yaml") == {"a": {"x": 1}, "b": {"x": 1}, "c": {"<<": {"x": 1}}}
+
+
+def test_mistakes_get_the_line_of_their_value_or_of_its_group(tmp_path: Path) -> None:
+    path = tmp_path / "x.yaml"
+    path.write_text("# a study\ntime:\n  step: 1\ndepth: x\n")
+    places = ("depth", "time.step", "time.end", "mesh")
+    mistakes = [InputError(f"{path}: {place}", "is wrong", "needs another") for place in places]
+    with pytest.raises(InputErrors) as caught, line_numbers(path):
+        raise InputErrors(mistakes)
+    assert [(error.where.removeprefix(f"{path}: "), error.line) for error in caught.value.all] == [
+        ("time.step", 3),
+        ("time.end", 2),
+        ("depth", 4),
+        ("mesh", None),
+    ]
+
+
+def test_mistakes_of_something_else_stay_as_they_are(tmp_path: Path) -> None:
+    error = InputError("preset x", "is wrong", "needs another")
+    for path in (tmp_path / "gone.yaml", tmp_path / "x.yaml"):
+        (tmp_path / "x.yaml").write_text("a: 1\n")
+        with pytest.raises(InputError) as caught, line_numbers(path):
+            raise error
+        assert (caught.value.line, str(caught.value)) == (None, str(error))

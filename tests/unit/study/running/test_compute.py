@@ -20,7 +20,8 @@ from fingerslip.history import read_history
 from fingerslip.slip import events_from_mapping, find_events
 from fingerslip.study.running import compute
 from fingerslip.study.running.compute import Job, mesh_hash
-from fingerslip.study.running.runner import StudyFailedError, plan_study, prepare, run_study
+from fingerslip.study.running.plan import plan_study
+from fingerslip.study.running.runner import StudyFailedError, prepare, run_study
 from unit.study.block import block_mesh
 
 Write = Callable[..., Path]

@@ -81,7 +81,7 @@ def test_failures_in_this_process_are_kept_by_name_and_the_others_go_on(monkeypa
     failures = compute_all([job(name) for name in ends], 1, progress)
     assert failures["a"] is NOT_SOLVED
     assert isinstance(failures["c"], ResultError)
-    assert str(failures["c"]) == "x.yaml (c): out of memory; use larger elements or --workers 1"
+    assert str(failures["c"]) == "x.yaml (c): not enough memory; use larger elements or --workers 1"
     assert list(failures) == ["a", "c"]
     assert progress.told == [
         ("begin", "a", "b", "c"),

@@ -11,8 +11,9 @@ import pytest
 from fingerslip.errors import ConvergenceError, InputError
 from fingerslip.history import read_history
 from fingerslip.study.running import compute
+from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.progress import SilentProgress
-from fingerslip.study.running.runner import StudyFailedError, plan_study, run_studies, run_study
+from fingerslip.study.running.runner import StudyFailedError, run_studies, run_study
 from fingerslip.study.storage import store
 from unit.study.block import FRICTIONS, block_values, changed
 
@@ -177,18 +178,6 @@ def test_all_studies_are_checked_before_the_first_runs(write_study: Write, simul
     with pytest.raises(InputError, match=r"bad\.yaml: contact\.friction_coefficient: got -0\.2"):
         run_studies([good, bad], results_dir=good.parent / "results")
     assert simulated == []
-
-
-def test_studies_of_one_name_are_refused(write_study: Write) -> None:
-    path = write_study()
-    with pytest.raises(InputError, match="needs a name of its own"):
-        run_studies([path, path], results_dir=path.parent / "results")
-
-
-def test_unknown_published_table_is_refused(write_study: Write) -> None:
-    path = write_study(block_values() | {"compare": ["wang2014-table3"]})
-    with pytest.raises(InputError, match=r"block\.yaml: compare: .*did you mean 'wang2014-table2'\?"):
-        plan_study(path)
 
 
 def test_runs_with_one_mesh_share_it(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,7 +14,8 @@ import pytest
 from fingerslip.errors import ResultError
 from fingerslip.slip import Events, SlipEvents, events_mapping
 from fingerslip.study.running import compute
-from fingerslip.study.running.runner import plan_study, run_study
+from fingerslip.study.running.plan import plan_study
+from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage.summary import run_events, write_manifest, write_summary
 from unit.study.block import FRICTIONS
 

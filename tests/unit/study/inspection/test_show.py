@@ -11,8 +11,8 @@ import yaml
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.specimens.fingertip import preset_names, preset_table
+from fingerslip.study.inspection.show import presets_table, show
 from fingerslip.study.running.runner import run_study
-from fingerslip.study.views.views import presets_table, show
 from unit.study.block import FRICTIONS, block_values
 
 Write = Callable[..., Path]

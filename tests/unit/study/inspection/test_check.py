@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from fingerslip.errors import InputError
+from fingerslip.study.inspection.check import check_studies
 from fingerslip.study.running.cost import estimated_seconds
 from fingerslip.study.running.runner import run_study
-from fingerslip.study.views.check import check_studies
 from unit.study.block import block_values, changed
 
 Write = Callable[..., Path]
@@ -36,7 +36,7 @@ def test_finished_runs_cost_nothing(write_study: Write, tmp_path: Path) -> None:
 
 
 def test_time_is_that_of_what_is_to_do(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fingerslip.study.views.check.estimated_seconds", lambda *_: 60.0)
+    monkeypatch.setattr("fingerslip.study.inspection.check.estimated_seconds", lambda *_: 60.0)
     assert check_studies([write_study()]).note.startswith("3 runs, about 3.0 min")
 
 
@@ -46,7 +46,7 @@ def test_time_of_finished_runs_is_not_counted(
 ) -> None:
     path = write_study()
     run_study(path, results_dir=tmp_path / "results", workers=1)
-    monkeypatch.setattr("fingerslip.study.views.check.estimated_seconds", lambda *_: 60.0)
+    monkeypatch.setattr("fingerslip.study.inspection.check.estimated_seconds", lambda *_: 60.0)
     assert check_studies([path], tmp_path / "results").note.startswith("3 runs, about 0.1 min")
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.study.views.drawing import draw_fingertip
+from fingerslip.study.inspection.draw import draw_fingertip
 
 
 def test_preset_and_study_are_drawn(tmp_path: Path) -> None:

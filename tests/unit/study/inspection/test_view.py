@@ -9,7 +9,7 @@ from PIL import Image
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import write_history
-from fingerslip.study.views.viewing import view_result
+from fingerslip.study.inspection.view import view_result
 from unit.report.scenes import block_history
 
 

@@ -1,4 +1,4 @@
-"""Checking studies: what running them would do."""
+"""``fingerslip check``: whether studies can be run, how large their runs are and about how long they take."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from fingerslip.fe.space import build_space
 from fingerslip.model import Model
 from fingerslip.report.tables.table import Column, Table
 from fingerslip.study.running.cost import estimated_seconds
-from fingerslip.study.running.runner import Plan, plan_study, prepare
+from fingerslip.study.running.plan import Plan, plan_studies
+from fingerslip.study.running.runner import prepare
 
 __all__ = ["check_studies"]
 
@@ -25,14 +26,14 @@ _COLUMNS = (
 
 
 def check_studies(paths: Sequence[str | Path], results_dir: str | Path = "results") -> Table:
-    """Check studies, and say for every run how large it is.
+    """Check studies, and estimate the size and time of every run.
 
     Parameters
     ----------
     paths : sequence of path
         Study files.
     results_dir : path, optional
-        Where finished runs are looked for.
+        Folder of the results, in which finished runs are found.
 
     Returns
     -------
@@ -42,14 +43,14 @@ def check_studies(paths: Sequence[str | Path], results_dir: str | Path = "result
     Raises
     ------
     InputError
-        For the first mistake.
+        For all mistakes in the files; where there are none, for the first model that cannot be built.
     """
-    rows = [row for path in paths for row in _rows(plan_study(path, results_dir))]
+    rows = [row for plan in plan_studies(paths, results_dir) for row in _rows(plan)]
     seconds = sum(float(row[-1]) for row in rows if row[2] == "to do")
     note = (
         f"{len(rows)} run{'s' * (len(rows) != 1)}, about {max(seconds / 60, 0.1):.1f} min of computing in one process."
     )
-    return Table("Checked, nothing wrong", _COLUMNS, tuple(rows), note)
+    return Table("Checked: no mistakes found", _COLUMNS, tuple(rows), note)
 
 
 def _rows(plan: Plan) -> list[tuple[str, str, str, int, int, float]]:

@@ -13,7 +13,7 @@ from fingerslip.report.tables.table import Column, Table
 from fingerslip.specimens.choice import preset_names, presets_of
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.running.build import inspect_mesh
-from fingerslip.study.running.runner import plan_study
+from fingerslip.study.running.plan import plan_study
 
 __all__ = ["save_mesh"]
 

@@ -1,4 +1,4 @@
-"""The picture of a preset's or a study's fingertip in a file."""
+"""``fingerslip show --figure``: a picture of the fingertip of a preset or a study."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from fingerslip.errors import InputError
 from fingerslip.files import writing
 from fingerslip.report.figures.fingertip import fingertip_figure
 from fingerslip.specimens.fingertip import Fingertip, preset
-from fingerslip.study.running.runner import plan_study
+from fingerslip.study.running.plan import plan_study
 
 __all__ = ["draw_fingertip"]
 

@@ -1,4 +1,4 @@
-"""Presets, studies and results as tables for people."""
+"""``fingerslip show``: presets, studies and results as tables."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from fingerslip.specimens.fingertip import preset_header, preset_names, preset_t
 from fingerslip.study.convergence.uncertainties import read_uncertainties
 from fingerslip.study.definition.spec import Study, read_study
 from fingerslip.study.definition.yaml import read_mapping
+from fingerslip.study.inspection.draw import draw_fingertip
 from fingerslip.study.storage.reporting import event_tables, read_stored
 from fingerslip.study.storage.store import read_result
 from fingerslip.units import Unit
@@ -26,21 +27,34 @@ _VALUE_COLUMNS = (Column("value of"), Column("is"), Column("source"), Column("no
 _STUDY_FILE = "study file"
 
 
-def show(target: str) -> tuple[Table, ...]:
+def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
     """Return tables of a preset, of a study file, or of a folder of results.
 
     Parameters
     ----------
-    target : str
-        Name of a preset, or a path.
+    target : str, optional
+        Name of a preset, or a path; without it the presets are listed.
+    figure : Path, optional
+        Picture of the fingertip to write, of a preset or a study.
+
+    Returns
+    -------
+    tuple of Table
+        Values with unit and source, the assumed ones first; or the events and numbers of a result.
 
     Raises
     ------
     InputError
-        Where there is nothing of that name.
+        Where nothing has that name, or it has no fingertip to draw.
     ResultError
-        Where a folder holds no results.
+        Where a folder holds no results, or the picture cannot be written.
     """
+    if figure is not None:
+        draw_fingertip(target, figure)
+    return _tables(target) if target else (presets_table(),)
+
+
+def _tables(target: str) -> tuple[Table, ...]:
     path = Path(target)
     if path.is_dir():
         return _show_result(path)

@@ -1,4 +1,4 @@
-"""From a stored run to a window, a picture or a film."""
+"""``fingerslip view``: a stored run in a window, a picture or a film."""
 
 from __future__ import annotations
 
@@ -35,19 +35,19 @@ def view_result(
     options : mapping
         Values of :class:`~fingerslip.report.scene.scene.SceneOptions`.
     time : str, optional
-        Moment with its unit; the last one without it.
+        Time with its unit; without it the last one.
     screenshot, movie : Path, optional
-        Files to write; without any of them a window opens.
+        Files to write; without them a window opens.
 
     Returns
     -------
     tuple of Path
-        What was written.
+        The files that were written.
 
     Raises
     ------
     InputError, ResultError
-        Where there is no such result, or it cannot be shown so.
+        Where there is no such result, an option is wrong, or the picture cannot be written.
     """
     chosen = from_mapping(SceneOptions, dict(options), "view")
     moment = parse_quantity(time, "s", where="view: --time") if time else None

@@ -1,0 +1,76 @@
+# The public names of fingerslip and their homes: the one list that type checkers read and that loads them when used.
+
+from .contact.counterfaces import Cylinder as Cylinder, Plane as Plane, Sphere as Sphere
+from .contact.friction import (
+    Anisotropic as Anisotropic,
+    Coulomb as Coulomb,
+    PressureDependent as PressureDependent,
+    StaticKinetic as StaticKinetic,
+)
+from .dynamics.simulation import simulate as simulate, simulate_together as simulate_together
+from .errors import (
+    ConvergenceError as ConvergenceError,
+    FingerslipError as FingerslipError,
+    InputError as InputError,
+    MeshError as MeshError,
+    ResultError as ResultError,
+    SlipOutsideContactError as SlipOutsideContactError,
+)
+from .history import read_history as read_history, write_history as write_history
+from .materials.damping import RayleighDamping as RayleighDamping
+from .materials.elastic import Elastic as Elastic
+from .mesh.io import read_mesh as read_mesh, write_mesh as write_mesh
+from .mesh.quality import quality_table as quality_table
+from .mesh.scan.build import ScanMesh as ScanMesh, SurfaceMesh as SurfaceMesh, mesh_scan as mesh_scan
+from .mesh.scan.layered import LayerSizes as LayerSizes, build_from_surfaces as build_from_surfaces
+from .mesh.scan.offset import decimate_surface as decimate_surface, offset_inwards as offset_inwards
+from .mesh.scan.placement import (
+    Placement as Placement,
+    place_surface as place_surface,
+    placement_from_directions as placement_from_directions,
+    placement_from_landmarks as placement_from_landmarks,
+)
+from .mesh.scan.repair import repair_surface as repair_surface
+from .mesh.scan.surfaces import Surface as Surface, read_surface as read_surface, write_surface as write_surface
+from .model import (
+    Contact as Contact,
+    Drive as Drive,
+    Hold as Hold,
+    Lift as Lift,
+    Model as Model,
+    Press as Press,
+    QuasiStatic as QuasiStatic,
+    Ramp as Ramp,
+    Recording as Recording,
+    Slide as Slide,
+    TimeStepping as TimeStepping,
+    Traction as Traction,
+)
+from .sites import Site as Site
+from .slip import (
+    Events as Events,
+    SlipEvents as SlipEvents,
+    acceleration_peaks as acceleration_peaks,
+    find_events as find_events,
+)
+from .specimens.fingertip import (
+    Fingertip as Fingertip,
+    fingertip_from as fingertip_from,
+    preset as preset,
+    preset_names as preset_names,
+    preset_table as preset_table,
+)
+from .specimens.fingertip.meshing.section.source import MeshSizes as MeshSizes, build_section as build_section
+from .specimens.fingertip.meshing.solid.source import SolidSizes as SolidSizes, build_solid as build_solid
+from .specimens.fingertip.receptors import receptor_sites as receptor_sites
+from .specimens.fingertip.solid_sites import (
+    reference_sites as reference_sites,
+    solid_receptor_sites as solid_receptor_sites,
+)
+from .study.definition.spec import Study as Study, read_study as read_study, study_schema as study_schema
+from .study.running.runner import (
+    StudyFailedError as StudyFailedError,
+    StudyResult as StudyResult,
+    run_study as run_study,
+)
+from .version import __version__ as __version__

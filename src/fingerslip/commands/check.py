@@ -1,0 +1,16 @@
+"""``fingerslip check``: whether studies can be run, and what they cost."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fingerslip.commands.shared import Results, Studies, print_tables
+
+__all__ = ["check"]
+
+
+def check(studies: Studies, results: Results = Path("results")) -> None:
+    """Check studies without computing them: the runs, their size and about how long they take."""
+    from fingerslip.study.inspection.check import check_studies
+
+    print_tables([check_studies(studies, results)])

@@ -1,0 +1,45 @@
+"""``fingerslip converge``: the numerical uncertainty of every result of studies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fingerslip.commands.shared import (
+    Markdown,
+    Results,
+    Studies,
+    Workers,
+    print_tables,
+    screen_progress,
+    stop_on_termination,
+)
+
+__all__ = ["converge"]
+
+
+def converge(
+    studies: Studies,
+    runs: Annotated[list[str] | None, typer.Option("--run", metavar="NAME", help="Only this run; repeatable.")] = None,
+    results: Results = Path("results"),
+    workers: Workers = 2,
+    markdown: Markdown = False,
+) -> None:
+    """Refine studies in mesh, time step, contact stiffness and numerical damping, and give every result its error bar.
+
+    Orders, limits and uncertainties are shown and written; tables and reports of the studies then carry them.
+    """
+    from fingerslip.study.convergence import converge as refinement
+
+    stop_on_termination()
+    for study in studies:
+        found = refinement.converge(
+            study, results_dir=results, only=runs or (), workers=workers, progress=screen_progress()
+        )
+        if markdown:
+            typer.echo(found.markdown)
+            continue
+        print_tables(found.tables)
+        typer.echo(f"figures: {found.figures}")

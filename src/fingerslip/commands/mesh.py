@@ -1,0 +1,25 @@
+"""``fingerslip mesh``: the mesh of a study or a preset in a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fingerslip.commands.shared import print_tables
+
+__all__ = ["mesh"]
+
+
+def mesh(
+    target: Annotated[str, typer.Argument(metavar="STUDY|PRESET", help="Study (its first run) or preset to mesh.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="File to write (.msh, .vtu, .xdmf); else in meshes/."),
+    ] = None,
+) -> None:
+    """Build a mesh, write it, and show the quality of its cells."""
+    from fingerslip.study.inspection.mesh import save_mesh
+
+    print_tables(save_mesh(target, output))

@@ -1,0 +1,34 @@
+"""``fingerslip run``: the runs of studies, computed and written up."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fingerslip.commands.shared import Results, Studies, Workers, print_results, screen_progress, stop_on_termination
+
+__all__ = ["run"]
+
+
+def run(
+    studies: Studies,
+    results: Results = Path("results"),
+    workers: Workers = 2,
+    force: Annotated[bool, typer.Option("--force", help="Compute finished runs again.")] = False,
+) -> None:
+    """Run studies, and show their slip events beside the published ones.
+
+    Runs that are finished with the same inputs are not computed again; an interrupted study continues where it stopped.
+    """
+    from fingerslip.study.running.runner import StudyFailedError, run_studies
+
+    stop_on_termination()
+    try:
+        print_results(
+            run_studies(studies, results_dir=results, workers=workers, force=force, progress=screen_progress())
+        )
+    except StudyFailedError as error:
+        print_results(error.results)
+        raise

@@ -1,0 +1,110 @@
+"""What several verbs share: common arguments, tables on the screen, errors and exit codes."""
+
+from __future__ import annotations
+
+import signal
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from fingerslip.errors import FingerslipError, InputError, ResultError
+
+if TYPE_CHECKING:
+    from fingerslip.report.tables.table import Table
+    from fingerslip.study.running.progress import StudyProgress
+    from fingerslip.study.running.runner import StudyResult
+
+__all__ = [
+    "Markdown",
+    "Results",
+    "Studies",
+    "Workers",
+    "exit_code",
+    "print_error",
+    "print_results",
+    "print_tables",
+    "screen_progress",
+    "stop_on_termination",
+]
+
+Studies = Annotated[list[Path], typer.Argument(metavar="STUDY...", help="Study files (YAML).", show_default=False)]
+Results = Annotated[Path, typer.Option("--results", metavar="DIR", help="Folder that holds a folder for each study.")]
+Workers = Annotated[
+    int,
+    typer.Option("--workers", metavar="N", min=1, help="Cores to use: one for each run, or all for one large run."),
+]
+Markdown = Annotated[bool, typer.Option("--markdown", help="Print the tables in Markdown.")]
+
+_FILE_WIDTH = 160
+
+
+def print_tables(tables: Iterable[Table]) -> None:
+    """Print tables on the screen, or uncut into a pipe or a file.
+
+    Parameters
+    ----------
+    tables : iterable of Table
+        The tables.
+    """
+    from fingerslip.report.tables.table import to_rich
+
+    screen = Console()
+    if not screen.is_terminal:
+        # A pipe or file has no width: nothing may be cut there.
+        screen.width = max(screen.width, _FILE_WIDTH)
+    for table in tables:
+        screen.print(to_rich(table))
+
+
+def print_results(results: Iterable[StudyResult]) -> None:
+    """Print the slip events of studies and where their reports are.
+
+    Parameters
+    ----------
+    results : iterable of StudyResult
+        The results; a study without finished runs prints nothing.
+    """
+    from fingerslip.study.storage.reporting import event_tables
+
+    for result in results:
+        if result.runs:
+            print_tables(event_tables(result.runs, result.compare))
+            typer.echo(f"report: {result.folder / 'report.html'}")
+
+
+def screen_progress() -> StudyProgress:
+    """Return the progress display of a study: bars on a terminal, lines elsewhere, both on standard error."""
+    from fingerslip.study.running.progress import progress_for
+
+    return progress_for(Console(stderr=True))
+
+
+def stop_on_termination() -> None:
+    """Handle a termination request (SIGTERM) like Ctrl-C: finished runs are kept, unfinished ones removed."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+
+
+def print_error(message: str) -> None:
+    """Print a message on standard error, as it is and on one line.
+
+    Parameters
+    ----------
+    message : str
+        The message.
+    """
+    Console(stderr=True).print(message, style="red", markup=False, highlight=False, soft_wrap=True)
+
+
+def exit_code(error: FingerslipError) -> int:
+    """Return the exit code of an error: 2 where the user can repair input or output, 1 where computing failed.
+
+    Parameters
+    ----------
+    error : FingerslipError
+        The error; of a study of which several runs failed, one repairable error is enough.
+    """
+    errors = getattr(error, "errors", None) or {"": error}
+    return 2 if any(isinstance(one, InputError | ResultError) for one in errors.values()) else 1

@@ -1,0 +1,39 @@
+"""``fingerslip validate``: the shipped studies beside every published number."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fingerslip.commands.shared import Markdown, Results, Workers, print_tables, screen_progress, stop_on_termination
+
+__all__ = ["validate"]
+
+
+def validate(
+    studies: Annotated[Path, typer.Option("--studies", metavar="DIR", help="Folder of the shipped studies.")] = Path(
+        "studies"
+    ),
+    results: Results = Path("results"),
+    workers: Workers = 2,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
+    markdown: Markdown = False,
+) -> None:
+    """Compare with every published number: runs the shipped studies where needed and prints one table.
+
+    Misses stay in the table and are no error. The first time takes some minutes.
+    """
+    import json
+
+    from fingerslip import validation
+
+    stop_on_termination()
+    rows = validation.validate(studies, results, workers, screen_progress())
+    if as_json:
+        typer.echo(json.dumps(validation.rows_mapping(rows), indent=2))
+    elif markdown:
+        typer.echo(validation.rows_markdown(rows), nl=False)
+    else:
+        print_tables([validation.rows_table(rows)])

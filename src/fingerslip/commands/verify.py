@@ -1,0 +1,34 @@
+"""``fingerslip verify``: problems with known answers beside their closed forms."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from fingerslip.commands.shared import Markdown, print_tables
+
+__all__ = ["verify"]
+
+
+def verify(
+    only: Annotated[
+        list[str] | None, typer.Option("--only", metavar="NAME", help="Only this problem; repeatable.")
+    ] = None,
+    markdown: Markdown = False,
+) -> None:
+    """Compute problems with known answers, and show the results beside the closed forms.
+
+    The exit code is 1 where an error is larger than allowed.
+    """
+    from fingerslip.study.running.threads import prefer_single_thread
+
+    prefer_single_thread()
+    from fingerslip.verification.verify import verify as verify_problems
+
+    found = verify_problems(only or (), lambda line: typer.echo(line, err=True))
+    if markdown:
+        typer.echo(found.markdown)
+    else:
+        print_tables([found.table])
+    raise typer.Exit(0 if found.passed else 1)

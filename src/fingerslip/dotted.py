@@ -1,0 +1,127 @@
+"""Dotted paths such as ``programme.0.press.depth`` in nested plain data."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from typing import Any
+
+__all__ = ["assign", "is_below", "joined", "known_part", "nearest", "walk"]
+
+
+def joined(*parts: str) -> str:
+    """Return a dotted path from its parts; empty ones are left out.
+
+    Examples
+    --------
+    >>> joined("contact", "", "friction.coulomb")
+    'contact.friction.coulomb'
+    """
+    return ".".join(part for part in parts if part)
+
+
+def is_below(path: str, group: str) -> bool:
+    """Tell whether `path` is `group` or inside it.
+
+    Examples
+    --------
+    >>> is_below("time.step", "time"), is_below("time", "time"), is_below("times", "time")
+    (True, True, False)
+    """
+    return path == group or path.startswith(f"{group}.")
+
+
+def walk(values: object, path: str = "") -> Iterator[str]:
+    """Yield the path of every value inside nested mappings and lists, groups before what they hold.
+
+    Parameters
+    ----------
+    values : mapping, list or scalar
+        Plain data; a scalar holds nothing.
+    path : str, optional
+        Its own path, which is put in front.
+
+    Examples
+    --------
+    >>> list(walk({"a": {"b": [1]}}))
+    ['a', 'a.b', 'a.b.0']
+    """
+    for key, item in _items(values):
+        inner = joined(path, str(key))
+        yield inner
+        yield from walk(item, inner)
+
+
+def known_part(path: str, known: Collection[str]) -> str:
+    """Return the longest leading part of a path that is among `known`; empty where none is.
+
+    Examples
+    --------
+    >>> known_part("contact.friction", {"contact", "time"})
+    'contact'
+    """
+    while path and path not in known:
+        path = path.rpartition(".")[0]
+    return path
+
+
+def nearest(path: str, known: Sequence[str]) -> str | None:
+    """Return the known path most like `path`: by its last part where that exists, else by its letters.
+
+    Examples
+    --------
+    >>> nearest("phalanx.variant", ["fingertip.phalanx.variant", "time.step"])
+    'fingertip.phalanx.variant'
+    """
+    last = path.rsplit(".", 1)[-1]
+    same_last = [other for other in known if other.rsplit(".", 1)[-1] == last]
+    matches = difflib.get_close_matches(path, same_last or known, n=1, cutoff=0.0 if same_last else 0.5)
+    return matches[0] if matches else None
+
+
+def assign(values: dict[str, Any], path: str, value: object) -> None:
+    """Put a value into nested plain data, in place; groups that are missing on the way are made.
+
+    Parameters
+    ----------
+    values : dict
+        Nested dictionaries and lists.
+    path : str
+        Dotted path; an item of a list by its number.
+    value : object
+        The value.
+
+    Raises
+    ------
+    LookupError
+        Where the path leads through a scalar, or to an item that a list does not have.
+
+    Examples
+    --------
+    >>> study = {"programme": [{"press": None}]}
+    >>> assign(study, "programme.0.press.depth", "1 mm")
+    >>> study
+    {'programme': [{'press': {'depth': '1 mm'}}]}
+    """
+    *groups, last = path.split(".")
+    inner: Any = values
+    for key in groups:
+        if isinstance(inner, dict) and inner.get(key) is None:
+            inner[key] = {}
+        inner = inner[_key(inner, key, path)]
+    inner[_key(inner, last, path)] = value
+
+
+def _key(inner: object, key: str, path: str) -> str | int:
+    if isinstance(inner, dict):
+        return key
+    if isinstance(inner, list) and key.isdecimal() and int(key) < len(inner):
+        return int(key)
+    raise LookupError(path)
+
+
+def _items(values: object) -> Iterator[tuple[object, object]]:
+    if isinstance(values, Mapping):
+        yield from values.items()
+    elif isinstance(values, list | tuple):
+        yield from enumerate(values)

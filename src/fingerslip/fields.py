@@ -1,0 +1,157 @@
+"""What the annotations of parameter sets say: the unit of a field, and what stands at the location of a mistake."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import types
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
+
+import pydantic
+
+from fingerslip.units import Unit
+
+__all__ = ["Location", "current_path", "locate", "type_hints", "unit_of"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Location:
+    """Where in a parameter set a mistake is.
+
+    Parameters
+    ----------
+    path : tuple of str
+        Keys and numbers of items that lead to it.
+    owner : type or None
+        The parameter set whose field the last key names; None where it is an item of a list or a mapping.
+    unit : Unit or None
+        The unit of the quantity that stands there; None for anything else.
+    """
+
+    path: tuple[str, ...] = ()
+    owner: type | None = None
+    unit: Unit | None = None
+
+
+@functools.cache
+def type_hints(cls: type) -> dict[str, Any]:
+    """Return the annotations of a class by field, with their marks."""
+    return get_type_hints(cls, include_extras=True)
+
+
+def unit_of(cls: type, name: str) -> Unit | None:
+    """Return the unit mark of field `name` of `cls`, None where it has none."""
+    return next(_units_in(type_hints(cls).get(name)), None)
+
+
+def locate(cls: type, parts: Sequence[int | str]) -> Location:
+    """Return what pydantic's location of a mistake means.
+
+    Such a location has the keys that lead to the mistake, and between them the tags of union members, which no user
+    wrote. What is which follows from the annotations, so a key may have any name.
+
+    Parameters
+    ----------
+    cls : type
+        The parameter set that was validated.
+    parts : sequence of int or str
+        The location; a number stands for a positional argument or an item of a list.
+    """
+    hint: Any = cls
+    owner: type | None = None
+    path: list[str] = []
+    for part in _without_key_mark(parts):
+        hint, _ = _plain(hint)
+        if _members(hint):
+            hint = _member(hint, part)
+            continue
+        owner, name, hint = _inside(hint, part)
+        path.append(name)
+    return Location(tuple(path), owner, next(_units_in(hint), None))
+
+
+def current_path(cls: type, path: str) -> str:
+    """Return a dotted path in a parameter set with the new names of fields that were renamed.
+
+    Parameters
+    ----------
+    cls : type
+        The parameter set.
+    path : str
+        Dotted path, such as ``contacts.0.reach``; what it does not know is kept.
+    """
+    hint: Any = cls
+    parts: list[str] = []
+    for part in path.split("."):
+        plain = _plain(hint)[0]
+        owners = [_plain(member)[0] for member in _members(plain) or (plain,)]
+        new = next((names[part] for owner in owners if part in (names := getattr(owner, "RENAMED", {}))), part)
+        parts.append(new)
+        found = (_inside(owner, new)[2] for owner in owners)
+        hint = next((inner for inner in found if inner is not None), None)
+    return ".".join(parts)
+
+
+def _without_key_mark(parts: Sequence[int | str]) -> Sequence[int | str]:
+    """Leave out the mark behind a key that is wrong itself: it stands at the end, behind a key that is no text."""
+    return parts[:-1] if len(parts) > 1 and parts[-1] == "[key]" and not isinstance(parts[-2], str) else parts
+
+
+def _inside(hint: Any, part: int | str) -> tuple[type | None, str, Any]:
+    """Return the parameter set that owns the key `part`, its name, and the annotation of what it leads to."""
+    if isinstance(hint, type) and dataclasses.is_dataclass(hint):
+        name = dataclasses.fields(hint)[part].name if isinstance(part, int) else part
+        return hint, name, type_hints(hint).get(name)
+    arguments = get_args(hint)
+    origin = get_origin(hint)
+    if isinstance(origin, type) and issubclass(origin, Mapping) and arguments:
+        return None, str(part), arguments[1]
+    if isinstance(origin, type) and issubclass(origin, Sequence) and arguments:
+        number = part if isinstance(part, int) and part < len(arguments) and Ellipsis not in arguments else 0
+        return None, str(part), arguments[number]
+    return None, str(part), None
+
+
+def _plain(hint: Any) -> tuple[Any, tuple[Any, ...]]:
+    """Return an annotation without its marks and without None, and the marks."""
+    marks: tuple[Any, ...] = ()
+    while True:
+        if get_origin(hint) is Annotated:
+            marks += hint.__metadata__
+            hint = get_args(hint)[0]
+            continue
+        members = _union(hint)
+        if type(None) not in members or len(members) != 2:
+            return hint, marks
+        hint = next(member for member in members if member is not type(None))
+
+
+def _union(hint: Any) -> tuple[Any, ...]:
+    return get_args(hint) if get_origin(hint) in (Union, types.UnionType) else ()
+
+
+def _members(hint: Any) -> tuple[Any, ...]:
+    return tuple(member for member in _union(hint) if member is not type(None))
+
+
+def _member(hint: Any, tag: int | str) -> Any:
+    """Return the member of a union that pydantic calls `tag`."""
+    members = _members(hint)
+    named = (member for member in members if _name_of(member) == tag)
+    nameless = (member for member in members if not dataclasses.is_dataclass(_plain(member)[0]))
+    return next(named, next(nameless, None))
+
+
+def _name_of(member: Any) -> str:
+    plain, marks = _plain(member)
+    tags = (mark.tag for mark in marks if isinstance(mark, pydantic.Tag))
+    return next(tags, getattr(plain, "__name__", ""))
+
+
+def _units_in(hint: object) -> Iterator[Unit]:
+    for mark in getattr(hint, "__metadata__", ()):
+        if isinstance(mark, Unit):
+            yield mark
+    for argument in get_args(hint):
+        yield from _units_in(argument)

@@ -1,0 +1,145 @@
+"""What pydantic finds wrong in parameter sets, in four parts and plain words."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+import pydantic
+
+from fingerslip.dotted import is_below, joined, known_part
+from fingerslip.errors import InputError
+from fingerslip.fields import Location, locate
+from fingerslip.units import Unit
+
+__all__ = ["in_order", "mistakes_in"]
+
+_UNKNOWN = ("unexpected_keyword_argument", "extra_forbidden")
+_ALIKE = 0.5
+_LONGEST = 80
+_SIGNS = MappingProxyType(
+    {
+        "greater than or equal to ": ">= ",
+        "less than or equal to ": "<= ",
+        "greater than ": "> ",
+        "less than ": "< ",
+    }
+)
+_PLAIN_NEEDS = MappingProxyType(
+    {
+        "dataclass_type": "needs keys and values",
+        "dict_type": "needs keys and values",
+        "mapping_type": "needs keys and values",
+        "tuple_type": "needs a list",
+        "list_type": "needs a list",
+        "string_type": "needs text",
+        "float_type": "needs a number",
+        "float_parsing": "needs a number",
+        "finite_number": "needs a finite number",
+        "int_type": "needs a whole number",
+        "int_parsing": "needs a whole number",
+        "int_from_float": "needs a whole number",
+        "bool_type": "needs true or false",
+        "bool_parsing": "needs true or false",
+    }
+)
+
+_Detail = Mapping[str, Any]
+
+
+def mistakes_in(error: pydantic.ValidationError, cls: type) -> tuple[InputError, ...]:
+    """Return everything that pydantic found wrong.
+
+    Parameters
+    ----------
+    error : pydantic.ValidationError
+        What validating raised.
+    cls : type
+        The parameter set that was validated.
+
+    Returns
+    -------
+    tuple of InputError
+        Each mistake once; its location is the dotted path inside the parameter set. A key that is missing because it
+        is misspelt is one mistake.
+    """
+    details = [(detail, locate(cls, detail["loc"])) for detail in error.errors(include_url=False)]
+    misspelt = {
+        joined(*place.path[:-1], near)
+        for detail, place in details
+        if detail["type"] in _UNKNOWN and (near := _nearest_key(place))
+    }
+    found = [
+        mistake
+        for detail, place in details
+        if not (detail["type"] == "missing" and joined(*place.path) in misspelt)
+        for mistake in _mistakes(detail, place)
+    ]
+    return tuple({str(mistake): mistake for mistake in found}.values())
+
+
+def in_order(mistakes: Iterable[InputError], paths: Iterable[str], front: str = "") -> list[InputError]:
+    """Return mistakes in the order in which a file holds the values that they are about.
+
+    Parameters
+    ----------
+    mistakes : iterable of InputError
+        Mistakes whose locations are `front` and a dotted path.
+    paths : iterable of str
+        The paths of all values in the file, in its order. What is missing comes after the rest of its group.
+    front : str, optional
+        What stands before the paths, such as ``x.yaml: ``.
+    """
+    order = {path: number for number, path in enumerate(paths)}
+
+    def position(mistake: InputError) -> tuple[int, bool]:
+        path = mistake.where.removeprefix(front)
+        group = known_part(path, order)
+        if group == path and group in order:
+            return order[group], False
+        inside = (number for known, number in order.items() if not group or is_below(known, group))
+        return max(inside, default=0), True
+
+    return sorted(mistakes, key=position)
+
+
+def _mistakes(detail: _Detail, place: Location) -> Iterator[InputError]:
+    where = joined(*place.path)
+    cause = (detail.get("ctx") or {}).get("error")
+    if isinstance(cause, InputError):
+        yield from (one.moved(lambda inner: joined(where, inner)) for one in cause.all)
+    elif detail["type"] == "missing":
+        yield InputError(where, "is missing", "needs a value")
+    elif detail["type"] in _UNKNOWN:
+        near = _nearest_key(place)
+        repair = f"did you mean '{near}'?" if near else ""
+        yield InputError(where, "is not known", f"may be one of {', '.join(_known_keys(place))}", repair)
+    else:
+        needed = _PLAIN_NEEDS.get(detail["type"]) or _need(str(detail["msg"]), place.unit)
+        yield InputError(where, f"got {_shown(detail['input'], place.unit)}", needed)
+
+
+def _known_keys(place: Location) -> Sequence[str]:
+    return [field.name for field in dataclasses.fields(place.owner)] if place.owner else []
+
+
+def _nearest_key(place: Location) -> str:
+    near = difflib.get_close_matches(place.path[-1], _known_keys(place), n=1, cutoff=_ALIKE)
+    return near[0] if near else ""
+
+
+def _shown(value: object, unit: Unit | None) -> str:
+    if unit and isinstance(value, int | float) and not isinstance(value, bool):
+        return unit.format(value)
+    text = repr(value)
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
+def _need(message: str, unit: Unit | None) -> str:
+    text = message.removeprefix("Input should be ").removeprefix("Value error, ")
+    for words, sign in _SIGNS.items():
+        text = text.replace(words, f"a {'value' if unit else 'number'} {sign}")
+    return f"needs {text}"

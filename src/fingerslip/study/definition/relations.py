@@ -1,0 +1,90 @@
+"""What must hold between the fields of a study, such as materials where there is no specimen."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from fingerslip.errors import InputError, Mistakes
+from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.material import Formulation
+from fingerslip.specimens.choice import SPECIMENS, check_mesh, given_specimen
+from fingerslip.study.definition.settings import ContactSettings, MeshSettings, RecordSettings
+
+__all__ = ["mistakes_between"]
+
+_KINDS = " or ".join(SPECIMENS)
+
+
+def mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
+    """Return the mistakes in the relations between fields of a study.
+
+    Parameters
+    ----------
+    fields : mapping of str to object
+        Values of fields that are right on their own. A relation is checked where all its fields are among them.
+    """
+    mistakes, known = Mistakes(), dict(fields)
+    if SPECIMENS.keys() <= fields.keys():
+        with mistakes.collected():
+            known["specimen"] = given_specimen(fields)
+    for check in _CHECKS:
+        names = inspect.signature(check).parameters
+        if names.keys() <= known.keys():
+            with mistakes.collected():
+                check(**{name: known[name] for name in names})
+    return mistakes.found
+
+
+def _one_contact_or_several(contact: ContactSettings | None, contacts: tuple[ContactSettings, ...]) -> None:
+    if contact is not None and contacts:
+        raise InputError("contacts", "is given with contact", "needs one of the two", "move contact into contacts")
+
+
+def _materials_of_a_body(specimen: str | None, mesh: MeshSettings, materials: Mapping[str, Elastic]) -> None:
+    _check_body("materials", materials, specimen, mesh)
+
+
+def _formulation_of_a_body(specimen: str | None, mesh: MeshSettings, formulation: Formulation | None) -> None:
+    _check_body("formulation", formulation, specimen, mesh)
+
+
+def _depth_of_a_body(
+    specimen: str | None, mesh: MeshSettings, formulation: Formulation | None, depth: float | None
+) -> None:
+    if formulation != "solid":
+        _check_body("depth", depth, specimen, mesh)
+
+
+def _no_receptors_of_a_body(specimen: str | None, mesh: MeshSettings, record: RecordSettings) -> None:
+    _check_no_sites("receptors", specimen, mesh, record)
+
+
+def _no_reference_nodes_of_a_body(specimen: str | None, mesh: MeshSettings, record: RecordSettings) -> None:
+    _check_no_sites("reference_nodes", specimen, mesh, record)
+
+
+# The arguments of a check are named like the fields that it needs; `specimen` is the key of the one that is given.
+_CHECKS: tuple[Callable[..., None], ...] = (
+    _one_contact_or_several,
+    check_mesh,
+    _materials_of_a_body,
+    _formulation_of_a_body,
+    _depth_of_a_body,
+    _no_receptors_of_a_body,
+    _no_reference_nodes_of_a_body,
+)
+
+
+def _check_body(name: str, value: object, specimen: str | None, mesh: MeshSettings) -> None:
+    """Require a value that only a specimen could provide instead."""
+    if specimen is None and not mesh.needs_specimen and not value:
+        raise InputError(name, "is missing", f"needs a value where there is no {_KINDS}")
+
+
+def _check_no_sites(name: str, specimen: str | None, mesh: MeshSettings, record: RecordSettings) -> None:
+    """Refuse sites that only a specimen has."""
+    if specimen is None and not mesh.needs_specimen and getattr(record, name):
+        found, repair = f"is given without a {_KINDS}", "name points in record.sites"
+        raise InputError(f"record.{name}", found, f"needs a {_KINDS}", repair)

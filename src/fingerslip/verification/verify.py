@@ -1,0 +1,67 @@
+"""Computing verification problems one after another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from fingerslip.report.tables.table import Table, to_markdown
+from fingerslip.verification.catalogue import choose
+from fingerslip.verification.problem import Outcome, run, table
+
+__all__ = ["Verification", "verify"]
+
+
+@dataclass(frozen=True)
+class Verification:
+    """The outcomes of verification problems.
+
+    Parameters
+    ----------
+    outcomes : tuple of Outcome
+        One for each problem.
+    """
+
+    outcomes: tuple[Outcome, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every check of every problem passed."""
+        return all(outcome.passed for outcome in self.outcomes)
+
+    @property
+    def table(self) -> Table:
+        """A row for each check."""
+        return table(self.outcomes)
+
+    @property
+    def markdown(self) -> str:
+        """The table in Markdown."""
+        return f"{to_markdown(self.table)}\n{self.table.note}"
+
+
+def verify(only: Sequence[str], progress: Callable[[str], object]) -> Verification:
+    """Compute verification problems; one that cannot be computed fails and does not stop the others.
+
+    Parameters
+    ----------
+    only : sequence of str
+        Names of the problems; all where there are none.
+    progress : callable
+        Receives a line before each problem.
+
+    Returns
+    -------
+    Verification
+        What came of them.
+
+    Raises
+    ------
+    InputError
+        For a name that no problem has.
+    """
+    chosen, outcomes = choose(only), []
+    for number, problem in enumerate(chosen, start=1):
+        progress(f"{number} of {len(chosen)}: {problem.name}, {problem.title}")
+        outcomes.append(run(problem))
+    return Verification(tuple(outcomes))

@@ -1,0 +1,9 @@
+"""The version of the installed package."""
+
+from __future__ import annotations
+
+from importlib import metadata
+
+__all__ = ["__version__"]
+
+__version__ = metadata.version("fingerslip")

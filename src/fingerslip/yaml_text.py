@@ -1,0 +1,251 @@
+"""YAML text to plain data and back: the core schema of YAML 1.2, text keys, each once, and errors with their line.
+
+Parsing is ruamel.yaml's. Its nodes, which know their lines, become dictionaries, lists and scalars here, and tags that
+would make anything else are refused.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import count
+from types import MappingProxyType
+from typing import Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.composer import MaxDepthExceededError
+from ruamel.yaml.error import MarkedYAMLError, StringMark, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+from ruamel.yaml.reader import ReaderError
+from ruamel.yaml.resolver import BaseResolver
+
+from fingerslip.errors import InputError
+
+__all__ = ["Document", "parse_document", "to_text"]
+
+_NEEDED = "needs 'key: value' lines, each key once"
+_DEEPEST = 100
+_LARGEST = 100_000
+_LONGEST = 300
+_CORE = "tag:yaml.org,2002:"
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """A kind of scalar of the core schema: how it is written, with which first letters, and how it is read."""
+
+    pattern: re.Pattern[str]
+    first: tuple[str, ...]
+    read: Callable[[str], object]
+
+
+def _whole(text: str) -> int:
+    return int(text, 0) if text[:2] in ("0o", "0x") else int(text)
+
+
+def _number(text: str) -> float:
+    return float(text.lower().replace(".inf", "inf").replace(".nan", "nan"))
+
+
+# YAML 1.2.2, section 10.3.2: 'no', 'on' and '1:30' are text, '1e-3' is a number.
+_KINDS: Mapping[str, _Kind] = MappingProxyType(
+    {
+        f"{_CORE}bool": _Kind(
+            re.compile(r"(?:true|True|TRUE|false|False|FALSE)\Z"), tuple("tTfF"), lambda text: text.lower() == "true"
+        ),
+        f"{_CORE}int": _Kind(re.compile(r"(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)\Z"), tuple("-+0123456789"), _whole),
+        f"{_CORE}float": _Kind(
+            re.compile(
+                r"(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))\Z"
+            ),
+            tuple("-+.0123456789"),
+            _number,
+        ),
+        f"{_CORE}null": _Kind(re.compile(r"(?:~|null|Null|NULL|)\Z"), ("~", "n", "N", ""), lambda _: None),
+        f"{_CORE}str": _Kind(re.compile(""), (), str),
+    }
+)
+
+
+class _CoreSchema(BaseResolver):
+    """Resolves plain scalars by the core schema, whatever version a file claims."""
+
+    def __init__(self, version: object = None, loader: Any = None) -> None:  # noqa: ARG002  YAML calls it so
+        super().__init__(loader)
+
+    @property
+    def processing_version(self) -> tuple[int, int]:
+        """The version of YAML."""
+        return (1, 2)
+
+
+for _tag, _kind in _KINDS.items():
+    _CoreSchema.add_implicit_resolver_base(_tag, _kind.pattern, _kind.first)
+
+
+@dataclass(frozen=True)
+class Document:
+    """A YAML document.
+
+    Parameters
+    ----------
+    content : object
+        Dictionaries with text keys, lists, text, numbers, booleans and None.
+    lines : mapping of str to int
+        Line of every value by its dotted path, such as ``programme.0.press``, in the order of the text.
+    """
+
+    content: Any
+    lines: Mapping[str, int]
+
+
+def parse_document(text: str, where: str) -> Document:
+    r"""Read YAML text.
+
+    Parameters
+    ----------
+    text : str
+        One document.
+    where : str
+        What errors put first, such as the name of the file.
+
+    Returns
+    -------
+    Document
+        Its content as plain data, with lines.
+
+    Raises
+    ------
+    InputError
+        Where the text is no YAML, has a key twice, a key that is not text, a tag beyond the core schema, or is nested
+        too deep or too large with its aliases written out.
+
+    Examples
+    --------
+    >>> parse_document("time:\n  step: 5 ms", "x.yaml").lines
+    {'time': 1, 'time.step': 2}
+    """
+    lines: dict[str, int] = {}
+    root = _composed(text, where)
+    if root is None:
+        return Document(None, lines)
+    return Document(_Builder(where, lines, count(1)).value(root, "", 0), lines)
+
+
+def to_text(mapping: Mapping[str, Any]) -> str:
+    """Write plain data as YAML in block style, keys in their order.
+
+    Examples
+    --------
+    >>> print(to_text({"b": 1, "a": ["no", True]}), end="")
+    b: 1
+    a:
+    - no
+    - true
+    """
+    writer = YAML(typ="safe", pure=True)
+    writer.Resolver = _CoreSchema
+    writer.default_flow_style = False
+    writer.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    writer.width = 120
+    writer.representer.ignore_aliases = _never_alias
+    stream = io.StringIO()
+    writer.dump(dict(mapping), stream)
+    return stream.getvalue()
+
+
+def _never_alias(_: object) -> bool:
+    return True
+
+
+def _composed(text: str, where: str) -> Node | None:
+    reader = YAML(typ="safe", pure=True)
+    reader.Resolver = _CoreSchema
+    reader.max_depth = _DEEPEST
+    reader.composer.warn_double_anchors = False
+    try:
+        root: Node | None = reader.compose(text)
+    except MaxDepthExceededError as error:
+        raise _too_deep(_place(where, error.problem_mark)) from None
+    except MarkedYAMLError as error:
+        problem = str(error.problem or "text that is no YAML").removeprefix("but ").removeprefix("found ")
+        raise InputError(_place(where, error.problem_mark or error.context_mark), f"found {problem}", _NEEDED) from None
+    except ReaderError as error:
+        line = text.count("\n", 0, error.position) + 1
+        found = f"found a character that YAML does not allow (code {error.character:#x})"
+        raise InputError(f"{where}: line {line}", found, "needs text") from None
+    except (YAMLError, ValueError, OverflowError) as error:
+        raise InputError(where, f"found text that is no YAML ({error})", _NEEDED) from None
+    return root
+
+
+def _place(where: str, mark: StringMark | None) -> str:
+    return where if mark is None else f"{where}: line {mark.line + 1}, column {mark.column + 1}"
+
+
+def _too_deep(place: str) -> InputError:
+    return InputError(place, f"found values nested more than {_DEEPEST} deep", "needs fewer levels")
+
+
+@dataclass(frozen=True)
+class _Builder:
+    """Turns nodes into plain data, and notes their lines."""
+
+    where: str
+    lines: dict[str, int]
+    numbers: Iterator[int]
+
+    def value(self, node: Node, path: str, depth: int) -> Any:
+        """Return what a node holds; aliases are written out, so that their size and depth are limited here."""
+        if depth > _DEEPEST:
+            raise _too_deep(_place(self.where, node.start_mark))
+        if next(self.numbers) > _LARGEST:
+            raise self._error(node, f"found more than {_LARGEST} values", "needs fewer, or fewer aliases")
+        match node:
+            case MappingNode():
+                self._check_tag(node, "map")
+                return {key: self.value(item, f"{path}{key}.", depth + 1) for key, item in self._items(node, path)}
+            case SequenceNode():
+                self._check_tag(node, "seq")
+                return [self._item(item, f"{path}{index}", depth) for index, item in enumerate(node.value)]
+            case _:
+                return self._scalar(node, str(node.tag))
+
+    def _items(self, node: MappingNode, path: str) -> Iterator[tuple[str, Node]]:
+        seen: set[str] = set()
+        for key, item in node.value:
+            if not isinstance(key, ScalarNode):
+                raise self._error(key, "found a key that is not plain text", _NEEDED)
+            if key.value in seen:
+                raise self._error(key, f"found key '{key.value}' twice", _NEEDED)
+            seen.add(key.value)
+            self.lines[f"{path}{key.value}"] = key.start_mark.line + 1
+            yield key.value, item
+
+    def _item(self, node: Node, path: str, depth: int) -> Any:
+        self.lines[path] = node.start_mark.line + 1
+        return self.value(node, f"{path}.", depth + 1)
+
+    def _scalar(self, node: Node, tag: str) -> object:
+        kind = _KINDS.get(tag)
+        if kind is None:
+            raise self._unknown_tag(node)
+        name = tag.removeprefix(_CORE)
+        if not kind.pattern.match(node.value):
+            raise self._error(node, f"found '{node.value}' with the tag !!{name}", f"needs a value of type {name}")
+        if name == "int" and len(node.value) > _LONGEST:  # larger than any float, and slow to read and print
+            raise self._error(node, f"found a number of {len(node.value)} digits", f"needs at most {_LONGEST}")
+        return kind.read(node.value)
+
+    def _check_tag(self, node: Node, name: str) -> None:
+        if node.tag != f"{_CORE}{name}":
+            raise self._unknown_tag(node)
+
+    def _unknown_tag(self, node: Node) -> InputError:
+        tag = str(node.tag).replace(_CORE, "!!")
+        return self._error(node, f"found the tag {tag}", "needs plain keys, lists and values", "leave the tag out")
+
+    def _error(self, node: Node, found: str, needed: str, repair: str = "") -> InputError:
+        return InputError(_place(self.where, node.start_mark), found, needed, repair)

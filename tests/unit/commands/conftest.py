@@ -1,0 +1,44 @@
+"""The command in an empty folder, and a small study for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+from fingerslip.commands.app import app
+from fingerslip.mesh.io import write_mesh
+from unit.study.block import block_mesh, block_values
+
+
+@pytest.fixture
+def invoke(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
+    """Return a function that calls the command in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    return lambda *arguments: CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def block(tmp_path: Path) -> Callable[..., Path]:
+    """Return a function that writes the study of a block, with some values changed, and its mesh."""
+
+    def write(curvature: float = 0.0, **changes: Any) -> Path:
+        write_mesh(block_mesh(curvature), tmp_path / "block.msh")
+        values = block_values() | {"sweep": {}} | changes
+        (tmp_path / "block.yaml").write_text(yaml.safe_dump(values, sort_keys=False))
+        return tmp_path / "block.yaml"
+
+    return write
+
+
+@pytest.fixture
+def no_report(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the figures and the page out."""
+    from fingerslip.study.running import runner
+
+    monkeypatch.setattr(runner, "write_report", lambda _: None)

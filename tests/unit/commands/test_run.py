@@ -1,0 +1,219 @@
+"""``fingerslip run``: results, exit codes, and one line per mistake with nothing written."""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from unit.commands.folders import contents
+
+
+@pytest.mark.usefixtures("no_report")
+def test_run_shows_events_and_second_time_nothing_is_done(
+    invoke: Callable[..., Any], block: Callable[..., Path]
+) -> None:
+    path = block()
+    first = invoke("run", path)
+    assert first.exit_code == 0
+    assert "Slip events" in first.output
+    assert "block/run: unchanged" in invoke("run", path).output
+    assert "Key numbers" in invoke("show", "results/block/run").output
+
+
+MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
+    "missing key": ({"time": {}}, "time.step: is missing, needs a value"),
+    "unknown key": ({"tme": 1}, "tme: is not known, may be one of fingertip, time, .*did you mean 'time'?"),
+    "missing unit": ({"depth": 1}, "depth: '1' has no unit, needs a unit of [m]; write '1 mm' or '1 m'"),
+    "wrong unit": ({"depth": "3 kg"}, "depth: got '3 kg', needs a unit of [m]; write for example '3 mm'"),
+    "negative friction": (
+        {"contact": {"friction_coefficient": -0.2, "boundary": "bottom"}},
+        "contact.friction_coefficient: got -0.2, needs a number >= 0",
+    ),
+    "zero step": ({"time": {"step": "0 ms"}}, "time.step: got '0 ms', needs a value > 0"),
+    "incompressible": (
+        {"materials": {"block": {"youngs_modulus": "1 kPa", "poisson_ratio": 0.5, "density": "1000 kg/m^3"}}},
+        "materials.block.poisson_ratio: got 0.5, plane strain with displacement elements needs < 0.5; write 0.4999",
+    ),
+    "no such boundary": (
+        {"contact": {"friction_coefficient": 0.6, "boundary": "pulp"}},
+        "boundary 'pulp' not in mesh, it has: bottom, top",
+    ),
+    "slide before contact": (
+        {"programme": [{"slide": {"distance": "1 mm", "speed": "1 mm/s"}}]},
+        "slides before the plate touches",
+    ),
+    "plate inside the body": (
+        {"contact": {"friction_coefficient": 0.6, "boundary": "bottom", "offset": "1 mm"}},
+        "contact.offset: the plate starts 1 mm inside the body, needs an offset <= 0 mm",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_mistake_gives_one_error_and_nothing_is_written(
+    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, name: str
+) -> None:
+    changes, message = MISTAKES[name]
+    path = block(**changes)
+    before = contents(tmp_path)
+    result = invoke("run", path)
+    assert result.exit_code == 2
+    error = [line for line in result.stderr.splitlines() if line]
+    assert len(error) == 1
+    assert error[0].startswith(f"error: {path}: ")
+    for part in message.split(".*"):
+        assert part in error[0]
+    assert "Traceback" not in result.output
+    assert contents(tmp_path) == before
+
+
+def test_every_mistake_is_a_line_with_its_line_in_the_file(
+    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path
+) -> None:
+    path = block(depth=1, formulation="plain", time={"step": "0 ms"}, sweep={"time.end": ["1 s", 2]})
+    before = contents(tmp_path)
+    result = invoke("run", path)
+    assert result.exit_code == 2
+    assert [re.sub(r" \(line \d+\)$", "", line) for line in result.stderr.splitlines()] == [
+        f"error: {path}: formulation: got 'plain', needs 'plane_strain', 'plane_stress' or 'solid'",
+        f"error: {path}: depth: '1' has no unit, needs a unit of [m]; write '1 mm' or '1 m'",
+        f"error: {path}: time.step: got '0 ms', needs a value > 0",
+        f"error: {path}: sweep.time.end.1: '2' has no unit, needs a unit of [s]; write '2 ms' or '2 s'",
+    ]
+    numbers = [int(number) for number in re.findall(r"\(line (\d+)\)", result.stderr)]
+    assert len(numbers) == 4
+    assert numbers == sorted(numbers)
+    assert contents(tmp_path) == before
+
+
+def test_mistakes_of_all_studies_come_together(invoke: Callable[..., Any], block: Callable[..., Path]) -> None:
+    path = block(depth=1)
+    result = invoke("check", path, "gone.yaml")
+    assert result.exit_code == 2
+    assert [line.split(": ")[1] for line in result.stderr.splitlines()] == [str(path), "gone.yaml"]
+
+
+def test_contact_outside_the_candidates(invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path) -> None:
+    """A rounded bottom of which only the lowest nodes may touch is pressed flat."""
+    contact = {"friction_coefficient": 0.6, "boundary": "bottom", "search_distance": "0.001 mm"}
+    path = block(curvature=10.0, contact=contact)
+    before = contents(tmp_path)
+    result = invoke("run", path)
+    assert result.exit_code == 2
+    assert "reached the plate but is no contact candidate" in result.stderr
+    assert "write a larger search_distance" in result.stderr
+    assert contents(tmp_path) == before
+
+
+def test_full_disk_is_exit_code_2(
+    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from fingerslip.study.running import compute
+
+    def full(*arguments: object, **options: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(compute, "write_snapshots", full)
+    path = block()
+    before = contents(tmp_path)
+    result = invoke("run", path)
+    assert result.exit_code == 2
+    assert "No space left on device" in result.stderr
+    assert "free some space or choose another folder" in result.stderr
+    assert contents(tmp_path) == before
+
+
+def test_run_that_does_not_converge_is_exit_code_1(
+    invoke: Callable[..., Any], block: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from fingerslip.errors import ConvergenceError
+    from fingerslip.study.running import compute
+
+    def failing(*arguments: object, **options: object) -> None:
+        raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
+
+    monkeypatch.setattr(compute, "simulate", failing)
+    result = invoke("run", block())
+    assert result.exit_code == 1
+    assert "use a smaller step" in result.stderr
+
+
+@pytest.mark.usefixtures("no_report")
+def test_finished_runs_are_shown_also_where_others_failed(
+    invoke: Callable[..., Any], block: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from fingerslip.errors import ConvergenceError
+    from fingerslip.study.running import compute
+
+    whole = compute.simulate
+
+    def sometimes(model: Any, *, progress: Callable[[float], None]) -> Any:
+        if model.contacts[0].friction.coefficient > 0.3:
+            raise ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
+        return whole(model, progress=progress)
+
+    monkeypatch.setattr(compute, "simulate", sometimes)
+    path = block(sweep={"contact.friction_coefficient": [0.2, 0.4]})
+    result = invoke("run", path, "--workers", "1")
+    assert result.exit_code == 1
+    assert re.search(r"^ *0\.2 ", result.output, re.MULTILINE)
+    assert not re.search(r"^ *0\.4 ", result.output, re.MULTILINE)
+    assert "error: block/friction_coefficient-0.4: contact at t = 0.5 s" in result.stderr
+    assert "1 of 2 runs failed, the others are finished" in result.stderr
+
+
+def test_ctrl_c_is_exit_code_130(
+    invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from fingerslip.study.running import compute
+
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(compute, "simulate", interrupted)
+    result = invoke("run", block())
+    assert result.exit_code == 130
+    assert "stopped: finished runs are kept, the same command goes on with the others" in result.stderr
+    assert not (tmp_path / "results").exists()
+
+
+@pytest.fixture
+def long_study(block: Callable[..., Path]) -> Path:
+    """Return a study of several runs that take some seconds each."""
+    return block(time={"step": "0.02 ms"}, sweep={"contact.friction_coefficient": [0.1, 0.2, 0.3, 0.4, 0.5, 0.6]})
+
+
+def _started(path: Path, results: Path) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "fingerslip", "run", str(path), "--results", str(results)]
+    # A new session, so that only the command itself gets the signal, as from a job scheduler.
+    with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True) as process:
+        yield process
+        process.kill()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
+@pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
+def test_stopped_study_leaves_finished_runs_alone(long_study: Path, tmp_path: Path, sent: signal.Signals) -> None:
+    folder = tmp_path / "results" / "block"
+    for process in _started(long_study, tmp_path / "results"):
+        deadline = time.monotonic() + 60.0
+        while not list(folder.glob(".*.partial")) and time.monotonic() < deadline:
+            time.sleep(0.02)
+        assert list(folder.glob(".*.partial"))
+        process.send_signal(sent)
+        _, said = process.communicate(timeout=60)
+        assert process.returncode == 130
+        assert "the same command goes on with the others" in said
+        assert "Traceback" not in said
+    assert list((tmp_path / "results").rglob(".*")) == []

@@ -1,0 +1,31 @@
+"""``fingerslip validate``: one table, as text, JSON or Markdown."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fingerslip import validation
+from fingerslip.published import published
+from fingerslip.validation.rows import number_row
+
+
+def test_rows_come_as_table_json_and_markdown(invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    value = published("wang2014-table2").values[0]
+    rows = (number_row("overall slip", value, 1.75, 0.01, resolution=0.01),)
+    asked: list[tuple[Path, Path, int]] = []
+    monkeypatch.setattr(validation, "validate", lambda *given: asked.append(given[:3]) or rows)
+    assert "overall slip" in invoke("validate", "--studies", "s", "--results", "r", "--workers", "1").stdout
+    assert asked == [(Path("s"), Path("r"), 1)]
+    assert json.loads(invoke("validate", "--json").stdout)[0]["ours"] == 1.75
+    assert invoke("validate", "--markdown").stdout.startswith("# Validation against published values\n")
+
+
+def test_a_missing_study_is_wrong_input(invoke: Callable[..., Any]) -> None:
+    done = invoke("validate", "--studies", "nowhere")
+    assert done.exit_code == 2
+    assert "validate needs the studies" in done.stderr

@@ -1,0 +1,53 @@
+"""What must hold between the fields of a study, also where others are wrong."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fingerslip.errors import InputError
+from fingerslip.mesh.file import MeshFile
+from fingerslip.study.definition.relations import mistakes_between
+from fingerslip.study.definition.spec import parse_study
+from unit.study.block import block_values
+
+SOURCE = Path("studies/x.yaml")
+
+
+@pytest.mark.parametrize("name", ["materials", "formulation", "depth"])
+def test_body_that_is_no_fingertip_says_everything_itself(name: str) -> None:
+    values = block_values()
+    del values[name]
+    with pytest.raises(InputError, match=rf"x\.yaml: {name}: is missing, needs a value where there is no fingertip"):
+        parse_study(values, SOURCE)
+
+
+@pytest.mark.parametrize(("name", "value"), [("receptors", ["FA-I"]), ("reference_nodes", True)])
+def test_sites_of_a_fingertip_need_one(name: str, value: object) -> None:
+    with pytest.raises(InputError, match=rf"record\.{name}: is given without a fingertip, .*name points in record"):
+        parse_study(block_values() | {"record": {name: value}}, SOURCE)
+
+
+def test_fields_that_are_missing_together_come_with_mistakes_elsewhere() -> None:
+    values = block_values() | {"time": {"step": 3}, "contacts": [{"friction_coefficient": 0.1}]}
+    for name in ("materials", "formulation", "depth"):
+        del values[name]
+    with pytest.raises(InputError) as caught:
+        parse_study(values, SOURCE)
+    assert [(error.where.removeprefix("studies/x.yaml: "), error.found) for error in caught.value.all] == [
+        ("time.step", "'3' has no unit"),
+        ("contacts", "is given with contact"),
+        *((name, "is missing") for name in ("materials", "formulation", "depth")),
+    ]
+
+
+def test_a_relation_is_checked_where_all_its_fields_are_known() -> None:
+    fields = {"fingertip": None, "mesh": MeshFile("a.msh"), "formulation": "solid", "materials": {}}
+    assert [mistake.where for mistake in mistakes_between(fields)] == ["materials"]
+    assert mistakes_between({"fingertip": None, "materials": {}}) == []
+    assert [mistake.where for mistake in mistakes_between(fields | {"formulation": None, "depth": None})] == [
+        "materials",
+        "formulation",
+        "depth",
+    ]
