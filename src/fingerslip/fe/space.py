@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 
 from fingerslip.errors import MeshError
+from fingerslip.mesh.orientation import positive_tetrahedra
 
 __all__ = [
     "Space",
@@ -51,8 +52,6 @@ _TECHNOLOGIES: dict[type, _Technology] = {
 
 
 _VTK_HEXAHEDRON = [0, 3, 6, 2, 1, 5, 7, 4]
-# With the first two corners exchanged.
-_VTK_MIRRORED_TETRAHEDRON = {"T4": [1, 0, 2, 3], "T10": [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
 
 
 @dataclass(frozen=True)
@@ -145,10 +144,8 @@ def cell_nodes(space: Space) -> NDArray[np.int32]:
     nodes = np.array(space.full.element_dofs.T, dtype=np.int32)
     if space.element == "H8":
         nodes = nodes[:, _VTK_HEXAHEDRON]
-    if space.element in _VTK_MIRRORED_TETRAHEDRON:
-        corners = space.positions[nodes[:, :4]]
-        mirrored = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0.0
-        nodes[mirrored] = nodes[mirrored][:, _VTK_MIRRORED_TETRAHEDRON[space.element]]
+    if space.element in {"T4", "T10"}:
+        nodes = positive_tetrahedra(space.positions, nodes)
     return np.ascontiguousarray(nodes)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.units import millimetres
 
-__all__ = ["GROWTH", "ElementSizes", "check_sizes", "graded", "scaled_sizes", "size_at", "subdivide"]
+__all__ = ["GROWTH", "ElementSizes", "check_sizes", "graded", "size_at", "subdivide"]
 
 Floats = NDArray[np.float64]
 
@@ -59,11 +59,6 @@ def check_sizes(contact_size: float, bulk_size: float) -> None:
     if bulk_size < contact_size:
         found = f"got {millimetres(bulk_size)}"
         raise InputError("bulk_size", found, f"needs >= {millimetres(contact_size)} (contact_size)")
-
-
-def scaled_sizes(sizes: ElementSizes, factor: float) -> dict[str, Any]:
-    """Return both element sizes [m] times a factor, by their names."""
-    return {"contact_size": factor * sizes.contact_size, "bulk_size": factor * sizes.bulk_size}
 
 
 def graded(positions: Floats, sizes: Floats) -> Floats:

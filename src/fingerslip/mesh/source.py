@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Protocol, Self, get_args, get_type_hints
 
@@ -118,6 +118,11 @@ class MeshSource(Protocol):
         """Whether lengths are taken as metres without saying so, so that a body that is far too large is refused."""
         return False
 
+    @property
+    def element_sizes(self) -> tuple[str, ...]:
+        """Names of the parameters that refinement scales."""
+        return ()
+
     def build(self, specimen: Any, /) -> skfem.Mesh:
         """Return the mesh [m], with named regions and boundaries."""
         ...
@@ -127,16 +132,21 @@ class MeshSource(Protocol):
         return inspected(self.build(specimen))
 
     def key(self, specimen: Any, /) -> str:
-        """Return the hash of all that decides the mesh, of the content of files too."""
-        return digest([as_mapping(specimen), as_mapping(self)])
+        """Return the hash of all that decides the mesh: parameters, shape of the specimen, content of files."""
+        return digest([None if specimen is None else specimen.shape, as_mapping(self)])
 
     def estimated_cells(self, _specimen: Any, /) -> float | None:
         """Return about how many cells the mesh will have, without making it; None where that is unknown."""
         return None
 
-    def refined(self, _factor: float, /) -> Self | None:
+    def refined(self, factor: float, /) -> Self | None:
         """Return the source with its element sizes times a factor; None where it has none to change."""
-        return None
+        if not self.element_sizes:
+            return None
+        source: Any = self
+        scaled = {name: factor * getattr(source, name) for name in self.element_sizes}
+        finer: Self = replace(source, **scaled)
+        return finer
 
     def beside(self, _folder: Path, /) -> Self:
         """Return the source with absolute paths, where they are relative to a folder."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 from fingerslip.materials.material import Formulation, Material
 from fingerslip.mesh.source import MeshSource
@@ -23,6 +23,11 @@ class Specimen(Protocol):
     @property
     def default_mesh(self) -> MeshSource:
         """The source of its mesh where nothing else is said."""
+        ...
+
+    @property
+    def shape(self) -> Mapping[str, Any]:
+        """Plain data that decides its meshes, so that runs of the same shape share one."""
         ...
 
     @property

@@ -9,6 +9,8 @@ import numpy as np
 import skfem
 from numpy.typing import ArrayLike, NDArray
 
+from fingerslip.mesh.facets import outward_normals
+
 __all__ = ["box", "graded", "jiggled", "mirrored", "split_boundary"]
 
 Array = NDArray[np.float64]
@@ -80,14 +82,7 @@ def split_boundary(mesh: Any, name: str) -> tuple[Any, tuple[str, ...], Array]:
     """
     facets = np.asarray(mesh.boundaries[name])
     names = tuple(f"{name}-{number}" for number in range(facets.size))
-    corners = mesh.p[:, mesh.facets[:, facets]]
-    first = corners[:, 1] - corners[:, 0]
-    if mesh.dim() == 2:
-        normals = np.stack([first[1], -first[0]])
-    else:
-        normals = np.cross(first, corners[:, 2] - corners[:, 0], axis=0)
-    outward = corners.mean(axis=1) - mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1)
-    normals = normals * np.sign(np.sum(normals * outward, axis=0)) / np.linalg.norm(normals, axis=0)
+    normals = outward_normals(mesh, facets, mesh.f2t[0, facets])
     parts = {part: facets[[number]] for number, part in enumerate(names)}
     return mesh.with_boundaries(parts), names, np.ascontiguousarray(normals.T)
 

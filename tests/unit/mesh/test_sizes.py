@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.sizes import GROWTH, check_sizes, graded, scaled_sizes, size_at, subdivide
+from fingerslip.mesh.sizes import GROWTH, check_sizes, graded, size_at, subdivide
 
 LINE = np.linspace(0.0, 10.0, 2001)
 
@@ -91,8 +89,3 @@ def test_parts_of_a_straight_line_are_no_longer_than_wanted() -> None:
     middles = np.cumsum(parts) - parts / 2
     assert np.all(parts <= (0.2 + 0.1 * middles) * 1.01)
     assert np.all(parts >= (0.2 + 0.1 * middles) * 0.9)
-
-
-def test_both_sizes_are_scaled() -> None:
-    sizes = SimpleNamespace(contact_size=0.1e-3, bulk_size=0.4e-3, contact_reach=2e-3, element="Q4")
-    assert scaled_sizes(sizes, 0.5) == {"contact_size": 0.05e-3, "bulk_size": 0.2e-3}

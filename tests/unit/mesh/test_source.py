@@ -39,12 +39,24 @@ class Block(MeshSource):
 class Numbers:
     width: float
 
+    @property
+    def shape(self) -> dict[str, float]:
+        return {"width": self.width}
+
+
+@parameters
+class FinerBlock(Block):
+    """A block whose element size can be refined."""
+
+    element_sizes: ClassVar[tuple[str, ...]] = ("size",)
+
 
 def test_a_source_of_ones_own_has_answers_for_the_rest() -> None:
     source = Block()
     assert (source.needs_specimen, source.assumes_metres) == (False, False)
     assert source.estimated_cells(None) is None
     assert source.refined(0.5) is None
+    assert FinerBlock(2e-3).refined(0.5) == FinerBlock(1e-3)
     assert source.beside(Path("anywhere")) is source
     found = source.inspect(None)
     assert found.mesh.nelements == 16

@@ -15,6 +15,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from fingerslip.errors import InputError, MeshError, warn_renamed
+from fingerslip.mesh.orientation import positive_tetrahedra
 from fingerslip.mesh.scan.offset import distances, offset_inwards
 from fingerslip.mesh.scan.repair import closed_where
 from fingerslip.mesh.scan.surfaces import Surface, check_closed, contains
@@ -185,7 +186,7 @@ def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, Intege
         raise MeshError(
             bodies.skin.name, f"fTetWild says '{error}'", "needs surfaces that it can mesh", repair
         ) from error
-    return found, _positive(found, np.asarray(cells, dtype=np.int64))
+    return found, positive_tetrahedra(found, np.asarray(cells, dtype=np.int64))
 
 
 def _soup(bodies: _Bodies, margin: float) -> tuple[Floats, Integers]:
@@ -236,13 +237,6 @@ def _wanted_sizes(nodes: Floats, spacing: float, bodies: _Bodies, sizes: LayerSi
     beyond = np.maximum(distances(touching, nodes) - spacing, 0.0)
     wanted: Floats = np.minimum(sizes.contact_size + _GROWTH * beyond, sizes.bulk_size)
     return wanted
-
-
-def _positive(points: Floats, cells: Integers) -> Integers:
-    """Return the cells with their corners in the order of positive volume."""
-    a, b, c, d = np.moveaxis(points[cells], 1, 0)
-    negative = np.sum(np.cross(b - a, c - a) * (d - a), axis=1) < 0
-    return np.where(negative[:, None], cells[:, [0, 2, 1, 3]], cells)
 
 
 def _layers(points: Floats, cells: Integers, bodies: _Bodies) -> Integers:

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-import io
 import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
@@ -16,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, MeshError
+from fingerslip.mesh.formats import read_file, write_file
 from fingerslip.units import METRES, LengthUnit, coordinates, millimetres
 
 __all__ = [
@@ -107,7 +105,7 @@ def read_surface(path: str | Path, unit: LengthUnit = "mm") -> Surface:
     if unit not in get_args(LengthUnit):
         raise InputError("unit", f"got {unit!r}", f"needs one of {', '.join(get_args(LengthUnit))}")
     file = Path(path)
-    data = _load(file)
+    data = read_file(file, "needs a surface such as .stl, .ply or .obj")
     triangles = _triangles(file, data)
     points = np.asarray(data.points, dtype=float)
     if not np.all(np.isfinite(points[np.unique(triangles)])):
@@ -135,14 +133,8 @@ def write_surface(surface: Surface, path: str | Path, unit: LengthUnit = "mm") -
         Where the suffix is unknown or the folder does not exist.
     """
     file = Path(path)
-    if not file.parent.is_dir():
-        raise MeshError(str(file), "the folder does not exist", "needs an existing folder")
     data = meshio.Mesh(surface.points / METRES[unit], [("triangle", surface.triangles)])
-    try:
-        with _silence():
-            meshio.write(file, data, **({"binary": True} if file.suffix == ".stl" else {}))
-    except (meshio.ReadError, meshio.WriteError, KeyError) as error:
-        raise MeshError(str(file), f"cannot be written ({error})", "needs a suffix such as .stl, .ply, .obj") from error
+    write_file(file, data, ".stl, .ply, .obj")
 
 
 def joined(points: Floats, triangles: Integers) -> tuple[Floats, Integers]:
@@ -282,25 +274,6 @@ def _open_edges(triangles: Integers) -> Integers:
     directed = np.sort(edges[first], axis=1)
     directed[balance < 0] = directed[balance < 0][:, ::-1]
     return np.repeat(directed, np.abs(balance), axis=0)
-
-
-def _load(file: Path) -> meshio.Mesh:
-    if not file.is_file():
-        raise MeshError(str(file), "no such file", "needs a surface such as .stl, .ply or .obj")
-    try:
-        with _silence():
-            return meshio.read(file)
-    # meshio ends the program where no reader fits, and its readers fail in any way on a damaged file.
-    except (Exception, SystemExit) as error:
-        cause = str(error) if isinstance(error, Exception) else "unknown or damaged format"
-        raise MeshError(str(file), f"cannot be read ({cause})", "needs a surface such as .stl, .ply or .obj") from error
-
-
-@contextlib.contextmanager
-def _silence() -> Iterator[None]:
-    """Keep meshio's messages off the console; its errors are reported by ours."""
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        yield
 
 
 def _triangles(file: Path, data: meshio.Mesh) -> Integers:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from fingerslip.errors import InputError
 from fingerslip.mesh.source import MeshSource
-from fingerslip.parameters import parameters
+from fingerslip.parameters import as_mapping, parameters
 from fingerslip.sites import RECEPTOR_KINDS, Site
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
@@ -19,6 +19,8 @@ __all__ = ["REFERENCE_NODES", "Fingertip"]
 
 #: Group of the reference nodes h1 to h7 and v1 to v7 of a fingertip in space.
 REFERENCE_NODES = "reference_nodes"
+
+_OF_NO_EFFECT = frozenset({"materials", "receptors"})
 
 
 @parameters
@@ -59,6 +61,11 @@ class Fingertip(FingertipNumbers):
     def default_mesh(self) -> MeshSource:
         """The mesh in space where the fingertip has a shape in space, else that of its section."""
         return MeshSizes() if self.solid is None else SolidSizes()
+
+    @property
+    def shape(self) -> Mapping[str, Any]:
+        """All values but materials and receptors, which change no mesh."""
+        return {name: value for name, value in as_mapping(self).items() if name not in _OF_NO_EFFECT}
 
     def supports(self, dim: int, /) -> Mapping[str, tuple[str, ...]]:
         """Return what is held in all components: a rigid phalanx as a whole, an elastic one at its back."""

@@ -21,6 +21,27 @@ def test_it_is_meshed_in_sections_and_in_space():
     assert change_solid().default_mesh == fs.SolidSizes()
 
 
+def test_materials_and_receptors_change_no_mesh():
+    softer = {"materials": {"tissue": {"youngs_modulus": "20 kPa"}}}
+    deeper = {"receptors": {"fa_ii_depth": "4 mm"}}
+    assert change(**softer).shape == change(**deeper).shape == change().shape
+    assert change(**softer) != change()
+
+
+@pytest.mark.parametrize(
+    "groups",
+    [
+        {"phalanx": {"variant": "scaled"}},
+        {"layers": {"skin_thickness": "1.4 mm"}},
+        {"section": "transverse"},
+        {"ridges": {"enabled": False}},
+    ],
+)
+def test_other_values_do(groups):
+    assert change(**groups).shape != change().shape
+    assert fs.MeshSizes().key(change(**groups)) != fs.MeshSizes().key(change())
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_rigid_phalanx_is_held_as_a_whole_and_an_elastic_one_at_its_back(dim):
     axes = ("x", "y", "z")[:dim]

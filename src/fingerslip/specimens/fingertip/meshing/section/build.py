@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +12,7 @@ from scipy.spatial import cKDTree
 from fingerslip.errors import MeshError
 from fingerslip.mesh.quality import check_quality
 from fingerslip.mesh.sizes import GROWTH, ElementSizes
+from fingerslip.specimens.fingertip.meshing.names import with_names
 from fingerslip.specimens.fingertip.meshing.section.skin import SkinGrid, column_limits, row_counts, sweep_skin
 from fingerslip.specimens.fingertip.numbers import REGIONS, FingertipNumbers
 from fingerslip.specimens.fingertip.outline import arc_length_at_cut, outline_curve
@@ -26,8 +26,6 @@ __all__ = ["mesh_section", "section_cells"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-_PHALANX = REGIONS.index("phalanx")
 
 
 def section_cells(fingertip: FingertipNumbers, sizes: ElementSizes) -> float:
@@ -61,7 +59,9 @@ def mesh_section(fingertip: FingertipNumbers, sizes: ElementSizes) -> skfem.Mesh
 
     core = mesh_core(contour, grid.points[-1], grid.closed, sizes)
     points, cells = _joined(grid, core, triangles=sizes.element != "Q4")
-    mesh = _with_names(_container(points, cells, sizes.element), cells, grid)
+    region = np.repeat(np.arange(len(REGIONS)), [len(cells[name]) for name in REGIONS])
+    fine = (grid.arc_length >= grid.contact[0]) & (grid.arc_length <= grid.contact[1])
+    mesh = with_names(_container(points, cells, sizes.element), region, fine)
     check_quality(mesh)
     return mesh
 
@@ -126,52 +126,3 @@ def _container(points: Floats, cells: dict[str, Integers], element: str) -> skfe
     nodes = np.vstack([cells[name] for name in REGIONS]).astype(np.int32)
     mesh = kind(np.ascontiguousarray(points.T), np.ascontiguousarray(nodes.T))
     return skfem.MeshTri2.from_mesh(mesh) if element == "T6" else mesh
-
-
-def _with_names(mesh: skfem.Mesh2D, cells: dict[str, Integers], grid: SkinGrid) -> skfem.Mesh2D:
-    ends = np.cumsum([0, *(len(cells[name]) for name in REGIONS)])
-    regions = {name: np.arange(a, b, dtype=np.int32) for name, a, b in zip(REGIONS, ends, ends[1:], strict=False)}
-    region = np.repeat(np.arange(4), np.diff(ends))
-    boundaries = _interfaces(mesh, region) | _outside(mesh, region, grid)
-    boundaries |= _faces_of_phalanx(mesh, region, boundaries["phalanx_surface"])
-    kept = {name: facets for name, facets in boundaries.items() if len(facets)}
-    return dataclasses.replace(mesh, _subdomains=regions, _boundaries=kept)
-
-
-def _interfaces(mesh: skfem.Mesh2D, region: Integers) -> dict[str, Integers]:
-    """Return the facets between two regions, in no orientation."""
-    first, second = mesh.f2t
-    inside = second >= 0
-    pair = np.where(inside, np.sort([region[first], region[second]], axis=0), -1)
-    names = {"epidermis_dermis": (0, 1), "dermis_tissue": (1, 2), "phalanx_surface": (2, 3)}
-    return {name: _facets((pair[0] == a) & (pair[1] == b)) for name, (a, b) in names.items()}
-
-
-def _faces_of_phalanx(mesh: skfem.Mesh2D, region: Integers, surface: Integers) -> dict[str, Integers]:
-    """Return the facets of the phalanx surface that face down and up within 60 degrees."""
-    first, second = mesh.f2t[:, surface]
-    centre = mesh.p[:, mesh.t].mean(axis=1)
-    phalanx, tissue = np.where(region[first] == _PHALANX, (first, second), (second, first))
-    start, end = mesh.p[:, mesh.facets[:, surface]].transpose(1, 0, 2)
-    normal = np.array([[0.0, 1.0], [-1.0, 0.0]]) @ (end - start) / np.linalg.norm(end - start, axis=0)
-    upward = normal[1] * np.sign(np.sum(normal * (centre[:, tissue] - centre[:, phalanx]), axis=0))
-    return {"phalanx_palmar": surface[upward < -0.5], "phalanx_dorsal": surface[upward > 0.5]}
-
-
-def _outside(mesh: skfem.Mesh2D, region: Integers, grid: SkinGrid) -> dict[str, Integers]:
-    """Return the facets on the outside: skin, its finely meshed part, and the proximal cut."""
-    outer = mesh.f2t[1] < 0
-    on_skin = np.flatnonzero(np.isin(mesh.facets, np.arange(len(grid.arc_length))).all(axis=0) & outer)
-    skin = np.isin(np.arange(mesh.facets.shape[1]), on_skin)
-    fine = (grid.arc_length >= grid.contact[0]) & (grid.arc_length <= grid.contact[1])
-    cut = outer & ~skin
-    return {
-        "skin": _facets(skin),
-        "pad": _facets(skin & np.isin(mesh.facets, np.flatnonzero(fine)).all(axis=0)),
-        "base": _facets(cut),
-        "phalanx_base": _facets(cut & (region[mesh.f2t[0]] == _PHALANX)),
-    }
-
-
-def _facets(chosen: NDArray[np.bool_]) -> Integers:
-    return np.flatnonzero(chosen).astype(np.int32)

@@ -28,14 +28,14 @@ _FRONTAL, _FRONTAL_FOR_QUADRILATERALS = 6, 8
 
 @dataclass(frozen=True)
 class CoreMesh:
-    """Mesh of tissue and phalanx.
+    """Mesh of tissue and phalanx, in the plane or in space.
 
     Parameters
     ----------
-    points : (n, 2) array
-        Node positions [m].
+    points : (n, dim) array
+        Node positions [m]; in space first those of the dermis-tissue interface, in their order.
     cells : dict of str to (m, 3) or (m, 4) arrays
-        Nodes of the cells of `tissue` and `phalanx`, counter-clockwise.
+        Nodes of the cells of `tissue` and `phalanx`, in the plane counter-clockwise.
     """
 
     points: Floats

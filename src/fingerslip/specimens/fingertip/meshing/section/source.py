@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
-from typing import ClassVar, Literal, Self
+from typing import ClassVar, Literal
 
 import skfem
 
-from fingerslip.mesh.sizes import check_sizes, scaled_sizes
+from fingerslip.mesh.sizes import check_sizes
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import PositiveLength, parameters
-from fingerslip.specimens.fingertip.meshing.key import mesh_key
 from fingerslip.specimens.fingertip.meshing.section.build import mesh_section, section_cells
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 
@@ -34,6 +32,7 @@ class MeshSizes(MeshSource):
     """
 
     needs_specimen: ClassVar[bool] = True
+    element_sizes: ClassVar[tuple[str, ...]] = ("contact_size", "bulk_size")
     dim: ClassVar[int] = 2
 
     contact_size: PositiveLength = 0.12e-3
@@ -48,17 +47,9 @@ class MeshSizes(MeshSource):
         """Build the mesh [m]; see :func:`build_section`."""
         return mesh_section(specimen, self)
 
-    def key(self, specimen: FingertipNumbers, /) -> str:
-        """Return the hash of the sizes and of the fingertip's shape."""
-        return mesh_key(specimen, self)
-
     def estimated_cells(self, specimen: FingertipNumbers, /) -> float:
         """Return about how many cells the mesh will have."""
         return section_cells(specimen, self)
-
-    def refined(self, factor: float, /) -> Self:
-        """Return the source with both sizes times a factor."""
-        return dataclasses.replace(self, **scaled_sizes(self, factor))
 
 
 _DEFAULT = MeshSizes()

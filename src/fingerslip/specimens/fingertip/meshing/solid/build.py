@@ -11,24 +11,22 @@ from numpy.typing import NDArray
 
 from fingerslip.mesh.quality import check_quality
 from fingerslip.mesh.sizes import ElementSizes
+from fingerslip.specimens.fingertip.meshing.names import DERMIS, EPIDERMIS, NAIL, PHALANX, TISSUE, with_names
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.phalanx_surface import phalanx_surface
 from fingerslip.specimens.fingertip.pose import posed
 from fingerslip.specimens.fingertip.skin_surface import skin_section, solid_shape
 
 if TYPE_CHECKING:
-    from fingerslip.specimens.fingertip.meshing.solid.core import SolidCore
+    from fingerslip.specimens.fingertip.meshing.section.core import CoreMesh
     from fingerslip.specimens.fingertip.meshing.solid.skin import SolidSkin
 
 __all__ = ["mesh_solid", "solid_cells"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 _SLICES = 400
-_REGIONS = ("epidermis", "dermis", "tissue", "phalanx", "nail")
-_EPIDERMIS, _DERMIS, _TISSUE, _PHALANX, _NAIL = range(5)
 
 
 def mesh_solid(fingertip: FingertipNumbers, sizes: ElementSizes) -> skfem.Mesh3D:
@@ -67,7 +65,7 @@ def _quadratic(mesh: skfem.MeshTet1) -> skfem.MeshTet2:
     return dataclasses.replace(finer, _subdomains=mesh.subdomains, _boundaries=mesh.boundaries)
 
 
-def _joined(fingertip: FingertipNumbers, skin: SolidSkin, core: SolidCore) -> skfem.MeshTet1:
+def _joined(fingertip: FingertipNumbers, skin: SolidSkin, core: CoreMesh) -> skfem.MeshTet1:
     """Join skin and core along the dermis-tissue interface; the skin's nodes come first, row by row."""
     from fingerslip.specimens.fingertip.meshing.solid.skin import tetrahedra
 
@@ -77,72 +75,22 @@ def _joined(fingertip: FingertipNumbers, skin: SolidSkin, core: SolidCore) -> sk
     cells, layer = tetrahedra(skin)
     inside = [core.cells["tissue"] + above, core.cells["phalanx"] + above]
     nodes = np.vstack([cells, *inside])
-    in_core = np.repeat([_TISSUE, _PHALANX], [len(part) for part in inside])
+    in_core = np.repeat([TISSUE, PHALANX], [len(part) for part in inside])
     region = np.concatenate([_skin_regions(fingertip, skin, cells, layer), in_core])
     order = np.argsort(region, kind="stable")
     mesh = skfem.MeshTet1(np.ascontiguousarray(points.T), np.ascontiguousarray(nodes[order].astype(np.int32).T))
-    return _with_names(mesh, region[order], skin)
+    return with_names(mesh, region[order], skin.fine)
 
 
 def _skin_regions(fingertip: FingertipNumbers, skin: SolidSkin, cells: Integers, layer: Integers) -> Integers:
     """Return the region of each tetrahedron of the skin, by its row and, for the nail, by its place."""
     middle = (skin.levels[:-1] + skin.levels[1:]) / 2
-    region = np.where(middle < fingertip.layers.epidermis_thickness, _EPIDERMIS, _DERMIS)[layer]
+    region = np.where(middle < fingertip.layers.epidermis_thickness, EPIDERMIS, DERMIS)[layer]
     nail = solid_shape(fingertip).nail
     if nail is not None:
         # A prism is all nail or none of it, so the place is that of its columns on the outer surface.
         x, y, z = skin.points[0][skin.triangles].mean(axis=1).T
         on_nail = (nail.start < x) & (x < nail.end) & (np.abs(z) < nail.half_width) & (y > 0.0)
         triangle = np.tile(np.arange(len(skin.triangles)), len(cells) // len(skin.triangles))
-        region = np.where((middle < nail.thickness)[layer] & on_nail[triangle], _NAIL, region)
+        region = np.where((middle < nail.thickness)[layer] & on_nail[triangle], NAIL, region)
     return region
-
-
-def _with_names(mesh: skfem.MeshTet1, region: Integers, skin: SolidSkin) -> skfem.MeshTet1:
-    regions = {name: np.flatnonzero(region == number).astype(np.int32) for number, name in enumerate(_REGIONS)}
-    boundaries = _interfaces(mesh, region) | _outside(mesh, region, skin)
-    boundaries |= _faces_of_phalanx(mesh, region, boundaries["phalanx_surface"])
-    groups = [{name: group for name, group in found.items() if len(group)} for found in (regions, boundaries)]
-    return dataclasses.replace(mesh, _subdomains=groups[0], _boundaries=groups[1])
-
-
-def _interfaces(mesh: skfem.MeshTet1, region: Integers) -> dict[str, Integers]:
-    """Return the facets between two regions, in no orientation."""
-    first, second = mesh.f2t
-    pair = np.where(second >= 0, np.sort([region[first], region[second]], axis=0), -1)
-    names = {
-        "epidermis_dermis": (_EPIDERMIS, _DERMIS),
-        "dermis_tissue": (_DERMIS, _TISSUE),
-        "phalanx_surface": (_TISSUE, _PHALANX),
-    }
-    return {name: _facets((pair[0] == a) & (pair[1] == b)) for name, (a, b) in names.items()}
-
-
-def _outside(mesh: skfem.MeshTet1, region: Integers, skin: SolidSkin) -> dict[str, Integers]:
-    """Return the facets on the outside: skin, its finely meshed part, the nail, and the proximal cut."""
-    outer = mesh.f2t[1] < 0
-    on_skin = (mesh.facets < len(skin.fine)).all(axis=0) & outer
-    cut, cell = outer & ~on_skin, region[mesh.f2t[0]]
-    return {
-        "skin": _facets(on_skin),
-        "pad": _facets(on_skin & np.isin(mesh.facets, np.flatnonzero(skin.fine)).all(axis=0)),
-        "nail": _facets(on_skin & (cell == _NAIL)),
-        "base": _facets(cut),
-        "phalanx_base": _facets(cut & (cell == _PHALANX)),
-    }
-
-
-def _faces_of_phalanx(mesh: skfem.MeshTet1, region: Integers, surface: Integers) -> dict[str, Integers]:
-    """Return the facets of the phalanx surface that face down and up within 60 degrees."""
-    first, second = mesh.f2t[:, surface]
-    centre = mesh.p[:, mesh.t].mean(axis=1)
-    phalanx, tissue = np.where(region[first] == _PHALANX, (first, second), (second, first))
-    a, b, c = mesh.p[:, mesh.facets[:, surface]].transpose(1, 0, 2)
-    normal = np.cross(b - a, c - a, axis=0)
-    outward = normal * np.sign(np.sum(normal * (centre[:, tissue] - centre[:, phalanx]), axis=0))
-    upward = outward[1] / np.linalg.norm(normal, axis=0)
-    return {"phalanx_palmar": surface[upward < -0.5], "phalanx_dorsal": surface[upward > 0.5]}
-
-
-def _facets(chosen: Flags) -> Integers:
-    return np.flatnonzero(chosen).astype(np.int32)

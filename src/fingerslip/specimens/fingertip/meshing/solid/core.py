@@ -12,31 +12,15 @@ from scipy.spatial import cKDTree
 from fingerslip.errors import MeshError
 from fingerslip.mesh.gmsh_session import gmsh_session, length_unit
 from fingerslip.mesh.patches import Triangulation
-from fingerslip.specimens.fingertip.meshing.section.core import mesh_ring
+from fingerslip.specimens.fingertip.meshing.section.core import CoreMesh, mesh_ring
 
-__all__ = ["SolidCore", "mesh_solid_core"]
+__all__ = ["mesh_solid_core"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 _TRIANGLE, _TETRAHEDRON = 2, 4
 _HXT = 10
-
-
-@dataclass(frozen=True)
-class SolidCore:
-    """Mesh of tissue and phalanx in space.
-
-    Parameters
-    ----------
-    points : (n, 3) array
-        Node positions [m]; first those of the dermis-tissue interface, in their order.
-    cells : dict of str to (m, 4) arrays
-        Nodes of the cells of `tissue` and `phalanx`.
-    """
-
-    points: Floats
-    cells: dict[str, Integers]
 
 
 @dataclass(frozen=True)
@@ -49,7 +33,7 @@ class _Hull:
     caps: dict[str, Integers]
 
 
-def mesh_solid_core(skin: Triangulation, phalanx: Triangulation, largest: float) -> SolidCore:
+def mesh_solid_core(skin: Triangulation, phalanx: Triangulation, largest: float) -> CoreMesh:
     """Mesh what lies inside the skin.
 
     Parameters
@@ -140,7 +124,7 @@ def _volume(hulls: list[list[int]]) -> int:
     return volume
 
 
-def _read(hull: _Hull, volumes: dict[str, int], unit: float) -> SolidCore:
+def _read(hull: _Hull, volumes: dict[str, int], unit: float) -> CoreMesh:
     """Read the cells out of Gmsh; nodes of the hull keep their numbers."""
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     cells = {name: gmsh.model.mesh.getElementsByType(_TETRAHEDRON, volume)[1] for name, volume in volumes.items()}
@@ -149,4 +133,4 @@ def _read(hull: _Hull, volumes: dict[str, int], unit: float) -> SolidCore:
     points = coordinates.reshape(-1, 3)[order[np.searchsorted(tags, used, sorter=order)]] * unit
     points[: len(hull.points)] = hull.points
     numbered = {name: np.searchsorted(used, nodes).reshape(-1, 4) for name, nodes in cells.items()}
-    return SolidCore(points, numbered)
+    return CoreMesh(points, numbered)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
-from typing import ClassVar, Literal, Self
+from typing import ClassVar, Literal
 
 import skfem
 
-from fingerslip.mesh.sizes import check_sizes, scaled_sizes
+from fingerslip.mesh.sizes import check_sizes
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import PositiveLength, parameters
-from fingerslip.specimens.fingertip.meshing.key import mesh_key
 from fingerslip.specimens.fingertip.meshing.solid.build import mesh_solid, solid_cells
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 
@@ -34,6 +32,7 @@ class SolidSizes(MeshSource):
     """
 
     needs_specimen: ClassVar[bool] = True
+    element_sizes: ClassVar[tuple[str, ...]] = ("contact_size", "bulk_size")
     dim: ClassVar[int] = 3
 
     element: Literal["T4", "T10"] = "T4"
@@ -48,17 +47,9 @@ class SolidSizes(MeshSource):
         """Build the mesh [m]; see :func:`build_solid`."""
         return mesh_solid(specimen, self)
 
-    def key(self, specimen: FingertipNumbers, /) -> str:
-        """Return the hash of the sizes and of the fingertip's shape."""
-        return mesh_key(specimen, self)
-
     def estimated_cells(self, specimen: FingertipNumbers, /) -> float:
         """Return about how many tetrahedra the mesh will have."""
         return solid_cells(specimen, self)
-
-    def refined(self, factor: float, /) -> Self:
-        """Return the source with both sizes times a factor."""
-        return dataclasses.replace(self, **scaled_sizes(self, factor))
 
 
 _DEFAULT = SolidSizes()
