@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
@@ -13,14 +14,21 @@ from fingerslip.specimens.fingertip import depth_below_skin, phalanx_contour, ph
 from unit.fingers import VARIANTS, change, change_solid
 
 
+@functools.cache
+def surface(variant):
+    """Return the finger of a variant and the surface of its phalanx."""
+    finger = change_solid(phalanx={"variant": variant})
+    return finger, phalanx_surface(finger)
+
+
 def cut(fingertip, section):
     return phalanx_contour(dataclasses.replace(fingertip, section=section))
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_cuts_are_the_contours_of_both_sections(variant):
-    finger = change_solid(phalanx={"variant": variant})
-    points = phalanx_surface(finger).points
+    finger, found = surface(variant)
+    points = found.points
     quarter = points.shape[1] // 4
     middle = points[:, [0, 2 * quarter]].reshape(-1, 3)
     assert np.abs(middle[:, 2]).max() < 1e-12
@@ -35,22 +43,21 @@ def test_cuts_are_the_contours_of_both_sections(variant):
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_phalanx_is_symmetric_and_keeps_clear_of_the_skin(variant):
-    finger = change_solid(phalanx={"variant": variant})
-    points = phalanx_surface(finger).points
+    finger, found = surface(variant)
+    points = found.points
     mirrored = np.roll(points[:, ::-1], 1, axis=1) * [1.0, 1.0, -1.0]
     assert np.allclose(points, mirrored, atol=1e-12)
     assert depth_below_skin(finger, points.reshape(-1, 3)).min() > 1.1e-3
 
 
 def test_phalanx_is_narrow_at_the_waist_and_wide_at_the_tuft():
-    points = phalanx_surface(change_solid()).points
+    points = surface("original")[1].points
     widths = {x: points[np.abs(points[:, 0, 0] - x).argmin(), :, 2].max() for x in (-16e-3, -6e-3, 0.0)}
     assert list(widths.values()) == pytest.approx([5e-3, 3.5e-3, 5.5e-3], rel=1e-3)
 
 
 def test_scaled_phalanx_has_tissue_of_even_thickness_under_the_pad():
-    finger = change_solid(phalanx={"variant": "scaled"})
-    phalanx = phalanx_surface(finger)
+    finger, phalanx = surface("scaled")
     assert not phalanx.open
     below = phalanx.points[:, 0][np.abs(phalanx.points[:, 0, 0]) < 2e-3]
     assert depth_below_skin(finger, below) == pytest.approx(4.5e-3, abs=2e-5)

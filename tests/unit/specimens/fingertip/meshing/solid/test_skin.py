@@ -86,19 +86,6 @@ def test_fingerprint_needs_four_elements_on_its_pitch():
         swept(RIPPLED)
 
 
-def test_fingerprint_is_on_the_contact_and_leaves_the_dermis_alone():
-    sizes = SolidSizes(contact_size=0.117e-3, bulk_size=1.6e-3, contact_reach=0.12e-3)
-    skin = swept(RIPPLED, sizes)
-    depth = depth_below_skin(RIPPLED, skin.points[0])
-    low = skin.points[0][:, 1] < -6.5e-3 + 0.09e-3
-    assert depth[low].min() == pytest.approx(-0.05e-3, rel=0.1)
-    assert depth[low].max() == pytest.approx(0.05e-3, rel=0.1)
-    assert np.abs(depth[skin.points[0][:, 1] > -6.3e-3]).max() < 4e-6
-    dermis = int(np.abs(skin.levels - 0.5e-3).argmin())
-    inside = skin.points[0][:, 0] > -12e-3
-    assert np.allclose(depth_below_skin(RIPPLED, skin.points[dermis][inside]), 0.5e-3, atol=1e-5)
-
-
 def test_sizes_grow_with_distance_up_to_the_largest():
     points = np.array([[0.0, 0.0, 0.0], [1e-3, 0.0, 0.0], [9e-3, 0.0, 0.0]])
     assert graded_sizes(points, points[:1], 0.3e-3, 1e-3) == pytest.approx([0.3e-3, 0.5e-3, 1e-3])

@@ -23,11 +23,6 @@ def test_it_says_what_it_is():
     assert sizes.refined(2.0) == SolidSizes("T10", 0.9e-3, 1.1e-3, 1.5e-3)
 
 
-def test_mesh_of_the_source_is_that_of_the_function():
-    mesh = SolidSizes("T4", 0.8e-3, 1.6e-3).build(change_solid())
-    assert mesh.p.tobytes() == coarse_solid().p.tobytes()
-
-
 def test_number_of_tetrahedra_is_foreseen():
     """Coarse meshes have more than fill the body, because layers and contact are finer."""
     fingertip, sizes = change_solid(), SolidSizes("T4", 0.8e-3, 1.6e-3)
