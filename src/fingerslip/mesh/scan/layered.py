@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 
 from fingerslip.errors import InputError, MeshError, warn_renamed
 from fingerslip.mesh.orientation import positive_tetrahedra
-from fingerslip.mesh.scan.offset import distances, offset_inwards
+from fingerslip.mesh.scan.offset import clip_surface, distances, offset_inwards
 from fingerslip.mesh.scan.repair import closed_where
 from fingerslip.mesh.scan.surfaces import Surface, check_closed, contains
 from fingerslip.mesh.sizes import check_sizes
@@ -29,7 +29,10 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 
-_OUTSIDE, _SKIN, _TISSUE, _PHALANX = 0, 1, 2, 3
+# Cells outside the skin and, of those inside it, cells proximal of the cut are no part of the body.
+_LAYERS = 5
+_OUTSIDE, _PROXIMAL, _SKIN, _TISSUE, _PHALANX = range(_LAYERS)
+_CRUMB = 0.02
 _GROWTH = 0.4
 _PER_BULK_SIZE = 2
 _SHALLOWEST_POKE = 1e-6
@@ -121,9 +124,8 @@ def build_from_surfaces(
         phalanx = bone
     sizes = sizes or LayerSizes()
     bodies = _bodies(skin, phalanx, sizes)
-    points, cells = _tetrahedralised(bodies, sizes)
-    layer = _layers(points, cells, bodies)
-    return _named(points, cells, layer, bodies, sizes)
+    whole = _tetrahedralised(bodies, sizes)
+    return _named(whole, _layers(whole, bodies), sizes)
 
 
 def _bodies(skin: Surface, phalanx: Surface | None, sizes: LayerSizes) -> _Bodies:
@@ -159,11 +161,11 @@ def _check_inside(phalanx: Surface, skin: Surface, cut: float) -> None:
     raise MeshError(phalanx.name, found, f"needs to lie inside {skin.name}", repair)
 
 
-def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, Integers]:
+def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> skfem.MeshTet1:
     """Mesh the box around all surfaces; cells keep to every surface within the tolerance."""
     import pytetwild
 
-    points, triangles = _soup(bodies, sizes.bulk_size)
+    points, triangles = _soup(bodies)
     extent = np.ptp(points, axis=0)
     nodes, background, wanted = _size_field(points, bodies, sizes)
     try:
@@ -186,28 +188,23 @@ def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, Intege
         raise MeshError(
             bodies.skin.name, f"fTetWild says '{error}'", "needs surfaces that it can mesh", repair
         ) from error
-    return found, positive_tetrahedra(found, np.asarray(cells, dtype=np.int64))
+    cells = positive_tetrahedra(found, np.asarray(cells, dtype=np.int64))
+    return skfem.MeshTet1(found.T.copy(), cells.T.copy())
 
 
-def _soup(bodies: _Bodies, margin: float) -> tuple[Floats, Integers]:
-    """Put all surfaces into one list of triangles, without what lies far behind the cut and with two across it."""
+def _soup(bodies: _Bodies) -> tuple[Floats, Integers]:
+    """Put what of the surfaces is distal of the cut into one list of triangles, with two across the cut."""
     surfaces = [bodies.skin, bodies.tissue] + ([bodies.phalanx] if bodies.phalanx else [])
-    surfaces = [_distal(surface, bodies.cut - margin) for surface in surfaces]
     low, high = bodies.skin.points.min(axis=0), bodies.skin.points.max(axis=0)
     if bodies.cut > low[0]:
+        # fTetWild keeps to surfaces that end at the cut better than to surfaces that go through it.
+        surfaces = [clip_surface(surface, bodies.cut) for surface in surfaces]
         (bottom, back), (top, front) = low[1:], high[1:]
         corners = [[bodies.cut, y, z] for y, z in ((bottom, back), (top, back), (top, front), (bottom, front))]
         surfaces.append(Surface(np.array(corners), np.array([[0, 1, 2], [0, 2, 3]])))
     first = np.cumsum([0, *(len(surface.points) for surface in surfaces)])
     triangles = [surface.triangles + start for surface, start in zip(surfaces, first, strict=False)]
     return np.vstack([surface.points for surface in surfaces]), np.vstack(triangles)
-
-
-def _distal(surface: Surface, lowest: float) -> Surface:
-    """Drop the triangles that lie wholly below a value of x."""
-    kept = surface.triangles[surface.points[surface.triangles, 0].max(axis=1) > lowest]
-    used, numbered = np.unique(kept, return_inverse=True)
-    return Surface(surface.points[used], numbered.reshape(-1, 3), surface.name)
 
 
 def _size_field(points: Floats, bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, NDArray[np.int32], Floats]:
@@ -239,110 +236,100 @@ def _wanted_sizes(nodes: Floats, spacing: float, bodies: _Bodies, sizes: LayerSi
     return wanted
 
 
-def _layers(points: Floats, cells: Integers, bodies: _Bodies) -> Integers:
-    """Return in which layer each cell is."""
-    centre = points[cells].mean(axis=1)
-    layer = np.full(len(cells), _OUTSIDE)
-    kept = np.flatnonzero(centre[:, 0] > bodies.cut)
-    kept = kept[contains(bodies.skin, centre[kept])]
+def _layers(whole: skfem.MeshTet1, bodies: _Bodies) -> Integers:
+    """Return in which layer each cell is, by the position of its centre."""
+    centre = whole.p[:, whole.t].mean(axis=1).T
+    layer = np.full(len(centre), _OUTSIDE)
+    inside = np.flatnonzero(contains(bodies.skin, centre))
+    distal = centre[inside, 0] > bodies.cut
+    layer[inside[~distal]] = _PROXIMAL
+    kept = inside[distal]
     layer[kept] = np.where(contains(bodies.tissue, centre[kept]), _TISSUE, _SKIN)
     if bodies.phalanx is not None:
         layer[kept[contains(bodies.phalanx, centre[kept])]] = _PHALANX
-    return _without_crumbs(layer, _Facets.of(cells))
+    return _without_crumbs(layer, whole.f2t[:, whole.f2t[1] >= 0])
 
 
-@dataclass(frozen=True)
-class _Facets:
-    """Facets of cells: their nodes, and the one or two cells at each, -1 for none."""
+def _without_crumbs(layer: Integers, neighbours: Integers) -> Integers:
+    """Give pieces of a layer that hang apart from its largest one to the layer that they share most facets with.
 
-    nodes: Integers
-    cells: Integers
-
-    @classmethod
-    def of(cls, cells: Integers) -> _Facets:
-        opposite = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]]
-        every = np.sort(np.concatenate([cells[:, corners] for corners in opposite]), axis=1)
-        owner = np.tile(np.arange(len(cells)), 4)
-        nodes, place = np.unique(every, axis=0, return_inverse=True)
-        pair = np.full((len(nodes), 2), -1)
-        order = np.argsort(place.ravel(), kind="stable")
-        first = np.searchsorted(place.ravel()[order], np.arange(len(nodes)))
-        last = np.append(first[1:], len(order)) - 1
-        pair[:, 0] = owner[order[first]]
-        pair[last > first, 1] = owner[order[last]][last > first]
-        return cls(nodes, pair)
-
-
-def _without_crumbs(layer: Integers, facets: _Facets) -> Integers:
-    """Give pieces of a layer that hang apart from its largest one to the layer that they share most facets with."""
-    inner = facets.cells[:, 1] >= 0
-    first, second = facets.cells[inner].T
+    The columns of `neighbours` are the pairs of cells that share a facet.
+    """
     for _ in range(3):
-        same = layer[first] == layer[second]
-        piece = _components(len(layer), first[same], second[same])
+        same = layer[neighbours[0]] == layer[neighbours[1]]
+        piece = _pieces(len(layer), neighbours[:, same])
         size = np.bincount(piece)
-        for number in (_OUTSIDE, _SKIN, _TISSUE, _PHALANX):
+        for number in range(_LAYERS):
             members = np.unique(piece[layer == number])
-            crumbs = np.isin(piece, members[size[members] < 0.02 * size[members].max(initial=0)])
-            layer = _given_away(layer, crumbs, first, second)
+            crumbs = np.isin(piece, members[size[members] < _CRUMB * size[members].max(initial=0)])
+            layer = _given_away(layer, crumbs, neighbours)
     return layer
 
 
-def _given_away(layer: Integers, crumbs: Booleans, first: Integers, second: Integers) -> Integers:
+def _given_away(layer: Integers, crumbs: Booleans, neighbours: Integers) -> Integers:
     """Give each cell of the crumbs to the layer with which it has most facets outside of them."""
-    votes = np.zeros((len(layer), 4))
-    for own, other in ((first, second), (second, first)):
+    votes = np.zeros((len(layer), _LAYERS))
+    for own, other in (neighbours, neighbours[::-1]):
         counted = crumbs[own] & ~crumbs[other]
         np.add.at(votes, (own[counted], layer[other[counted]]), 1.0)
     chosen = crumbs & votes.any(axis=1)
     return np.where(chosen, votes.argmax(axis=1), layer)
 
 
-def _components(count: int, first: Integers, second: Integers) -> Integers:
-    graph = coo_matrix((np.ones(len(first)), (first, second)), shape=(count, count))
+def _pieces(count: int, neighbours: Integers) -> Integers:
+    """Return the number of the connected piece of each of `count` cells."""
+    graph = coo_matrix((np.ones(neighbours.shape[1]), tuple(neighbours)), shape=(count, count))
     found: Integers = connected_components(graph, directed=False)[1]
     return found
 
 
-def _named(points: Floats, cells: Integers, layer: Integers, bodies: _Bodies, sizes: LayerSizes) -> skfem.MeshTet1:
+def _named(whole: skfem.MeshTet1, layer: Integers, sizes: LayerSizes) -> skfem.MeshTet1:
     """Keep the cells of the body, and name its regions and boundaries."""
-    kept = layer != _OUTSIDE
-    if sizes.phalanx == "hole":
-        kept &= layer != _PHALANX
-    kept = _largest_piece(kept, _Facets.of(cells))
-    used, numbered = np.unique(cells[kept], return_inverse=True)
-    mesh = skfem.MeshTet1(points[used].T.copy(), numbered.reshape(-1, 4).T.copy())
     names = {"skin": _SKIN, "tissue": _TISSUE, "phalanx": _PHALANX}
-    regions = {name: np.flatnonzero(layer[kept] == number).astype(np.int32) for name, number in names.items()}
-    mesh = mesh.with_subdomains({name: members for name, members in regions.items() if len(members)})
-    return mesh.with_boundaries(_boundaries(mesh, layer[kept], bodies, sizes))
+    if sizes.phalanx == "hole":
+        del names["phalanx"]
+    body = _largest_piece(np.isin(layer, list(names.values())), whole.f2t)
+    regions = {name: np.flatnonzero(body & (layer == number)) for name, number in names.items()}
+    bounds = _boundaries(whole, layer, body)
+    bounds["pad"] = _pad(whole, bounds["skin"], sizes.contact_reach)
+    named = whole.with_subdomains(_filled(regions)).with_boundaries(_filled(bounds))
+    return named.restrict(np.flatnonzero(body))
 
 
-def _largest_piece(kept: Booleans, facets: _Facets) -> Booleans:
+def _filled(groups: dict[str, Integers]) -> dict[str, NDArray[np.int32]]:
+    return {name: members.astype(np.int32) for name, members in groups.items() if len(members)}
+
+
+def _largest_piece(kept: Booleans, sides: Integers) -> Booleans:
     """Drop cells that hang on the body by an edge or a point alone."""
-    inner = (facets.cells[:, 1] >= 0) & kept[facets.cells].all(axis=1)
-    piece = _components(len(kept), *facets.cells[inner].T)
+    inner = (sides[1] >= 0) & kept[sides].all(axis=0)
+    piece = _pieces(len(kept), sides[:, inner])
     largest: Booleans = kept & (piece == np.bincount(piece[kept]).argmax())
     return largest
 
 
-def _boundaries(mesh: skfem.MeshTet1, layer: Integers, bodies: _Bodies, sizes: LayerSizes) -> dict[str, Integers]:
-    first, second = mesh.f2t
-    outer = second < 0
-    low, high = np.sort([layer[first], np.where(outer, _OUTSIDE, layer[second])], axis=0)
-    centre = mesh.p[:, mesh.facets].mean(axis=1)
-    cut = outer & (np.abs(mesh.p[0, mesh.facets] - bodies.cut).max(axis=0) <= 2 * sizes.tolerance)
-    phalanx = (low != _PHALANX) & (high == _PHALANX) & ~outer
-    if sizes.phalanx == "hole" and bodies.phalanx is not None:
-        free = np.flatnonzero(outer & ~cut)
-        near = distances(bodies.phalanx, centre[:, free].T) < distances(bodies.skin, centre[:, free].T)
-        phalanx[free[near]] = True
-    skin = outer & ~cut & ~phalanx
-    bottom = mesh.p[1, mesh.facets[:, skin]].min()
-    pad = skin & (mesh.p[1, mesh.facets].max(axis=0) <= bottom + sizes.contact_reach)
-    if not pad.any():
-        problem = f"no facet of the skin lies within {millimetres(sizes.contact_reach)} of its lowest point"
+def _boundaries(whole: skfem.MeshTet1, layer: Integers, body: Booleans) -> dict[str, Integers]:
+    """Return the facets of the body's boundaries, by the layers of the two cells of each.
+
+    The position of a facet would not do: where cells straddle the cut, facets of the base lie far off its plane.
+    """
+    beyond = whole.f2t < 0
+    low, high = np.sort(np.where(beyond, _OUTSIDE, layer[whole.f2t]), axis=0)
+    touched = (body[whole.f2t] & ~beyond).any(axis=0)
+    facets = {
+        "skin": low == _OUTSIDE,
+        "skin_tissue": (low == _SKIN) & (high == _TISSUE),
+        "phalanx_surface": (low >= _SKIN) & (low != _PHALANX) & (high == _PHALANX),
+        "base": low == _PROXIMAL,
+    }
+    return {name: np.flatnonzero(touched & chosen) for name, chosen in facets.items()}
+
+
+def _pad(whole: skfem.MeshTet1, skin: Integers, contact_reach: float) -> Integers:
+    """Return the facets of the skin that lie wholly within a height above its lowest point."""
+    heights = whole.p[1, whole.facets[:, skin]]
+    pad = skin[heights.max(axis=0) <= heights.min() + contact_reach]
+    if not len(pad):
+        problem = f"no facet of the skin lies within {millimetres(contact_reach)} of its lowest point"
         raise MeshError("pad", problem, "needs some", "write a larger contact_reach or a smaller contact_size")
-    named = {"skin": skin, "pad": pad, "skin_tissue": (low == _SKIN) & (high == _TISSUE), "phalanx_surface": phalanx}
-    named["base"] = cut
-    return {name: np.flatnonzero(facets).astype(np.int32) for name, facets in named.items() if facets.any()}
+    return pad

@@ -1,4 +1,4 @@
-"""Fewer triangles, distances to a surface, and the surface at a depth below another."""
+"""Operations on surfaces: fewer triangles, distances, the part distal of a plane, the surface at a depth below."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from fingerslip.units import millimetres
 if TYPE_CHECKING:
     import pyvista
 
-__all__ = ["decimate_surface", "distances", "offset_inwards"]
+__all__ = ["clip_surface", "decimate_surface", "distances", "offset_inwards"]
 
 Floats = NDArray[np.float64]
 
@@ -53,6 +53,26 @@ def decimate_surface(surface: Surface, edge_length: float) -> Surface:
         return surface
     reduced = _polydata(surface).decimate(1.0 - wanted / len(surface.triangles), volume_preservation=True)
     return _surface(reduced, surface.name)
+
+
+def clip_surface(surface: Surface, lowest: float) -> Surface:
+    """Return what of a surface lies above a value of x; triangles that cross it are cut there.
+
+    Parameters
+    ----------
+    surface : Surface
+        The surface.
+    lowest : float
+        The value of x [m].
+
+    Returns
+    -------
+    Surface
+        The surface, open where it was cut. It has no triangles where the surface lies wholly below.
+    """
+    clipped = _polydata(surface).clip(normal="-x", origin=(lowest, 0.0, 0.0)).triangulate().clean()
+    triangles = np.asarray(clipped.regular_faces, dtype=np.int64)
+    return Surface(np.asarray(clipped.points, dtype=float), triangles, surface.name)
 
 
 def distances(surface: Surface, points: Floats) -> Floats:
