@@ -1,4 +1,4 @@
-"""Make a synthetic scan of a fingertip, ``scan_skin.stl`` and ``scan_bone.stl``, in millimetres.
+"""Make a synthetic scan of a fingertip, ``scan_skin.stl`` and ``scan_phalanx.stl``, in millimetres.
 
 The skin has noise, a hole on its side, an open proximal end and some triangles the wrong way round; the finger lies
 askew in the scanner. Its shape is made up: no person was scanned.
@@ -66,7 +66,7 @@ def skin() -> tuple[Floats, Integers]:
     return tube(x, 7.8 * factor, 5.6 * factor, 6.0 * pad * factor, 48)
 
 
-def bone() -> tuple[Floats, Integers]:
+def phalanx() -> tuple[Floats, Integers]:
     """Return a distal phalanx: base, waist and tuft, open at its base [mm]."""
     x = -26.0 + 21.0 * np.linspace(0.0, 1.0, 26) ** 0.9
     shaft = 0.62 + 0.38 * np.exp(-(((x + 24.0) / 4.0) ** 2)) + 0.12 * np.exp(-(((x + 7.5) / 2.0) ** 2))
@@ -107,8 +107,8 @@ def main(folder: Path) -> None:
     turned = random.random(len(seen)) < 0.03
     seen[turned] = seen[turned][:, ::-1]
     write_stl(folder / "scan_skin.stl", scanned(points, random), seen)
-    points, triangles = bone()
-    write_stl(folder / "scan_bone.stl", scanned(points, random), triangles)
+    points, triangles = phalanx()
+    write_stl(folder / "scan_phalanx.stl", scanned(points, random), triangles)
 
 
 if __name__ == "__main__":

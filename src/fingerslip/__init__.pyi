@@ -17,7 +17,8 @@ from .errors import (
     SlipOutsideContactError as SlipOutsideContactError,
 )
 from .history import read_history as read_history, write_history as write_history
-from .materials.elastic import Elastic as Elastic, RayleighDamping as RayleighDamping
+from .materials.damping import RayleighDamping as RayleighDamping
+from .materials.elastic import Elastic as Elastic
 from .mesh.io import read_mesh as read_mesh, write_mesh as write_mesh
 from .mesh.quality import quality_table as quality_table
 from .mesh.scan.build import ScanMesh as ScanMesh, SurfaceMesh as SurfaceMesh, mesh_scan as mesh_scan
@@ -31,9 +32,6 @@ from .mesh.scan.placement import (
 )
 from .mesh.scan.repair import repair_surface as repair_surface
 from .mesh.scan.surfaces import Surface as Surface, read_surface as read_surface, write_surface as write_surface
-from .mesh.section.build import build_section as build_section
-from .mesh.sizes import MeshSizes as MeshSizes, SolidSizes as SolidSizes
-from .mesh.solid.build import build_solid as build_solid
 from .model import (
     Contact as Contact,
     Drive as Drive,
@@ -63,6 +61,8 @@ from .specimens.fingertip import (
     preset_names as preset_names,
     preset_table as preset_table,
 )
+from .specimens.fingertip.meshing.section.source import MeshSizes as MeshSizes, build_section as build_section
+from .specimens.fingertip.meshing.solid.source import SolidSizes as SolidSizes, build_solid as build_solid
 from .specimens.fingertip.receptors import receptor_sites as receptor_sites
 from .specimens.fingertip.solid_sites import (
     reference_sites as reference_sites,

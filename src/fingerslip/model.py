@@ -13,7 +13,9 @@ import pydantic
 from fingerslip.contact.counterfaces import Counterface, Plane
 from fingerslip.contact.friction import Coulomb, FrictionLaw
 from fingerslip.errors import InputError
-from fingerslip.materials.elastic import Elastic, RayleighDamping
+from fingerslip.fe.integration import Integration
+from fingerslip.materials.damping import RayleighDamping
+from fingerslip.materials.material import Formulation, Material
 from fingerslip.parameters import (
     Duration,
     Force,
@@ -47,8 +49,6 @@ __all__ = [
 ]
 
 Component = Literal["x", "y", "z"]
-Formulation = Literal["plane_strain", "plane_stress", "solid"]
-Integration = Literal["selective", "full", "nodal"]
 NumericalDamping = Annotated[float, pydantic.Field(ge=-0.5, le=0.0)]
 
 _A_COUNTERFACE = pydantic.PlainValidator(conforms(Counterface, "a counterface, such as Plane, Cylinder or Sphere"))
@@ -319,8 +319,9 @@ class Model:
     mesh : skfem.Mesh
         Mesh with named subdomains (regions) and boundaries [m]: quadrilaterals (Q4), linear (T3) or quadratic
         triangles (T6), hexahedra (H8), linear (T4) or quadratic tetrahedra (T10).
-    materials : mapping of str to Elastic
-        The material of every region.
+    materials : mapping of str to Material
+        The material of every region: :class:`~fingerslip.materials.elastic.Elastic`, or a law of one's own that
+        answers :class:`~fingerslip.materials.material.Material`.
     formulation : {'plane_strain', 'plane_stress', 'solid'}
         The two-dimensional assumption, or 'solid' in space.
     depth : float
@@ -351,7 +352,7 @@ class Model:
     """
 
     mesh: Annotated[Any, pydantic.AfterValidator(_check_mesh)]
-    materials: Mapping[str, Elastic]
+    materials: Mapping[str, Material]
     formulation: Formulation
     time: Annotated[Timing, _A_TIMING]
     depth: PositiveLength = 1.0

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import functools
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal
 
 from fingerslip.errors import InputError
 
@@ -15,7 +17,11 @@ if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic_core import CoreSchema
 
-__all__ = ["Unit", "format_quantity", "parse_quantity"]
+__all__ = ["METRES", "LengthUnit", "Unit", "coordinates", "format_quantity", "millimetres", "parse_quantity"]
+
+#: Units in which files may hold coordinates, and their metres.
+LengthUnit = Literal["m", "cm", "mm", "um"]
+METRES: Mapping[str, float] = MappingProxyType({"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6})
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 
@@ -105,6 +111,28 @@ def format_quantity(value: float, si: str, display: str = "") -> str:
     """
     factor = _factor(si, display) if display else 1.0
     return f"{value * (factor or 1.0):.6g} {display or si}"
+
+
+def millimetres(length: float, digits: int = 4) -> str:
+    """Write a length [m] in millimetres, as errors do.
+
+    Examples
+    --------
+    >>> millimetres(0.00123456)
+    '1.235 mm'
+    """
+    return f"{length * 1e3:.{digits}g} mm"
+
+
+def coordinates(position: Iterable[float], digits: int = 4) -> str:
+    """Write the coordinates of a point [m] in millimetres, as errors do.
+
+    Examples
+    --------
+    >>> coordinates((0.001, -0.0065))
+    'x = 1 mm, y = -6.5 mm'
+    """
+    return ", ".join(f"{axis} = {millimetres(value, digits)}" for axis, value in zip("xyz", position, strict=False))
 
 
 @dataclass(frozen=True)

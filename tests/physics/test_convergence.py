@@ -12,9 +12,11 @@ import pytest
 import skfem
 from skfem.helpers import ddot, dot, grad
 
-from fingerslip.fe.forms import cell_constants, stiffness_matrix
+from fingerslip.fe.cell_materials import cell_materials
+from fingerslip.fe.forms import stiffness_matrix
 from fingerslip.fe.space import boundary_nodes, build_space, vector_dofs
-from problems.blocks import elastic, fitted_slope, rectangle, solve_static
+from fingerslip.verification.meshes import box
+from problems.blocks import elastic, fitted_slope, solve_static
 
 RATIO = -0.5  # second component over the first
 FRAME = np.pi
@@ -48,10 +50,10 @@ def bent(points):
 
 def errors(element, count, formulation, poisson_ratio):
     grid = np.linspace(0.0, 1.0, count + 1)
-    space = build_space(rectangle(element, grid, grid, shift=bent))
-    constants = cell_constants(space, {"bulk": elastic(1.0, poisson_ratio)}, formulation)
-    stiffness = stiffness_matrix(space, constants, 1.0, "selective")
-    lame, shear = constants.first_lame[0], constants.shear_modulus[0]
+    space = build_space(box(element, grid, grid, shift=bent))
+    material = elastic(1.0, poisson_ratio)
+    stiffness = stiffness_matrix(space, cell_materials(space, {"bulk": material}, formulation), 1.0, "selective")
+    lame, shear = material.dilatational_modulus(formulation), material.shear_modulus
     fine = skfem.Basis(space.mesh, skfem.ElementVector(space.scalar_element), intorder=8)
     load = skfem.LinearForm(lambda v, w: dot(counterface_force(w.x, lame, shear), v)).assemble(fine)
     edge = np.unique(np.concatenate([boundary_nodes(space, side) for side in ("left", "right", "top", "bottom")]))

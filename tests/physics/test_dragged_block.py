@@ -10,14 +10,15 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from problems.blocks import ELEMENTS, rectangle
+from fingerslip.verification.meshes import box
+from problems.blocks import ELEMENTS
 
 WIDTH, HEIGHT, DEPTH, MODULUS, MU = 10e-3, 4e-3, 1e-3, 34e3, 0.5
 PENALTY = 1e8
 
 
 def block(element, ratio, supports, programme, *, density=1e-3, penalty=PENALTY, friction=MU, step=2e-3):
-    mesh = rectangle(element, np.linspace(0, WIDTH, 11), np.linspace(0, HEIGHT, 5))
+    mesh = box(element, np.linspace(0, WIDTH, 11), np.linspace(0, HEIGHT, 5))
     contact = fs.Contact(
         boundary="bottom", friction=fs.Coulomb(friction), normal_penalty=penalty, tangential_penalty=penalty
     )

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from fingerslip.study.definition.spec import MeshFile, read_study
+from fingerslip.mesh.file import MeshFile
+from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key
 from fingerslip.verification.reference import condensed_states, make_stepper
@@ -38,10 +39,10 @@ def coarse(run):
     study = replace(run.study, time=replace(run.study.time, step=max(run.study.time.step, STEP)))
     if isinstance(study.mesh, MeshFile):
         return replace(run, study=study)
-    fingertip = replace(run.fingertip, ridges=replace(run.fingertip.ridges, enabled=False))
+    fingertip = replace(run.specimen, ridges=replace(run.specimen.ridges, enabled=False))
     contact_size = study.mesh.contact_size if fingertip.fingerprint.enabled else CONTACT_SIZE
     mesh = replace(study.mesh, contact_size=contact_size, bulk_size=BULK_SIZE)
-    return replace(run, fingertip=fingertip, study=replace(study, mesh=mesh))
+    return replace(run, specimen=fingertip, study=replace(study, mesh=mesh))
 
 
 def models(path, change):

@@ -13,7 +13,8 @@ import skfem
 from skfem.helpers import dot
 
 from fingerslip.fe.space import boundary_nodes, vector_dofs
-from problems.blocks import elastic, rectangle, solve_static, stiffness_of
+from fingerslip.verification.meshes import box
+from problems.blocks import elastic, solve_static, stiffness_of
 
 INNER, OUTER, MODULUS, PRESSURE = 1.0, 2.0, 1.0, 1e-3
 
@@ -25,7 +26,7 @@ def quarter_ring(element, radial=8, around=16):
         radius, angle = points
         return np.array([radius * np.cos(angle), radius * np.sin(angle)])
 
-    return rectangle(element, np.linspace(INNER, OUTER, radial + 1), np.linspace(0, np.pi / 2, around + 1), shift=shift)
+    return box(element, np.linspace(INNER, OUTER, radial + 1), np.linspace(0, np.pi / 2, around + 1), shift=shift)
 
 
 def radial_displacement(element, integration, poisson_ratio):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from problems.blocks import rectangle
+from fingerslip.verification.meshes import box
 
 LENGTH, WIDTH, DEPTH, MODULUS, DENSITY, STRIKE = 1.0, 0.02, 0.5, 1e6, 1000.0, 0.1
 SPEED = np.sqrt(MODULUS / DENSITY)
@@ -20,7 +20,7 @@ FORCE = MODULUS * WIDTH * DEPTH * STRIKE / SPEED
 
 @pytest.fixture(scope="module")
 def history():
-    mesh = rectangle("Q4", np.linspace(0, WIDTH, 2), np.linspace(0, LENGTH, 201))
+    mesh = box("Q4", np.linspace(0, WIDTH, 2), np.linspace(0, LENGTH, 201))
     model = fs.Model(
         mesh=mesh,
         materials={"bulk": fs.Elastic(MODULUS, 0.0, DENSITY)},

@@ -13,14 +13,15 @@ from scipy.sparse import linalg
 import fingerslip as fs
 from fingerslip.fe.forms import mass_matrix
 from fingerslip.fe.space import boundary_nodes, vector_dofs
-from problems.blocks import ELEMENTS, elastic, rectangle, stiffness_of
+from fingerslip.verification.meshes import box
+from problems.blocks import ELEMENTS, elastic, stiffness_of
 
 LENGTH, HEIGHT, MODULUS, DENSITY = 1.0, 0.02, 1e6, 1000.0
 SPEED = np.sqrt(MODULUS / DENSITY)
 
 
 def bar(element, count=80):
-    return rectangle(element, np.linspace(0.0, LENGTH, count + 1), np.linspace(0.0, HEIGHT, 2))
+    return box(element, np.linspace(0.0, LENGTH, count + 1), np.linspace(0.0, HEIGHT, 2))
 
 
 @pytest.mark.parametrize("element", ELEMENTS)

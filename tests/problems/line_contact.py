@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import fingerslip as fs
-from problems.blocks import graded, mirrored, rectangle
+from fingerslip.verification.meshes import box, graded, mirrored
 
 MODULUS, RATIO, RADIUS = 1e5, 0.4999, 200e-3
 PLANE_MODULUS = MODULUS / (1 - RATIO**2)
@@ -35,7 +35,7 @@ def model(profile, programme, *, friction=0.5, steps=(20, 0), size=HALF_WIDTH / 
         bottom = profile(near) + slope * (np.abs(x) - near)
         return np.array([x, y + bottom * np.exp(-y / (4 * HALF_WIDTH))])
 
-    mesh = rectangle(element, xs, ys, shift=shift)
+    mesh = box(element, xs, ys, shift=shift)
     contact = fs.Contact(
         boundary="bottom",
         friction=fs.Coulomb(friction),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import fingerslip as fs
-from problems.blocks import rectangle
+from fingerslip.verification.meshes import box
 
 
 def curved(radius):
@@ -21,7 +21,7 @@ def curved(radius):
 def pad(element, columns=8, rows=4):
     """Return a block of 8 mm by 4 mm with a bulged lower side, the boundary `bottom`."""
     xs, ys = np.linspace(-4e-3, 4e-3, columns + 1), np.linspace(0.0, 4e-3, rows + 1)
-    return rectangle(element, xs, ys, shift=curved(8e-3))
+    return box(element, xs, ys, shift=curved(8e-3))
 
 
 def push_and_slide(element="Q4", *, friction=0.4, damping=None, alpha=-0.05, sites=(), step=5e-3, **changes):

@@ -26,7 +26,7 @@ def change_solid(**groups: Any) -> Fingertip:
 @functools.cache
 def coarse_solid(variant: str = "original") -> Any:
     """Return a coarse mesh of the preset in space."""
-    from fingerslip.mesh.solid.build import build_solid
+    from fingerslip.specimens.fingertip.meshing.solid.source import build_solid
 
     return build_solid(change_solid(phalanx={"variant": variant}), contact_size=0.8e-3, bulk_size=1.6e-3)
 

@@ -1,9 +1,10 @@
-"""Imports run one way: a module may import lower layers only, inside functions too."""
+"""Imports run one way: lower layers only, and no two files import each other, not inside functions or for types."""
 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+import graphlib
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ import fingerslip
 SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
     "errors dotted units yaml_text fields mistakes parameters protocols files digest sites",
-    "materials specimens mesh fe linear contact model history dynamics",
+    "materials mesh specimens fe linear contact model history dynamics",
     "slip uncertainty published results report",
     "verification study validation commands",
 )
@@ -68,6 +69,48 @@ def test_module_imports_lower_layers_only(name: str, path: Path) -> None:
 def test_module_that_stands_alone_imports_nothing_of_the_package(name: str) -> None:
     tree = ast.parse((SOURCE / f"{name}.py").read_text(encoding="utf-8"))
     assert [other for other in imported(tree, f"fingerslip.{name}") if other.split(".")[0] == "fingerslip"] == []
+
+
+def files_imported(tree: ast.AST, module: str, known: Mapping[str, Path]) -> set[str]:
+    """Return the modules whose files a module imports: a name may be that of a module in a package."""
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = next(imported(ast.Module([node], []), module))
+            inside = {f"{base}.{alias.name}" for alias in node.names}
+            found |= (inside & known.keys()) or {base}
+    return found & known.keys() - {module}
+
+
+def cycle(graph: Mapping[str, set[str]]) -> list[str]:
+    """Return modules that import each other, directly or through others; the first one again at the end."""
+    try:
+        graphlib.TopologicalSorter(graph).prepare()
+    except graphlib.CycleError as error:
+        found: list[str] = error.args[1]
+        return found
+    return []
+
+
+def test_no_two_files_import_each_other() -> None:
+    files = {name.removesuffix(".__init__"): path for name, path in modules()}
+    trees = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in files.items()}
+    graph = {name: files_imported(tree, name, files) for name, tree in trees.items()}
+    assert sum(map(len, graph.values())) > 2 * len(graph), "the walk sees the imports"
+    assert cycle(graph) == []
+
+
+def test_files_that_import_each_other_are_found() -> None:
+    files = {"a": Path("a.py"), "a.b": Path("a/b.py"), "c": Path("c.py")}
+    inside = "def f():\n    from a import b\n"
+    for_types = "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from c import d\n"
+    assert files_imported(ast.parse(inside), "c", files) == {"a.b"}
+    assert files_imported(ast.parse(for_types), "a.b", files) == {"c"}
+    assert set(cycle({"c": {"a.b"}, "a.b": {"c"}})) == {"a.b", "c"}
+    assert set(cycle({"a": {"b"}, "b": {"c"}, "c": {"a"}})) == {"a", "b", "c"}
+    assert cycle({"a": {"b", "c"}, "b": {"c"}}) == []
 
 
 def test_walk_sees_imports_inside_functions_and_relative_ones() -> None:

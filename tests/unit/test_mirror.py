@@ -40,9 +40,10 @@ def test_module_has_its_test_file(module: Path) -> None:
     assert "\ndef test_" in file.read_text(encoding="utf-8")
 
 
-def test_every_test_file_has_its_module() -> None:
+@pytest.mark.parametrize("tests", [TESTS, TESTS.parent / "integration"], ids=lambda path: path.name)
+def test_every_test_file_has_its_module(tests: Path) -> None:
     wanted = {str(mirrored(module)) for module in MODULES} | ABOUT_ALL
-    found = {str(path.relative_to(TESTS)) for path in TESTS.rglob("test_*.py")}
+    found = {str(path.relative_to(tests)) for path in tests.rglob("test_*.py")}
     assert sorted(found - wanted) == []
 
 

@@ -20,6 +20,6 @@ def mesh(
     ] = None,
 ) -> None:
     """Build a mesh, write it, and show the quality of its cells."""
-    from fingerslip.study.inspection.mesh import save_and_show
+    from fingerslip.study.inspection.mesh import save_mesh
 
-    print_tables(save_and_show(target, output))
+    print_tables(save_mesh(target, output))

@@ -128,9 +128,9 @@ def node_operator(nodes: Indices, dim: int, n_dofs: int) -> sparse.csr_matrix:
     return sparse.csr_matrix((ones, (np.arange(columns.size), columns)), shape=(columns.size, n_dofs))
 
 
-def automatic_penalty(youngs_modulus: float, facet_size: float) -> float:
-    """Return the penalty [Pa/m] for a layer's modulus [Pa] and its facets' size [m]."""
-    return _PENALTY_RATIO * youngs_modulus / facet_size
+def automatic_penalty(stiffness: float, facet_size: float) -> float:
+    """Return the penalty [Pa/m] for the stiffness of a layer's material [Pa] and its facets' size [m]."""
+    return _PENALTY_RATIO * stiffness / facet_size
 
 
 def find_candidates(

@@ -15,7 +15,7 @@ from fingerslip.dynamics.motion import Motion, counterface_motion, largest_appro
 from fingerslip.dynamics.penalties import contact_penalties
 from fingerslip.dynamics.scheme import make_scheme
 from fingerslip.errors import InputError
-from fingerslip.fe.forms import CellConstants, cell_constants
+from fingerslip.fe.cell_materials import CellMaterials, cell_materials
 from fingerslip.fe.space import Space, boundary_nodes, build_space, nodal_areas, region_nodes, vector_dofs
 from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.model import Contact, Model, Slide
@@ -44,7 +44,7 @@ class CheckedModel:
     ----------
     space : Space
         Displacement space of the mesh.
-    constants : CellConstants
+    materials : CellMaterials
         Material of every cell.
     free : (n_free,) array
         Degrees of freedom that are not supported.
@@ -61,7 +61,7 @@ class CheckedModel:
     """
 
     space: Space
-    constants: CellConstants
+    materials: CellMaterials
     free: NDArray[np.int64]
     loads: tuple[Load, ...]
     counterfaces: tuple[Counterface, ...]
@@ -98,7 +98,7 @@ def checked(model: Model, space: Space | None = None) -> CheckedModel:
         Displacement space of its mesh, where it is known already.
     """
     space = space or build_space(model.mesh)
-    constants = cell_constants(space, model.materials, model.formulation)
+    materials = cell_materials(space, model.materials, model.formulation)
     _check_contacts(model, space)
     _check_initial_velocity(model, space)
     skins = [space.positions[boundary_nodes(space, contact.boundary)] for contact in model.contacts]
@@ -113,9 +113,9 @@ def checked(model: Model, space: Space | None = None) -> CheckedModel:
     _check_depth(model, space, counterfaces, motions, free)
     return CheckedModel(
         space=space,
-        constants=constants,
+        materials=materials,
         free=free,
-        loads=model_loads(model, space, constants),
+        loads=model_loads(model, space, materials),
         counterfaces=counterfaces,
         motions=motions,
         candidates=candidates,

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.fe.forms import CellConstants, mass_matrix, traction_load
+from fingerslip.fe.cell_materials import CellMaterials
+from fingerslip.fe.forms import mass_matrix, traction_load
 from fingerslip.fe.space import Space
 from fingerslip.model import Model, Ramp, Traction
 
@@ -35,7 +36,7 @@ class Load:
     ramp: Ramp
 
 
-def model_loads(model: Model, space: Space, constants: CellConstants) -> tuple[Load, ...]:
+def model_loads(model: Model, space: Space, materials: CellMaterials) -> tuple[Load, ...]:
     """Return the tractions and the gravity of a model on all degrees of freedom of its mesh.
 
     Parameters
@@ -44,7 +45,7 @@ def model_loads(model: Model, space: Space, constants: CellConstants) -> tuple[L
         The model.
     space : Space
         Displacement space of its mesh.
-    constants : CellConstants
+    materials : CellMaterials
         Material of every cell.
 
     Raises
@@ -60,5 +61,5 @@ def model_loads(model: Model, space: Space, constants: CellConstants) -> tuple[L
         if len(model.gravity) != space.dim:
             raise InputError("gravity", f"got {len(model.gravity)} components", f"needs {space.dim}")
         acceleration = np.tile(model.gravity, len(space.positions))
-        loads.append(Load(mass_matrix(space, constants, model.depth) @ acceleration, _CONSTANT))
+        loads.append(Load(mass_matrix(space, materials, model.depth) @ acceleration, _CONSTANT))
     return tuple(loads)

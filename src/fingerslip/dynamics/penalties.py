@@ -26,8 +26,8 @@ def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
     facets = np.asarray(mesh.boundaries[contact.boundary])
     cells = mesh.f2t[0, facets]
     names = [name for name, own in mesh.subdomains.items() if np.isin(cells, own).any()]
-    modulus = max(model.materials[name].youngs_modulus for name in names)
+    stiffness = max(model.materials[name].stiffness for name in names)
     ends = mesh.p[:, mesh.facets[:2, facets]]
     size = float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)))
-    automatic = automatic_penalty(modulus, size)
+    automatic = automatic_penalty(stiffness, size)
     return contact.normal_penalty or automatic, contact.tangential_penalty or automatic

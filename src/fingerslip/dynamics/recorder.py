@@ -12,15 +12,7 @@ from fingerslip.dynamics.motion import phase_table
 from fingerslip.dynamics.state import State
 from fingerslip.dynamics.system import System
 from fingerslip.fe.edges import free_edge_distances
-from fingerslip.fe.recovery import (
-    Recovery,
-    cell_recovery,
-    site_recovery,
-    strain_energy_density,
-    stress,
-    stress_components,
-    von_mises,
-)
+from fingerslip.fe.recovery import Recovery, cell_recovery, site_recovery, stress_components, von_mises
 from fingerslip.fe.space import Space, cell_nodes
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.model import Model
@@ -56,7 +48,7 @@ class CellFields:
     @functools.cached_property
     def recovery(self) -> Recovery:
         """The strains of all cells."""
-        return cell_recovery(self._system.space, self._system.constants)
+        return cell_recovery(self._system.space, self._system.materials)
 
 
 class Recorder:
@@ -78,7 +70,7 @@ class Recorder:
         self._system, self._times, self._next = system, times, 0
         self._full = np.zeros(system.space.n_dofs)
         self._sites = site_recovery(
-            system.space, system.constants, system.site_nodes, [site.region for site in model.record.sites]
+            system.space, system.materials, system.site_nodes, [site.region for site in model.record.sites]
         )
         self._cells = cells or CellFields(system)
         self._snapshots = _snapshot_steps(times, model.record.snapshots_every)
@@ -134,8 +126,8 @@ class Recorder:
 
     def _record_strain(self, step: int) -> None:
         strains = self._sites.strains(self._full)
-        self.values["stress"][step] = stress(strains, self._sites.constants)
-        self.values["strain_energy_density"][step] = strain_energy_density(strains, self._sites.constants)
+        self.values["stress"][step] = self._sites.stresses(strains)
+        self.values["strain_energy_density"][step] = self._sites.energy_densities(strains)
 
     def _record_contact(self, step: int, state: State) -> None:
         values, candidates, interface = self.values, self._system.candidates, state.interface
@@ -164,8 +156,8 @@ class Recorder:
         values["snapshot_velocity"][number] = self._nodal(state.velocity)
         values["snapshot_displacement"][number] = self._nodal(state.displacement)
         strains = cells.strains(self._full)
-        values["snapshot_strain_energy_density"][number] = strain_energy_density(strains, cells.constants)
-        values["snapshot_von_mises"][number] = von_mises(stress(strains, cells.constants))
+        values["snapshot_strain_energy_density"][number] = cells.energy_densities(strains)
+        values["snapshot_von_mises"][number] = von_mises(cells.stresses(strains))
 
 
 def _dtype(name: str) -> type:

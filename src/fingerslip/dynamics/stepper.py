@@ -17,7 +17,7 @@ from fingerslip.dynamics.scheme import Scheme, make_scheme
 from fingerslip.dynamics.sharing import first_alike, same_compliance
 from fingerslip.dynamics.system import System
 from fingerslip.linear.solver import LinearSolver, preferred_solver
-from fingerslip.materials.elastic import RayleighDamping
+from fingerslip.materials.damping import RayleighDamping
 from fingerslip.model import Timing
 
 __all__ = ["Stepper", "Stopwatch", "build_steppers"]

@@ -13,7 +13,8 @@ from fingerslip.dynamics.checks import CheckedModel, checked
 from fingerslip.dynamics.loads import Load
 from fingerslip.dynamics.motion import Motion
 from fingerslip.dynamics.operators import Outsiders, Unknowns, relative_operator
-from fingerslip.fe.forms import CellConstants, mass_matrix, stiffness_matrix
+from fingerslip.fe.cell_materials import CellMaterials
+from fingerslip.fe.forms import mass_matrix, stiffness_matrix
 from fingerslip.fe.space import Space, carrying_nodes
 from fingerslip.model import Drive, Model
 
@@ -30,7 +31,7 @@ class System:
     ----------
     space : Space
         Displacement space.
-    constants : CellConstants
+    materials : CellMaterials
         Material of every cell.
     unknowns : Unknowns
         Free degrees of freedom and driven counterfaces.
@@ -55,7 +56,7 @@ class System:
     """
 
     space: Space
-    constants: CellConstants
+    materials: CellMaterials
     unknowns: Unknowns
     stiffness: sparse.csr_matrix
     mass: sparse.csr_matrix
@@ -122,7 +123,7 @@ def build_system(model: Model, twin: System | None = None) -> System:
     candidates = join_candidates(list(known.candidates), known.space.dim)
     return System(
         space=known.space,
-        constants=known.constants,
+        materials=known.materials,
         unknowns=unknowns,
         stiffness=stiffness,
         mass=mass,
@@ -144,8 +145,8 @@ def _drives(model: Model) -> list[Drive]:
 def _matrices(model: Model, known: CheckedModel) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
     """Assemble stiffness and mass of the unknowns."""
     space, free, drives = known.space, known.free, _drives(model)
-    mass = mass_matrix(space, known.constants, model.depth)[free][:, free]
-    stiffness = stiffness_matrix(space, known.constants, model.depth, model.integration)[free][:, free]
+    mass = mass_matrix(space, known.materials, model.depth)[free][:, free]
+    stiffness = stiffness_matrix(space, known.materials, model.depth, model.integration)[free][:, free]
     return (
         sparse.block_diag([stiffness, *(sparse.csr_matrix((1, 1)) for _ in drives)], format="csr"),
         sparse.block_diag([mass, *([[drive.mass]] for drive in drives)], format="csr"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,88 +10,129 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.errors import MeshError
-from fingerslip.fe.forms import CellConstants
+from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.space import Space
+from fingerslip.fe.strain import cell_dofs, strain_operator
+from fingerslip.materials.material import SHEARS, STRAIN_COMPONENTS, Formulation, Material
 
-__all__ = [
-    "Recovery",
-    "cell_recovery",
-    "site_recovery",
-    "strain_energy_density",
-    "stress",
-    "stress_components",
-    "von_mises",
-]
+__all__ = ["Recovery", "Share", "cell_recovery", "site_recovery", "stress_components", "von_mises"]
 
 Array = NDArray[np.float64]
-
-_SHEARS = {2: ((0, 1),), 3: ((0, 1), (1, 2), (0, 2))}
+Integers = NDArray[np.int64]
 
 
 def stress_components(dim: int) -> tuple[str, ...]:
     """Return the names of the stress components in two or three dimensions; zz is there in both."""
-    return ("xx", "yy", "zz", *("xyz"[i] + "xyz"[j] for i, j in _SHEARS[dim]))
+    return ("xx", "yy", "zz", *("xyz"[i] + "xyz"[j] for i, j in SHEARS[dim]))
+
+
+@dataclass(frozen=True)
+class Share:
+    """The share of one material in the points of a recovery.
+
+    Parameters
+    ----------
+    material : Material
+        The material.
+    points : (k,) array
+        Numbers of the points that have it.
+    weights : (k,) array
+        Its share at each [-]; the shares of all materials at a point add up to one.
+    """
+
+    material: Material
+    points: Integers
+    weights: Array
 
 
 @dataclass(frozen=True)
 class Recovery:
-    """The strain at some places as a linear map of the displacement, with the material there.
+    """The strain at some points as a linear map of the displacement, with the materials there.
 
     Parameters
     ----------
-    strain : sparse matrix, shape (n_components * n_places, n_dofs)
-        Rows of the first place, then of the second, and so on [1/m]: the normal strains, then the engineering
-        shears xy (and yz, xz in space).
-    constants : CellConstants
-        Material constants of the places.
-    components : int
-        Number of strain components: 3 in the plane, 6 in space.
+    strain : sparse matrix, shape (m * n_points, n_dofs)
+        Rows of the first point, then of the second, and so on [1/m]; m = 3 strain components in the plane, 6 in space.
+    shares : tuple of Share
+        The materials at the points.
+    formulation : {'plane_strain', 'plane_stress', 'solid'}
+        The two-dimensional assumption, or `solid`.
     """
 
     strain: sparse.csr_matrix
-    constants: CellConstants
-    components: int
+    shares: tuple[Share, ...]
+    formulation: Formulation
+
+    @property
+    def dim(self) -> int:
+        """Number of space dimensions."""
+        return 3 if self.formulation == "solid" else 2
 
     def strains(self, displacement: Array) -> Array:
-        """Return the strains [-], shape (n_places, n_components): xx, yy, xy, or xx, yy, zz, xy, yz, xz."""
-        values: Array = (self.strain @ displacement).reshape(-1, self.components)
+        """Return the strains [-], shape (n_points, m), of a displacement (n_dofs,) [m].
+
+        Components are xx, yy, xy or xx, yy, zz, xy, yz, xz.
+        """
+        values: Array = (self.strain @ displacement).reshape(-1, STRAIN_COMPONENTS[self.dim])
         return values
 
+    def stresses(self, strains: Array) -> Array:
+        """Return the stresses [Pa], shape (n_points, 4 or 6), of strains (n_points, m) [-].
 
-def cell_recovery(space: Space, constants: CellConstants, chosen: NDArray[np.int64] | None = None) -> Recovery:
-    """Recover at the centres of all or `chosen` (n,) cells, where low-order elements are most accurate."""
-    basis, cells = space.centre, np.arange(space.mesh.nelements if chosen is None else chosen.size)
-    which = slice(None) if chosen is None else chosen
-    count = space.dim + len(_SHEARS[space.dim])
-    rows, columns, values = [], [], []
-    for local in range(basis.Nbfun):
-        gradient = np.asarray(basis.basis[local][0].grad)[:, :, which, 0]
-        normals = [gradient[i, i] for i in range(space.dim)]
-        shears = [gradient[i, j] + gradient[j, i] for i, j in _SHEARS[space.dim]]
-        for component, strain in enumerate([*normals, *shears]):
-            rows.append(count * cells + component)
-            columns.append(basis.element_dofs[local][which])
-            values.append(strain)
-    triplets = (np.concatenate(values), (np.concatenate(rows), np.concatenate(columns)))
-    own = CellConstants(*(values[which] for values in vars(constants).values()))
-    return Recovery(sparse.csr_matrix(triplets, shape=(count * len(cells), space.n_dofs)), own, count)
+        Components are named by :func:`stress_components`.
+        """
+        return self._mean(strains, len(stress_components(self.dim)), self._stress)
+
+    def energy_densities(self, strains: Array) -> Array:
+        """Return the strain energy densities [J/m^3], shape (n_points,), of strains (n_points, m) [-]."""
+        return self._mean(strains, 1, self._energy)[:, 0]
+
+    def _energy(self, material: Material, strains: Array) -> Array:
+        return material.energy(strains, self.formulation)[:, None]
+
+    def _stress(self, material: Material, strains: Array) -> Array:
+        stress = material.stress(strains, self.formulation)
+        if self.dim == 3:
+            return stress
+        across = material.stress_across(strains, self.formulation)
+        return np.column_stack([stress[:, :2], across, stress[:, 2:]])
+
+    def _mean(self, strains: Array, components: int, law: Callable[[Material, Array], Array]) -> Array:
+        """Return the mean of what a law gives at each point, shape (n_points, components), over the materials there."""
+        mean = np.zeros((len(strains), components))
+        for share in self.shares:
+            mean[share.points] += share.weights[:, None] * law(share.material, strains[share.points])
+        return mean
 
 
-def site_recovery(
-    space: Space, constants: CellConstants, nodes: NDArray[np.int64], regions: Sequence[str | None]
-) -> Recovery:
-    """Recover at nodes: the area-weighted mean of the cells around each, on the given region's side.
+def cell_recovery(space: Space, materials: CellMaterials) -> Recovery:
+    """Recover at the centres of all cells, where low-order elements are most accurate.
 
     Parameters
     ----------
     space : Space
         Displacement space.
-    constants : CellConstants
+    materials : CellMaterials
+        Material of every cell.
+    """
+    every = np.arange(space.mesh.nelements)
+    shares = tuple(Share(material, cells, np.ones(len(cells))) for material, cells in materials)
+    return Recovery(_strain_map(space, every), shares, materials.formulation)
+
+
+def site_recovery(space: Space, materials: CellMaterials, nodes: Integers, regions: Sequence[str | None]) -> Recovery:
+    """Recover at nodes: the mean strain of the cells around each, weighted by size, on the given region's side.
+
+    Parameters
+    ----------
+    space : Space
+        Displacement space.
+    materials : CellMaterials
         Material of every cell.
     nodes : (n_sites,) array
         Mesh node of every site.
     regions : sequence of str or None
-        Region in which to recover; None takes all cells around the node and the mean of their constants.
+        Region in which to recover; None takes all cells around the node, and the mean over their materials.
 
     Raises
     ------
@@ -100,19 +141,36 @@ def site_recovery(
     """
     around = _cells_around(space, nodes, regions)
     chosen = np.unique(around.indices).astype(np.int64)
-    cells, around = cell_recovery(space, constants, chosen), around[:, chosen]
-    per_site = sparse.kron(around, sparse.identity(cells.components), format="csr") @ cells.strain
-    means = [around @ values for values in vars(cells.constants).values()]
-    return Recovery(sparse.csr_matrix(per_site), CellConstants(*means), cells.components)
+    components = sparse.identity(STRAIN_COMPONENTS[space.dim])
+    mean = sparse.kron(around[:, chosen], components, format="csr") @ _strain_map(space, chosen)
+    shares = tuple(_share(material, np.asarray(around[:, cells].sum(axis=1)).ravel()) for material, cells in materials)
+    present = tuple(share for share in shares if len(share.points))
+    return Recovery(sparse.csr_matrix(mean), present, materials.formulation)
 
 
-def _cells_around(space: Space, nodes: NDArray[np.int64], regions: Sequence[str | None]) -> sparse.csr_matrix:
+def _share(material: Material, weights: Array) -> Share:
+    points = np.flatnonzero(weights)
+    return Share(material, points, weights[points])
+
+
+def _strain_map(space: Space, cells: Integers) -> sparse.csr_matrix:
+    """Return the strains at the centres of cells as a map of the displacement, shape (m * n_cells, n_dofs) [1/m]."""
+    values = strain_operator(space.centre, cells)[:, 0]
+    components = values.shape[1]
+    columns = np.repeat(cell_dofs(space.centre, cells), components, axis=0)
+    rows = np.repeat(np.arange(len(columns)), columns.shape[1])
+    shape = (len(columns), space.n_dofs)
+    found = sparse.csr_matrix((values.ravel(), (rows, columns.ravel())), shape=shape)
+    found.eliminate_zeros()
+    return found
+
+
+def _cells_around(space: Space, nodes: Integers, regions: Sequence[str | None]) -> sparse.csr_matrix:
     """Return the weights (n_sites, n_cells) of the cells around each site, each row summing to one."""
-    cell_nodes = space.full.element_dofs[:: space.dim] // space.dim
     areas = space.full.dx.sum(axis=1)
     rows, columns, values = [], [], []
     for site, (node, region) in enumerate(zip(nodes, regions, strict=True)):
-        cells = np.flatnonzero((cell_nodes == node).any(axis=0))
+        cells = np.flatnonzero((space.full.element_dofs == node).any(axis=0))
         if region is not None:
             cells = np.intersect1d(cells, space.mesh.subdomains[region])
         if not cells.size:
@@ -127,33 +185,8 @@ def _cells_around(space: Space, nodes: NDArray[np.int64], regions: Sequence[str 
     return sparse.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape)
 
 
-def stress(strains: Array, known: CellConstants) -> Array:
-    """Return the stress [Pa] of strains (n_places, 3 or 6) in their material.
-
-    Returns
-    -------
-    (n_places, 4 or 6) array
-        Components as named by :func:`stress_components`.
-    """
-    dim = 2 if strains.shape[1] == 3 else 3
-    normal, shear = strains[:, :dim], strains[:, dim:]
-    dilatation = known.first_lame * normal.sum(axis=1)
-    direct = dilatation[:, None] + 2.0 * known.shear_modulus[:, None] * normal
-    across = known.out_of_plane_ratio[:, None] * direct.sum(axis=1, keepdims=True)
-    return np.hstack([direct, *([across] if dim == 2 else []), known.shear_modulus[:, None] * shear])
-
-
-def strain_energy_density(strains: Array, known: CellConstants) -> Array:
-    """Return the strain energy density [J/m^3], shape (n_places,), of strains (n_places, 3 or 6) in their material."""
-    dim = 2 if strains.shape[1] == 3 else 3
-    normal, shear = strains[:, :dim], strains[:, dim:]
-    distortion = np.sum(normal**2, axis=1) + 0.5 * np.sum(shear**2, axis=1)
-    density: Array = 0.5 * known.first_lame * normal.sum(axis=1) ** 2 + known.shear_modulus * distortion
-    return density
-
-
 def von_mises(stresses: Array) -> Array:
-    """Return the von Mises stress [Pa], shape (n,), of stresses (n, 4 or 6) as :func:`stress` gives them."""
+    """Return the von Mises stress [Pa], shape (n,), of stresses (n, 4 or 6) as :class:`Recovery` gives them."""
     xx, yy, zz = stresses[:, :3].T
     shear = np.sum(stresses[:, 3:] ** 2, axis=1)
     deviation: Array = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * shear)

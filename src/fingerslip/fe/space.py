@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 
 from fingerslip.errors import MeshError
+from fingerslip.mesh.orientation import positive_tetrahedra
 
 __all__ = [
     "Space",
@@ -51,8 +52,6 @@ _TECHNOLOGIES: dict[type, _Technology] = {
 
 
 _VTK_HEXAHEDRON = [0, 3, 6, 2, 1, 5, 7, 4]
-# With the first two corners exchanged.
-_VTK_MIRRORED_TETRAHEDRON = {"T4": [1, 0, 2, 3], "T10": [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
 
 
 @dataclass(frozen=True)
@@ -66,7 +65,8 @@ class Space:
     element : str
         Q4, T3 or T6 in the plane, H8, T4 or T10 in space.
     full, centre, mass : skfem.CellBasis
-        Vector bases with full quadrature, with the cell centre alone, and with that of the mass.
+        Bases of one displacement component, whose degrees of freedom are the nodes: with full quadrature, with the
+        cell centre alone, and with the quadrature of the mass.
     positions : (n_nodes, dim) array
         Reference positions of the nodes [m].
     """
@@ -86,7 +86,7 @@ class Space:
     @property
     def n_dofs(self) -> int:
         """Number of degrees of freedom, fixed ones included."""
-        return int(self.full.N)
+        return self.dim * int(self.full.N)
 
     @property
     def scalar_element(self) -> skfem.Element:
@@ -112,16 +112,15 @@ def build_space(mesh: Any) -> Space:
         known = ", ".join(kind.__name__ for kind in _TECHNOLOGIES)
         raise MeshError("mesh", f"got a {type(mesh).__name__}", f"needs one of {known}")
     technology = _TECHNOLOGIES[type(mesh)]
-    element = skfem.ElementVector(technology.element)
     _check_orientation(mesh, technology.stiffness_order)
-    full = skfem.Basis(mesh, element, intorder=technology.stiffness_order)
+    full = skfem.Basis(mesh, technology.element, intorder=technology.stiffness_order)
     return Space(
         mesh=mesh,
         element=technology.name,
         full=full,
-        centre=skfem.Basis(mesh, element, quadrature=_centre_rule(mesh)),
-        mass=skfem.Basis(mesh, element, intorder=technology.mass_order),
-        positions=np.ascontiguousarray(full.doflocs[:, :: mesh.dim()].T),
+        centre=skfem.Basis(mesh, technology.element, quadrature=_centre_rule(mesh)),
+        mass=skfem.Basis(mesh, technology.element, intorder=technology.mass_order),
+        positions=np.ascontiguousarray(full.doflocs.T),
     )
 
 
@@ -142,14 +141,11 @@ def cell_nodes(space: Space) -> NDArray[np.int32]:
 
     Corners first, then the middles of edges; VTK counts them alike but for the hexahedron.
     """
-    # Degrees of freedom come node by node, so every dim-th one names a node.
-    nodes = np.asarray(space.full.element_dofs[:: space.dim] // space.dim, dtype=np.int32).T
+    nodes = np.array(space.full.element_dofs.T, dtype=np.int32)
     if space.element == "H8":
         nodes = nodes[:, _VTK_HEXAHEDRON]
-    if space.element in _VTK_MIRRORED_TETRAHEDRON:
-        corners = space.positions[nodes[:, :4]]
-        mirrored = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0.0
-        nodes[mirrored] = nodes[mirrored][:, _VTK_MIRRORED_TETRAHEDRON[space.element]]
+    if space.element in {"T4", "T10"}:
+        nodes = positive_tetrahedra(space.positions, nodes)
     return np.ascontiguousarray(nodes)
 
 
@@ -162,14 +158,13 @@ def boundary_nodes(space: Space, name: str) -> NDArray[np.int64]:
         Where the mesh has no such boundary, or an empty one.
     """
     facets = _named(space.mesh.boundaries, name, "boundary")
-    dofs = space.full.get_dofs(facets=np.asarray(facets)).all()
-    return np.unique(dofs // space.dim)
+    return np.unique(space.full.get_dofs(facets=np.asarray(facets)).all()).astype(np.int64)
 
 
 def region_nodes(space: Space, name: str) -> NDArray[np.int64]:
     """Return the sorted nodes of a named region."""
     cells = _named(space.mesh.subdomains, name, "region")
-    return np.unique(space.full.element_dofs[:, cells] // space.dim)
+    return np.unique(space.full.element_dofs[:, cells]).astype(np.int64)
 
 
 @skfem.LinearForm

@@ -1,14 +1,27 @@
-"""Materials: what a layer is made of, and how it damps."""
+"""Hooke's law: isotropic linear elasticity at small strain.
+
+With the dilatation e, the sum of the normal strains, and the strain tensor E, the energy is
+lambda/2 e^2 + G E:E, the stress lambda e I + 2 G E. In solids and plane strain lambda is Lame's first constant
+E nu / ((1 + nu)(1 - 2 nu)); in plane stress, with the in-plane dilatation, it is E nu / (1 - nu^2).
+"""
 
 from __future__ import annotations
 
 from typing import Annotated
 
+import numpy as np
 import pydantic
+from numpy.typing import NDArray
 
-from fingerslip.parameters import Density, Duration, Pressure, Rate, parameters
+from fingerslip.errors import InputError
+from fingerslip.materials.material import SHEARS, STRAIN_COMPONENTS, Formulation
+from fingerslip.parameters import Density, Pressure, parameters
 
-__all__ = ["Elastic", "RayleighDamping"]
+__all__ = ["Elastic", "hooke_energy", "hooke_stress", "hooke_tangent"]
+
+Array = NDArray[np.float64]
+
+_DIMENSIONS = {components: dim for dim, components in STRAIN_COMPONENTS.items()}
 
 
 @parameters
@@ -34,18 +47,81 @@ class Elastic:
         """Shear modulus [Pa]."""
         return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
 
+    @property
+    def stiffness(self) -> float:
+        """Young's modulus [Pa], from which contact penalties are estimated."""
+        return self.youngs_modulus
 
-@parameters
-class RayleighDamping:
-    """Damping matrix as `mass` times the mass matrix plus `stiffness` times the stiffness matrix.
+    def energy(self, strain: Array, formulation: Formulation) -> Array:
+        """Return the strain energy density [J/m^3], shape (n,), of strains (n, m) [-]."""
+        return hooke_energy(strain, self.dilatational_modulus(formulation), self.shear_modulus)
+
+    def stress(self, strain: Array, formulation: Formulation) -> Array:
+        """Return the stress [Pa], shape (n, m), of strains (n, m) [-]."""
+        return hooke_stress(strain, self.dilatational_modulus(formulation), self.shear_modulus)
+
+    def stress_across(self, strain: Array, formulation: Formulation) -> Array:
+        """Return the stress zz out of the plane [Pa], shape (n,), of strains (n, 3) [-]."""
+        if formulation == "plane_stress":
+            return np.zeros(len(strain))
+        in_plane: Array = self.stress(strain, formulation)[:, :2].sum(axis=1)
+        return self.poisson_ratio * in_plane
+
+    def tangent(self, strain: Array, formulation: Formulation) -> Array:
+        """Return the derivative of the stress by the strain [Pa], shape (n, m, m), at strains (n, m) [-]."""
+        constant = hooke_tangent(strain.shape[1], self.dilatational_modulus(formulation), self.shear_modulus)
+        return np.broadcast_to(constant, (len(strain), *constant.shape))
+
+    def dilatational_modulus(self, formulation: Formulation) -> float:
+        """Return the factor lambda of the dilatation in the stress [Pa].
+
+        Raises
+        ------
+        InputError
+            For Poisson's ratio 0.5 in solids and plane strain, where it is infinite.
+        """
+        modulus, ratio = self.youngs_modulus, self.poisson_ratio
+        if formulation == "plane_stress":
+            return modulus * ratio / (1.0 - ratio**2)
+        if ratio == 0.5:
+            allowed = f"{formulation.replace('_', ' ')} with displacement elements needs < 0.5"
+            raise InputError("poisson_ratio", "got 0.5", allowed, "write 0.4999")
+        return modulus * ratio / ((1.0 + ratio) * (1.0 - 2.0 * ratio))
+
+
+def hooke_energy(strain: Array, first_lame: float, shear_modulus: float) -> Array:
+    """Return the strain energy density of Hooke's law.
 
     Parameters
     ----------
-    mass : float
-        Mass-proportional coefficient [1/s].
-    stiffness : float
-        Stiffness-proportional coefficient [s].
-    """
+    strain : (n, m) array
+        Strains [-], components as :class:`~fingerslip.materials.material.Material` orders them.
+    first_lame, shear_modulus : float
+        Factor of the dilatation in the stress, and G [Pa].
 
-    mass: Rate = 0.0
-    stiffness: Duration = 0.0
+    Returns
+    -------
+    (n,) array
+        Energy densities [J/m^3].
+    """
+    dim = _DIMENSIONS[strain.shape[1]]
+    normal, shear = strain[:, :dim], strain[:, dim:]
+    distortion = np.sum(normal**2, axis=1) + 0.5 * np.sum(shear**2, axis=1)
+    density: Array = 0.5 * first_lame * normal.sum(axis=1) ** 2 + shear_modulus * distortion
+    return density
+
+
+def hooke_stress(strain: Array, first_lame: float, shear_modulus: float) -> Array:
+    """Return the stresses [Pa], shape (n, m), of Hooke's law; arguments as of :func:`hooke_energy`."""
+    dim = _DIMENSIONS[strain.shape[1]]
+    normal, shear = strain[:, :dim], strain[:, dim:]
+    direct = first_lame * normal.sum(axis=1, keepdims=True) + 2.0 * shear_modulus * normal
+    return np.hstack([direct, shear_modulus * shear])
+
+
+def hooke_tangent(components: int, first_lame: float, shear_modulus: float) -> Array:
+    """Return the derivative of the stress by the strain [Pa], shape (m, m), for m strain components."""
+    dim = _DIMENSIONS[components]
+    tangent = shear_modulus * np.diag([2.0] * dim + [1.0] * len(SHEARS[dim]))
+    tangent[:dim, :dim] += first_lame
+    return tangent

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -47,8 +48,22 @@ def gmsh_session() -> Iterator[pygmsh.geo.Geometry]:
     MeshError
         Where somebody else has opened Gmsh in this process.
     """
-    with _GMSH_IN_USE:
+    with _GMSH_IN_USE, _broken_pipes_as_before():
         if gmsh.isInitialized():
             raise MeshError("gmsh", "is already initialised", "needs a Gmsh of its own", "call gmsh.finalize() first")
         with _QuietGeometry() as geometry:
             yield geometry
+
+
+@contextmanager
+def _broken_pipes_as_before() -> Iterator[None]:
+    """Keep the handling of broken pipes: Gmsh has them end the process, also where only a worker is lost."""
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    if not in_main_thread or not hasattr(signal, "SIGPIPE"):
+        yield
+        return
+    before = signal.getsignal(signal.SIGPIPE)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGPIPE, before)

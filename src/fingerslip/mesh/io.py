@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import io
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +12,9 @@ from numpy.typing import NDArray
 from skfem.io.meshio import from_meshio, to_meshio
 
 from fingerslip.errors import MeshError
+from fingerslip.mesh.formats import read_file, write_file
+from fingerslip.mesh.orientation import positive_tetrahedra
+from fingerslip.units import coordinates
 
 __all__ = ["read_mesh", "write_mesh"]
 
@@ -35,8 +35,6 @@ _QUADRATIC = {"triangle6", "tetra10"}
 _LINES = {"line", "line3"}
 _FACES = {"triangle", "triangle6"}
 _FLAT = 1e-6
-# The edges of ten nodes are 01, 12, 02, 03, 13, 23.
-_INVERTED = {"tetra": [1, 0, 2, 3], "tetra10": [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
 
 
 @dataclass(frozen=True)
@@ -74,7 +72,7 @@ def read_mesh(path: str | Path) -> skfem.Mesh:
         groups, or has an inverted or flat cell.
     """
     file = Path(path)
-    data = _load(file)
+    data = read_file(file, "needs a file that meshio reads")
     if any(key.startswith("skfem:") for key in data.cell_data):
         return _read_own(file, data)
     raw = _without_unused(_raw(file, data))
@@ -102,37 +100,10 @@ def write_mesh(mesh: skfem.Mesh, path: str | Path) -> None:
         Where the suffix is unknown, the folder does not exist, or two regions share a cell of a ``.msh`` file.
     """
     file = Path(path)
-    if not file.parent.is_dir():
-        raise MeshError(str(file), "the folder does not exist", "needs an existing folder")
     data = _physical(file, mesh) if file.suffix == ".msh" else to_meshio(mesh)
     if mesh.dim() == 2:
         data.points = np.column_stack([data.points[:, :2], np.zeros(len(data.points))])
-    try:
-        with _silence():
-            meshio.write(file, data, **({"file_format": "gmsh22"} if file.suffix == ".msh" else {}))
-    except (meshio.ReadError, meshio.WriteError, KeyError) as error:
-        raise MeshError(
-            str(file), f"cannot be written ({error})", "needs a suffix such as .msh, .vtu, .xdmf"
-        ) from error
-
-
-@contextlib.contextmanager
-def _silence() -> Iterator[None]:
-    """Keep meshio's messages off the console; its errors are reported by ours."""
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        yield
-
-
-def _load(file: Path) -> meshio.Mesh:
-    if not file.is_file():
-        raise MeshError(str(file), "no such file", "needs a mesh file")
-    try:
-        with _silence():
-            return meshio.read(file)
-    # meshio ends the program where no reader fits, and its readers fail in any way on a damaged file.
-    except (Exception, SystemExit) as error:
-        cause = str(error) if isinstance(error, Exception) else "unknown or damaged format"
-        raise MeshError(str(file), f"cannot be read ({cause})", "needs a file that meshio reads") from error
+    write_file(file, data, ".msh, .vtu, .xdmf")
 
 
 def _read_own(file: Path, data: meshio.Mesh) -> skfem.Mesh:
@@ -272,10 +243,10 @@ def _turned(raw: _Raw) -> Integers:
 
 
 def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
-    centre = raw.points[raw.cells[cell, : _CORNERS[raw.kind]]].mean(axis=0) * 1e3
-    place = ", ".join(f"{axis} = {value:.4g} mm" for axis, value in zip("xyz", centre, strict=False))
+    centre = raw.points[raw.cells[cell, : _CORNERS[raw.kind]]].mean(axis=0)
     needed = "volume" if raw.kind in _SOLIDS else "area"
-    return MeshError(str(raw.path), f"cell {cell} at {place} is {what}", f"needs cells with positive {needed}")
+    found = f"cell {cell} at {coordinates(centre)} is {what}"
+    return MeshError(str(raw.path), found, f"needs cells with positive {needed}")
 
 
 def _facets(raw: _Raw, mesh: skfem.Mesh, name: str, nodes: Integers) -> Integers:
@@ -334,10 +305,7 @@ def _counter_clockwise(data: meshio.Mesh) -> Integers:
     """Return the cells counter-clockwise and with positive volume; scikit-fem sorts the corners of simplices."""
     kind, nodes = data.cells[0].type, np.array(data.cells[0].data)
     if kind in _SOLIDS:
-        corners = data.points[nodes[:, :4]]
-        inverted = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0
-        nodes[inverted] = nodes[inverted][:, _INVERTED[kind]]
-        return nodes
+        return positive_tetrahedra(data.points, nodes)
     x, y = np.moveaxis(data.points[nodes[:, : _CORNERS[kind]], :2], 2, 0)
     clockwise = np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1) < 0
     nodes[clockwise] = nodes[clockwise][:, _CLOCKWISE[kind]]

@@ -10,6 +10,7 @@ import skfem
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError
+from fingerslip.units import coordinates
 
 __all__ = ["QualityLimits", "QualityRow", "check_quality", "quality_limits", "quality_table"]
 
@@ -132,10 +133,9 @@ def _poor_cell(mesh: skfem.Mesh2D, cell: int, found: str, allowed: str) -> MeshE
 
 
 def _place(mesh: skfem.Mesh2D, cell: int) -> str:
-    centre = mesh.p[:, mesh.t[:, cell]].mean(axis=1) * 1e3
-    place = ", ".join(f"{axis} = {value:.4g} mm" for axis, value in zip("xyz", centre, strict=False))
+    centre = mesh.p[:, mesh.t[:, cell]].mean(axis=1)
     region = next((name for name, cells in (mesh.subdomains or {}).items() if cell in cells), "mesh")
-    return f"{region} cell {cell} at {place}"
+    return f"{region} cell {cell} at {coordinates(centre)}"
 
 
 def _row(name: str, quality: _CellQuality, cells: NDArray[np.int64]) -> QualityRow:

@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
 from fingerslip.sites import Site
+from fingerslip.units import coordinates, millimetres
 
 __all__ = ["site_nodes"]
 
@@ -77,8 +78,8 @@ def _nearest(mesh: skfem.Mesh2D, sites: Sequence[Site], cells: NDArray[np.int64]
 
 
 def _outside(site: Site, distance: float, reach: float) -> InputError:
-    place = ", ".join(f"{axis} = {1e3 * value:.4g} mm" for axis, value in zip("xyz", site.position, strict=False))
-    found = f"{place} is {distance * 1e3:.3g} mm from the nearest node of "
+    place = coordinates(site.position)
+    found = f"{place} is {millimetres(distance, 3)} from the nearest node of "
     found += f"'{site.region}'" if site.region else "the mesh"
-    allowed = f"needs <= {reach * 1e3:.3g} mm, the element size there"
+    allowed = f"needs <= {millimetres(reach, 3)}, the element size there"
     return InputError(f"site {site.name}", found, allowed, _REPAIRS.get(site.kind, "move it"))

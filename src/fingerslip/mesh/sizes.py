@@ -1,17 +1,17 @@
-"""Element sizes of a section, and how they grow from the contact into the bulk."""
+"""Element sizes, and how they grow from the contact into the bulk."""
 
 from __future__ import annotations
 
 import itertools
-from typing import Literal
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import PositiveLength, parameters
+from fingerslip.units import millimetres
 
-__all__ = ["GROWTH", "MeshSizes", "SolidSizes", "graded", "size_at", "subdivide"]
+__all__ = ["GROWTH", "ElementSizes", "check_sizes", "graded", "size_at", "subdivide"]
 
 Floats = NDArray[np.float64]
 
@@ -19,60 +19,46 @@ GROWTH = 0.2
 """Growth of the element size per length of distance from the finer elements [-]."""
 
 
-@parameters
-class MeshSizes:
-    """Element sizes and element type of a section.
+class ElementSizes(Protocol):
+    """Element sizes and kind of a mesh that is finer where it can touch."""
+
+    @property
+    def contact_size(self) -> float:
+        """Size along the skin that can touch [m]."""
+        ...
+
+    @property
+    def bulk_size(self) -> float:
+        """Largest size, far from the contact [m]."""
+        ...
+
+    @property
+    def contact_reach(self) -> float:
+        """Height above the lowest point up to which the skin is meshed at `contact_size` [m]."""
+        ...
+
+    @property
+    def element(self) -> str:
+        """Kind of cell, such as ``Q4``."""
+        ...
+
+
+def check_sizes(contact_size: float, bulk_size: float) -> None:
+    """Refuse a bulk that is finer than the contact.
 
     Parameters
     ----------
-    contact_size : float
-        Size along the skin that can touch [m].
-    bulk_size : float
-        Largest size, far from the contact [m].
-    contact_reach : float
-        Height above the lowest point up to which the skin is meshed at `contact_size` [m].
-    element : {'Q4', 'T3', 'T6'}
-        Bilinear quadrilateral, linear or quadratic triangle.
+    contact_size, bulk_size : float
+        Element sizes [m].
+
+    Raises
+    ------
+    InputError
+        That names `bulk_size`.
     """
-
-    contact_size: PositiveLength = 0.12e-3
-    bulk_size: PositiveLength = 0.28e-3
-    contact_reach: PositiveLength = 2e-3
-    element: Literal["Q4", "T3", "T6"] = "Q4"
-
-    def __post_init__(self) -> None:
-        _check_order(self.contact_size, self.bulk_size)
-
-
-@parameters
-class SolidSizes:
-    """Element sizes and element type of a fingertip in space.
-
-    Parameters
-    ----------
-    element : {'T4', 'T10'}
-        Linear or quadratic tetrahedra.
-    contact_size : float
-        Size along the skin that can touch [m].
-    bulk_size : float
-        Largest size, far from the contact [m].
-    contact_reach : float
-        Height above the lowest point up to which the skin is meshed at `contact_size` [m].
-    """
-
-    element: Literal["T4", "T10"] = "T4"
-    contact_size: PositiveLength = 0.45e-3
-    bulk_size: PositiveLength = 0.55e-3
-    contact_reach: PositiveLength = 1.5e-3
-
-    def __post_init__(self) -> None:
-        _check_order(self.contact_size, self.bulk_size)
-
-
-def _check_order(contact_size: float, bulk_size: float) -> None:
     if bulk_size < contact_size:
-        found = f"got {bulk_size * 1e3:.4g} mm"
-        raise InputError("bulk_size", found, f"needs >= {contact_size * 1e3:.4g} mm (contact_size)")
+        found = f"got {millimetres(bulk_size)}"
+        raise InputError("bulk_size", found, f"needs >= {millimetres(contact_size)} (contact_size)")
 
 
 def graded(positions: Floats, sizes: Floats) -> Floats:

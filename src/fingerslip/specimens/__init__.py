@@ -1,1 +1,1 @@
-"""What is pressed on a surface: numbers only."""
+"""What is pressed on a surface: a folder for each specimen, with its numbers, its presets and how it is meshed."""

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb, FrictionLaw, StaticKinetic
-from fingerslip.materials.elastic import Elastic, RayleighDamping
+from fingerslip.materials.damping import RayleighDamping
+from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Component, Contact, Hold, Model, Press, QuasiStatic, Recording, Slide, TimeStepping
 from fingerslip.sites import Site
 from fingerslip.verification.meshes import box

@@ -6,7 +6,6 @@ The reference is :mod:`fingerslip.verification.reference`: Newton's method on al
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +16,10 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.dynamics.simulation import step_times
 from fingerslip.dynamics.state import State
 from fingerslip.dynamics.system import System
+from fingerslip.fe.integration import Integration
 from fingerslip.linear.threads import allowed_threads, limited_threads, suitable_threads
-from fingerslip.materials.elastic import Elastic, RayleighDamping
+from fingerslip.materials.damping import RayleighDamping
+from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Contact, Model, Press, Slide, TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute
@@ -27,7 +28,6 @@ from fingerslip.verification.reference import condensed_states, full_motions, fu
 __all__ = ["PROBLEMS"]
 
 Array = NDArray[np.float64]
-Integration = Literal["selective", "nodal"]
 
 _STEP, _ALPHA, _PENALTY, _MU = 2e-3, -0.05, 1e8, 0.4
 # 7 % of critical damping in the block's first shear mode, at about 1300 rad/s.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import skfem
@@ -12,9 +12,12 @@ from scipy import sparse
 from scipy.sparse import linalg
 from skfem.helpers import ddot, dot, grad
 
-from fingerslip.fe.forms import cell_constants, stiffness_matrix
+from fingerslip.fe.cell_materials import cell_materials
+from fingerslip.fe.forms import stiffness_matrix
+from fingerslip.fe.integration import Integration
 from fingerslip.fe.space import boundary_nodes, build_space, vector_dofs
 from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.material import Formulation
 from fingerslip.model import Component, Model, QuasiStatic, Recording
 from fingerslip.verification.meshes import box, jiggled, split_boundary
 from fingerslip.verification.problem import Check, Problem, absolute, solved
@@ -22,8 +25,6 @@ from fingerslip.verification.problem import Check, Problem, absolute, solved
 __all__ = ["PROBLEMS"]
 
 Array = NDArray[np.float64]
-Integration = Literal["selective", "full", "nodal"]
-Formulation = Literal["plane_strain", "solid"]
 
 _ELEMENTS: tuple[tuple[str, Integration], ...] = (
     ("Q4", "selective"),
@@ -114,8 +115,8 @@ def _rigid_modes(positions: Array) -> Array:
 
 def _stiffness(mesh: Any, material: Elastic, integration: Integration) -> tuple[Any, Any, sparse.csr_matrix]:
     space = build_space(mesh)
-    constants = cell_constants(space, {"bulk": material}, "plane_strain" if mesh.dim() == 2 else "solid")
-    return space, constants, stiffness_matrix(space, constants, 1.0, integration)
+    materials = cell_materials(space, {"bulk": material}, _formulation(space.element))
+    return space, materials, stiffness_matrix(space, materials, 1.0, integration)
 
 
 def _rigid() -> tuple[Check, ...]:
@@ -182,8 +183,9 @@ def _errors(element: str, integration: Integration, count: int) -> tuple[float, 
     """Return the errors of the manufactured solution in L2 and in the H1 seminorm."""
     dim = 2 if element in _PLANE else 3
     mesh = box(element, *[np.linspace(0.0, 1.0, count + 1)] * dim, shift=_bent)
-    space, constants, stiffness = _stiffness(mesh, Elastic(1.0, _RATIO, 1.0), integration)
-    lame, shear = constants.first_lame[0], constants.shear_modulus[0]
+    material = Elastic(1.0, _RATIO, 1.0)
+    space, materials, stiffness = _stiffness(mesh, material, integration)
+    lame, shear = material.dilatational_modulus(materials.formulation), material.shear_modulus
     fine = skfem.Basis(mesh, skfem.ElementVector(space.scalar_element), intorder=6)
     load = skfem.LinearForm(lambda v, w: dot(_body_force(w.x, lame, shear), v)).assemble(fine)
     edge = np.unique(np.concatenate([boundary_nodes(space, side) for side in mesh.boundaries]))

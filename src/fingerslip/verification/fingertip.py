@@ -8,10 +8,10 @@ from collections.abc import Callable, Sequence
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.dynamics.penalties import contact_penalties
-from fingerslip.mesh.section.build import build_section
 from fingerslip.model import Contact, Model, Press, Slide, TimeStepping
 from fingerslip.slip import Events, find_events
 from fingerslip.specimens.fingertip import preset
+from fingerslip.specimens.fingertip.meshing.section.source import build_section
 from fingerslip.uncertainty import ORDERS, Refinement, Series, refine
 from fingerslip.verification.problem import Check, Problem, VerificationError, absolute, solved
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import skfem
@@ -16,10 +16,13 @@ from numpy.typing import NDArray
 from scipy import sparse
 from skfem.helpers import dot
 
-from fingerslip.fe.forms import cell_constants, stiffness_matrix
+from fingerslip.fe.cell_materials import cell_materials
+from fingerslip.fe.forms import stiffness_matrix
+from fingerslip.fe.integration import Integration
 from fingerslip.fe.space import Space, boundary_nodes, build_space, vector_dofs
 from fingerslip.linear.factorisation import factorise
 from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.material import Formulation
 from fingerslip.report.tables.table import Column, Table
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute
@@ -27,7 +30,6 @@ from fingerslip.verification.problem import Check, Problem, absolute
 __all__ = ["KINDS", "PROBLEMS", "RATIOS", "Kind", "Level", "error_table", "levels", "order"]
 
 Array = NDArray[np.float64]
-Integration = Literal["selective", "full", "nodal"]
 
 RATIOS = (0.48, 0.4999)
 _INNER, _OUTER, _PRESSURE, _MODULUS, _THICKNESS = 1.0, 2.0, 1e-3, 1.0, 0.5
@@ -128,9 +130,9 @@ def _exact(x: Array, ratio: float) -> Array:
 def _level(kind: Kind, ratio: float, cells: int) -> Level:
     mesh = _mesh(kind, cells)
     space = build_space(mesh)
-    formulation: Literal["plane_strain", "solid"] = "plane_strain" if kind.dim == 2 else "solid"
-    constants = cell_constants(space, {"bulk": Elastic(_MODULUS, ratio, 1.0)}, formulation)
-    stiffness = stiffness_matrix(space, constants, 1.0, kind.integration)
+    formulation: Formulation = "plane_strain" if kind.dim == 2 else "solid"
+    materials = cell_materials(space, {"bulk": Elastic(_MODULUS, ratio, 1.0)}, formulation)
+    stiffness = stiffness_matrix(space, materials, 1.0, kind.integration)
     vector = skfem.ElementVector(space.scalar_element)
     side = skfem.FacetBasis(mesh, vector, facets=mesh.boundaries["left"], intorder=5)
     load = skfem.LinearForm(lambda v, w: -_PRESSURE * dot(w.n, v)).assemble(side)

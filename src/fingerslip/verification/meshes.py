@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 import skfem
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from fingerslip.mesh.facets import outward_normals
 
 __all__ = ["box", "graded", "jiggled", "mirrored", "split_boundary"]
 
@@ -26,7 +28,10 @@ _SIDES = {2: (("left", "right"), ("bottom", "top")), 3: (("left", "right"), ("fr
 
 
 def box(
-    element: str, *axes: Array, shift: Shift | None = None, regions: Mapping[str, Callable[[Array], Any]] | None = None
+    element: str,
+    *axes: ArrayLike,
+    shift: Shift | None = None,
+    regions: Mapping[str, Callable[[Array], Any]] | None = None,
 ) -> Any:
     """Return a meshed rectangle or box.
 
@@ -34,7 +39,7 @@ def box(
     ----------
     element : {'Q4', 'T3', 'T6', 'H8', 'T4', 'T10'}
         Kind of cell.
-    *axes : (n,) array
+    *axes : (n,) array_like
         Ascending coordinates along each axis [m].
     shift : callable, optional
         Maps the vertices (dim, n) to moved ones, after the sides have been named.
@@ -48,10 +53,11 @@ def box(
         back across y.
     """
     kind, quadratic = _KINDS[element]
-    mesh = kind.init_tensor(*axes)
+    grid = [np.asarray(axis, dtype=float) for axis in axes]
+    mesh = kind.init_tensor(*grid)
     middles = mesh.p[:, mesh.facets].mean(axis=1)
     boundaries = {}
-    for axis, (coordinates, names) in enumerate(zip(axes, _SIDES[len(axes)], strict=True)):
+    for axis, (coordinates, names) in enumerate(zip(grid, _SIDES[len(grid)], strict=True)):
         for name, end in zip(names, (coordinates[0], coordinates[-1]), strict=True):
             boundaries[name] = np.flatnonzero(np.abs(middles[axis] - end) < 1e-9 * np.ptp(coordinates))
     centres = mesh.p[:, mesh.t].mean(axis=1)
@@ -76,14 +82,7 @@ def split_boundary(mesh: Any, name: str) -> tuple[Any, tuple[str, ...], Array]:
     """
     facets = np.asarray(mesh.boundaries[name])
     names = tuple(f"{name}-{number}" for number in range(facets.size))
-    corners = mesh.p[:, mesh.facets[:, facets]]
-    first = corners[:, 1] - corners[:, 0]
-    if mesh.dim() == 2:
-        normals = np.stack([first[1], -first[0]])
-    else:
-        normals = np.cross(first, corners[:, 2] - corners[:, 0], axis=0)
-    outward = corners.mean(axis=1) - mesh.p[:, mesh.t[:, mesh.f2t[0, facets]]].mean(axis=1)
-    normals = normals * np.sign(np.sum(normals * outward, axis=0)) / np.linalg.norm(normals, axis=0)
+    normals = outward_normals(mesh, facets, mesh.f2t[0, facets])
     parts = {part: facets[[number]] for number, part in enumerate(names)}
     return mesh.with_boundaries(parts), names, np.ascontiguousarray(normals.T)
 

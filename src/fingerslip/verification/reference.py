@@ -19,7 +19,8 @@ from fingerslip.dynamics.step import advance
 from fingerslip.dynamics.stepper import Stepper, Stopwatch, build_steppers
 from fingerslip.dynamics.system import build_system
 from fingerslip.errors import ConvergenceError
-from fingerslip.fe.forms import cell_constants, mass_matrix, stiffness_matrix
+from fingerslip.fe.cell_materials import cell_materials
+from fingerslip.fe.forms import mass_matrix, stiffness_matrix
 from fingerslip.fe.space import boundary_nodes, build_space, nodal_areas, vector_dofs
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.model import Model, TimeStepping
@@ -175,9 +176,9 @@ def full_system(model: Model) -> FullSystem:
     assert contact.normal_penalty is not None
     assert contact.tangential_penalty is not None
     space = build_space(model.mesh)
-    constants = cell_constants(space, model.materials, model.formulation)
-    stiffness = stiffness_matrix(space, constants, model.depth, model.integration).toarray()
-    mass = mass_matrix(space, constants, model.depth).toarray()
+    materials = cell_materials(space, model.materials, model.formulation)
+    stiffness = stiffness_matrix(space, materials, model.depth, model.integration).toarray()
+    mass = mass_matrix(space, materials, model.depth).toarray()
     held = [
         vector_dofs(boundary_nodes(space, name), space.dim)[:, ["xyz".index(axis) for axis in axes]].ravel()
         for name, axes in model.supports.items()

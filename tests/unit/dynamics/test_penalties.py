@@ -7,7 +7,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.system import build_system
-from problems.blocks import rectangle
+from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide
 
 
@@ -19,7 +19,7 @@ def contact(**changes):
 def test_automatic_penalties_follow_layer_and_facets(element):
     grid = np.linspace(0.0, 1e-3, 5)
     layers = {"skin": lambda c: c[1] < 0.5e-3, "core": lambda c: c[1] > 0.5e-3}
-    mesh = rectangle(element, grid, grid, regions=layers)
+    mesh = box(element, grid, grid, regions=layers)
     materials = {"skin": fs.Elastic(2e5, 0.4, 1000.0), "core": fs.Elastic(1e6, 0.4, 1000.0)}
     candidates = build_system(push_and_slide(mesh=mesh, materials=materials)).candidates
     np.testing.assert_allclose(candidates.normal_stiffness / candidates.area, 10 * 2e5 / 0.25e-3)
@@ -36,7 +36,7 @@ def test_automatic_penalties_are_those_of_the_stiffest_layer_and_of_a_middling_f
     """Two materials side by side under the boundary, and facets of three sizes."""
     xs, ys = [0.0, 1e-3, 1.5e-3, 2e-3, 2.5e-3, 4.5e-3], np.linspace(0.0, 1e-3, 3)
     halves = {"soft": lambda c: c[0] < 1.5e-3, "stiff": lambda c: c[0] > 1.5e-3}
-    mesh = rectangle("Q4", xs, ys, regions=halves)
+    mesh = box("Q4", xs, ys, regions=halves)
     materials = {"soft": fs.Elastic(1e5, 0.4, 1000.0), "stiff": fs.Elastic(3e5, 0.4, 1000.0)}
     candidates = build_system(push_and_slide(mesh=mesh, materials=materials)).candidates
     np.testing.assert_allclose(candidates.normal_stiffness / candidates.area, 10 * 3e5 / 0.5e-3)

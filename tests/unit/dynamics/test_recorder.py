@@ -8,7 +8,7 @@ import pytest
 import fingerslip as fs
 from fingerslip.dynamics.recorder import _snapshot_steps
 from fingerslip.history import COORDINATES, VARIABLES
-from problems.blocks import rectangle
+from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide
 
 SITES = (fs.Site("deep", "FA-II", (0.0, 2e-3)), fs.Site("low", "SA-I", (1e-3, 0.0), "bulk"))
@@ -105,7 +105,7 @@ def test_energy_of_the_cells_is_the_strain_energy():
 
 def test_von_mises_of_uniaxial_strain_is_in_closed_form():
     """A block held sideways and pressed slowly: s_yy = (L + 2 G) e, s_xx = s_zz = L e, so von Mises is 2 G |e|."""
-    mesh = rectangle("Q4", np.linspace(0.0, 2e-3, 3), np.linspace(0.0, 4e-3, 5))
+    mesh = box("Q4", np.linspace(0.0, 2e-3, 3), np.linspace(0.0, 4e-3, 5))
     sites = (fs.Site("middle", "", (1e-3, 2e-3)),)
     model = push_and_slide(
         mesh=mesh,

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import MeshError
-from fingerslip.fe.forms import cell_constants, stiffness_matrix
-from fingerslip.fe.recovery import cell_recovery, site_recovery, strain_energy_density, stress, von_mises
+from fingerslip.fe.cell_materials import cell_materials
+from fingerslip.fe.forms import stiffness_matrix
+from fingerslip.fe.recovery import cell_recovery, site_recovery, stress_components, von_mises
 from fingerslip.fe.space import build_space
-from problems.blocks import ELEMENTS, distorted, elastic, jiggle, rectangle, stiffness_of
+from fingerslip.verification.meshes import box, jiggled
+from problems.blocks import ELEMENTS, distorted, elastic, stiffness_of
 
 GRADIENT = np.array([[1.0e-2, 2.0e-3], [-3.0e-3, -4.0e-3]])
 STRAIN = np.array([GRADIENT[0, 0], GRADIENT[1, 1], GRADIENT[0, 1] + GRADIENT[1, 0]])
@@ -22,18 +24,18 @@ def layered(element):
     grid = np.linspace(0.0, 1.0, 5)
 
     def shift(points):
-        return np.where(np.isclose(points[1], 0.5), points, jiggle(0.2)(points))
+        return np.where(np.isclose(points[1], 0.5), points, jiggled(0.2)(points))
 
-    space = build_space(rectangle(element, grid, grid, regions=LAYERS, shift=shift))
-    return space, cell_constants(space, MATERIALS, "plane_strain")
+    space = build_space(box(element, grid, grid, regions=LAYERS, shift=shift))
+    return space, cell_materials(space, MATERIALS, "plane_strain")
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_strain_of_a_linear_field_is_exact_in_cells_and_at_nodes(element):
-    space, constants, _ = stiffness_of(distorted(element), elastic())
+    space, materials, _ = stiffness_of(distorted(element), elastic())
     field = (space.positions @ GRADIENT.T).ravel()
     nodes = np.arange(space.mesh.nvertices)
-    for recovery in (cell_recovery(space, constants), site_recovery(space, constants, nodes, [None] * len(nodes))):
+    for recovery in (cell_recovery(space, materials), site_recovery(space, materials, nodes, [None] * len(nodes))):
         strains = recovery.strains(field)
         np.testing.assert_allclose(strains, np.tile(STRAIN, (len(strains), 1)), atol=1e-15)
 
@@ -42,83 +44,107 @@ def test_strain_of_a_linear_field_is_exact_in_cells_and_at_nodes(element):
 def test_cells_are_recovered_at_their_centres(element):
     """The strain xx of the field x^2 is 2 x: exact at the centre of a quadratic or rectangular cell."""
     grid = np.linspace(0.0, 1.0, 4)
-    space, constants, _ = stiffness_of(rectangle(element, grid, grid), elastic())
+    space, materials, _ = stiffness_of(box(element, grid, grid), elastic())
     x = space.positions[:, 0]
-    strains = cell_recovery(space, constants).strains(np.column_stack([x**2, 0.0 * x]).ravel())
+    strains = cell_recovery(space, materials).strains(np.column_stack([x**2, 0.0 * x]).ravel())
     centres = space.mesh.p[0, space.mesh.t[: 4 if element == "Q4" else 3]].mean(axis=0)
     np.testing.assert_allclose(strains[:, 0], 2.0 * centres, atol=1e-13)
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_rotation_has_no_strain(element):
-    space, constants, _ = stiffness_of(distorted(element), elastic())
+    space, materials, _ = stiffness_of(distorted(element), elastic())
     x, y = space.positions.T
     turn = np.column_stack([-y, x]).ravel()
-    np.testing.assert_allclose(cell_recovery(space, constants).strains(turn), 0.0, atol=1e-14)
+    np.testing.assert_allclose(cell_recovery(space, materials).strains(turn), 0.0, atol=1e-14)
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
 @pytest.mark.parametrize("formulation", ["plane_strain", "plane_stress"])
 def test_strain_energy_density_times_area_is_the_strain_energy(element, formulation):
-    space, constants, stiffness = stiffness_of(distorted(element), elastic(), formulation, depth=0.2)
+    space, materials, stiffness = stiffness_of(distorted(element), elastic(), formulation, depth=0.2)
     field = (space.positions @ GRADIENT.T).ravel()
-    density = strain_energy_density(cell_recovery(space, constants).strains(field), constants)
+    recovery = cell_recovery(space, materials)
+    density = recovery.energy_densities(recovery.strains(field))
     areas = space.full.dx.sum(axis=1)
     assert 0.2 * density @ areas == pytest.approx(0.5 * field @ stiffness @ field, rel=1e-12)
 
 
 @pytest.mark.parametrize("formulation", ["plane_strain", "plane_stress"])
 def test_strain_energy_density_is_half_stress_times_strain(formulation):
-    space, constants, _ = stiffness_of(distorted("Q4"), elastic(), formulation)
+    space, materials, _ = stiffness_of(distorted("Q4"), elastic(), formulation)
     field = (space.positions @ GRADIENT.T).ravel()
-    recovery = cell_recovery(space, constants)
-    in_plane = stress(recovery.strains(field), recovery.constants)[:, [0, 1, 3]]
-    expected = 0.5 * np.sum(in_plane * recovery.strains(field), axis=1)
-    np.testing.assert_allclose(strain_energy_density(recovery.strains(field), recovery.constants), expected, rtol=1e-12)
+    recovery = cell_recovery(space, materials)
+    strains = recovery.strains(field)
+    in_plane = recovery.stresses(strains)[:, [0, 1, 3]]
+    expected = 0.5 * np.sum(in_plane * strains, axis=1)
+    np.testing.assert_allclose(recovery.energy_densities(strains), expected, rtol=1e-12)
 
 
 @pytest.mark.parametrize("element", ELEMENTS)
 def test_each_side_of_a_layer_interface_has_its_own_stress(element):
     """Uniaxial tension through two layers: the stress is one, strain and energy density jump by the moduli."""
-    space, constants = layered(element)
+    space, materials = layered(element)
     y = space.positions[:, 1]
     tension = 800.0
     lift = np.where(y < 0.5, tension / 1e4 * y, tension / 1e4 * 0.5 + tension / 8e4 * (y - 0.5))
     field = np.column_stack([np.zeros_like(y), lift]).ravel()
     node = int(np.flatnonzero(np.isclose(space.positions, [0.5, 0.5]).all(axis=1))[0])
-    sides = site_recovery(space, constants, np.array([node, node]), ["soft", "stiff"])
-    np.testing.assert_allclose(stress(sides.strains(field), sides.constants)[:, 1], tension, rtol=1e-12)
+    sides = site_recovery(space, materials, np.array([node, node]), ["soft", "stiff"])
+    np.testing.assert_allclose(sides.stresses(sides.strains(field))[:, 1], tension, rtol=1e-12)
     expected = 0.5 * tension**2 / np.array([1e4, 8e4])
-    np.testing.assert_allclose(strain_energy_density(sides.strains(field), sides.constants), expected, rtol=1e-12)
-    stiffness = stiffness_matrix(space, constants, 1.0, "selective")
+    np.testing.assert_allclose(sides.energy_densities(sides.strains(field)), expected, rtol=1e-12)
+    stiffness = stiffness_matrix(space, materials, 1.0, "selective")
     assert 0.5 * field @ stiffness @ field == pytest.approx(0.5 * expected.sum(), rel=1e-12)
 
 
 def test_without_a_region_the_cells_around_are_weighted_by_area():
-    space, constants = layered("Q4")
+    space, materials = layered("Q4")
     y = space.positions[:, 1]
     field = np.column_stack([np.zeros_like(y), np.where(y < 0.5, 0.0, y - 0.5)]).ravel()
     node = int(np.flatnonzero(np.isclose(space.positions, [0.5, 0.5]).all(axis=1))[0])
     around = np.flatnonzero((space.mesh.t == node).any(axis=0))
     areas = space.full.dx.sum(axis=1)[around]
     above = np.isin(around, space.mesh.subdomains["stiff"])
-    found = site_recovery(space, constants, np.array([node]), [None]).strains(field)
+    found = site_recovery(space, materials, np.array([node]), [None]).strains(field)
     assert found[0, 1] == pytest.approx(areas[above].sum() / areas.sum(), rel=1e-12)
 
 
+@pytest.mark.parametrize("formulation", ["plane_strain", "plane_stress"])
+def test_without_a_region_stress_and_energy_are_the_mean_of_the_materials_in_the_mean_strain(formulation):
+    grid = np.linspace(0.0, 1.0, 5)
+    space = build_space(box("Q4", grid, grid, regions=LAYERS))
+    laws = {"soft": elastic(1e4, 0.48), "stiff": elastic(8e4, 0.2)}
+    materials = cell_materials(space, laws, formulation)
+    node = int(np.flatnonzero(np.isclose(space.positions, [0.5, 0.5]).all(axis=1))[0])
+    field = np.random.default_rng(1).standard_normal(space.n_dofs)
+
+    def found(region):
+        recovery = site_recovery(space, materials, np.array([node]), [region])
+        strains = site_recovery(space, materials, np.array([node]), [None]).strains(field)
+        return np.append(recovery.stresses(strains), recovery.energy_densities(strains))
+
+    np.testing.assert_allclose(found(None), (found("soft") + found("stiff")) / 2, rtol=1e-12)
+
+
+def test_components_are_named_in_their_order():
+    assert stress_components(2) == ("xx", "yy", "zz", "xy")
+    assert stress_components(3) == ("xx", "yy", "zz", "xy", "yz", "xz")
+
+
 def test_a_site_off_its_region_is_refused():
-    space, constants = layered("Q4")
+    space, materials = layered("Q4")
     corner = int(np.flatnonzero(np.isclose(space.positions, [0.0, 0.0]).all(axis=1))[0])
     with pytest.raises(MeshError, match=f"site 0: no cell of region 'stiff' at node {corner}"):
-        site_recovery(space, constants, np.array([corner]), ["stiff"])
+        site_recovery(space, materials, np.array([corner]), ["stiff"])
 
 
 def test_no_sites_give_empty_results():
-    space, constants = layered("T3")
-    recovery = site_recovery(space, constants, np.zeros(0, dtype=np.int64), [])
+    space, materials = layered("T3")
+    recovery = site_recovery(space, materials, np.zeros(0, dtype=np.int64), [])
     field = np.zeros(space.n_dofs)
-    assert stress(recovery.strains(field), recovery.constants).shape == (0, 4)
-    assert strain_energy_density(recovery.strains(field), recovery.constants).shape == (0,)
+    assert recovery.stresses(recovery.strains(field)).shape == (0, 4)
+    assert recovery.energy_densities(recovery.strains(field)).shape == (0,)
 
 
 def test_von_mises_of_tension_shear_and_pressure():

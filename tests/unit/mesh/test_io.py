@@ -13,8 +13,8 @@ import skfem
 from fingerslip.errors import MeshError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh.io import read_mesh, write_mesh
-from fingerslip.mesh.section.build import build_section
 from fingerslip.specimens.fingertip import preset
+from fingerslip.specimens.fingertip.meshing.section.source import build_section
 from places import ROOT
 
 

@@ -8,17 +8,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.sizes import GROWTH, MeshSizes, SolidSizes, graded, size_at, subdivide
+from fingerslip.mesh.sizes import GROWTH, check_sizes, graded, size_at, subdivide
 
 LINE = np.linspace(0.0, 10.0, 2001)
 
 
-def test_defaults_resolve_the_ridges_and_the_bulk_is_never_finer_than_the_contact() -> None:
-    sizes = MeshSizes()
-    assert sizes.contact_size <= 0.47e-3 / 3
+def test_the_bulk_is_never_finer_than_the_contact() -> None:
+    check_sizes(0.2e-3, 0.2e-3)
     with pytest.raises(InputError) as caught:
-        MeshSizes(contact_size=0.2e-3, bulk_size=0.1e-3)
-    assert str(caught.value) == "MeshSizes.bulk_size: got 0.1 mm, needs >= 0.2 mm (contact_size)"
+        check_sizes(0.2e-3, 0.1e-3)
+    assert str(caught.value) == "bulk_size: got 0.1 mm, needs >= 0.2 mm (contact_size)"
 
 
 @pytest.mark.parametrize(("size", "parts"), [(1.0, 10), (0.5, 20), (0.9, 12), (3.0, 4), (100.0, 2)])
@@ -90,11 +89,3 @@ def test_parts_of_a_straight_line_are_no_longer_than_wanted() -> None:
     middles = np.cumsum(parts) - parts / 2
     assert np.all(parts <= (0.2 + 0.1 * middles) * 1.01)
     assert np.all(parts >= (0.2 + 0.1 * middles) * 0.9)
-
-
-def test_sizes_in_space_are_those_of_the_published_mesh_and_in_order():
-    assert SolidSizes() == SolidSizes("T4", 0.45e-3, 0.55e-3, 1.5e-3)
-    with pytest.raises(InputError, match=r"bulk_size: got 0.2 mm, needs >= 0.45 mm"):
-        SolidSizes(bulk_size=0.2e-3)
-    with pytest.raises(InputError, match="element"):
-        SolidSizes(element="T6")

@@ -1,4 +1,4 @@
-"""Tetrahedra between the surfaces of skin and bone, in layers, by fTetWild."""
+"""Tetrahedra between the surfaces of skin and phalanx, in layers, by fTetWild."""
 
 from __future__ import annotations
 
@@ -14,11 +14,14 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from fingerslip.errors import InputError, MeshError
-from fingerslip.mesh.scan.offset import distances, offset_inwards
+from fingerslip.errors import InputError, MeshError, warn_renamed
+from fingerslip.mesh.orientation import positive_tetrahedra
+from fingerslip.mesh.scan.offset import clip_surface, distances, offset_inwards
 from fingerslip.mesh.scan.repair import closed_where
 from fingerslip.mesh.scan.surfaces import Surface, check_closed, contains
+from fingerslip.mesh.sizes import check_sizes
 from fingerslip.parameters import PositiveLength, parameters
+from fingerslip.units import coordinates, millimetres
 
 __all__ = ["LayerSizes", "build_from_surfaces"]
 
@@ -26,7 +29,10 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 
-_OUTSIDE, _SKIN, _TISSUE, _PHALANX = 0, 1, 2, 3
+# Cells outside the skin and, of those inside it, cells proximal of the cut are no part of the body.
+_LAYERS = 5
+_OUTSIDE, _PROXIMAL, _SKIN, _TISSUE, _PHALANX = range(_LAYERS)
+_CRUMB = 0.02
 _GROWTH = 0.4
 _PER_BULK_SIZE = 2
 _SHALLOWEST_POKE = 1e-6
@@ -63,11 +69,9 @@ class LayerSizes:
     tolerance: PositiveLength = 0.05e-3
 
     def __post_init__(self) -> None:
-        if self.bulk_size < self.contact_size:
-            found = f"got {self.bulk_size * 1e3:.4g} mm"
-            raise InputError("bulk_size", found, f"needs >= {self.contact_size * 1e3:.4g} mm (contact_size)")
+        check_sizes(self.contact_size, self.bulk_size)
         if self.tolerance > self.skin_thickness / 4:
-            found = f"got {self.tolerance * 1e3:.4g} mm"
+            found = f"got {millimetres(self.tolerance)}"
             raise InputError("tolerance", found, f"needs <= {self.skin_thickness * 250:.4g} mm (skin_thickness / 4)")
 
 
@@ -77,12 +81,14 @@ class _Bodies:
 
     skin: Surface
     tissue: Surface
-    bone: Surface | None
+    phalanx: Surface | None
     cut: float
 
 
-def build_from_surfaces(skin: Surface, bone: Surface | None, sizes: LayerSizes | None = None) -> skfem.MeshTet1:
-    """Fill the surfaces of skin and bone with tetrahedra.
+def build_from_surfaces(
+    skin: Surface, phalanx: Surface | None = None, sizes: LayerSizes | None = None, *, bone: Surface | None = None
+) -> skfem.MeshTet1:
+    """Fill the surfaces of skin and phalanx with tetrahedra.
 
     The surfaces, one at the depth of the skin and the cut are meshed together, so that cells do not cross them by
     more than the tolerance, and every cell is in the layer that its centre is in. fTetWild (Hu et al. 2020) makes the
@@ -93,10 +99,12 @@ def build_from_surfaces(skin: Surface, bone: Surface | None, sizes: LayerSizes |
     ----------
     skin : Surface
         The skin, placed (tip towards +x, pad down) and repaired; open only proximal of the cut.
-    bone : Surface or None
-        The phalanx, likewise; None for a finger without.
+    phalanx : Surface, optional
+        The phalanx, likewise; none for a finger without.
     sizes : LayerSizes, optional
         Thickness of the skin, element sizes, and what is meshed; without it the defaults.
+    bone : Surface, optional
+        Old name of `phalanx`.
 
     Returns
     -------
@@ -108,54 +116,56 @@ def build_from_surfaces(skin: Surface, bone: Surface | None, sizes: LayerSizes |
     Raises
     ------
     MeshError
-        Where a surface is open or inside out, the bone is not inside the skin, the cut misses the finger, the skin
+        Where a surface is open or inside out, the phalanx is not inside the skin, the cut misses the finger, the skin
         leaves no tissue, no facet is left for the pad, or fTetWild fails.
     """
+    if bone is not None:
+        warn_renamed("bone", "phalanx")
+        phalanx = bone
     sizes = sizes or LayerSizes()
-    bodies = _bodies(skin, bone, sizes)
-    points, cells = _tetrahedralised(bodies, sizes)
-    layer = _layers(points, cells, bodies)
-    return _named(points, cells, layer, bodies, sizes)
+    bodies = _bodies(skin, phalanx, sizes)
+    whole = _tetrahedralised(bodies, sizes)
+    return _named(whole, _layers(whole, bodies), sizes)
 
 
-def _bodies(skin: Surface, bone: Surface | None, sizes: LayerSizes) -> _Bodies:
+def _bodies(skin: Surface, phalanx: Surface | None, sizes: LayerSizes) -> _Bodies:
     """Close the proximal ends, and refuse surfaces that bound no finger."""
     low, high = float(skin.points[:, 0].min()), float(skin.points[:, 0].max())
     cut = low - 1.0 if sizes.cut is None else high - sizes.cut
     if sizes.cut is not None and cut <= low:
-        found = f"got {sizes.cut * 1e3:.4g} mm from the tip"
-        allowed = f"needs < {(high - low) * 1e3:.4g} mm, the length of the scan along x"
+        found = f"got {millimetres(sizes.cut)} from the tip"
+        allowed = f"needs < {millimetres(high - low)}, the length of the scan along x"
         raise MeshError("cut", found, allowed)
     skin = closed_where(skin, cut)
     check_closed(skin)
-    if bone is not None:
-        bone = closed_where(bone, cut)
-        check_closed(bone)
-        _check_inside(bone, skin, cut)
-    return _Bodies(skin, offset_inwards(skin, sizes.skin_thickness), bone, cut)
+    if phalanx is not None:
+        phalanx = closed_where(phalanx, cut)
+        check_closed(phalanx)
+        _check_inside(phalanx, skin, cut)
+    return _Bodies(skin, offset_inwards(skin, sizes.skin_thickness), phalanx, cut)
 
 
-def _check_inside(bone: Surface, skin: Surface, cut: float) -> None:
-    """Refuse a bone that pokes through the skin distal of the cut."""
-    points = bone.points[bone.points[:, 0] > cut]
+def _check_inside(phalanx: Surface, skin: Surface, cut: float) -> None:
+    """Refuse a phalanx that pokes through the skin distal of the cut."""
+    points = phalanx.points[phalanx.points[:, 0] > cut]
     if not len(points):
-        raise MeshError(bone.name, "lies wholly proximal of the cut", "needs to reach past it", "write a larger cut")
+        raise MeshError(phalanx.name, "lies wholly proximal of the cut", "needs to reach past it", "write a larger cut")
     outside = points[~contains(skin, points)]
     depth = distances(skin, outside) if len(outside) else np.zeros(1)
     if depth.max() <= _SHALLOWEST_POKE:
         return
-    x, y, z = outside[int(depth.argmax())] * 1e3
+    deepest = outside[int(depth.argmax())]
     share = f"{len(outside)} of {len(points)} points" if len(outside) < len(points) else "all points"
-    found = f"pokes {depth.max() * 1e3:.3g} mm through the skin at ({x:.3g}, {y:.3g}, {z:.3g}) mm with {share}"
+    found = f"pokes {millimetres(depth.max(), 3)} through the skin at {coordinates(deepest, 3)} with {share}"
     repair = "check that both scans have the same unit and axes and the same placement"
-    raise MeshError(bone.name, found, f"needs to lie inside {skin.name}", repair)
+    raise MeshError(phalanx.name, found, f"needs to lie inside {skin.name}", repair)
 
 
-def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, Integers]:
+def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> skfem.MeshTet1:
     """Mesh the box around all surfaces; cells keep to every surface within the tolerance."""
     import pytetwild
 
-    points, triangles = _soup(bodies, sizes.bulk_size)
+    points, triangles = _soup(bodies)
     extent = np.ptp(points, axis=0)
     nodes, background, wanted = _size_field(points, bodies, sizes)
     try:
@@ -178,28 +188,23 @@ def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, Intege
         raise MeshError(
             bodies.skin.name, f"fTetWild says '{error}'", "needs surfaces that it can mesh", repair
         ) from error
-    return found, _positive(found, np.asarray(cells, dtype=np.int64))
+    cells = positive_tetrahedra(found, np.asarray(cells, dtype=np.int64))
+    return skfem.MeshTet1(found.T.copy(), cells.T.copy())
 
 
-def _soup(bodies: _Bodies, margin: float) -> tuple[Floats, Integers]:
-    """Put all surfaces into one list of triangles, without what lies far behind the cut and with two across it."""
-    surfaces = [bodies.skin, bodies.tissue] + ([bodies.bone] if bodies.bone else [])
-    surfaces = [_distal(surface, bodies.cut - margin) for surface in surfaces]
+def _soup(bodies: _Bodies) -> tuple[Floats, Integers]:
+    """Put what of the surfaces is distal of the cut into one list of triangles, with two across the cut."""
+    surfaces = [bodies.skin, bodies.tissue] + ([bodies.phalanx] if bodies.phalanx else [])
     low, high = bodies.skin.points.min(axis=0), bodies.skin.points.max(axis=0)
     if bodies.cut > low[0]:
+        # fTetWild keeps to surfaces that end at the cut better than to surfaces that go through it.
+        surfaces = [clip_surface(surface, bodies.cut) for surface in surfaces]
         (bottom, back), (top, front) = low[1:], high[1:]
         corners = [[bodies.cut, y, z] for y, z in ((bottom, back), (top, back), (top, front), (bottom, front))]
         surfaces.append(Surface(np.array(corners), np.array([[0, 1, 2], [0, 2, 3]])))
     first = np.cumsum([0, *(len(surface.points) for surface in surfaces)])
     triangles = [surface.triangles + start for surface, start in zip(surfaces, first, strict=False)]
     return np.vstack([surface.points for surface in surfaces]), np.vstack(triangles)
-
-
-def _distal(surface: Surface, lowest: float) -> Surface:
-    """Drop the triangles that lie wholly below a value of x."""
-    kept = surface.triangles[surface.points[surface.triangles, 0].max(axis=1) > lowest]
-    used, numbered = np.unique(kept, return_inverse=True)
-    return Surface(surface.points[used], numbered.reshape(-1, 3), surface.name)
 
 
 def _size_field(points: Floats, bodies: _Bodies, sizes: LayerSizes) -> tuple[Floats, NDArray[np.int32], Floats]:
@@ -231,117 +236,100 @@ def _wanted_sizes(nodes: Floats, spacing: float, bodies: _Bodies, sizes: LayerSi
     return wanted
 
 
-def _positive(points: Floats, cells: Integers) -> Integers:
-    """Return the cells with their corners in the order of positive volume."""
-    a, b, c, d = np.moveaxis(points[cells], 1, 0)
-    negative = np.sum(np.cross(b - a, c - a) * (d - a), axis=1) < 0
-    return np.where(negative[:, None], cells[:, [0, 2, 1, 3]], cells)
-
-
-def _layers(points: Floats, cells: Integers, bodies: _Bodies) -> Integers:
-    """Return in which layer each cell is."""
-    centre = points[cells].mean(axis=1)
-    layer = np.full(len(cells), _OUTSIDE)
-    kept = np.flatnonzero(centre[:, 0] > bodies.cut)
-    kept = kept[contains(bodies.skin, centre[kept])]
+def _layers(whole: skfem.MeshTet1, bodies: _Bodies) -> Integers:
+    """Return in which layer each cell is, by the position of its centre."""
+    centre = whole.p[:, whole.t].mean(axis=1).T
+    layer = np.full(len(centre), _OUTSIDE)
+    inside = np.flatnonzero(contains(bodies.skin, centre))
+    distal = centre[inside, 0] > bodies.cut
+    layer[inside[~distal]] = _PROXIMAL
+    kept = inside[distal]
     layer[kept] = np.where(contains(bodies.tissue, centre[kept]), _TISSUE, _SKIN)
-    if bodies.bone is not None:
-        layer[kept[contains(bodies.bone, centre[kept])]] = _PHALANX
-    return _without_crumbs(layer, _Facets.of(cells))
+    if bodies.phalanx is not None:
+        layer[kept[contains(bodies.phalanx, centre[kept])]] = _PHALANX
+    return _without_crumbs(layer, whole.f2t[:, whole.f2t[1] >= 0])
 
 
-@dataclass(frozen=True)
-class _Facets:
-    """Facets of cells: their nodes, and the one or two cells at each, -1 for none."""
+def _without_crumbs(layer: Integers, neighbours: Integers) -> Integers:
+    """Give pieces of a layer that hang apart from its largest one to the layer that they share most facets with.
 
-    nodes: Integers
-    cells: Integers
-
-    @classmethod
-    def of(cls, cells: Integers) -> _Facets:
-        opposite = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]]
-        every = np.sort(np.concatenate([cells[:, corners] for corners in opposite]), axis=1)
-        owner = np.tile(np.arange(len(cells)), 4)
-        nodes, place = np.unique(every, axis=0, return_inverse=True)
-        pair = np.full((len(nodes), 2), -1)
-        order = np.argsort(place.ravel(), kind="stable")
-        first = np.searchsorted(place.ravel()[order], np.arange(len(nodes)))
-        last = np.append(first[1:], len(order)) - 1
-        pair[:, 0] = owner[order[first]]
-        pair[last > first, 1] = owner[order[last]][last > first]
-        return cls(nodes, pair)
-
-
-def _without_crumbs(layer: Integers, facets: _Facets) -> Integers:
-    """Give pieces of a layer that hang apart from its largest one to the layer that they share most facets with."""
-    inner = facets.cells[:, 1] >= 0
-    first, second = facets.cells[inner].T
+    The columns of `neighbours` are the pairs of cells that share a facet.
+    """
     for _ in range(3):
-        same = layer[first] == layer[second]
-        piece = _components(len(layer), first[same], second[same])
+        same = layer[neighbours[0]] == layer[neighbours[1]]
+        piece = _pieces(len(layer), neighbours[:, same])
         size = np.bincount(piece)
-        for number in (_OUTSIDE, _SKIN, _TISSUE, _PHALANX):
+        for number in range(_LAYERS):
             members = np.unique(piece[layer == number])
-            crumbs = np.isin(piece, members[size[members] < 0.02 * size[members].max(initial=0)])
-            layer = _given_away(layer, crumbs, first, second)
+            crumbs = np.isin(piece, members[size[members] < _CRUMB * size[members].max(initial=0)])
+            layer = _given_away(layer, crumbs, neighbours)
     return layer
 
 
-def _given_away(layer: Integers, crumbs: Booleans, first: Integers, second: Integers) -> Integers:
+def _given_away(layer: Integers, crumbs: Booleans, neighbours: Integers) -> Integers:
     """Give each cell of the crumbs to the layer with which it has most facets outside of them."""
-    votes = np.zeros((len(layer), 4))
-    for own, other in ((first, second), (second, first)):
+    votes = np.zeros((len(layer), _LAYERS))
+    for own, other in (neighbours, neighbours[::-1]):
         counted = crumbs[own] & ~crumbs[other]
         np.add.at(votes, (own[counted], layer[other[counted]]), 1.0)
     chosen = crumbs & votes.any(axis=1)
     return np.where(chosen, votes.argmax(axis=1), layer)
 
 
-def _components(count: int, first: Integers, second: Integers) -> Integers:
-    graph = coo_matrix((np.ones(len(first)), (first, second)), shape=(count, count))
+def _pieces(count: int, neighbours: Integers) -> Integers:
+    """Return the number of the connected piece of each of `count` cells."""
+    graph = coo_matrix((np.ones(neighbours.shape[1]), tuple(neighbours)), shape=(count, count))
     found: Integers = connected_components(graph, directed=False)[1]
     return found
 
 
-def _named(points: Floats, cells: Integers, layer: Integers, bodies: _Bodies, sizes: LayerSizes) -> skfem.MeshTet1:
+def _named(whole: skfem.MeshTet1, layer: Integers, sizes: LayerSizes) -> skfem.MeshTet1:
     """Keep the cells of the body, and name its regions and boundaries."""
-    kept = layer != _OUTSIDE
-    if sizes.phalanx == "hole":
-        kept &= layer != _PHALANX
-    kept = _largest_piece(kept, _Facets.of(cells))
-    used, numbered = np.unique(cells[kept], return_inverse=True)
-    mesh = skfem.MeshTet1(points[used].T.copy(), numbered.reshape(-1, 4).T.copy())
     names = {"skin": _SKIN, "tissue": _TISSUE, "phalanx": _PHALANX}
-    regions = {name: np.flatnonzero(layer[kept] == number).astype(np.int32) for name, number in names.items()}
-    mesh = mesh.with_subdomains({name: members for name, members in regions.items() if len(members)})
-    return mesh.with_boundaries(_boundaries(mesh, layer[kept], bodies, sizes))
+    if sizes.phalanx == "hole":
+        del names["phalanx"]
+    body = _largest_piece(np.isin(layer, list(names.values())), whole.f2t)
+    regions = {name: np.flatnonzero(body & (layer == number)) for name, number in names.items()}
+    bounds = _boundaries(whole, layer, body)
+    bounds["pad"] = _pad(whole, bounds["skin"], sizes.contact_reach)
+    named = whole.with_subdomains(_filled(regions)).with_boundaries(_filled(bounds))
+    return named.restrict(np.flatnonzero(body))
 
 
-def _largest_piece(kept: Booleans, facets: _Facets) -> Booleans:
+def _filled(groups: dict[str, Integers]) -> dict[str, NDArray[np.int32]]:
+    return {name: members.astype(np.int32) for name, members in groups.items() if len(members)}
+
+
+def _largest_piece(kept: Booleans, sides: Integers) -> Booleans:
     """Drop cells that hang on the body by an edge or a point alone."""
-    inner = (facets.cells[:, 1] >= 0) & kept[facets.cells].all(axis=1)
-    piece = _components(len(kept), *facets.cells[inner].T)
+    inner = (sides[1] >= 0) & kept[sides].all(axis=0)
+    piece = _pieces(len(kept), sides[:, inner])
     largest: Booleans = kept & (piece == np.bincount(piece[kept]).argmax())
     return largest
 
 
-def _boundaries(mesh: skfem.MeshTet1, layer: Integers, bodies: _Bodies, sizes: LayerSizes) -> dict[str, Integers]:
-    first, second = mesh.f2t
-    outer = second < 0
-    low, high = np.sort([layer[first], np.where(outer, _OUTSIDE, layer[second])], axis=0)
-    centre = mesh.p[:, mesh.facets].mean(axis=1)
-    cut = outer & (np.abs(mesh.p[0, mesh.facets] - bodies.cut).max(axis=0) <= 2 * sizes.tolerance)
-    bone = (low != _PHALANX) & (high == _PHALANX) & ~outer
-    if sizes.phalanx == "hole" and bodies.bone is not None:
-        free = np.flatnonzero(outer & ~cut)
-        near = distances(bodies.bone, centre[:, free].T) < distances(bodies.skin, centre[:, free].T)
-        bone[free[near]] = True
-    skin = outer & ~cut & ~bone
-    bottom = mesh.p[1, mesh.facets[:, skin]].min()
-    pad = skin & (mesh.p[1, mesh.facets].max(axis=0) <= bottom + sizes.contact_reach)
-    if not pad.any():
-        problem = f"no facet of the skin lies within {sizes.contact_reach * 1e3:.4g} mm of its lowest point"
+def _boundaries(whole: skfem.MeshTet1, layer: Integers, body: Booleans) -> dict[str, Integers]:
+    """Return the facets of the body's boundaries, by the layers of the two cells of each.
+
+    The position of a facet would not do: where cells straddle the cut, facets of the base lie far off its plane.
+    """
+    beyond = whole.f2t < 0
+    low, high = np.sort(np.where(beyond, _OUTSIDE, layer[whole.f2t]), axis=0)
+    touched = (body[whole.f2t] & ~beyond).any(axis=0)
+    facets = {
+        "skin": low == _OUTSIDE,
+        "skin_tissue": (low == _SKIN) & (high == _TISSUE),
+        "phalanx_surface": (low >= _SKIN) & (low != _PHALANX) & (high == _PHALANX),
+        "base": low == _PROXIMAL,
+    }
+    return {name: np.flatnonzero(touched & chosen) for name, chosen in facets.items()}
+
+
+def _pad(whole: skfem.MeshTet1, skin: Integers, contact_reach: float) -> Integers:
+    """Return the facets of the skin that lie wholly within a height above its lowest point."""
+    heights = whole.p[1, whole.facets[:, skin]]
+    pad: Integers = skin[heights.max(axis=0) <= heights.min() + contact_reach]
+    if not len(pad):
+        problem = f"no facet of the skin lies within {millimetres(contact_reach)} of its lowest point"
         raise MeshError("pad", problem, "needs some", "write a larger contact_reach or a smaller contact_size")
-    named = {"skin": skin, "pad": pad, "skin_tissue": (low == _SKIN) & (high == _TISSUE), "phalanx_surface": bone}
-    named["base"] = cut
-    return {name: np.flatnonzero(facets).astype(np.int32) for name, facets in named.items() if facets.any()}
+    return pad

@@ -1,4 +1,4 @@
-"""Fewer triangles, distances to a surface, and the surface at a depth below another."""
+"""Operations on surfaces: fewer triangles, distances, the part distal of a plane, the surface at a depth below."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ from scipy import ndimage
 
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.scan.surfaces import Surface, contains, outermost
+from fingerslip.units import millimetres
 
 if TYPE_CHECKING:
     import pyvista
 
-__all__ = ["decimate_surface", "distances", "offset_inwards"]
+__all__ = ["clip_surface", "decimate_surface", "distances", "offset_inwards"]
 
 Floats = NDArray[np.float64]
 
@@ -52,6 +53,26 @@ def decimate_surface(surface: Surface, edge_length: float) -> Surface:
         return surface
     reduced = _polydata(surface).decimate(1.0 - wanted / len(surface.triangles), volume_preservation=True)
     return _surface(reduced, surface.name)
+
+
+def clip_surface(surface: Surface, lowest: float) -> Surface:
+    """Return what of a surface lies above a value of x; triangles that cross it are cut there.
+
+    Parameters
+    ----------
+    surface : Surface
+        The surface.
+    lowest : float
+        The value of x [m].
+
+    Returns
+    -------
+    Surface
+        The surface, open where it was cut. It has no triangles where the surface lies wholly below.
+    """
+    clipped = _polydata(surface).clip(normal="-x", origin=(lowest, 0.0, 0.0)).triangulate().clean()
+    triangles = np.asarray(clipped.regular_faces, dtype=np.int64)
+    return Surface(np.asarray(clipped.points, dtype=float), triangles, surface.name)
 
 
 def distances(surface: Surface, points: Floats) -> Floats:
@@ -109,7 +130,7 @@ def offset_inwards(surface: Surface, thickness: float) -> Surface:
     grid = _grid(surface, thickness / 3)
     level = _depth(surface, grid, thickness) - thickness
     if level.max() <= 0:
-        problem = f"has no place {thickness * 1e3:.4g} mm deep"
+        problem = f"has no place {millimetres(thickness)} deep"
         raise MeshError(surface.name, problem, "needs tissue below the skin", "write a smaller skin_thickness")
     inner = pyvista.ImageData(dimensions=grid.dimensions, spacing=grid.spacing, origin=grid.origin)
     inner["level"] = level
@@ -124,7 +145,7 @@ def _grid(surface: Surface, spacing: float) -> pyvista.ImageData:
     low, extent = surface.points.min(axis=0) - spacing, np.ptp(surface.points, axis=0) + 2 * spacing
     count = np.ceil(extent / spacing).astype(int) + 1
     if count.prod() > _GRID_LIMIT:
-        found = f"got {3e3 * spacing:.3g} mm on a body {extent.max() * 1e3:.3g} mm long"
+        found = f"got {3e3 * spacing:.3g} mm on a body {millimetres(extent.max(), 3)} long"
         raise MeshError(surface.name, found, "needs a thicker skin", "or cut the finger shorter")
     return pyvista.ImageData(dimensions=tuple(count), spacing=(spacing,) * 3, origin=tuple(low))
 

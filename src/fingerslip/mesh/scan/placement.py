@@ -35,7 +35,7 @@ class Placement:
 
 
 def place_surface(surface: Surface, placement: Placement) -> Surface:
-    """Move a surface; skin and bone take the same placement.
+    """Move a surface; skin and phalanx take the same placement.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def placement_from_directions(skin: Surface, tip: ArrayLike, pad: ArrayLike, pla
     Returns
     -------
     Placement
-        The motion, for skin and bone alike.
+        The motion, for skin and phalanx alike.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def placement_from_landmarks(
     Returns
     -------
     Placement
-        The motion, for skin and bone alike.
+        The motion, for skin and phalanx alike.
 
     Raises
     ------

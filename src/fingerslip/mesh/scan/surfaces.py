@@ -1,24 +1,22 @@
-"""Triangulated surfaces of skin and bone, as scanners and segmented images give them."""
+"""Triangulated surfaces of skin and phalanx, as scanners and segmented images give them."""
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-import io
 import itertools
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
+from typing import get_args
 
 import meshio
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, MeshError
+from fingerslip.mesh.formats import read_file, write_file
+from fingerslip.units import METRES, LengthUnit, coordinates, millimetres
 
 __all__ = [
-    "LengthUnit",
     "Surface",
     "boundary_loops",
     "check_closed",
@@ -31,9 +29,7 @@ __all__ = [
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
-LengthUnit = Literal["m", "cm", "mm", "um"]
 
-_METRES: dict[str, float] = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
 # What is scanned for this program: from a small phalanx to a hand with its forearm.
 _SMALLEST, _LARGEST = 2e-3, 0.6
 _MERGED = 1e-7
@@ -109,13 +105,13 @@ def read_surface(path: str | Path, unit: LengthUnit = "mm") -> Surface:
     if unit not in get_args(LengthUnit):
         raise InputError("unit", f"got {unit!r}", f"needs one of {', '.join(get_args(LengthUnit))}")
     file = Path(path)
-    data = _load(file)
+    data = read_file(file, "needs a surface such as .stl, .ply or .obj")
     triangles = _triangles(file, data)
     points = np.asarray(data.points, dtype=float)
     if not np.all(np.isfinite(points[np.unique(triangles)])):
         raise MeshError(str(file), "has coordinates that are no numbers", "needs finite ones")
     _check_size(file, points[np.unique(triangles)], unit)
-    points, triangles = joined(points * _METRES[unit], triangles)
+    points, triangles = joined(points * METRES[unit], triangles)
     return Surface(points, triangles, file.name)
 
 
@@ -137,14 +133,8 @@ def write_surface(surface: Surface, path: str | Path, unit: LengthUnit = "mm") -
         Where the suffix is unknown or the folder does not exist.
     """
     file = Path(path)
-    if not file.parent.is_dir():
-        raise MeshError(str(file), "the folder does not exist", "needs an existing folder")
-    data = meshio.Mesh(surface.points / _METRES[unit], [("triangle", surface.triangles)])
-    try:
-        with _silence():
-            meshio.write(file, data, **({"binary": True} if file.suffix == ".stl" else {}))
-    except (meshio.ReadError, meshio.WriteError, KeyError) as error:
-        raise MeshError(str(file), f"cannot be written ({error})", "needs a suffix such as .stl, .ply, .obj") from error
+    data = meshio.Mesh(surface.points / METRES[unit], [("triangle", surface.triangles)])
+    write_file(file, data, ".stl, .ply, .obj")
 
 
 def joined(points: Floats, triangles: Integers) -> tuple[Floats, Integers]:
@@ -203,8 +193,8 @@ def check_closed(surface: Surface) -> None:
     loops = boundary_loops(surface)
     if loops:
         sizes = [float(np.linalg.norm(np.ptp(surface.points[loop], axis=0))) for loop in loops]
-        x, y, z = surface.points[loops[int(np.argmax(sizes))]].mean(axis=0) * 1e3
-        largest = f"the largest {max(sizes) * 1e3:.3g} mm wide at ({x:.3g}, {y:.3g}, {z:.3g}) mm"
+        middle = surface.points[loops[int(np.argmax(sizes))]].mean(axis=0)
+        largest = f"the largest {millimetres(max(sizes), 3)} wide at {coordinates(middle, 3)}"
         found = f"is open: {len(loops)} hole{'s'[: len(loops) != 1]}, {largest}"
         repair = "repair it with a larger largest_hole, cut the finger distal of it, or scan it again"
         raise MeshError(surface.name, found, "needs a closed surface", repair)
@@ -286,25 +276,6 @@ def _open_edges(triangles: Integers) -> Integers:
     return np.repeat(directed, np.abs(balance), axis=0)
 
 
-def _load(file: Path) -> meshio.Mesh:
-    if not file.is_file():
-        raise MeshError(str(file), "no such file", "needs a surface such as .stl, .ply or .obj")
-    try:
-        with _silence():
-            return meshio.read(file)
-    # meshio ends the program where no reader fits, and its readers fail in any way on a damaged file.
-    except (Exception, SystemExit) as error:
-        cause = str(error) if isinstance(error, Exception) else "unknown or damaged format"
-        raise MeshError(str(file), f"cannot be read ({cause})", "needs a surface such as .stl, .ply or .obj") from error
-
-
-@contextlib.contextmanager
-def _silence() -> Iterator[None]:
-    """Keep meshio's messages off the console; its errors are reported by ours."""
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        yield
-
-
 def _triangles(file: Path, data: meshio.Mesh) -> Integers:
     blocks = [block.data for block in data.cells if block.type == "triangle"]
     for block in data.cells:
@@ -319,9 +290,9 @@ def _triangles(file: Path, data: meshio.Mesh) -> Integers:
 def _check_size(file: Path, points: Floats, unit: str) -> None:
     """Refuse a surface of a size that no finger has, and name the unit in which it would have one."""
     extent = float(np.ptp(points, axis=0).max())
-    if _SMALLEST <= extent * _METRES[unit] <= _LARGEST:
+    if _SMALLEST <= extent * METRES[unit] <= _LARGEST:
         return
-    others = [other for other, factor in _METRES.items() if _SMALLEST <= extent * factor <= _LARGEST]
+    others = [other for other, factor in METRES.items() if _SMALLEST <= extent * factor <= _LARGEST]
     repair = f"is its unit '{others[-1]}'?" if others else ""
-    found = f"is {extent * _METRES[unit]:.3g} m long when its unit is '{unit}'"
+    found = f"is {extent * METRES[unit]:.3g} m long when its unit is '{unit}'"
     raise MeshError(str(file), found, f"needs {_SMALLEST * 1e3:g} mm to {_LARGEST * 1e3:g} mm", repair)

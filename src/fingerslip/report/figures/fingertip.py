@@ -21,10 +21,10 @@ from fingerslip.specimens.fingertip import (
     REGIONS,
     Fingertip,
     at_depth,
-    bone_surface,
     interface_depth,
     outline_curve,
     phalanx_contour,
+    phalanx_surface,
     posed,
     skin_grid,
     surface_depth,
@@ -103,10 +103,12 @@ def _fill(axes: Axes, ring: Floats, colour: str) -> None:
 
 def _draw_solid(axes: Axes3D, fingertip: Fingertip) -> None:
     """Draw the far half of the skin, and the phalanx before it."""
-    skin, bone = skin_grid(fingertip), bone_surface(fingertip).points
+    skin, phalanx = skin_grid(fingertip), phalanx_surface(fingertip).points
     half = skin[::4, : skin.shape[1] // 2 + 1 : 6]
     _draw_surface(axes, fingertip, half, REGION_COLOURS["epidermis"])
-    _draw_surface(axes, fingertip, np.concatenate([bone, bone[:, :1]], axis=1)[::6, ::4], REGION_COLOURS["phalanx"])
+    _draw_surface(
+        axes, fingertip, np.concatenate([phalanx, phalanx[:, :1]], axis=1)[::6, ::4], REGION_COLOURS["phalanx"]
+    )
     axes.set_title("in space: phalanx and one half of the skin")
     limits = axes.get_xlim(), axes.get_ylim(), axes.get_zlim()
     axes.set_box_aspect([last - first for first, last in limits], zoom=1.2)

@@ -1,23 +1,21 @@
 """What a fingertip is, in numbers: layers, phalanx, ridges, fingerprint, receptors, and the presets that ship."""
 
-from fingerslip.specimens.fingertip.fingertip import (
-    REGIONS,
+from fingerslip.specimens.fingertip.fingertip import Fingertip
+from fingerslip.specimens.fingertip.interfaces import interface_depth, surface_depth
+from fingerslip.specimens.fingertip.numbers import REGIONS, FingertipNumbers
+from fingerslip.specimens.fingertip.outline import Curve, at_depth, outline_curve
+from fingerslip.specimens.fingertip.parts import (
     Fingerprint,
-    Fingertip,
     Layers,
-    Phalanx,
     Receptors,
     Ridges,
     RidgeZone,
     SagittalOutline,
-    SagittalPhalanx,
     TransverseOutline,
-    TransversePhalanx,
 )
-from fingerslip.specimens.fingertip.interfaces import interface_depth, surface_depth
-from fingerslip.specimens.fingertip.outline import Curve, at_depth, outline_curve
+from fingerslip.specimens.fingertip.phalanx import Phalanx, SagittalPhalanx, TransversePhalanx
 from fingerslip.specimens.fingertip.phalanx_contour import phalanx_contour, reaches_cut
-from fingerslip.specimens.fingertip.phalanx_surface import BoneSurface, bone_surface
+from fingerslip.specimens.fingertip.phalanx_surface import PhalanxSurface, phalanx_surface
 from fingerslip.specimens.fingertip.pose import posed
 from fingerslip.specimens.fingertip.presets import (
     PresetValue,
@@ -42,13 +40,14 @@ from fingerslip.specimens.fingertip.solid import Nail, SolidPhalanx, SolidShape
 
 __all__ = [
     "REGIONS",
-    "BoneSurface",
     "Curve",
     "Fingerprint",
     "Fingertip",
+    "FingertipNumbers",
     "Layers",
     "Nail",
     "Phalanx",
+    "PhalanxSurface",
     "PresetValue",
     "Receptors",
     "RidgeZone",
@@ -61,7 +60,6 @@ __all__ = [
     "TransversePhalanx",
     "at_depth",
     "below_skin",
-    "bone_surface",
     "depth_below_skin",
     "fingertip_from",
     "interface_depth",
@@ -69,6 +67,7 @@ __all__ = [
     "onto_skin",
     "outline_curve",
     "phalanx_contour",
+    "phalanx_surface",
     "posed",
     "preset",
     "preset_header",

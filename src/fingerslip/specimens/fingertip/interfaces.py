@@ -7,12 +7,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.specimens.fingertip.fingertip import Fingertip, RidgeZone
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers
+from fingerslip.specimens.fingertip.parts import RidgeZone
 
 __all__ = ["DepthProfile", "dermis_depth", "fade", "interface_depth", "ridge_profile", "surface_depth"]
 
 Floats = NDArray[np.float64]
-DepthProfile = Callable[[Fingertip, Floats], Floats]
+DepthProfile = Callable[[FingertipNumbers, Floats], Floats]
 
 
 def fade(zone: RidgeZone, arc_length: Floats) -> Floats:
@@ -23,7 +24,7 @@ def fade(zone: RidgeZone, arc_length: Floats) -> Floats:
     return weight
 
 
-def ridge_profile(fingertip: Fingertip, arc_length: Floats) -> Floats:
+def ridge_profile(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
     """Return the ridge heights [m] into the dermis: squared cosines, intermediate and limiting in turn."""
     ridges = fingertip.ridges
     wave = np.cos(2 * np.pi * arc_length / ridges.pitch)
@@ -32,7 +33,7 @@ def ridge_profile(fingertip: Fingertip, arc_length: Floats) -> Floats:
     return profile
 
 
-def surface_depth(fingertip: Fingertip, arc_length: Floats) -> Floats:
+def surface_depth(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
     """Return the depth [m] of the outer skin surface: negative on fingerprint crests."""
     fingerprint = fingertip.fingerprint
     if not fingerprint.enabled:
@@ -42,7 +43,7 @@ def surface_depth(fingertip: Fingertip, arc_length: Floats) -> Floats:
     return depth
 
 
-def interface_depth(fingertip: Fingertip, arc_length: Floats) -> Floats:
+def interface_depth(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
     """Return the depth [m] of the epidermis-dermis interface; its mean is the epidermis thickness."""
     thickness = fingertip.layers.epidermis_thickness
     if not fingertip.ridges.enabled:
@@ -52,6 +53,6 @@ def interface_depth(fingertip: Fingertip, arc_length: Floats) -> Floats:
     return depth
 
 
-def dermis_depth(fingertip: Fingertip, arc_length: Floats) -> Floats:
+def dermis_depth(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
     """Return the depth [m] of the dermis-tissue interface."""
     return np.full_like(arc_length, fingertip.layers.skin_thickness)

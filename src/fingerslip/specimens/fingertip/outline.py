@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.specimens.fingertip.fingertip import Fingertip, SagittalOutline, TransverseOutline
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers
+from fingerslip.specimens.fingertip.parts import SagittalOutline, TransverseOutline
 
 __all__ = ["Curve", "arc_length_at_cut", "at_depth", "inward_normal", "outline_curve", "position"]
 
@@ -38,7 +39,7 @@ class Curve:
     closed: bool
 
 
-def outline_curve(fingertip: Fingertip) -> Curve:
+def outline_curve(fingertip: FingertipNumbers) -> Curve:
     """Return the mean outer skin surface, without fingerprint.
 
     In the sagittal section the curve goes on beyond the proximal cut, far enough for the layers below it to reach
@@ -68,7 +69,7 @@ def at_depth(curve: Curve, arc_length: Floats, depth: Floats | float) -> Floats:
     return position(curve, arc_length) + inward[:, None] * inward_normal(curve, arc_length)
 
 
-def arc_length_at_cut(fingertip: Fingertip, curve: Curve, depth: float) -> tuple[float, float]:
+def arc_length_at_cut(fingertip: FingertipNumbers, curve: Curve, depth: float) -> tuple[float, float]:
     """Return the arc lengths at which the curve at `depth` meets its palmar and its dorsal end.
 
     The ends are the proximal cut of the sagittal section; a transverse section is closed and ends on its back.

@@ -6,12 +6,9 @@ from typing import Literal
 
 from fingerslip.errors import InputError
 from fingerslip.parameters import Length, NonNegativeLength, PositiveLength, parameters
+from fingerslip.units import millimetres
 
 __all__ = ["Phalanx", "SagittalPhalanx", "TransversePhalanx"]
-
-
-def _mm(value: float) -> str:
-    return f"{value * 1e3:.4g} mm"
 
 
 @parameters
@@ -44,8 +41,8 @@ class SagittalPhalanx:
     def __post_init__(self) -> None:
         height = self.dorsal_level - self.palmar_level
         if self.concavity_depth >= height:
-            allowed = f"needs a value < {_mm(height)} (dorsal_level - palmar_level)"
-            raise InputError("concavity_depth", f"got {_mm(self.concavity_depth)}", allowed)
+            allowed = f"needs a value < {millimetres(height)} (dorsal_level - palmar_level)"
+            raise InputError("concavity_depth", f"got {millimetres(self.concavity_depth)}", allowed)
 
 
 @parameters
@@ -73,11 +70,11 @@ class TransversePhalanx:
 
     def __post_init__(self) -> None:
         if abs(self.palmar_level) >= self.half_height:
-            allowed = f"needs a value within +-{_mm(self.half_height)} (half_height)"
-            raise InputError("palmar_level", f"got {_mm(self.palmar_level)}", allowed)
+            allowed = f"needs a value within +-{millimetres(self.half_height)} (half_height)"
+            raise InputError("palmar_level", f"got {millimetres(self.palmar_level)}", allowed)
         if self.concavity_depth >= self.half_height:
-            allowed = f"needs a value < {_mm(self.half_height)} (half_height)"
-            raise InputError("concavity_depth", f"got {_mm(self.concavity_depth)}", allowed)
+            allowed = f"needs a value < {millimetres(self.half_height)} (half_height)"
+            raise InputError("concavity_depth", f"got {millimetres(self.concavity_depth)}", allowed)
 
 
 @parameters
@@ -89,7 +86,7 @@ class Phalanx:
     variant : {'original', 'flattened', 'scaled'}
         Concave palmar face; palmar face flat and parallel to the plate; the skin outline scaled inward.
     rigid : bool
-        Whether the bone is taken as undeformable.
+        Whether the phalanx is taken as undeformable.
     tissue_thickness : float
         Uniform thickness of the tissue around the `scaled` phalanx [m].
     corner_radius : float
@@ -111,5 +108,5 @@ class Phalanx:
     def __post_init__(self) -> None:
         height = self.sagittal.dorsal_level - self.sagittal.palmar_level
         if 2 * self.corner_radius >= height:
-            allowed = f"needs a value < {_mm(height / 2)} (half of dorsal_level - palmar_level)"
-            raise InputError("corner_radius", f"got {_mm(self.corner_radius)}", allowed)
+            allowed = f"needs a value < {millimetres(height / 2)} (half of dorsal_level - palmar_level)"
+            raise InputError("corner_radius", f"got {millimetres(self.corner_radius)}", allowed)

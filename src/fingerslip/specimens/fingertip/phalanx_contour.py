@@ -9,8 +9,10 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
-from fingerslip.specimens.fingertip.fingertip import Fingertip, SagittalPhalanx
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.outline import Curve, at_depth, inward_normal, outline_curve
+from fingerslip.specimens.fingertip.phalanx import SagittalPhalanx
+from fingerslip.units import coordinates, millimetres
 
 __all__ = ["heights_in_the_middle", "palmar_face", "phalanx_contour", "reaches_cut"]
 
@@ -19,7 +21,7 @@ Floats = NDArray[np.float64]
 _SPACING = 2e-5
 
 
-def phalanx_contour(fingertip: Fingertip) -> Floats:
+def phalanx_contour(fingertip: FingertipNumbers) -> Floats:
     """Return the (n, 2) contour of the phalanx [m], counter-clockwise.
 
     A contour that ends on the proximal cut is open there, from the palmar to the dorsal end; else its last point is
@@ -45,13 +47,13 @@ def reaches_cut(contour: Floats) -> bool:
     return not np.array_equal(contour[0], contour[-1])
 
 
-def palmar_face(fingertip: Fingertip, x: Floats) -> Floats:
+def palmar_face(fingertip: FingertipNumbers, x: Floats) -> Floats:
     """Return the heights y [m] of the palmar face in the sagittal section at positions x [m]."""
-    bone = fingertip.phalanx.sagittal
-    hollow = np.exp(-(((x - bone.concavity_position) / bone.concavity_width) ** 2))
-    depth = bone.concavity_depth if fingertip.phalanx.variant == "original" else 0.0
-    limit = _palmar_limit(fingertip, fingertip.layers.skin_thickness + bone.minimum_tissue, x)
-    return _rounded_maximum(bone.palmar_level + depth * hollow, limit, fingertip.phalanx.corner_radius / 2)
+    phalanx = fingertip.phalanx.sagittal
+    hollow = np.exp(-(((x - phalanx.concavity_position) / phalanx.concavity_width) ** 2))
+    depth = phalanx.concavity_depth if fingertip.phalanx.variant == "original" else 0.0
+    limit = _palmar_limit(fingertip, fingertip.layers.skin_thickness + phalanx.minimum_tissue, x)
+    return _rounded_maximum(phalanx.palmar_level + depth * hollow, limit, fingertip.phalanx.corner_radius / 2)
 
 
 def _rounded_maximum(first: Floats, second: Floats | float, width: float) -> Floats:
@@ -61,7 +63,7 @@ def _rounded_maximum(first: Floats, second: Floats | float, width: float) -> Flo
     return larger
 
 
-def _palmar_limit(fingertip: Fingertip, depth: float, x: Floats) -> Floats:
+def _palmar_limit(fingertip: FingertipNumbers, depth: float, x: Floats) -> Floats:
     """Return the heights y of the palmar curve at `depth` below the skin, behind the lowest point."""
     curve = outline_curve(dataclasses.replace(fingertip, section="sagittal"))
     palmar = curve.arc_length <= 0.0
@@ -69,19 +71,19 @@ def _palmar_limit(fingertip: Fingertip, depth: float, x: Floats) -> Floats:
     return np.interp(x, points[:, 0], points[:, 1])
 
 
-def _sagittal(fingertip: Fingertip) -> Floats:
-    bone, radius = fingertip.phalanx.sagittal, fingertip.phalanx.corner_radius
-    start, end = -fingertip.sagittal.pad_length, bone.distal_end
-    _check_sagittal(fingertip, bone)
+def _sagittal(fingertip: FingertipNumbers) -> Floats:
+    phalanx, radius = fingertip.phalanx.sagittal, fingertip.phalanx.corner_radius
+    start, end = -fingertip.sagittal.pad_length, phalanx.distal_end
+    _check_sagittal(fingertip, phalanx)
     x = np.linspace(start, end - radius, int((end - radius - start) / _SPACING) + 1)
     palmar = np.column_stack([x, palmar_face(fingertip, x)])
     angle = np.linspace(0.0, np.pi / 2, 100)
     centre = palmar[-1] + [0.0, radius]
     lower = (centre + radius * np.column_stack([np.sin(angle), -np.cos(angle)]))[1:]
-    upper = [end - radius, bone.dorsal_level - radius] + radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    upper = [end - radius, phalanx.dorsal_level - radius] + radius * np.column_stack([np.cos(angle), np.sin(angle)])
     side = _straight(lower[-1], upper[0])
-    back = _straight(upper[-1], np.array([start, bone.dorsal_level]))
-    return np.vstack([palmar, lower, side, upper, back, [[start, bone.dorsal_level]]])
+    back = _straight(upper[-1], np.array([start, phalanx.dorsal_level]))
+    return np.vstack([palmar, lower, side, upper, back, [[start, phalanx.dorsal_level]]])
 
 
 def _straight(start: Floats, end: Floats) -> Floats:
@@ -90,23 +92,23 @@ def _straight(start: Floats, end: Floats) -> Floats:
     return start + np.linspace(0.0, 1.0, count)[1:-1, None] * (end - start)
 
 
-def _check_sagittal(fingertip: Fingertip, bone: SagittalPhalanx) -> None:
+def _check_sagittal(fingertip: FingertipNumbers, phalanx: SagittalPhalanx) -> None:
     start, radius = -fingertip.sagittal.pad_length, fingertip.phalanx.corner_radius
-    if bone.distal_end - radius <= start:
-        allowed = f"needs a value > {(start + radius) * 1e3:.4g} mm, distal of the proximal cut"
-        raise InputError("phalanx.sagittal.distal_end", f"got {bone.distal_end * 1e3:.4g} mm", allowed)
-    face = palmar_face(fingertip, np.linspace(start, bone.distal_end - radius, 500))
-    if face.max() >= bone.dorsal_level - radius:
-        found = f"got {bone.dorsal_level * 1e3:.4g} mm"
-        allowed = f"needs a value > {(face.max() + radius) * 1e3:.4g} mm, above the palmar face"
+    if phalanx.distal_end - radius <= start:
+        allowed = f"needs a value > {millimetres(start + radius)}, distal of the proximal cut"
+        raise InputError("phalanx.sagittal.distal_end", f"got {millimetres(phalanx.distal_end)}", allowed)
+    face = palmar_face(fingertip, np.linspace(start, phalanx.distal_end - radius, 500))
+    if face.max() >= phalanx.dorsal_level - radius:
+        found = f"got {millimetres(phalanx.dorsal_level)}"
+        allowed = f"needs a value > {millimetres(face.max() + radius)}, above the palmar face"
         raise InputError("phalanx.sagittal.dorsal_level", found, allowed)
 
 
-def _transverse(fingertip: Fingertip) -> Floats:
-    bone = fingertip.phalanx.transverse
-    count = int(2 * np.pi * bone.half_width / _SPACING)
+def _transverse(fingertip: FingertipNumbers) -> Floats:
+    phalanx = fingertip.phalanx.transverse
+    count = int(2 * np.pi * phalanx.half_width / _SPACING)
     angle = np.linspace(0.0, 2 * np.pi, count)
-    x, y = bone.half_width * np.cos(angle), bone.half_height * np.sin(angle)
+    x, y = phalanx.half_width * np.cos(angle), phalanx.half_height * np.sin(angle)
     palmar = y < 0.0
     y[palmar] = _transverse_face(fingertip, x[palmar], y[palmar])
     contour = np.column_stack([x, y])
@@ -114,13 +116,13 @@ def _transverse(fingertip: Fingertip) -> Floats:
     return contour if fingertip.solid is None else _stretched(fingertip, contour)
 
 
-def _stretched(fingertip: Fingertip, contour: Floats) -> Floats:
+def _stretched(fingertip: FingertipNumbers, contour: Floats) -> Floats:
     """Stretch a transverse contour to the height of the sagittal one above the lowest point of the skin."""
-    bone = fingertip.phalanx
-    if bone.sagittal.distal_end <= bone.corner_radius:
-        found, allowed = f"got {bone.sagittal.distal_end * 1e3:.4g} mm", "needs to reach beyond x = 0 in space"
+    phalanx = fingertip.phalanx
+    if phalanx.sagittal.distal_end <= phalanx.corner_radius:
+        found, allowed = f"got {millimetres(phalanx.sagittal.distal_end)}", "needs to reach beyond x = 0 in space"
         raise InputError("phalanx.sagittal.distal_end", found, allowed)
-    lowest, highest = float(palmar_face(fingertip, np.zeros(1))[0]), bone.sagittal.dorsal_level
+    lowest, highest = float(palmar_face(fingertip, np.zeros(1))[0]), phalanx.sagittal.dorsal_level
     palmar, dorsal = heights_in_the_middle(contour)
     height = lowest + (contour[:, 1] - palmar) * (highest - lowest) / (dorsal - palmar)
     return np.column_stack([contour[:, 0], height])
@@ -135,24 +137,24 @@ def heights_in_the_middle(contour: Floats) -> tuple[float, float]:
     return float(heights.min()), float(heights.max())
 
 
-def _transverse_face(fingertip: Fingertip, x: Floats, y: Floats) -> Floats:
-    bone = fingertip.phalanx.transverse
+def _transverse_face(fingertip: FingertipNumbers, x: Floats, y: Floats) -> Floats:
+    phalanx = fingertip.phalanx.transverse
     if fingertip.phalanx.variant == "flattened":
-        return _rounded_maximum(y, bone.palmar_level, fingertip.phalanx.corner_radius / 2)
-    # The hollow ends on the widest line of the bone, so that the contour stays a function of x on either side.
-    share = y / -bone.half_height
-    face: Floats = y + bone.concavity_depth * share * np.exp(-((x / bone.concavity_width) ** 2))
+        return _rounded_maximum(y, phalanx.palmar_level, fingertip.phalanx.corner_radius / 2)
+    # The hollow ends on the widest line of the phalanx, so that the contour stays a function of x on either side.
+    share = y / -phalanx.half_height
+    face: Floats = y + phalanx.concavity_depth * share * np.exp(-((x / phalanx.concavity_width) ** 2))
     return face
 
 
-def _scaled(fingertip: Fingertip) -> Floats:
+def _scaled(fingertip: FingertipNumbers) -> Floats:
     """Return the outline moved inward by skin and tissue, its sharp ends rounded by the corner radius."""
     curve = outline_curve(fingertip)
     offset = fingertip.layers.skin_thickness + fingertip.phalanx.tissue_thickness
     ring = _rounded_offset(curve, offset, fingertip.phalanx.corner_radius)
     contour = ring if curve.closed else _clipped(fingertip, ring)
     if len(contour) == 0:
-        found = f"got {fingertip.phalanx.tissue_thickness * 1e3:.4g} mm"
+        found = f"got {millimetres(fingertip.phalanx.tissue_thickness)}"
         raise InputError("phalanx.tissue_thickness", found, "needs a smaller value: nothing is left of the phalanx")
     return contour
 
@@ -188,7 +190,7 @@ def _arc(centre: Floats, start: Floats, end: Floats) -> Floats:
     return circle
 
 
-def _clipped(fingertip: Fingertip, ring: Floats) -> Floats:
+def _clipped(fingertip: FingertipNumbers, ring: Floats) -> Floats:
     """Cut a ring off at the proximal cut, or keep it clear of the cut where it does not reach it."""
     cut = -fingertip.sagittal.pad_length
     reaching = len(ring) > 0 and ring[:, 0].min() <= cut
@@ -208,19 +210,18 @@ def _at_x(start: Floats, end: Floats, x: float) -> Floats:
     return np.array([[x, start[1] + share * (end[1] - start[1])]])
 
 
-def _check_tissue(fingertip: Fingertip, contour: Floats) -> None:
+def _check_tissue(fingertip: FingertipNumbers, contour: Floats) -> None:
     """Refuse a phalanx that comes nearer to the dermis than a tenth of the skin's thickness."""
     thickness = _depth_below_skin(fingertip, contour) - fingertip.layers.skin_thickness
     needed = 0.1 * fingertip.layers.skin_thickness
     thinnest = int(thickness.argmin())
     if thickness[thinnest] < needed:
-        place = contour[thinnest] * 1e3
-        found = f"{thickness[thinnest] * 1e3:.3g} mm of tissue at x = {place[0]:.3g} mm, y = {place[1]:.3g} mm"
-        allowed = f"needs >= {needed * 1e3:.3g} mm between phalanx and dermis"
+        found = f"{millimetres(thickness[thinnest], 3)} of tissue at {coordinates(contour[thinnest], 3)}"
+        allowed = f"needs >= {millimetres(needed, 3)} between phalanx and dermis"
         raise InputError("phalanx", found, allowed, "make the skin thinner or the phalanx smaller")
 
 
-def _depth_below_skin(fingertip: Fingertip, points: Floats) -> Floats:
+def _depth_below_skin(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return the depths [m] of (n, 2) points below the outline, negative outside."""
     curve = outline_curve(fingertip)
     _, nearest = cKDTree(curve.points).query(points)

@@ -1,6 +1,6 @@
 """The surface of the distal phalanx in space: sections across the finger, each with the shape of the transverse one.
 
-The section at x lies between the palmar and the dorsal line of the sagittal contour and is as wide as the bone there.
+The section at x lies between the palmar and the dorsal line of the sagittal contour; its width is the phalanx's there.
 So the cut z = 0 is the sagittal contour, and the cut x = 0 the transverse one.
 """
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from fingerslip.errors import InputError
-from fingerslip.specimens.fingertip.fingertip import Fingertip
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.phalanx_contour import (
     heights_in_the_middle,
     palmar_face,
@@ -23,8 +23,9 @@ from fingerslip.specimens.fingertip.phalanx_contour import (
     reaches_cut,
 )
 from fingerslip.specimens.fingertip.skin_surface import depth_below_skin, skin_section, solid_shape
+from fingerslip.units import coordinates, millimetres
 
-__all__ = ["BoneSurface", "bone_surface"]
+__all__ = ["PhalanxSurface", "phalanx_surface"]
 
 Floats = NDArray[np.float64]
 
@@ -37,8 +38,8 @@ _CHECKED = 3
 
 
 @dataclass(frozen=True)
-class BoneSurface:
-    """Points of the bone's surface in rows across the finger.
+class PhalanxSurface:
+    """Points of the phalanx's surface in rows across the finger.
 
     Parameters
     ----------
@@ -64,7 +65,7 @@ class _Rows:
     open: bool
 
 
-def bone_surface(fingertip: Fingertip) -> BoneSurface:
+def phalanx_surface(fingertip: FingertipNumbers) -> PhalanxSurface:
     """Return the surface of the phalanx of a fingertip in space.
 
     Raises
@@ -80,10 +81,10 @@ def bone_surface(fingertip: Fingertip) -> BoneSurface:
     y = middle[:, None] + half[:, None] * up
     surface = np.stack([x, y, rows.half_width[:, None] * across], axis=-1)
     _check_tissue(fingertip, surface)
-    return BoneSurface(surface, rows.open)
+    return PhalanxSurface(surface, rows.open)
 
 
-def _shape(fingertip: Fingertip) -> tuple[Floats, Floats]:
+def _shape(fingertip: FingertipNumbers) -> tuple[Floats, Floats]:
     """Return the transverse contour, its half width and its half height in the middle plane scaled to one."""
     contour = phalanx_contour(dataclasses.replace(fingertip, section="transverse"))
     palmar, dorsal = heights_in_the_middle(contour)
@@ -112,18 +113,18 @@ def _evenly(x: Floats, y: Floats, stops: list[int]) -> tuple[Floats, Floats]:
     return np.interp(wanted, length, x), np.interp(wanted, length, y)
 
 
-def _rows(fingertip: Fingertip) -> _Rows:
+def _rows(fingertip: FingertipNumbers) -> _Rows:
     """Return the rows of a phalanx with a flat distal end, whose edge is rounded."""
-    bone, radius = fingertip.phalanx.sagittal, fingertip.phalanx.corner_radius
-    start, stop = -fingertip.sagittal.pad_length, bone.distal_end - radius
+    phalanx, radius = fingertip.phalanx.sagittal, fingertip.phalanx.corner_radius
+    start, stop = -fingertip.sagittal.pad_length, phalanx.distal_end - radius
     phalanx_contour(dataclasses.replace(fingertip, section="sagittal"))
     body = _through_origin(start, stop)
     turn = np.linspace(0.0, np.pi / 2, _CORNER_ROWS)[1:]
     shrinking = np.linspace(1.0, 0.0, _FACE_ROWS)[1:]
-    x = np.concatenate([body, stop + radius * np.sin(turn), np.full(len(shrinking), bone.distal_end)])
+    x = np.concatenate([body, stop + radius * np.sin(turn), np.full(len(shrinking), phalanx.distal_end)])
     inset = np.concatenate([np.zeros(len(body)), radius * (1 - np.cos(turn)), np.full(len(shrinking), radius)])
     share = np.concatenate([np.ones(len(body) + len(turn)), shrinking])
-    low, high = palmar_face(fingertip, np.minimum(x, stop)) + inset, bone.dorsal_level - inset
+    low, high = palmar_face(fingertip, np.minimum(x, stop)) + inset, phalanx.dorsal_level - inset
     middle, half = (low + high) / 2, (high - low) / 2
     width = _half_width(fingertip, np.minimum(x, stop)) - inset
     return _Rows(x, middle - share * half, middle + share * half, share * width, open=True)
@@ -135,24 +136,24 @@ def _through_origin(start: float, stop: float) -> Floats:
     return np.concatenate([before[:-1], np.linspace(0.0, stop, int(np.ceil(stop / _ROW_SPACING)) + 1)])
 
 
-def _half_width(fingertip: Fingertip, x: Floats) -> Floats:
-    """Return the half width [m] of the bone: base, waist, tuft and end joined by a monotone curve."""
-    bone, widths = fingertip.phalanx, solid_shape(fingertip).phalanx
-    places = [-fingertip.sagittal.pad_length, widths.waist_position, 0.0, bone.sagittal.distal_end]
-    known = [widths.base_half_width, widths.waist_half_width, bone.transverse.half_width, widths.end_half_width]
-    if widths.end_half_width <= bone.corner_radius:
-        found, allowed = f"got {widths.end_half_width * 1e3:.4g} mm", f"needs > {bone.corner_radius * 1e3:.4g} mm"
+def _half_width(fingertip: FingertipNumbers, x: Floats) -> Floats:
+    """Return the half width [m] of the phalanx: base, waist, tuft and end joined by a monotone curve."""
+    phalanx, widths = fingertip.phalanx, solid_shape(fingertip).phalanx
+    places = [-fingertip.sagittal.pad_length, widths.waist_position, 0.0, phalanx.sagittal.distal_end]
+    known = [widths.base_half_width, widths.waist_half_width, phalanx.transverse.half_width, widths.end_half_width]
+    if widths.end_half_width <= phalanx.corner_radius:
+        found, allowed = f"got {millimetres(widths.end_half_width)}", f"needs > {millimetres(phalanx.corner_radius)}"
         raise InputError("solid.phalanx.end_half_width", found, f"{allowed} (phalanx.corner_radius)")
     half_width: Floats = PchipInterpolator(places, known)(x)
     return half_width
 
 
-def _scaled_rows(fingertip: Fingertip) -> _Rows:
+def _scaled_rows(fingertip: FingertipNumbers) -> _Rows:
     """Return the rows of the outline moved inward, in both planes."""
     contour = phalanx_contour(dataclasses.replace(fingertip, section="sagittal"))
     first, last = float(contour[:, 0].min()), float(contour[:, 0].max())
     if not first < -fingertip.phalanx.corner_radius < fingertip.phalanx.corner_radius < last:
-        found = f"reaches from x = {first * 1e3:.4g} mm to {last * 1e3:.4g} mm"
+        found = f"reaches from x = {millimetres(first)} to {millimetres(last)}"
         raise InputError("phalanx", found, "needs to reach to both sides of x = 0", "write a smaller tissue_thickness")
     x = _closing(first, last, reaches_cut(contour))
     low, high = _heights(contour, x)
@@ -162,7 +163,7 @@ def _scaled_rows(fingertip: Fingertip) -> _Rows:
 
 
 def _closing(first: float, last: float, is_open: bool) -> Floats:
-    """Return positions from first to last, close to each other where the bone closes."""
+    """Return positions from first to last, close to each other where the phalanx closes."""
     count = int(np.ceil((last - first) / _ROW_SPACING)) + 1
     ahead = last * np.sin(np.linspace(0.0, np.pi / 2, count))
     behind = np.linspace(0.0, first, count) if is_open else first * np.sin(np.linspace(0.0, np.pi / 2, count))
@@ -181,7 +182,7 @@ def _heights(contour: Floats, x: Floats) -> tuple[Floats, Floats]:
     return low, high
 
 
-def _planform(fingertip: Fingertip, x: Floats, ends: tuple[float, float], is_open: bool) -> Floats:
+def _planform(fingertip: FingertipNumbers, x: Floats, ends: tuple[float, float], is_open: bool) -> Floats:
     """Return the half width of a scaled phalanx relative to that at x = 0: the outline from above, moved inward."""
     offset = fingertip.layers.skin_thickness + fingertip.phalanx.tissue_thickness
     tip, widest = fingertip.sagittal.tip_length, fingertip.transverse.half_width
@@ -203,14 +204,14 @@ def _rounded_end(x: Floats, first: float, length: float) -> Floats:
     return share
 
 
-def _check_tissue(fingertip: Fingertip, surface: Floats) -> None:
+def _check_tissue(fingertip: FingertipNumbers, surface: Floats) -> None:
     """Refuse a phalanx that comes nearer to the dermis than a tenth of the skin's thickness."""
     points = surface[::_CHECKED, ::2].reshape(-1, 3)
     thickness = depth_below_skin(fingertip, points) - fingertip.layers.skin_thickness
     needed = 0.1 * fingertip.layers.skin_thickness
     thinnest = int(thickness.argmin())
     if thickness[thinnest] < needed:
-        place = ", ".join(f"{axis} = {1e3 * value:.3g} mm" for axis, value in zip("xyz", points[thinnest], strict=True))
-        allowed = f"needs >= {needed * 1e3:.3g} mm between phalanx and dermis"
-        found = f"{thickness[thinnest] * 1e3:.3g} mm of tissue at {place}"
+        place = coordinates(points[thinnest], 3)
+        allowed = f"needs >= {millimetres(needed, 3)} between phalanx and dermis"
+        found = f"{millimetres(thickness[thinnest], 3)} of tissue at {place}"
         raise InputError("phalanx", found, allowed, "make the skin thinner or the phalanx smaller")

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.specimens.fingertip.fingertip import Fingertip
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.outline import outline_curve
 from fingerslip.specimens.fingertip.skin_surface import solid_shape
 
@@ -16,7 +16,7 @@ __all__ = ["posed"]
 Floats = NDArray[np.float64]
 
 
-def posed(fingertip: Fingertip, points: Floats) -> Floats:
+def posed(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return (n, 3) points [m] of a level finger where they are when the finger stands at its angle.
 
     The finger is turned about z and shifted so that the lowest point of its skin is at x = 0, y = -`half_height`.

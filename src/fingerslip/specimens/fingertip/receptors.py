@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.sites import Site
-from fingerslip.specimens.fingertip.fingertip import Fingertip
 from fingerslip.specimens.fingertip.interfaces import interface_depth
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.outline import at_depth, outline_curve
 
 __all__ = ["receptor_sites"]
@@ -15,7 +15,7 @@ __all__ = ["receptor_sites"]
 Floats = NDArray[np.float64]
 
 
-def receptor_sites(fingertip: Fingertip) -> tuple[Site, ...]:
+def receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
     """Return all candidate receptors of the palmar skin, numbered towards +x within each kind.
 
     FA-I sit at the tips of the limiting ridges, on the side of the dermis; SA-I at the tips of the intermediate
@@ -25,7 +25,7 @@ def receptor_sites(fingertip: Fingertip) -> tuple[Site, ...]:
 
     Parameters
     ----------
-    fingertip : Fingertip
+    fingertip : FingertipNumbers
         Gives ridges, layers and depths.
     """
     intermediate = _ridges_in_zone(fingertip, shift=0.0)
@@ -41,7 +41,7 @@ def receptor_sites(fingertip: Fingertip) -> tuple[Site, ...]:
     )
 
 
-def _ridges_in_zone(fingertip: Fingertip, shift: float) -> Floats:
+def _ridges_in_zone(fingertip: FingertipNumbers, shift: float) -> Floats:
     """Return the arc lengths (k + shift) pitch at which ridges have their full height."""
     zone, pitch = fingertip.zone, fingertip.ridges.pitch
     first = np.ceil((zone.start + zone.fade) / pitch - shift)
@@ -50,7 +50,7 @@ def _ridges_in_zone(fingertip: Fingertip, shift: float) -> Floats:
     return arc_length
 
 
-def _sites(fingertip: Fingertip, kind: str, arc_length: Floats, depth: Floats, region: str) -> list[Site]:
+def _sites(fingertip: FingertipNumbers, kind: str, arc_length: Floats, depth: Floats, region: str) -> list[Site]:
     points = at_depth(outline_curve(fingertip), arc_length, depth)
     return [
         Site(name=f"{kind}-{number:02d}", kind=kind, position=(float(x), float(y)), region=region)

@@ -7,8 +7,8 @@ import dataclasses
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.specimens.fingertip.fingertip import Fingertip
 from fingerslip.specimens.fingertip.interfaces import fade, surface_depth
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.outline import outline_curve
 
 __all__ = ["relief_depth"]
@@ -16,7 +16,7 @@ __all__ = ["relief_depth"]
 Floats = NDArray[np.float64]
 
 
-def relief_depth(fingertip: Fingertip, points: Floats) -> Floats:
+def relief_depth(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return the depths [m] of the skin at (n, 3) points of its mean surface [m]: negative on fingerprint crests.
 
     Crests run across the finger; along it the ripples are those of the sagittal section. They fade at the ends of the
@@ -29,7 +29,7 @@ def relief_depth(fingertip: Fingertip, points: Floats) -> Floats:
     return depth
 
 
-def _palmar_arc_length(fingertip: Fingertip, place: Floats) -> Floats:
+def _palmar_arc_length(fingertip: FingertipNumbers, place: Floats) -> Floats:
     """Return the arc lengths of the palmar half of a section at positions along its horizontal axis [m]."""
     curve = outline_curve(fingertip)
     widest = curve.points[:, 0].argmax()

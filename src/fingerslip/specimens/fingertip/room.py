@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from fingerslip.specimens.fingertip.fingertip import Fingertip
+from fingerslip.specimens.fingertip.parts import SagittalOutline, TransverseOutline
+from fingerslip.specimens.fingertip.phalanx import Phalanx
 
 __all__ = ["skin_room"]
 
 
-def skin_room(fingertip: Fingertip) -> tuple[float, str]:
+def skin_room(outline: SagittalOutline | TransverseOutline, phalanx: Phalanx) -> tuple[float, str]:
     """Return an upper limit of the thickness of the skin, and the value that sets it.
 
     The limit is where the skin reaches a face of the phalanx or, of a `scaled` phalanx, the centre of the section. The
@@ -18,8 +16,10 @@ def skin_room(fingertip: Fingertip) -> tuple[float, str]:
 
     Parameters
     ----------
-    fingertip : Fingertip
-        Gives section, outline and phalanx.
+    outline : SagittalOutline or TransverseOutline
+        Outline of the section.
+    phalanx : Phalanx
+        The phalanx in it.
 
     Returns
     -------
@@ -28,24 +28,26 @@ def skin_room(fingertip: Fingertip) -> tuple[float, str]:
     str
         Dotted path of the value that sets it.
     """
-    limits = {f"{fingertip.section}.half_height": fingertip.outline.half_height}
-    if fingertip.phalanx.variant != "scaled":
-        limits |= _sagittal_limits(fingertip) if fingertip.section == "sagittal" else _transverse_limits(fingertip)
+    if isinstance(outline, SagittalOutline):
+        centre, faces = "sagittal.half_height", _sagittal_limits(outline, phalanx)
+    else:
+        centre, faces = "transverse.half_height", _transverse_limits(outline, phalanx)
+    limits = {centre: outline.half_height} | (faces if phalanx.variant != "scaled" else {})
     return min((room, path) for path, room in limits.items())
 
 
-def _sagittal_limits(fingertip: Fingertip) -> dict[str, float]:
-    outline, bone = fingertip.sagittal, fingertip.phalanx.sagittal
+def _sagittal_limits(outline: SagittalOutline, phalanx: Phalanx) -> dict[str, float]:
+    own = phalanx.sagittal
     return {
-        "phalanx.sagittal.palmar_level": outline.half_height + bone.palmar_level,
-        "phalanx.sagittal.dorsal_level": outline.half_height - bone.dorsal_level,
-        "phalanx.sagittal.distal_end": outline.tip_length - bone.distal_end,
+        "phalanx.sagittal.palmar_level": outline.half_height + own.palmar_level,
+        "phalanx.sagittal.dorsal_level": outline.half_height - own.dorsal_level,
+        "phalanx.sagittal.distal_end": outline.tip_length - own.distal_end,
     }
 
 
-def _transverse_limits(fingertip: Fingertip) -> dict[str, float]:
-    outline, bone = fingertip.transverse, fingertip.phalanx.transverse
+def _transverse_limits(outline: TransverseOutline, phalanx: Phalanx) -> dict[str, float]:
+    own = phalanx.transverse
     return {
-        "phalanx.transverse.half_height": outline.half_height - bone.half_height,
-        "phalanx.transverse.half_width": outline.half_width - bone.half_width,
+        "phalanx.transverse.half_height": outline.half_height - own.half_height,
+        "phalanx.transverse.half_width": outline.half_width - own.half_width,
     }

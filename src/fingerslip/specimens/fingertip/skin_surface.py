@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
-from fingerslip.specimens.fingertip.fingertip import Fingertip
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.solid import SolidShape
 
 __all__ = [
@@ -32,7 +32,7 @@ _ROW_SPACING = 2e-4
 _QUARTER = 60
 
 
-def solid_shape(fingertip: Fingertip) -> SolidShape:
+def solid_shape(fingertip: FingertipNumbers) -> SolidShape:
     """Return what the fingertip in space has beyond its sections.
 
     Raises
@@ -46,12 +46,12 @@ def solid_shape(fingertip: Fingertip) -> SolidShape:
     return fingertip.solid
 
 
-def skin_section(fingertip: Fingertip, x: Floats) -> tuple[Floats, Floats, Floats]:
+def skin_section(fingertip: FingertipNumbers, x: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the ellipses across the finger at the positions x [m]: centre height, half height and half width [m].
 
     Parameters
     ----------
-    fingertip : Fingertip
+    fingertip : FingertipNumbers
         A fingertip in space.
     x : (n,) array
         Positions up to the tip [m]; the surface goes on beyond the proximal cut.
@@ -64,14 +64,14 @@ def skin_section(fingertip: Fingertip, x: Floats) -> tuple[Floats, Floats, Float
     return rise, (sagittal.half_height - rise) * ahead, width * ahead
 
 
-def inward_skin_normal(fingertip: Fingertip, points: Floats) -> Floats:
+def inward_skin_normal(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return the (n, 3) unit normals into the finger at (n, 3) points on its outer surface [m]."""
     _, gradient = _level(fingertip, points)
     normal: Floats = -gradient / np.linalg.norm(gradient, axis=1, keepdims=True)
     return normal
 
 
-def onto_skin(fingertip: Fingertip, points: Floats) -> Floats:
+def onto_skin(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return the (n, 3) points of the outer surface next to (n, 3) points near it [m], along its normals."""
     moved = points.copy()
     for _ in range(_PROJECTIONS):
@@ -83,14 +83,14 @@ def onto_skin(fingertip: Fingertip, points: Floats) -> Floats:
     return moved
 
 
-def below_skin(fingertip: Fingertip, points: Floats, depth: Floats | float) -> Floats:
+def below_skin(fingertip: FingertipNumbers, points: Floats, depth: Floats | float) -> Floats:
     """Return the (n, 3) points at `depth` [m] below (n, 3) points of the outer surface, along its normals."""
     inward = np.broadcast_to(np.asarray(depth, dtype=float), len(points))
     below: Floats = points + inward[:, None] * inward_skin_normal(fingertip, points)
     return below
 
 
-def skin_ring(fingertip: Fingertip, x: Floats, angle: Floats) -> Floats:
+def skin_ring(fingertip: FingertipNumbers, x: Floats, angle: Floats) -> Floats:
     """Return the (n, 3) points of the outer surface at positions x (n,) [m] and angles (n,) [rad].
 
     The angle of the ellipse across the finger is 0 at its lowest point and grows towards +z.
@@ -99,7 +99,7 @@ def skin_ring(fingertip: Fingertip, x: Floats, angle: Floats) -> Floats:
     return np.column_stack([x, centre - height * np.cos(angle), width * np.sin(angle)])
 
 
-def skin_grid(fingertip: Fingertip) -> Floats:
+def skin_grid(fingertip: FingertipNumbers) -> Floats:
     """Return (rows, columns, 3) points of the outer surface [m] from the proximal cut to the tip, x = 0 among them.
 
     Columns run from the lowest line z = 0 towards +z and round, a quarter of them to either side and to the back.
@@ -114,7 +114,7 @@ def skin_grid(fingertip: Fingertip) -> Floats:
     return grid
 
 
-def depth_below_skin(fingertip: Fingertip, points: Floats) -> Floats:
+def depth_below_skin(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return the depths [m] of (n, 3) points below the outer surface, negative outside; good to some micrometres."""
     surface = skin_grid(fingertip).reshape(-1, 3)
     _, nearest = cKDTree(surface).query(points)
@@ -123,7 +123,7 @@ def depth_below_skin(fingertip: Fingertip, points: Floats) -> Floats:
     return depth
 
 
-def _level(fingertip: Fingertip, points: Floats) -> tuple[Floats, Floats]:
+def _level(fingertip: FingertipNumbers, points: Floats) -> tuple[Floats, Floats]:
     """Return of (n, 3) points a function that is zero on the surface and negative inside, and its (n, 3) gradient."""
     ahead = points[:, 0] > 0.0
     level, gradient = np.empty(len(points)), np.empty((len(points), 3))
@@ -132,14 +132,14 @@ def _level(fingertip: Fingertip, points: Floats) -> tuple[Floats, Floats]:
     return level, gradient
 
 
-def _tip_level(fingertip: Fingertip, points: Floats) -> tuple[Floats, Floats]:
+def _tip_level(fingertip: FingertipNumbers, points: Floats) -> tuple[Floats, Floats]:
     outline = fingertip.sagittal
     share = points / [outline.tip_length, outline.half_height, fingertip.transverse.half_width]
     gradient = 2 * share / [outline.tip_length, outline.half_height, fingertip.transverse.half_width]
     return np.sum(share**2, axis=1) - 1.0, gradient
 
 
-def _pad_level(fingertip: Fingertip, points: Floats) -> tuple[Floats, Floats]:
+def _pad_level(fingertip: FingertipNumbers, points: Floats) -> tuple[Floats, Floats]:
     x, y, z = points.T
     centre, height, width = skin_section(fingertip, x)
     outline, widest = fingertip.sagittal, fingertip.transverse.half_width

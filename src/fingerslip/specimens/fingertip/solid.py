@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fingerslip.errors import InputError
 from fingerslip.parameters import Angle, Length, PositiveLength, parameters
+from fingerslip.units import millimetres
 
 __all__ = ["Nail", "SolidPhalanx", "SolidShape"]
 
@@ -55,8 +56,8 @@ class Nail:
 
     def __post_init__(self) -> None:
         if self.end <= self.start:
-            allowed = f"needs a value > {self.start * 1e3:.4g} mm (start)"
-            raise InputError("end", f"got {self.end * 1e3:.4g} mm", allowed)
+            allowed = f"needs a value > {millimetres(self.start)} (start)"
+            raise InputError("end", f"got {millimetres(self.end)}", allowed)
 
 
 @parameters
@@ -70,7 +71,7 @@ class SolidShape:
     angle : float
         Angle by which the finger is turned about z [rad], positive where the tip rises from the plate.
     phalanx : SolidPhalanx
-        Widths of the bone along the finger.
+        Widths of the phalanx along the finger.
     nail : Nail, optional
         The nail; none without it.
     """

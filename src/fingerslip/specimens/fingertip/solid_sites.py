@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.sites import Site
-from fingerslip.specimens.fingertip.fingertip import Fingertip
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.outline import at_depth, outline_curve
 from fingerslip.specimens.fingertip.pose import posed
 from fingerslip.specimens.fingertip.receptors import receptor_sites
@@ -26,7 +26,7 @@ _NUMBER = 7
 _MIDDLE = 3.5
 
 
-def solid_receptor_sites(fingertip: Fingertip) -> tuple[Site, ...]:
+def solid_receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
     """Return the candidate receptors in space: those of the sagittal section, in its plane z = 0.
 
     The mesh in space has a plain epidermis-dermis interface, so FA-I and SA-I sit on it, at the arc lengths at which
@@ -34,7 +34,7 @@ def solid_receptor_sites(fingertip: Fingertip) -> tuple[Site, ...]:
 
     Parameters
     ----------
-    fingertip : Fingertip
+    fingertip : FingertipNumbers
         A fingertip in space.
 
     Raises
@@ -53,7 +53,7 @@ def solid_receptor_sites(fingertip: Fingertip) -> tuple[Site, ...]:
     )
 
 
-def reference_sites(fingertip: Fingertip, spacing: float = 2.2e-3) -> tuple[Site, ...]:
+def reference_sites(fingertip: FingertipNumbers, spacing: float = 2.2e-3) -> tuple[Site, ...]:
     """Return the reference nodes h1 to h7 and v1 to v7 of Wang et al. (2014), on the skin and the tissue surface.
 
     The horizontal line h runs along the finger (z = 0), towards the tip; the vertical line v across it (x = 0), towards
@@ -62,7 +62,7 @@ def reference_sites(fingertip: Fingertip, spacing: float = 2.2e-3) -> tuple[Site
 
     Parameters
     ----------
-    fingertip : Fingertip
+    fingertip : FingertipNumbers
         A fingertip in space.
     spacing : float, optional
         Distance of the nodes along the skin [m].
@@ -91,7 +91,7 @@ def reference_sites(fingertip: Fingertip, spacing: float = 2.2e-3) -> tuple[Site
     return tuple(sites)
 
 
-def _line(fingertip: Fingertip, line: str, spacing: float, depth: float) -> Floats:
+def _line(fingertip: FingertipNumbers, line: str, spacing: float, depth: float) -> Floats:
     """Return the (7, 3) places of a line of reference nodes of the level finger [m]."""
     section = dataclasses.replace(fingertip, section=_LINES[line])
     arc_length = spacing * np.linspace(1 - _MIDDLE, _NUMBER - _MIDDLE, _NUMBER)

@@ -6,7 +6,6 @@ import dataclasses
 from dataclasses import dataclass
 
 from fingerslip.dynamics.penalties import contact_penalties
-from fingerslip.mesh.sizes import MeshSizes, SolidSizes
 from fingerslip.model import Model
 from fingerslip.study.definition.settings import ContactSettings, RefinementSettings
 from fingerslip.study.definition.spec import Study
@@ -71,7 +70,7 @@ def run_at(run: Run, level: Level, model: Model) -> Run:
 def _applies(level: Level, study: Study) -> bool:
     match level.setting:
         case "mesh":
-            return isinstance(study.mesh, MeshSizes | SolidSizes)
+            return study.mesh.refined(level.value) is not None
         case "penalty":
             return bool(study.all_contacts)
         case "alpha":
@@ -84,9 +83,9 @@ def _changed(study: Study, level: Level, model: Model) -> Study:
     value = level.value
     match level.setting:
         case "mesh":
-            assert isinstance(study.mesh, MeshSizes | SolidSizes)  # held by levels_of
-            sizes = {name: value * getattr(study.mesh, name) for name in ("contact_size", "bulk_size")}
-            return dataclasses.replace(study, mesh=dataclasses.replace(study.mesh, **sizes))
+            finer = study.mesh.refined(value)
+            assert finer is not None  # held by levels_of
+            return dataclasses.replace(study, mesh=finer)
         case "step":
             return dataclasses.replace(study, time=dataclasses.replace(study.time, step=value * study.time.step))
         case "alpha":

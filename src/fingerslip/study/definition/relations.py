@@ -1,4 +1,4 @@
-"""What must hold between the fields of a study, such as materials where there is no fingertip."""
+"""What must hold between the fields of a study, such as materials where there is no specimen."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from typing import Any
 
 from fingerslip.errors import InputError, Mistakes
 from fingerslip.materials.elastic import Elastic
-from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.model import Formulation
-from fingerslip.study.definition.settings import ContactSettings, MeshFile, MeshSettings, RecordSettings
+from fingerslip.materials.material import Formulation
+from fingerslip.specimens.choice import SPECIMENS, check_mesh, given_specimen
+from fingerslip.study.definition.settings import ContactSettings, MeshSettings, RecordSettings
 
 __all__ = ["mistakes_between"]
+
+_KINDS = " or ".join(SPECIMENS)
 
 
 def mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
@@ -23,12 +25,15 @@ def mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
     fields : mapping of str to object
         Values of fields that are right on their own. A relation is checked where all its fields are among them.
     """
-    mistakes = Mistakes()
+    mistakes, known = Mistakes(), dict(fields)
+    if SPECIMENS.keys() <= fields.keys():
+        with mistakes.collected():
+            known["specimen"] = given_specimen(fields)
     for check in _CHECKS:
         names = inspect.signature(check).parameters
-        if names.keys() <= fields.keys():
+        if names.keys() <= known.keys():
             with mistakes.collected():
-                check(**{name: fields[name] for name in names})
+                check(**{name: known[name] for name in names})
     return mistakes.found
 
 
@@ -37,50 +42,49 @@ def _one_contact_or_several(contact: ContactSettings | None, contacts: tuple[Con
         raise InputError("contacts", "is given with contact", "needs one of the two", "move contact into contacts")
 
 
-def _a_fingertip_or_a_mesh(fingertip: object, mesh: MeshSettings) -> None:
-    if fingertip is None and not _is_given(mesh):
-        raise InputError("fingertip", "is missing", "needs a preset, or mesh.file for a body that is no fingertip")
+def _materials_of_a_body(specimen: str | None, mesh: MeshSettings, materials: Mapping[str, Elastic]) -> None:
+    _check_body("materials", materials, specimen, mesh)
 
 
-def _materials_of_a_body(fingertip: object, mesh: MeshSettings, materials: Mapping[str, Elastic]) -> None:
-    _check_body("materials", materials, fingertip, mesh)
-
-
-def _formulation_of_a_body(fingertip: object, mesh: MeshSettings, formulation: Formulation | None) -> None:
-    _check_body("formulation", formulation, fingertip, mesh)
+def _formulation_of_a_body(specimen: str | None, mesh: MeshSettings, formulation: Formulation | None) -> None:
+    _check_body("formulation", formulation, specimen, mesh)
 
 
 def _depth_of_a_body(
-    fingertip: object, mesh: MeshSettings, formulation: Formulation | None, depth: float | None
+    specimen: str | None, mesh: MeshSettings, formulation: Formulation | None, depth: float | None
 ) -> None:
     if formulation != "solid":
-        _check_body("depth", depth, fingertip, mesh)
+        _check_body("depth", depth, specimen, mesh)
 
 
-def _no_receptors_in_a_body(fingertip: object, mesh: MeshSettings, record: RecordSettings) -> None:
-    if fingertip is None and _is_given(mesh) and record.receptors:
-        raise InputError(
-            "record.receptors", "is given without a fingertip", "needs a fingertip", "name points in record.sites"
-        )
+def _no_receptors_of_a_body(specimen: str | None, mesh: MeshSettings, record: RecordSettings) -> None:
+    _check_no_sites("receptors", specimen, mesh, record)
 
 
-# The arguments of a check are named like the fields that it needs.
+def _no_reference_nodes_of_a_body(specimen: str | None, mesh: MeshSettings, record: RecordSettings) -> None:
+    _check_no_sites("reference_nodes", specimen, mesh, record)
+
+
+# The arguments of a check are named like the fields that it needs; `specimen` is the key of the one that is given.
 _CHECKS: tuple[Callable[..., None], ...] = (
     _one_contact_or_several,
-    _a_fingertip_or_a_mesh,
+    check_mesh,
     _materials_of_a_body,
     _formulation_of_a_body,
     _depth_of_a_body,
-    _no_receptors_in_a_body,
+    _no_receptors_of_a_body,
+    _no_reference_nodes_of_a_body,
 )
 
 
-def _is_given(mesh: MeshSettings) -> bool:
-    """Tell whether a mesh is read or made of a scan, and not of a fingertip's shape."""
-    return isinstance(mesh, MeshFile | SurfaceMesh)
+def _check_body(name: str, value: object, specimen: str | None, mesh: MeshSettings) -> None:
+    """Require a value that only a specimen could provide instead."""
+    if specimen is None and not mesh.needs_specimen and not value:
+        raise InputError(name, "is missing", f"needs a value where there is no {_KINDS}")
 
 
-def _check_body(name: str, value: object, fingertip: object, mesh: MeshSettings) -> None:
-    """Require a value that only a fingertip could provide instead."""
-    if fingertip is None and _is_given(mesh) and not value:
-        raise InputError(name, "is missing", "needs a value where there is no fingertip")
+def _check_no_sites(name: str, specimen: str | None, mesh: MeshSettings, record: RecordSettings) -> None:
+    """Refuse sites that only a specimen has."""
+    if specimen is None and not mesh.needs_specimen and getattr(record, name):
+        found, repair = f"is given without a {_KINDS}", "name points in record.sites"
+        raise InputError(f"record.{name}", found, f"needs a {_KINDS}", repair)

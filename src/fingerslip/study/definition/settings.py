@@ -6,17 +6,20 @@ Where one of several kinds is meant, the key says which: ``friction: {static_kin
 
 from __future__ import annotations
 
+import functools
+import operator
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import pydantic
 
 from fingerslip.contact.counterfaces import BuiltInCounterface, Counterface, Plane
 from fingerslip.contact.friction import BuiltInLaw, Coulomb, FrictionLaw
 from fingerslip.errors import InputError
+from fingerslip.mesh.file import MeshFile
 from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.mesh.sizes import MeshSizes, SolidSizes
+from fingerslip.mesh.source import MeshSource, choose_source
 from fingerslip.model import Drive, NumericalDamping, Phase, QuasiStatic, TimeStepping, Traction
 from fingerslip.parameters import (
     Duration,
@@ -29,14 +32,13 @@ from fingerslip.parameters import (
     parameters,
 )
 from fingerslip.sites import ReceptorKind, Site
+from fingerslip.specimens.choice import specimen_mesh_sources
 from fingerslip.study.definition.choices import choice_of, chosen
-from fingerslip.units import parse_quantity
 
 __all__ = [
     "ContactSettings",
     "CounterfaceChoice",
     "FrictionChoice",
-    "MeshFile",
     "MeshSettings",
     "ProgrammeEntry",
     "RecordSettings",
@@ -49,27 +51,6 @@ PositiveNumber = Annotated[float, pydantic.Field(gt=0)]
 
 _UPWARDS = (0.0, 1.0)
 _ALPHA = -0.05
-
-
-@parameters
-class MeshFile:
-    """A mesh that is read instead of built.
-
-    Parameters
-    ----------
-    file : str
-        Path of the mesh file, relative to the study file.
-    length_unit : {'m', 'cm', 'mm', 'um'}, optional
-        Unit of the file's coordinates. Without it they are metres, and a body that is absurdly large is refused.
-    """
-
-    file: str
-    length_unit: Literal["m", "cm", "mm", "um"] | None = None
-
-    @property
-    def scale(self) -> float:
-        """Metres per unit of the file."""
-        return parse_quantity(f"1 {self.length_unit or 'm'}", "m")
 
 
 @choice_of(Phase, "phase")
@@ -232,26 +213,29 @@ class RecordSettings:
     sites: tuple[Site, ...] = ()
     snapshots_every: Duration = 0.0
 
+    @property
+    def groups(self) -> tuple[str, ...]:
+        """Groups of the specimen's own sites that are recorded."""
+        return (*self.receptors, *(("reference_nodes",) if self.reference_nodes else ()))
 
-_SOLID_ELEMENTS = ("T4", "T10")
+
+_MESH_SOURCES: tuple[type[MeshSource], ...] = (MeshFile, SurfaceMesh, *specimen_mesh_sources())
 
 
 def _mesh_kind(value: object) -> str:
-    if isinstance(value, Mapping):
-        in_space = value.get("element") in _SOLID_ELEMENTS
-        kinds = {"file": "MeshFile", "skin": "SurfaceMesh"}
-        named = next((kind for key, kind in kinds.items() if key in value), None)
-        return named or ("SolidSizes" if in_space else "MeshSizes")
-    return type(value).__name__ if isinstance(value, MeshFile | SurfaceMesh | SolidSizes) else "MeshSizes"
+    given = type(value) in _MESH_SOURCES
+    source = type(value) if given else choose_source(_MESH_SOURCES, value if isinstance(value, Mapping) else {})
+    return source.__name__
 
 
-MeshSettings = Annotated[
-    Annotated[MeshFile, pydantic.Tag("MeshFile")]
-    | Annotated[SurfaceMesh, pydantic.Tag("SurfaceMesh")]
-    | Annotated[MeshSizes, pydantic.Tag("MeshSizes")]
-    | Annotated[SolidSizes, pydantic.Tag("SolidSizes")],
-    pydantic.Discriminator(_mesh_kind),
-]
+if TYPE_CHECKING:
+    MeshSettings = MeshSource
+else:
+    #: Any mesh source; which one is meant follows from the keys that are given.
+    MeshSettings = Annotated[
+        functools.reduce(operator.or_, (Annotated[source, pydantic.Tag(source.__name__)] for source in _MESH_SOURCES)),
+        pydantic.Discriminator(_mesh_kind),
+    ]
 
 
 def _traction_kind(value: object) -> str:

@@ -11,12 +11,13 @@ import pydantic
 
 from fingerslip.dotted import walk
 from fingerslip.errors import InputError, Mistakes, warn_renamed
+from fingerslip.fe.integration import Integration
 from fingerslip.fields import current_path
-from fingerslip.materials.elastic import Elastic, RayleighDamping
-from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.mesh.sizes import MeshSizes
+from fingerslip.materials.damping import RayleighDamping
+from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.material import Formulation
 from fingerslip.mistakes import in_order
-from fingerslip.model import Component, Formulation, Integration
+from fingerslip.model import Component
 from fingerslip.parameters import (
     PositiveLength,
     SignedAcceleration,
@@ -29,12 +30,11 @@ from fingerslip.parameters import (
     valid_fields,
 )
 from fingerslip.published import published
-from fingerslip.specimens.fingertip import Fingertip, fingertip_from
+from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice
+from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.study.definition.relations import mistakes_between
-from fingerslip.study.definition.scans import beside
 from fingerslip.study.definition.settings import (
     ContactSettings,
-    MeshFile,
     MeshSettings,
     ProgrammeEntry,
     RecordSettings,
@@ -48,7 +48,6 @@ from fingerslip.study.definition.yaml import line_numbers, read_mapping
 __all__ = [
     "NOT_OF_A_RUN",
     "ContactSettings",
-    "MeshFile",
     "ProgrammeEntry",
     "RecordSettings",
     "RefinementSettings",
@@ -57,18 +56,12 @@ __all__ = [
     "known_paths",
     "parse_study",
     "read_study",
-    "study_fingertip",
     "study_mapping",
     "study_schema",
 ]
 
 #: The fields of a study that do not belong to a single run.
 NOT_OF_A_RUN = ("sweep", "compare", "converge")
-
-
-def _check_fingertip(values: Mapping[str, Any]) -> Mapping[str, Any]:
-    fingertip_from(values)
-    return values
 
 
 def _check_published(name: str) -> str:
@@ -79,13 +72,12 @@ def _check_published(name: str) -> str:
     return name
 
 
-FingertipSettings = Annotated[Mapping[str, Any], pydantic.AfterValidator(_check_fingertip)]
 PublishedName = Annotated[str, pydantic.AfterValidator(_check_published)]
 Sweep = Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(check_sweep)]
 
 
 @parameters
-class Study:
+class Study(SpecimenChoice):
     """A study: one model, and the values that are swept.
 
     Parameters
@@ -94,8 +86,6 @@ class Study:
         Step, scheme, numerical damping and end.
     title : str
         What the study shows.
-    fingertip : mapping, optional
-        `preset` and the values that differ from it.
     mesh : MeshSizes, SolidSizes, MeshFile or SurfaceMesh
         Element sizes of the section; with `element` T4 or T10 those of the fingertip in space; or `file` for a mesh
         that is read, or `skin` and more for one built from the surfaces of a scan.
@@ -112,9 +102,10 @@ class Study:
     record : RecordSettings
         What is recorded.
     materials : mapping of str to Elastic
-        Materials by region; they replace those of the fingertip.
+        Materials by region; they replace those of the specimen.
     supports : mapping of str to tuple of {'x', 'y', 'z'}
-        Fixed components by boundary or region; without them the phalanx of the fingertip is fixed.
+        Fixed components by boundary or region; without them the specimen's, such as the phalanx of a
+        fingertip.
     tractions : mapping of str to tuple of float or Traction
         Dead loads on boundaries [Pa], constant, or `value` with a `ramp` over time.
     gravity : tuple of float, optional
@@ -122,20 +113,21 @@ class Study:
     initial_velocity : tuple of float, optional
         Velocity of the whole deformable body at the start [m/s].
     formulation : {'plane_strain', 'plane_stress', 'solid'}, optional
-        The two-dimensional assumption, or 'solid' in space; without it that of the fingertip.
+        The two-dimensional assumption, or 'solid' in space; without it that of the specimen.
     depth : float, optional
-        Out-of-plane depth [m], not in space; without it that of the fingertip.
+        Out-of-plane depth [m], not in space; without it that of the specimen.
     sweep : mapping of str to tuple
         Values by dotted path; the runs are all combinations, the first path varies slowest.
     compare : tuple of str
         Published tables with which the results are compared.
     converge : RefinementSettings
         How ``fingerslip converge`` refines the runs.
+    fingertip : mapping, optional
+        The specimen: `preset` and the values that differ from it.
     """
 
     time: TimeSettings
     title: str = ""
-    fingertip: FingertipSettings | None = None
     mesh: MeshSettings = MeshSizes()
     contact: ContactSettings | None = None
     contacts: tuple[ContactSettings, ...] = ()
@@ -179,7 +171,7 @@ def read_study(path: str | Path) -> Study:
     Raises
     ------
     InputError
-        For all mistakes in the file, in its order and with their lines: those of the study, of its fingertip and of
+        For all mistakes in the file, in its order and with their lines: those of the study, of its specimen and of
         every run of its sweep.
     """
     path = Path(path)
@@ -215,7 +207,8 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     if mistakes:
         error = Mistakes(in_order(mistakes, walk(mapping))).error()
         raise error.moved(lambda where: f"{source}: {where}" if where else str(source))
-    return _with_files_beside(from_mapping(Study, mapping), source)
+    study = from_mapping(Study, mapping)
+    return dataclasses.replace(study, mesh=study.mesh.beside(source.parent))
 
 
 def _with_current_sweep(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -253,38 +246,25 @@ def known_paths(mapping: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:
         What a study file holds; of a field that is wrong no paths are known.
     """
     sections = plain_fields(Study, valid_fields(Study, mapping))
-    if sections.get("fingertip") is not None:
-        sections["fingertip"] = {"preset": "", **as_mapping(fingertip_from(sections["fingertip"]))}
+    for kind, presets in SPECIMENS.items():
+        if sections.get(kind) is not None:
+            sections[kind] = {"preset": "", **as_mapping(presets.changed(sections[kind]))}
     return {
         name: (name, *walk(section, name)) for name, section in sections.items() if name not in ("title", *NOT_OF_A_RUN)
     }
 
 
-def _with_files_beside(study: Study, source: Path) -> Study:
-    """Return the study with absolute paths of the files of its mesh."""
-    if isinstance(study.mesh, MeshFile):
-        file = str((source.parent / study.mesh.file).resolve())
-        return dataclasses.replace(study, mesh=dataclasses.replace(study.mesh, file=file))
-    if isinstance(study.mesh, SurfaceMesh):
-        return dataclasses.replace(study, mesh=beside(study.mesh, source.parent))
-    return study
-
-
-def study_fingertip(study: Study, where: str) -> Fingertip | None:
-    """Return the fingertip of a study with all its values, None where it has none."""
-    return None if study.fingertip is None else fingertip_from(study.fingertip, f"{where}: fingertip")
-
-
 def study_schema() -> dict[str, Any]:
     """Return the JSON Schema of study files, for editors."""
     schema = json_schema(Study)
-    fingertip = json_schema(Fingertip)
     definitions = schema.setdefault("$defs", {})
-    for name, part in (fingertip.pop("$defs", {}) | {"Fingertip": fingertip}).items():
-        # A study file gives a preset and what differs from it, so nothing in it is required.
-        definitions.setdefault(name, {key: value for key, value in part.items() if key != "required"})
-    definitions["Fingertip"]["properties"] = {"preset": {"type": "string"}} | definitions["Fingertip"]["properties"]
-    schema["properties"]["fingertip"] = {"anyOf": [{"$ref": "#/$defs/Fingertip"}, {"type": "null"}], "default": None}
+    for key, presets in SPECIMENS.items():
+        own, name = json_schema(presets.kind), presets.kind.__name__
+        own["properties"] = {"preset": {"type": "string"}} | own["properties"]
+        for part, definition in (own.pop("$defs", {}) | {name: own}).items():
+            # A study file gives a preset and what differs from it, so nothing in it is required.
+            definitions.setdefault(part, {key: value for key, value in definition.items() if key != "required"})
+        schema["properties"][key] = {"anyOf": [{"$ref": f"#/$defs/{name}"}, {"type": "null"}], "default": None}
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.parameters import as_mapping
-from fingerslip.specimens.fingertip import Fingertip
+from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.names import run_names
-from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study, parse_study, study_fingertip, study_mapping
+from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study, parse_study, study_mapping
 from fingerslip.study.definition.swept import combinations, with_values
 
 __all__ = ["Run", "expand"]
@@ -30,21 +30,22 @@ class Run:
         The swept values by dotted path, as the study file writes them.
     study : Study
         The study with these values, without a sweep.
-    fingertip : Fingertip or None
-        The fingertip with all its values.
+    specimen : Specimen or None
+        The specimen with all its values.
     """
 
     name: str
     where: str
     swept: Mapping[str, Any]
     study: Study
-    fingertip: Fingertip | None
+    specimen: Specimen | None
 
     def resolved(self) -> dict[str, Any]:
         """Return everything that makes the run as plain data, which is a study file of its own."""
         mapping = study_mapping(self.study)
-        if self.fingertip is not None:
-            mapping["fingertip"] = {"preset": mapping["fingertip"]["preset"], **as_mapping(self.fingertip)}
+        kind = self.study.specimen_kind
+        if kind is not None:
+            mapping[kind] = {"preset": mapping[kind]["preset"], **as_mapping(self.specimen)}
         named = f"{mapping['title']}: {self.name}" if self.swept else mapping["title"]
         kept = {key: value for key, value in mapping.items() if key not in ("title", *NOT_OF_A_RUN)}
         result: dict[str, Any] = _without_empty({"title": named, **kept})
@@ -75,7 +76,7 @@ def _run(study: Study, swept: Mapping[str, Any], name: str, source: Path) -> Run
     one = parse_study(with_values(study_mapping(study), swept), source)
     values = ", ".join(f"{path} = {value}" for path, value in swept.items())
     where = f"{source} ({values})" if swept else str(source)
-    return Run(name, where, dict(swept), one, study_fingertip(one, str(source)))
+    return Run(name, where, dict(swept), one, one.specimen(str(source)))
 
 
 def _without_empty(value: Any) -> Any:

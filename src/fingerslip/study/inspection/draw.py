@@ -43,7 +43,7 @@ def draw_fingertip(target: str, path: Path) -> None:
 def _fingertip(target: str) -> Fingertip:
     if Path(target).suffix not in (".yaml", ".yml"):
         return preset(target)
-    fingertip = plan_study(target).runs[0].fingertip
-    if fingertip is None:
+    specimen = plan_study(target).runs[0].specimen
+    if not isinstance(specimen, Fingertip):
         raise InputError(f"show {target}", "has no fingertip to draw", "needs a study with a fingertip")
-    return fingertip
+    return specimen

@@ -78,7 +78,7 @@ def _preset_table(name: str) -> Table:
 def _study_table(path: Path) -> Table:
     given, study = read_mapping(path), read_study(path)
     paths = (*flatten({key: value for key, value in given.items() if key != "sweep"}), *given.get("sweep", {}))
-    runs = [Specified(run.study, run.fingertip) for run in expand(study, path)]
+    runs = [Specified(run.study, run.specimen) for run in expand(study, path)]
     values = sorted(value_rows(runs, paths), key=lambda value: (value.source == NOT_USED, value.source != ASSUMED))
     rows = tuple((value.path, value.value, value.source, value.note) for value in values)
     return Table(f"{path}: {study.title}", COLUMNS, rows, "The assumed values come first.")

@@ -15,11 +15,9 @@ from fingerslip.digest import digest
 from fingerslip.errors import ResultError
 from fingerslip.files import json_text, write_text, writing
 from fingerslip.history import write_history
-from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.results import HISTORY, RESULT, RunResult, flatten, read_result, result_mapping, result_of
 from fingerslip.slip import measures
 from fingerslip.slip.free_edge import edge_warning
-from fingerslip.study.definition.spec import MeshFile
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.definition.yaml import read_mapping, write_mapping
 from fingerslip.study.running.build import mesh_key
@@ -39,8 +37,7 @@ _logger = logging.getLogger("fingerslip.study")
 def identity(run: Run) -> str:
     """Return the hash of everything that decides the result of a run: its values, its mesh files, the program."""
     values = {key: value for key, value in run.resolved().items() if key != "title"}
-    if isinstance(run.study.mesh, MeshFile | SurfaceMesh):
-        values["mesh"] = {"hash": mesh_key(run)}
+    values["mesh"] = {"hash": mesh_key(run)}
     made_by = {"format": RESULT_FORMAT, "version": metadata.version("fingerslip")}
     return digest([made_by, values])
 

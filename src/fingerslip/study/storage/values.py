@@ -10,29 +10,27 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.mesh.sizes import SolidSizes
 from fingerslip.parameters import Leaf, walk_values
 from fingerslip.report.tables.parameters import NOT_USED, ShownValue
-from fingerslip.specimens.fingertip import Fingertip, preset, preset_table
-from fingerslip.study.definition.spec import Study, read_study, study_fingertip
+from fingerslip.specimens.choice import SPECIMENS
+from fingerslip.specimens.protocol import ModelUse, Specimen
+from fingerslip.study.definition.spec import Study, read_study
 from fingerslip.units import Unit
 
 __all__ = ["DEFAULT", "STUDY_FILE", "SWEPT", "Specified", "read_specified", "value_rows"]
 
 STUDY_FILE, SWEPT, DEFAULT = "study file", "study file, swept", "default"
 
-_FINGERTIP = "fingertip"
 # Keys of a study file that describe the study and no run.
 _ABOUT = ("title", "sweep", "compare", "converge")
 
 
 @dataclass(frozen=True)
 class Specified:
-    """What makes a run: its study without a sweep, and its fingertip with all values."""
+    """What makes a run: its study without a sweep, and its specimen with all values."""
 
     study: Study
-    fingertip: Fingertip | None
+    specimen: Specimen | None
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ def read_specified(path: Path) -> Specified:
         Where the file is missing or damaged.
     """
     study = read_study(path)
-    return Specified(study, study_fingertip(study, str(path)))
+    return Specified(study, study.specimen(str(path)))
 
 
 def value_rows(runs: Sequence[Specified], given: Collection[str] | None = None) -> tuple[ShownValue, ...]:
@@ -90,12 +88,12 @@ def _merged(rows: Sequence[_Row], runs: int) -> ShownValue:
 
 
 def _rows(run: Specified, given: Collection[str] | None) -> Iterator[_Row]:
-    if run.fingertip is not None and run.study.fingertip is not None:
-        yield from _fingertip_rows(run, str(run.study.fingertip["preset"]), given)
+    if run.specimen is not None:
+        yield from _specimen_rows(run, run.specimen, given)
     if _is_solid(run.study) and run.study.formulation is None:
         yield _row("formulation", "solid", "derived", "three-dimensional elements")
     for leaf in walk_values(run.study):
-        if leaf.path.partition(".")[0] not in (*_ABOUT, _FINGERTIP):
+        if leaf.path.partition(".")[0] not in (*_ABOUT, *SPECIMENS):
             yield _row(leaf.path, _text(leaf.value, leaf.unit), STUDY_FILE if _is_given(leaf, given) else DEFAULT)
 
 
@@ -103,15 +101,17 @@ def _row(path: str, value: str, source: str, note: str = "") -> _Row:
     return _Row(ShownValue(path, value, source, note), value)
 
 
-def _fingertip_rows(run: Specified, name: str, given: Collection[str] | None) -> Iterator[_Row]:
-    """Yield the values of the fingertip: the preset's with their sources, others with the preset's value beside."""
-    yield _row(f"{_FINGERTIP}.preset", name, STUDY_FILE)
-    entries = {entry.path: entry for entry in preset_table(name)}
-    originals = {leaf.path: leaf.value for leaf in walk_values(preset(name))}
-    for leaf in walk_values(run.fingertip):
-        path, entry = f"{_FINGERTIP}.{leaf.path}", entries.get(leaf.path)
+def _specimen_rows(run: Specified, specimen: Specimen, given: Collection[str] | None) -> Iterator[_Row]:
+    """Yield the values of the specimen: the preset's with their sources, others with the preset's value beside."""
+    kind = str(run.study.specimen_kind)
+    presets, name = SPECIMENS[kind], str(getattr(run.study, kind)["preset"])
+    yield _row(f"{kind}.preset", name, STUDY_FILE)
+    entries = {entry.path: entry for entry in presets.table(name)}
+    originals = {leaf.path: leaf.value for leaf in walk_values(presets.read(name))}
+    for leaf in walk_values(specimen):
+        path, entry = f"{kind}.{leaf.path}", entries.get(leaf.path)
         kept = leaf.value == originals.get(leaf.path) and (given is None or path not in given)
-        reason, text = _unused(leaf.path, run), _text(leaf.value, leaf.unit)
+        reason, text = _why_unused(leaf.path, run.study, specimen), _text(leaf.value, leaf.unit)
         if reason:
             yield _row(path, text, NOT_USED, reason)
         elif kept and entry:
@@ -120,48 +120,28 @@ def _fingertip_rows(run: Specified, name: str, given: Collection[str] | None) ->
             yield _row(path, text, DEFAULT if kept else STUDY_FILE, f"preset: {entry.value}" if entry else "")
 
 
-def _unused(path: str, run: Specified) -> str:
-    """Return why a run does not use a value of its fingertip; empty for one that it uses."""
-    return next((reason for rule in _RULES for reason in (rule(path, run),) if reason), "")
-
-
-def _overruled(path: str, run: Specified) -> str:
+def _why_unused(path: str, study: Study, specimen: Specimen) -> str:
+    """Return why a run does not use a value of its specimen; empty for one that it uses."""
     group, _, rest = path.partition(".")
-    if group in ("formulation", "depth") and getattr(run.study, group) is not None:
+    if group in ("formulation", "depth") and getattr(study, group) is not None:
         return f"the study gives its own {group}"
-    if group == "materials" and rest.partition(".")[0] in run.study.materials:
+    if group == "materials" and rest.partition(".")[0] in study.materials:
         return "the study gives its own material"
-    return ""
+    return specimen.why_unused(path, _use(study))
 
 
-def _of_another_model(path: str, run: Specified) -> str:
-    group = path.partition(".")[0]
-    if _is_solid(run.study):
-        return "of 2D sections only" if group in ("section", "formulation", "depth") else ""
-    section = run.fingertip.section if run.fingertip else ""
-    other = "transverse" if section == "sagittal" else "sagittal"
-    if group == "solid":
-        return "of the fingertip in space only"
-    return f"of the {other} section only" if group == other or path.startswith(f"phalanx.{other}.") else ""
-
-
-def _switched_off(path: str, run: Specified) -> str:
-    """Look at ridges, fingerprint and receptors. Receptors sit at the ridges, also where these are switched off."""
-    group, _, rest = path.partition(".")
-    receptors = bool(run.study.record.receptors)
-    if group == "receptors" and not receptors:
-        return "no receptors are recorded"
-    if group == "ridges" and not receptors and _is_solid(run.study):
-        return "of 2D sections and receptors only"
-    free = group == "fingerprint" or (group == "ridges" and not receptors)
-    return "switched off" if free and rest != "enabled" and not getattr(run.fingertip, group).enabled else ""
-
-
-_RULES = (_overruled, _of_another_model, _switched_off)
+def _use(study: Study) -> ModelUse:
+    """Return what the model of a study takes from its specimen."""
+    return ModelUse(
+        dim=3 if _is_solid(study) else 2,
+        meshed=study.mesh.needs_specimen,
+        held=not study.supports,
+        groups=frozenset(study.record.groups),
+    )
 
 
 def _is_solid(study: Study) -> bool:
-    return study.formulation == "solid" or isinstance(study.mesh, SolidSizes | SurfaceMesh)
+    return study.formulation == "solid" or study.mesh.dim == 3
 
 
 def _is_given(leaf: Leaf, given: Collection[str] | None) -> bool:

@@ -7,7 +7,7 @@ import pytest
 
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.scan.offset import decimate_surface, distances, offset_inwards
-from fingerslip.mesh.scan.surfaces import Surface, check_closed
+from fingerslip.mesh.scan.surfaces import check_closed
 from unit.ellipsoids import ellipsoid, together
 
 SPHERE = ellipsoid((8e-3, 8e-3, 8e-3), points=1200)
@@ -33,6 +33,7 @@ def test_coarse_surface_stays_as_it_is():
 def test_inner_sphere_has_the_smaller_radius(thickness: float):
     inner = offset_inwards(SPHERE, thickness)
     check_closed(inner)
+    assert inner.volume > 0
     assert np.linalg.norm(inner.points, axis=1) == pytest.approx(8e-3 - thickness, abs=0.05 * thickness)
 
 
@@ -66,8 +67,3 @@ def test_lengths_that_are_none():
         offset_inwards(SPHERE, 0.0)
     with pytest.raises(InputError, match="edge_length"):
         decimate_surface(SPHERE, -1.0)
-
-
-def test_turned_result_faces_outwards():
-    assert offset_inwards(SPHERE, 1e-3).volume > 0
-    assert Surface(SPHERE.points, SPHERE.triangles[:, ::-1]).volume < 0

@@ -31,6 +31,7 @@ def test_file_comes_back_in_metres(tmp_path: Path, suffix: str, unit):
     back = read_surface(tmp_path / f"skin.{suffix}", unit)
     assert back.volume == pytest.approx(surface.volume, rel=1e-5)
     assert back.volume == pytest.approx(VOLUME, rel=0.02)
+    assert Surface(back.points, back.triangles[:, ::-1]).volume == pytest.approx(-back.volume)
     assert len(back.points) == len(surface.points)
     assert boundary_loops(back) == ()
 

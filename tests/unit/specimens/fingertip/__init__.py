@@ -1,1 +1,1 @@
-"""Tests of fingerslip.slip, module by module."""
+"""Tests of fingerslip.specimens, module by module."""

@@ -1,50 +1,77 @@
-"""Fingertips whose numbers do not fit together are refused."""
+"""The fingertip as a specimen: what a model takes from it."""
 
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
 
+import fingerslip as fs
 from fingerslip.errors import InputError
-from unit.fingers import change
+from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.specimens.fingertip.fingertip import Fingertip
+from fingerslip.specimens.fingertip.receptors import receptor_sites
+from fingerslip.specimens.fingertip.solid_sites import reference_sites, solid_receptor_sites
+from unit.fingers import change, change_solid
+
+
+def test_it_is_meshed_in_sections_and_in_space():
+    assert Fingertip.mesh_sources == (fs.MeshSizes, fs.SolidSizes)
+    assert change().default_mesh == fs.MeshSizes()
+    assert change_solid().default_mesh == fs.SolidSizes()
+
+
+def test_materials_and_receptors_change_no_mesh():
+    softer = {"materials": {"tissue": {"youngs_modulus": "20 kPa"}}}
+    deeper = {"receptors": {"fa_ii_depth": "4 mm"}}
+    assert change(**softer).shape == change(**deeper).shape == change().shape
+    assert change(**softer) != change()
 
 
 @pytest.mark.parametrize(
-    ("groups", "message"),
+    "groups",
     [
-        ({"layers": {"epidermis_thickness": "1.5 mm"}}, "epidermis_thickness: got 1.5 mm, needs a value < 1.5 mm"),
-        ({"layers": {"skin_thickness": "7 mm"}, "receptors": {"fa_ii_depth": "8 mm"}}, "skin_thickness: got 7 mm"),
-        ({"ridges": {"intermediate_height": "1.5 mm"}}, "ridges.intermediate_height: got 1.5 mm.*pierces the dermis"),
-        ({"ridges": {"limiting_height": "2 mm"}}, "ridges.limiting_height: got 2 mm.*pierces the dermis"),
-        (
-            {"layers": {"epidermis_thickness": "0.2 mm"}, "ridges": {"intermediate_height": "0.9 mm"}},
-            "ridges: mean height 0.25 mm.*needs < 0.2 mm.*between ridges is thinner by that height",
-        ),
-        (
-            {"fingerprint": {"enabled": True, "height": "1 mm"}},
-            "fingerprint.height: got 1 mm.*grooves reach the dermis",
-        ),
-        ({"receptors": {"sa_ii_height": "1 mm"}}, "receptors.sa_ii_height: got 1 mm, needs a value < 1 mm"),
-        ({"receptors": {"fa_ii_depth": "1.5 mm"}}, "receptors.fa_ii_depth: got 1.5 mm, needs a value > 1.5 mm"),
-        ({"sagittal": {"pad_rise": "13 mm"}}, "pad_rise: got 13 mm, needs a value < 13 mm"),
-        ({"sagittal": {"zone": {"fade": "10 mm"}}}, "sagittal.zone: zone from -12 mm to 7 mm with fade 10 mm"),
-        ({"phalanx": {"sagittal": {"concavity_depth": "5 mm"}}}, "concavity_depth: got 5 mm, needs a value < 4.5 mm"),
-        ({"phalanx": {"corner_radius": "2.5 mm"}}, "corner_radius: got 2.5 mm"),
-        ({"phalanx": {"transverse": {"palmar_level": "-3 mm"}}}, "palmar_level: got -3 mm"),
-        ({"phalanx": {"transverse": {"concavity_depth": "3 mm"}}}, "concavity_depth: got 3 mm"),
-        ({"materials": {"nail": {}}}, "materials"),
-        ({"depth": "0 mm"}, "depth: got"),
+        {"phalanx": {"variant": "scaled"}},
+        {"layers": {"skin_thickness": "1.4 mm"}},
+        {"section": "transverse"},
+        {"ridges": {"enabled": False}},
     ],
 )
-def test_wrong_combinations_are_one_clear_error(groups, message):
-    with pytest.raises(InputError, match=message):
-        change(**groups)
+def test_other_values_do(groups):
+    assert change(**groups).shape != change().shape
+    assert fs.MeshSizes().key(change(**groups)) != fs.MeshSizes().key(change())
 
 
-def test_materials_are_those_of_the_four_regions():
-    nail = {"youngs_modulus": "1 GPa", "poisson_ratio": 0.3, "density": "1000 kg/m^3"}
-    with pytest.raises(InputError, match=r"materials: has .*nail, needs epidermis, dermis, tissue, phalanx"):
-        change(materials={"nail": nail})
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_rigid_phalanx_is_held_as_a_whole_and_an_elastic_one_at_its_back(dim):
+    axes = ("x", "y", "z")[:dim]
+    assert change(phalanx={"rigid": True}).supports(dim) == {"phalanx": axes}
+    assert change(phalanx={"rigid": False}).supports(dim) == {"phalanx_dorsal": axes}
 
 
-def test_ridges_that_are_off_are_not_checked():
-    assert not change(ridges={"enabled": False, "intermediate_height": "5 mm"}).ridges.enabled
+def test_only_the_receptors_asked_for_are_sites():
+    finger, solid = change(), change_solid()
+    assert finger.sites((), 2) == ()
+    assert finger.sites(RECEPTOR_KINDS, 2) == receptor_sites(finger)
+    assert {site.kind for site in finger.sites(("FA-II", "SA-I"), 2)} == {"SA-I", "FA-II"}
+    assert solid.sites(("FA-I",), 3) == tuple(s for s in solid_receptor_sites(solid) if s.kind == "FA-I")
+
+
+def test_reference_nodes_are_sites_in_space_and_come_after_the_receptors():
+    finger = change_solid()
+    assert finger.sites(("reference_nodes",), 3) == reference_sites(finger)
+    both = finger.sites(("FA-I", "reference_nodes"), 3)
+    assert [site.kind == "FA-I" for site in both] == sorted((site.kind == "FA-I" for site in both), reverse=True)
+    with pytest.raises(InputError, match=r"record.reference_nodes: without a fingertip in space, .* T4 or T10"):
+        finger.sites(("reference_nodes",), 2)
+
+
+def test_groups_that_it_does_not_have_are_refused():
+    with pytest.raises(InputError, match=r"a fingertip has no 'whisker', needs some of FA-I, .*, reference_nodes"):
+        change().sites(("FA-I", "whisker"), 2)
+
+
+def test_changed_numbers_are_still_a_specimen():
+    finger = dataclasses.replace(change(), depth=2e-3)
+    assert type(finger) is Fingertip
+    assert finger.depth == 2e-3

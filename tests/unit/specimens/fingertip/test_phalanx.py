@@ -19,6 +19,6 @@ from unit.fingers import change
         ({"corner_radius": "3 mm"}, r"phalanx.corner_radius: got 3 mm, needs a value < 2.25 mm"),
     ],
 )
-def test_bones_that_cannot_be_are_refused(groups, message):
+def test_phalanges_that_cannot_be_are_refused(groups, message):
     with pytest.raises(InputError, match=message):
         change(phalanx=groups)

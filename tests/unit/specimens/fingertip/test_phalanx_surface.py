@@ -1,16 +1,24 @@
-"""The bone in space: its cuts are the contours of the sections, whatever its variant."""
+"""The phalanx in space: its cuts are the contours of the sections, whatever its variant."""
 
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
-from fingerslip.specimens.fingertip import bone_surface, depth_below_skin, phalanx_contour
+from fingerslip.specimens.fingertip import depth_below_skin, phalanx_contour, phalanx_surface
 from unit.fingers import VARIANTS, change, change_solid
+
+
+@functools.cache
+def surface(variant):
+    """Return the finger of a variant and the surface of its phalanx."""
+    finger = change_solid(phalanx={"variant": variant})
+    return finger, phalanx_surface(finger)
 
 
 def cut(fingertip, section):
@@ -19,8 +27,8 @@ def cut(fingertip, section):
 
 @pytest.mark.parametrize("variant", VARIANTS)
 def test_cuts_are_the_contours_of_both_sections(variant):
-    finger = change_solid(phalanx={"variant": variant})
-    points = bone_surface(finger).points
+    finger, found = surface(variant)
+    points = found.points
     quarter = points.shape[1] // 4
     middle = points[:, [0, 2 * quarter]].reshape(-1, 3)
     assert np.abs(middle[:, 2]).max() < 1e-12
@@ -34,25 +42,24 @@ def test_cuts_are_the_contours_of_both_sections(variant):
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_bone_is_symmetric_and_keeps_clear_of_the_skin(variant):
-    finger = change_solid(phalanx={"variant": variant})
-    points = bone_surface(finger).points
+def test_phalanx_is_symmetric_and_keeps_clear_of_the_skin(variant):
+    finger, found = surface(variant)
+    points = found.points
     mirrored = np.roll(points[:, ::-1], 1, axis=1) * [1.0, 1.0, -1.0]
     assert np.allclose(points, mirrored, atol=1e-12)
     assert depth_below_skin(finger, points.reshape(-1, 3)).min() > 1.1e-3
 
 
-def test_bone_is_narrow_at_the_waist_and_wide_at_the_tuft():
-    points = bone_surface(change_solid()).points
+def test_phalanx_is_narrow_at_the_waist_and_wide_at_the_tuft():
+    points = surface("original")[1].points
     widths = {x: points[np.abs(points[:, 0, 0] - x).argmin(), :, 2].max() for x in (-16e-3, -6e-3, 0.0)}
     assert list(widths.values()) == pytest.approx([5e-3, 3.5e-3, 5.5e-3], rel=1e-3)
 
 
-def test_scaled_bone_has_tissue_of_even_thickness_under_the_pad():
-    finger = change_solid(phalanx={"variant": "scaled"})
-    bone = bone_surface(finger)
-    assert not bone.open
-    below = bone.points[:, 0][np.abs(bone.points[:, 0, 0]) < 2e-3]
+def test_scaled_phalanx_has_tissue_of_even_thickness_under_the_pad():
+    finger, phalanx = surface("scaled")
+    assert not phalanx.open
+    below = phalanx.points[:, 0][np.abs(phalanx.points[:, 0, 0]) < 2e-3]
     assert depth_below_skin(finger, below) == pytest.approx(4.5e-3, abs=2e-5)
 
 
@@ -65,6 +72,6 @@ def test_scaled_bone_has_tissue_of_even_thickness_under_the_pad():
         (change_solid(phalanx={"sagittal": {"distal_end": "0.2 mm"}}), "distal_end: got 0.2 mm, needs to reach beyond"),
     ],
 )
-def test_bones_that_do_not_fit_are_refused(fingertip, message):
+def test_phalanges_that_do_not_fit_are_refused(fingertip, message):
     with pytest.raises(InputError, match=message):
-        bone_surface(fingertip)
+        phalanx_surface(fingertip)

@@ -23,7 +23,8 @@ from unit.fingers import change
     ],
 )
 def test_room_is_set_by_the_nearest_face(changes: dict[str, Any], room: float, limit: str) -> None:
-    assert skin_room(change(**changes)) == (pytest.approx(room), limit)
+    fingertip = change(**changes)
+    assert skin_room(fingertip.outline, fingertip.phalanx) == (pytest.approx(room), limit)
 
 
 def test_skin_without_room_is_named_before_the_receptors_in_it() -> None:

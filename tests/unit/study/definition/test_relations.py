@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from fingerslip.errors import InputError
+from fingerslip.mesh.file import MeshFile
 from fingerslip.study.definition.relations import mistakes_between
-from fingerslip.study.definition.settings import MeshFile
 from fingerslip.study.definition.spec import parse_study
 from unit.study.block import block_values
 
@@ -23,9 +23,10 @@ def test_body_that_is_no_fingertip_says_everything_itself(name: str) -> None:
         parse_study(values, SOURCE)
 
 
-def test_receptors_need_a_fingertip() -> None:
-    with pytest.raises(InputError, match="name points in record"):
-        parse_study(block_values() | {"record": {"receptors": ["FA-I"]}}, SOURCE)
+@pytest.mark.parametrize(("name", "value"), [("receptors", ["FA-I"]), ("reference_nodes", True)])
+def test_sites_of_a_fingertip_need_one(name: str, value: object) -> None:
+    with pytest.raises(InputError, match=rf"record\.{name}: is given without a fingertip, .*name points in record"):
+        parse_study(block_values() | {"record": {name: value}}, SOURCE)
 
 
 def test_fields_that_are_missing_together_come_with_mistakes_elsewhere() -> None:

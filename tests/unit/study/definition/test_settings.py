@@ -11,11 +11,13 @@ import pytest
 from fingerslip.contact.counterfaces import BuiltInCounterface, Plane, Sphere
 from fingerslip.contact.friction import Anisotropic, BuiltInLaw, Conditions, Coulomb
 from fingerslip.errors import InputError
+from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.model import QuasiStatic, TimeStepping
 from fingerslip.study.definition.choices import kinds_of
 from fingerslip.study.definition.settings import ContactSettings, TimeSettings
 from fingerslip.study.definition.spec import known_paths, parse_study, study_mapping, study_schema
 from fingerslip.study.definition.sweep import expand
+from unit.scans import scan_values
 from unit.study.block import block_values
 
 SOURCE = Path("studies/x.yaml")
@@ -203,3 +205,39 @@ def test_schema_knows_every_choice() -> None:
     assert definitions["TimeSettings"]["properties"]["scheme"]["enum"] == ["hht_alpha", "quasi_static"]
     assert definitions["StaticKinetic"]["properties"]["decay_speed"]["examples"] == ["1.5 mm/s"]
     assert "Ramp" in definitions
+
+
+def test_mesh_of_a_scan_is_si_with_absolute_paths(tmp_path: Path) -> None:
+    mesh = parse_study(scan_values(), tmp_path / "study.yaml").mesh
+    assert isinstance(mesh, SurfaceMesh)
+    assert (mesh.skin, mesh.phalanx) == (str(tmp_path.resolve() / "skin.stl"), str(tmp_path.resolve() / "phalanx.stl"))
+    assert mesh.plate_angle == pytest.approx(np.pi / 9)
+    assert (mesh.layers.skin_thickness, mesh.layers.cut) == (1.2e-3, 16e-3)
+
+
+def test_mesh_of_a_scan_reads_back_the_same(tmp_path: Path) -> None:
+    study = parse_study(scan_values(), tmp_path / "study.yaml")
+    assert parse_study(study_mapping(study), tmp_path / "study.yaml") == study
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"plate_angel": "20 deg"}, "mesh.plate_angel: is not known, .*did you mean 'plate_angle'"),
+        ({"tip": [1, 0]}, "mesh.tip"),
+        ({"unit": "inch"}, "mesh.unit: got 'inch'"),
+        ({"layers": {"cut": "16"}}, "mesh.layers.cut: '16' has no unit.*'16 mm'"),
+        ({"layers": {"tolerance": "0.5 mm"}}, r"mesh.layers.tolerance: got 0.5 mm, needs <= 0.25 mm"),
+    ],
+)
+def test_mistake_in_the_mesh_of_a_scan_is_named_with_its_repair(changes: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        parse_study(scan_values(**changes), SOURCE)
+
+
+def test_old_name_of_the_phalanx_of_a_scan_is_still_read() -> None:
+    values = scan_values()
+    values["mesh"]["bone"] = values["mesh"].pop("phalanx")
+    with pytest.warns(FutureWarning, match="'bone' is now 'phalanx'"):
+        study = parse_study(values, SOURCE)
+    assert study == parse_study(scan_values(), SOURCE)

@@ -9,8 +9,9 @@ from typing import Any
 import pytest
 
 from fingerslip.errors import InputError
+from fingerslip.mesh.file import MeshFile
 from fingerslip.study.definition import sweep
-from fingerslip.study.definition.spec import MeshFile, parse_study
+from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import expand
 from unit.study.block import block_values
 
@@ -41,7 +42,7 @@ def test_first_path_varies_slowest() -> None:
         "variant-scaled_friction_coefficient-0.6",
     ]
     assert [run.study.contact.friction_coefficient for run in runs if run.study.contact] == [0.2, 0.6, 0.2, 0.6]
-    assert [run.fingertip.phalanx.variant for run in runs if run.fingertip] == ["original"] * 2 + ["scaled"] * 2
+    assert [run.specimen.phalanx.variant for run in runs if run.specimen] == ["original"] * 2 + ["scaled"] * 2
 
 
 def test_study_without_sweep_is_one_run() -> None:
@@ -126,4 +127,4 @@ def test_resolved_run_has_every_value_of_the_fingertip() -> None:
     assert resolved["fingertip"]["layers"]["skin_thickness"] == "0.0015 m"
     assert "sweep" not in resolved
     (again,) = expand(parse_study(resolved, SOURCE), SOURCE)
-    assert again.fingertip == run.fingertip
+    assert again.specimen == run.specimen

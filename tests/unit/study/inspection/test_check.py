@@ -8,24 +8,12 @@ from pathlib import Path
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.study.inspection.check import check_studies, estimated_seconds
+from fingerslip.study.inspection.check import check_studies
+from fingerslip.study.running.cost import estimated_seconds
 from fingerslip.study.running.runner import run_study
 from unit.study.block import block_values, changed
 
 Write = Callable[..., Path]
-
-
-def test_estimate_grows_with_unknowns_times_steps() -> None:
-    small, large = estimated_seconds(10_000, 600), estimated_seconds(20_000, 600)
-    assert small == pytest.approx(2.5)
-    assert large - small == pytest.approx(2.5e-7 * 10_000 * 600)
-    assert estimated_seconds(20_000, 600) == estimated_seconds(10_000, 1200)
-
-
-def test_runs_in_space_are_known_to_take_longer() -> None:
-    """Measured on two cores: the paper's fingertip in space took 57 s, a coarse one 16 s."""
-    assert estimated_seconds(72_840, 300, dim=3) == pytest.approx(57.0, rel=0.15)
-    assert estimated_seconds(19_080, 300, dim=3) == pytest.approx(16.0, rel=0.15)
 
 
 def test_every_run_is_counted_with_its_size(write_study: Write) -> None:

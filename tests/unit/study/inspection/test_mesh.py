@@ -7,18 +7,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.quality import quality_table
 from fingerslip.study.inspection.mesh import save_mesh
+from unit.scans import mesh_of_a_scan, scan_values
 from unit.study.block import block_values
 
 Write = Callable[..., Path]
 
 
 def test_mesh_of_the_first_run_of_a_study(write_study: Write, tmp_path: Path) -> None:
-    table = save_mesh(str(write_study()), tmp_path / "copy.msh")
+    (table,) = save_mesh(str(write_study()), tmp_path / "copy.msh")
     mesh = read_mesh(tmp_path / "copy.msh")
     assert mesh.p.shape[1] == 45
     assert set(mesh.boundaries) == {"bottom", "top"}
@@ -31,7 +33,7 @@ def test_mesh_of_the_first_run_of_a_study(write_study: Write, tmp_path: Path) ->
 
 def test_mesh_of_a_preset_goes_to_its_own_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    table = save_mesh("wang2014-2d")
+    (table,) = save_mesh("wang2014-2d")
     mesh = read_mesh(tmp_path / "meshes" / "wang2014-2d.msh")
     assert table.title == str(Path("meshes") / "wang2014-2d.msh")
     assert [row[0] for row in table.rows] == ["epidermis", "dermis", "tissue", "phalanx"]
@@ -58,3 +60,22 @@ def test_a_place_that_cannot_be_written_is_named(write_study: Write, tmp_path: P
     (tmp_path / "file").write_text("")
     with pytest.raises(ResultError, match=r"file/copy\.msh: cannot be written"):
         save_mesh(str(write_study()), tmp_path / "file" / "copy.msh")
+
+
+def test_mesh_of_a_scan_is_written_for_paraview_with_its_tables(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = mesh_of_a_scan()
+    for name in ("skin.stl", "phalanx.stl"):
+        (tmp_path / name).write_text(name)
+    monkeypatch.setattr("fingerslip.mesh.scan.build.mesh_scan", lambda _: made)
+    monkeypatch.setattr("fingerslip.mesh.scan.build.scan_cells", lambda _: 1e4)
+    monkeypatch.chdir(tmp_path)
+    path = tmp_path / "finger.yaml"
+    path.write_text(yaml.safe_dump(scan_values()), encoding="utf-8")
+    tables = save_mesh(str(path))
+    assert [table.title for table in tables][1:] == ["Distance of the mesh from the scan", "Repairs"]
+    assert tables[0].title == str(Path("meshes") / "finger.vtu")
+    back = read_mesh(tmp_path / "meshes" / "finger.vtu")
+    assert set(back.boundaries) == {"skin"}
+    assert len(back.subdomains["tissue"]) == 5

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,12 +15,15 @@ from fingerslip.dynamics.checks import check_model
 from fingerslip.errors import InputError, MeshError, SlipOutsideContactError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.mesh.io import write_mesh
+from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.model import Drive, Hold, QuasiStatic, Ramp, Traction
+from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import Run, expand
-from fingerslip.study.running.build import build_mesh, build_model, located, mesh_key
+from fingerslip.study.running.build import build_mesh, build_model, inspect_mesh, located, mesh_key
 from places import ROOT
 from unit.fingers import coarse_solid
+from unit.scans import mesh_of_a_scan, scan_values
 from unit.study.block import block_mesh, block_values
 
 SOURCE = Path("studies/x.yaml")
@@ -91,13 +93,6 @@ def test_mesh_is_shared_exactly_where_its_inputs_are_the_same() -> None:
     assert mesh_key(run_of(finger(mesh={"contact_size": "0.2 mm"}))) != first
     flattened = {"preset": "wang2014-2d", "phalanx": {"variant": "flattened"}}
     assert mesh_key(run_of(finger(fingertip=flattened))) != first
-
-
-@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="asks the kernel")
-def test_broken_pipes_do_not_end_the_process_after_meshing() -> None:
-    build_mesh(run_of(finger()))
-    ignored = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("SigIgn"))
-    assert int(ignored.split()[1], 16) >> (signal.SIGPIPE - 1) & 1
 
 
 def test_missing_mesh_file_is_named(tmp_path: Path) -> None:
@@ -264,18 +259,18 @@ def test_tetrahedra_make_a_model_in_space() -> None:
 
 
 def test_elements_too_small_for_the_memory_are_refused_before_they_are_made(monkeypatch: pytest.MonkeyPatch) -> None:
-    """130,000 tetrahedra take more than one gigabyte; nothing is meshed to find that out."""
-    monkeypatch.setattr("fingerslip.study.running.build.mesh_solid", lambda *_: pytest.fail("it must not mesh"))
-    monkeypatch.setattr("fingerslip.linear.memory.available_memory", lambda: 10**9)
+    """130,000 tetrahedra take more than half a gigabyte; nothing is meshed to find that out."""
+    monkeypatch.setattr(SolidSizes, "build", lambda *_: pytest.fail("it must not mesh"))
+    monkeypatch.setattr("fingerslip.linear.memory.available_memory", lambda: 5 * 10**8)
     small = {"element": "T4", "contact_size": "0.45 mm", "bulk_size": "0.55 mm"}
-    with pytest.raises(InputError, match=r"memory: .* about \d\.\d GB \(assembly of about .* tetrahedra"):
+    with pytest.raises(InputError, match=r"memory: .* about \d\.\d+ GB \(assembly of about .* tetrahedra"):
         build_mesh(run_of(finger(fingertip={"preset": "wang2014-3d"}, mesh=small)))
 
 
 def test_a_scan_with_elements_too_small_for_the_memory_is_refused_before_it_is_meshed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("fingerslip.study.running.build.mesh_scan", lambda _: pytest.fail("it must not mesh"))
+    monkeypatch.setattr(SurfaceMesh, "build", lambda *_: pytest.fail("it must not mesh"))
     monkeypatch.setattr("fingerslip.linear.memory.available_memory", lambda: 10**9)
     scan = ROOT / "meshes" / "scan_skin.stl"
     layers = {"contact_size": "0.1 mm", "bulk_size": "0.1 mm", "cut": "16 mm"}
@@ -286,9 +281,41 @@ def test_a_scan_with_elements_too_small_for_the_memory_is_refused_before_it_is_m
 
 def test_a_scan_meets_a_plate_that_faces_up_where_nothing_else_is_written() -> None:
     values = {
-        "mesh": {"skin": "a.stl", "bone": "b.stl", "unit": "mm", "tip": [1, 0, 0], "pad": [0, -1, 0]},
+        "mesh": {"skin": "a.stl", "phalanx": "b.stl", "unit": "mm", "tip": [1, 0, 0], "pad": [0, -1, 0]},
         "materials": {"skin": {"youngs_modulus": "1 MPa", "poisson_ratio": 0.3, "density": "1000 kg/m^3"}},
         "contact": {"friction_coefficient": 0.6},
     }
     model = build_model(run_of(block_values() | values), coarse_solid())
     assert model.contacts[0].counterface == Plane((0.0, 1.0, 0.0))
+
+
+@pytest.fixture
+def scanned(tmp_path: Path) -> Run:
+    """A run whose mesh is that of a scan, with files that are none."""
+    for name in ("skin.stl", "phalanx.stl"):
+        (tmp_path / name).write_text(name)
+    return run_of(scan_values(), tmp_path)
+
+
+def test_mesh_of_a_run_is_that_of_its_scan(scanned: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = mesh_of_a_scan()
+    monkeypatch.setattr(
+        "fingerslip.mesh.scan.build.mesh_scan", lambda settings: made if settings.layers.cut == 16e-3 else None
+    )
+    monkeypatch.setattr("fingerslip.mesh.scan.build.scan_cells", lambda _: 1e4)
+    assert build_mesh(scanned) is inspect_mesh(scanned).mesh is made.mesh
+
+
+def test_error_of_a_scan_names_the_study(scanned: Run) -> None:
+    with pytest.raises(InputError, match=r"x\.yaml: .*skin.stl: cannot be read"):
+        build_mesh(scanned)
+
+
+def test_missing_surface_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"x\.yaml: mesh\.skin: cannot read .*skin\.stl \(No such file"):
+        mesh_key(run_of(scan_values(), tmp_path))
+
+
+def test_reference_nodes_of_a_section_are_refused() -> None:
+    with pytest.raises(InputError, match=r"x\.yaml: record\.reference_nodes: without a fingertip in space, .* T10"):
+        build_model(run_of(finger(record={"reference_nodes": True})), block_mesh())

@@ -282,7 +282,6 @@ def test_materials_formulation_and_depth_of_the_study_go_before_those_of_the_fin
     [
         ("fingerprint.height", "switched off"),
         ("ridges.pitch", "switched off"),
-        ("receptors.fa_ii_depth", "no receptors are recorded"),
     ],
 )
 def test_what_is_switched_off_is_not_used(path: str, reason: str, tmp_path: Path) -> None:

@@ -1,0 +1,115 @@
+"""The material of every cell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError
+from fingerslip.fe.space import Space
+from fingerslip.materials.material import Formulation, Material
+
+__all__ = ["CellMaterials", "cell_materials"]
+
+Array = NDArray[np.float64]
+
+_LOCKING = {
+    "T3": ", and take Q4, T6 or integration 'nodal' because T3 locks",
+    "T4": ", and take H8, T10 or integration 'nodal' because T4 locks",
+}
+
+
+@dataclass(frozen=True)
+class CellMaterials:
+    """The material of every cell.
+
+    Parameters
+    ----------
+    materials : tuple of Material
+        The materials of the regions.
+    number : (n_cells,) array
+        Index of each cell's material among them.
+    formulation : {'plane_strain', 'plane_stress', 'solid'}
+        The two-dimensional assumption, or `solid`.
+    """
+
+    materials: tuple[Material, ...]
+    number: NDArray[np.int64]
+    formulation: Formulation
+
+    def __iter__(self) -> Iterator[tuple[Material, NDArray[np.int64]]]:
+        """Yield every material with its cells (k,)."""
+        for number, material in enumerate(self.materials):
+            yield material, np.flatnonzero(self.number == number)
+
+    @property
+    def density(self) -> Array:
+        """Mass densities of the cells, shape (n_cells,) [kg/m^3]."""
+        return np.array([material.density for material in self.materials])[self.number]
+
+    @property
+    def dilatational_modulus(self) -> Array:
+        """Moduli of the cells' part that is integrated selectively, shape (n_cells,) [Pa]."""
+        moduli = [material.dilatational_modulus(self.formulation) for material in self.materials]
+        return np.array(moduli)[self.number]
+
+
+def cell_materials(space: Space, materials: Mapping[str, Material], formulation: Formulation) -> CellMaterials:
+    """Find the material of every cell.
+
+    Parameters
+    ----------
+    space : Space
+        Displacement space.
+    materials : mapping of str to Material
+        The material of every region.
+    formulation : {'plane_strain', 'plane_stress', 'solid'}
+        The two-dimensional assumption, or `solid`.
+
+    Raises
+    ------
+    InputError
+        For a formulation of the wrong dimension, a region without material, a material without region, cells in
+        no or in several regions, and materials that cannot represent themselves in the formulation, such as
+        incompressible ones in solids and plane strain.
+    """
+    _check_dimension(space, formulation)
+    for name, material in materials.items():
+        _check_represented(name, material, formulation, space.element)
+    return CellMaterials(tuple(materials.values()), _numbers(space, materials), formulation)
+
+
+def _check_dimension(space: Space, formulation: Formulation) -> None:
+    if (formulation == "solid") != (space.dim == 3):
+        allowed = "needs solid" if space.dim == 3 else "needs plane_strain or plane_stress"
+        raise InputError("formulation", f"got {formulation} for a mesh in {space.dim} dimensions", allowed)
+
+
+def _check_represented(name: str, material: Material, formulation: Formulation, element: str) -> None:
+    try:
+        material.dilatational_modulus(formulation)
+    except InputError as error:
+        repair = f"{error.repair}{_LOCKING.get(element, '')}"
+        raise InputError(f"materials.{name}.{error.where}", error.found, error.allowed, repair) from None
+
+
+def _numbers(space: Space, materials: Mapping[str, Material]) -> NDArray[np.int64]:
+    """Return the index of every cell's material among `materials`, shape (n_cells,)."""
+    regions: Mapping[str, Any] = space.mesh.subdomains or {}
+    numbers = np.full(space.mesh.nelements, -1)
+    for number, name in enumerate(materials):
+        if name not in regions:
+            raise InputError(f"materials.{name}", "no such region in the mesh", f"it has: {', '.join(sorted(regions))}")
+        if (numbers[regions[name]] >= 0).any():
+            raise InputError("mesh", f"region '{name}' shares cells with another", "a cell has one material")
+        numbers[regions[name]] = number
+    bare = sorted(name for name, cells in regions.items() if (numbers[cells] < 0).any())
+    if bare:
+        raise InputError("materials", f"region '{bare[0]}' has no material", "every region needs one")
+    if (numbers < 0).any():
+        raise InputError("mesh", "some cells are in no region", "every cell needs a region, which gives its material")
+    return numbers

@@ -1,0 +1,62 @@
+"""The strain of a cell as a linear map of its displacements: one operator for assembly and recovery."""
+
+from __future__ import annotations
+
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+
+from fingerslip.materials.material import SHEARS, STRAIN_COMPONENTS
+
+__all__ = ["cell_dofs", "divergence_operator", "strain_operator"]
+
+Array = NDArray[np.float64]
+Cells = NDArray[np.int64]
+
+
+def strain_operator(basis: skfem.CellBasis, cells: Cells) -> Array:
+    """Return the strains at the quadrature points of cells for unit displacements of their nodes.
+
+    Parameters
+    ----------
+    basis : skfem.CellBasis
+        Basis of one displacement component, with the quadrature points.
+    cells : (k,) array
+        Numbers of the cells.
+
+    Returns
+    -------
+    (k, n_points, m, n_local) array
+        Strains [1/m], components as :class:`~fingerslip.materials.material.Material` orders them; columns as
+        :func:`cell_dofs` orders the degrees of freedom.
+    """
+    gradients = _gradients(basis, cells)
+    count, points, nodes, dim = gradients.shape
+    operator = np.zeros((count, points, STRAIN_COMPONENTS[dim], nodes, dim))
+    for axis in range(dim):
+        operator[:, :, axis, :, axis] = gradients[..., axis]
+    for row, (first, second) in enumerate(SHEARS[dim], start=dim):
+        operator[:, :, row, :, first] = gradients[..., second]
+        operator[:, :, row, :, second] = gradients[..., first]
+    return operator.reshape(count, points, STRAIN_COMPONENTS[dim], nodes * dim)
+
+
+def divergence_operator(basis: skfem.CellBasis, cells: Cells) -> Array:
+    """Return the mean divergence of cells [1/m], shape (k, n_local), for unit displacements of their nodes."""
+    weights = basis.dx[cells] / basis.dx[cells].sum(axis=1, keepdims=True)
+    gradients = _gradients(basis, cells)
+    mean: Array = np.einsum("kqad,kq->kad", gradients, weights)
+    return mean.reshape(len(cells), gradients.shape[2] * gradients.shape[3])
+
+
+def cell_dofs(basis: skfem.CellBasis, cells: Cells) -> NDArray[np.int32]:
+    """Return the degrees of freedom of cells, shape (k, n_local): node by node, all components of a node together."""
+    nodes, dim = basis.element_dofs[:, cells].T, basis.mesh.dim()
+    dofs: NDArray[np.int32] = (dim * nodes[..., None] + np.arange(dim)).astype(np.int32)
+    return dofs.reshape(len(cells), nodes.shape[1] * dim)
+
+
+def _gradients(basis: skfem.CellBasis, cells: Cells) -> Array:
+    """Return the gradients of the shape functions [1/m], shape (k, n_points, n_nodes, dim)."""
+    by_node = [np.asarray(basis.basis[node][0].grad)[:, cells] for node in range(basis.Nbfun)]
+    return np.ascontiguousarray(np.stack(by_node).transpose(2, 3, 0, 1))

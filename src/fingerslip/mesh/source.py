@@ -1,0 +1,184 @@
+"""Mesh sources: where the mesh of a model comes from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, dataclass, fields, replace
+from pathlib import Path
+from typing import Any, Protocol, Self, get_args, get_type_hints
+
+import skfem
+
+from fingerslip.digest import digest
+from fingerslip.errors import InputError
+from fingerslip.mesh.quality import quality_table
+from fingerslip.parameters import as_mapping
+
+__all__ = ["InspectedMesh", "MeshSource", "MeshTable", "choose_source", "inspected", "mesh_size_note"]
+
+Cell = str | float | int
+
+
+@dataclass(frozen=True)
+class MeshTable:
+    """What is worth knowing of a mesh, as a table.
+
+    Parameters
+    ----------
+    columns : tuple of (str, str, int or None)
+        Name, unit and digits after the point of each column.
+    rows : tuple of tuple
+        The cells, in the units of their columns.
+    title : str
+        Its title; without one it is that of the mesh.
+    note : str
+        What stands below it.
+    """
+
+    columns: tuple[tuple[str, str, int | None], ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    title: str = ""
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class InspectedMesh:
+    """A mesh with what is worth knowing of it.
+
+    Parameters
+    ----------
+    mesh : skfem.Mesh
+        The mesh [m].
+    tables : tuple of MeshTable
+        First the quality of its cells.
+    suffix : str
+        Suffix of the file that it is best written to, where nothing else is said.
+    """
+
+    mesh: skfem.Mesh
+    tables: tuple[MeshTable, ...]
+    suffix: str = ".msh"
+
+
+def inspected(mesh: skfem.Mesh) -> InspectedMesh:
+    """Return a mesh with the quality of its cells, region by region."""
+    rows = tuple(
+        (
+            row.region,
+            row.cells,
+            row.scaled_jacobian,
+            math.degrees(row.smallest_angle),
+            math.degrees(row.largest_angle),
+            row.aspect_ratio,
+        )
+        for row in quality_table(mesh)
+    )
+    columns = (
+        ("region", "", None),
+        ("cells", "", None),
+        ("least scaled Jacobian", "", 2),
+        ("smallest angle", "deg", 0),
+        ("largest angle", "deg", 0),
+        ("largest aspect ratio", "", 1),
+    )
+    return InspectedMesh(mesh, (MeshTable(columns, rows, note=mesh_size_note(mesh)),))
+
+
+def mesh_size_note(mesh: skfem.Mesh) -> str:
+    """Say how many nodes and cells a mesh has, and how its boundaries are called."""
+    return f"{mesh.p.shape[1]} nodes, {mesh.t.shape[1]} cells; boundaries: {', '.join(mesh.boundaries or {})}"
+
+
+class MeshSource(Protocol):
+    """Where the mesh of a model comes from: parameters, and what is asked of them.
+
+    A class that derives from this one needs `dim`, `element` and `build`; the rest has answers that suit a source
+    without files. The specimen is that of the model: one whose `mesh_sources` name the class, or None where
+    `needs_specimen` is false. Errors name a parameter as a study file does, such as ``mesh.contact_size``.
+    """
+
+    @property
+    def dim(self) -> int | None:
+        """Dimension of space; None where only the mesh itself tells."""
+        ...
+
+    @property
+    def element(self) -> str | None:
+        """Kind of cell, such as ``T4``; None where only the mesh itself tells."""
+        ...
+
+    @property
+    def needs_specimen(self) -> bool:
+        """Whether there is no mesh without a specimen."""
+        return False
+
+    @property
+    def assumes_metres(self) -> bool:
+        """Whether lengths are taken as metres without saying so, so that a body that is far too large is refused."""
+        return False
+
+    @property
+    def element_sizes(self) -> tuple[str, ...]:
+        """Names of the parameters that refinement scales."""
+        return ()
+
+    def build(self, specimen: Any, /) -> skfem.Mesh:
+        """Return the mesh [m], with named regions and boundaries."""
+        ...
+
+    def inspect(self, specimen: Any, /) -> InspectedMesh:
+        """Return the mesh [m] with tables of what is worth knowing of it, the quality of its cells first."""
+        return inspected(self.build(specimen))
+
+    def key(self, specimen: Any, /) -> str:
+        """Return the hash of all that decides the mesh: parameters, shape of the specimen, content of files."""
+        return digest([None if specimen is None else specimen.shape, as_mapping(self)])
+
+    def estimated_cells(self, _specimen: Any, /) -> float | None:
+        """Return about how many cells the mesh will have, without making it; None where that is unknown."""
+        return None
+
+    def refined(self, factor: float, /) -> Self | None:
+        """Return the source with its element sizes times a factor; None where it has none to change."""
+        if not self.element_sizes:
+            return None
+        source: Any = self
+        scaled = {name: factor * getattr(source, name) for name in self.element_sizes}
+        finer: Self = replace(source, **scaled)
+        return finer
+
+    def beside(self, _folder: Path, /) -> Self:
+        """Return the source with absolute paths, where they are relative to a folder."""
+        return self
+
+
+def choose_source(sources: Sequence[type], values: Mapping[str, Any]) -> type:
+    """Choose the class of mesh source that is meant by the keys and values of a file.
+
+    That is the first class with a required parameter among the keys; else the first that has the given `element`;
+    else the first of all without required parameters.
+
+    Parameters
+    ----------
+    sources : sequence of type
+        Classes made with :func:`~fingerslip.parameters.parameters`.
+    values : mapping of str to object
+        What the file says.
+    """
+    named = [source for source in sources if not values.keys().isdisjoint(_required(source))]
+    of_sizes = [source for source in sources if not _required(source)]
+    with_element = [source for source in of_sizes if values.get("element") in _elements(source)]
+    found = [*named, *with_element, *of_sizes]
+    if not found:
+        needed = " or ".join(", ".join(_required(source)) for source in sources)
+        raise InputError("mesh", "does not say where the mesh comes from", f"needs {needed}")
+    return found[0]
+
+
+def _required(source: type) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(source) if field.default is field.default_factory is MISSING)
+
+
+def _elements(source: type) -> tuple[str, ...]:
+    return get_args(get_type_hints(source).get("element"))

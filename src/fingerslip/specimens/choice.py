@@ -1,0 +1,141 @@
+"""Which specimen a study means: a key for each kind, and the presets of all kinds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+from types import MappingProxyType
+from typing import Annotated, Any
+
+import pydantic
+
+from fingerslip.errors import InputError
+from fingerslip.mesh.source import MeshSource
+from fingerslip.parameters import parameters
+from fingerslip.specimens.fingertip.presets import PRESETS as FINGERTIPS
+from fingerslip.specimens.presets import Presets
+from fingerslip.specimens.protocol import Specimen
+
+__all__ = [
+    "SPECIMENS",
+    "SpecimenChoice",
+    "check_mesh",
+    "given_specimen",
+    "preset_names",
+    "presets_of",
+    "specimen_mesh_sources",
+]
+
+#: The presets of every kind of specimen, by the key that names the kind in a study file.
+SPECIMENS: Mapping[str, Presets[Any]] = MappingProxyType({"fingertip": FINGERTIPS})
+
+
+def _checked(kind: str) -> pydantic.AfterValidator:
+    """Return a check of the values of a specimen, which are kept as they are written."""
+
+    def check(values: Mapping[str, Any]) -> Mapping[str, Any]:
+        SPECIMENS[kind].changed(values)
+        return values
+
+    return pydantic.AfterValidator(check)
+
+
+@parameters
+class SpecimenChoice:
+    """The specimen of a study: a key for each kind, of which at most one is given.
+
+    Parameters
+    ----------
+    fingertip : mapping, optional
+        `preset` and the values that differ from it.
+    """
+
+    fingertip: Annotated[Mapping[str, Any], _checked("fingertip")] | None = field(default=None, kw_only=True)
+
+    @property
+    def specimen_kind(self) -> str | None:
+        """The key that is given; None without a specimen."""
+        return next((key for key in SPECIMENS if getattr(self, key) is not None), None)
+
+    def specimen(self, where: str) -> Specimen | None:
+        """Return the specimen with all its values; None without one.
+
+        Parameters
+        ----------
+        where : str
+            What errors put first, such as ``studies/x.yaml``.
+
+        Raises
+        ------
+        InputError
+            For an unknown preset or key, or a value that does not fit.
+        """
+        kind = self.specimen_kind
+        return None if kind is None else SPECIMENS[kind].changed(getattr(self, kind), f"{where}: {kind}")
+
+
+def given_specimen(fields: Mapping[str, Any]) -> str | None:
+    """Return the key of the specimen that is given; None without one.
+
+    Parameters
+    ----------
+    fields : mapping of str to object
+        Values of the fields of a :class:`SpecimenChoice`, among others.
+
+    Raises
+    ------
+    InputError
+        For two specimens.
+    """
+    given = [key for key in SPECIMENS if fields[key] is not None]
+    if len(given) > 1:
+        raise InputError(given[1], f"is given with {given[0]}", "needs one of the two")
+    return given[0] if given else None
+
+
+def check_mesh(specimen: str | None, mesh: MeshSource) -> None:
+    """Refuse a mesh source that needs a specimen of another kind, or any at all.
+
+    Parameters
+    ----------
+    specimen : str or None
+        Key of the specimen that is given.
+    mesh : MeshSource
+        Where the mesh comes from.
+
+    Raises
+    ------
+    InputError
+        That says what is needed.
+    """
+    if not mesh.needs_specimen:
+        return
+    if specimen is None:
+        kinds = " or ".join(SPECIMENS)
+        raise InputError(kinds, "is missing", f"needs a preset, or mesh.file for a body that is no {kinds}")
+    if type(mesh) not in SPECIMENS[specimen].kind.mesh_sources:
+        raise InputError("mesh", f"does not mesh a {specimen}", "needs element sizes of this specimen")
+
+
+def specimen_mesh_sources() -> tuple[type[MeshSource], ...]:
+    """Return the classes of the mesh sources of all kinds of specimens."""
+    return tuple(source for presets in SPECIMENS.values() for source in presets.kind.mesh_sources)
+
+
+def preset_names() -> tuple[str, ...]:
+    """Return the names of the presets of all kinds of specimens."""
+    return tuple(name for presets in SPECIMENS.values() for name in presets.names)
+
+
+def presets_of(name: str) -> Presets[Any]:
+    """Return the presets that hold the one of a name.
+
+    Raises
+    ------
+    InputError
+        Where there is none.
+    """
+    found = next((presets for presets in SPECIMENS.values() if name in presets.names), None)
+    if found is None:
+        raise InputError("preset", f"'{name}' is not known", f"needs one of {', '.join(preset_names())}")
+    return found

@@ -1,0 +1,93 @@
+"""The fingertip in space as a source of meshes."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import skfem
+
+from fingerslip.mesh.sizes import check_sizes
+from fingerslip.mesh.source import MeshSource
+from fingerslip.parameters import PositiveLength, parameters
+from fingerslip.specimens.fingertip.meshing.solid.build import mesh_solid, solid_cells
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers
+
+__all__ = ["SolidSizes", "build_solid"]
+
+
+@parameters
+class SolidSizes(MeshSource):
+    """Element sizes and element type of a fingertip in space.
+
+    Parameters
+    ----------
+    element : {'T4', 'T10'}
+        Linear or quadratic tetrahedra.
+    contact_size : float
+        Size along the skin that can touch [m].
+    bulk_size : float
+        Largest size, far from the contact [m].
+    contact_reach : float
+        Height above the lowest point up to which the skin is meshed at `contact_size` [m].
+    """
+
+    needs_specimen: ClassVar[bool] = True
+    element_sizes: ClassVar[tuple[str, ...]] = ("contact_size", "bulk_size")
+    dim: ClassVar[int] = 3
+
+    element: Literal["T4", "T10"] = "T4"
+    contact_size: PositiveLength = 0.45e-3
+    bulk_size: PositiveLength = 0.55e-3
+    contact_reach: PositiveLength = 1.5e-3
+
+    def __post_init__(self) -> None:
+        check_sizes(self.contact_size, self.bulk_size)
+
+    def build(self, specimen: FingertipNumbers, /) -> skfem.Mesh3D:
+        """Build the mesh [m]; see :func:`build_solid`."""
+        return mesh_solid(specimen, self)
+
+    def estimated_cells(self, specimen: FingertipNumbers, /) -> float:
+        """Return about how many tetrahedra the mesh will have."""
+        return solid_cells(specimen, self)
+
+
+_DEFAULT = SolidSizes()
+
+
+def build_solid(
+    fingertip: FingertipNumbers,
+    *,
+    contact_size: float = _DEFAULT.contact_size,
+    bulk_size: float = _DEFAULT.bulk_size,
+    contact_reach: float = _DEFAULT.contact_reach,
+    element: Literal["T4", "T10"] = _DEFAULT.element,
+) -> skfem.Mesh3D:
+    """Build the mesh of a fingertip in space, with named regions and boundaries.
+
+    Axes: x along the finger towards the tip, y up (a plate comes from below), z across. The lowest point is at x = 0,
+    y = -`half_height`; where the finger is level, the plane z = 0 is its sagittal and x = 0 its transverse section.
+
+    Parameters
+    ----------
+    fingertip : Fingertip
+        What to mesh, with its `solid` part.
+    contact_size, bulk_size, contact_reach, element : optional
+        As of :class:`SolidSizes`.
+
+    Returns
+    -------
+    skfem.MeshTet1 or skfem.MeshTet2
+        Mesh [m] with the regions `epidermis`, `dermis`, `tissue`, `phalanx` and, where there is one, `nail`; and the
+        boundaries `skin` (outer surface), `pad` (its part at the contact size), `nail` (its part on the nail),
+        `epidermis_dermis`, `dermis_tissue`, `phalanx_surface` (with the tissue), its parts `phalanx_palmar` and
+        `phalanx_dorsal`, `base` (proximal cut) and, where the phalanx reaches it, its part `phalanx_base`.
+
+    Raises
+    ------
+    InputError
+        Where sizes and fingertip do not fit together, or the fingertip has only sections.
+    MeshError
+        Where no mesh of good quality comes out.
+    """
+    return mesh_solid(fingertip, SolidSizes(element, contact_size, bulk_size, contact_reach))

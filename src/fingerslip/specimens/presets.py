@@ -1,0 +1,152 @@
+"""Presets: parameter files that ship with a specimen, in which every value says where it comes from.
+
+A file holds `citation`, `published` and `claims_not`, and below `values` for each dotted path a value with its unit,
+its `source` (a key of the references, or ``assumed``) and a `note`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import functools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib import resources
+from importlib.resources.abc import Traversable
+from typing import Any, Generic, TypeVar
+
+from fingerslip.dotted import joined
+from fingerslip.errors import InputError
+from fingerslip.parameters import from_mapping
+from fingerslip.yaml_text import parse_document
+
+__all__ = ["PresetValue", "Presets"]
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class PresetValue:
+    """One value of a preset and where it comes from.
+
+    Parameters
+    ----------
+    path : str
+        Dotted path in the specimen, such as ``layers.skin_thickness``.
+    value : str
+        The value as the file writes it, with its unit.
+    source : str
+        Key of the reference, or ``assumed``.
+    note : str
+        What the value rests on.
+    """
+
+    path: str
+    value: str
+    source: str
+    note: str
+
+
+@dataclass(frozen=True)
+class Presets(Generic[T]):
+    """The presets of one kind of specimen: the YAML files of a folder ``presets``.
+
+    The methods that take a name raise :class:`~fingerslip.errors.InputError` where no preset has that name.
+
+    Parameters
+    ----------
+    kind : type
+        Class of the specimen, made with :func:`~fingerslip.parameters.parameters`.
+    package : str
+        The package whose folder ``presets`` holds the files.
+    """
+
+    kind: type[T]
+    package: str
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all presets."""
+        files = _folder(self.package).iterdir()
+        return tuple(sorted(file.name.removesuffix(".yaml") for file in files if file.name.endswith(".yaml")))
+
+    def read(self, name: str) -> T:
+        """Return the specimen of a preset."""
+        return from_mapping(self.kind, _nested(self._document(name, "preset")), f"preset {name}")
+
+    def table(self, name: str) -> tuple[PresetValue, ...]:
+        """Return every value of a preset with its source, the assumed ones first."""
+        entries = self._document(name, "preset")["values"].items()
+        rows = [PresetValue(path, _text(e["value"]), e["source"], e.get("note", "")) for path, e in entries]
+        return tuple(sorted(rows, key=lambda row: row.source != "assumed"))
+
+    def header(self, name: str) -> dict[str, str]:
+        """Return what a preset says of itself: `citation`, `published` and `claims_not`."""
+        return {key: str(text).strip() for key, text in self._document(name, "preset").items() if key != "values"}
+
+    def changed(self, mapping: Mapping[str, Any], where: str = "") -> T:
+        """Return a specimen that starts from a preset.
+
+        Parameters
+        ----------
+        mapping : mapping
+            Nested plain data as YAML gives it, with the key ``preset``; the other keys override the preset's values.
+        where : str, optional
+            What errors put first, such as ``studies/x.yaml: fingertip``.
+
+        Raises
+        ------
+        InputError
+            For an unknown preset, or for all unknown keys and values that do not fit.
+        """
+        if "preset" not in mapping:
+            raise InputError(joined(where, "preset"), "is missing", f"needs one of {', '.join(self.names)}")
+        changes = {key: value for key, value in mapping.items() if key != "preset"}
+        values = _nested(self._document(str(mapping["preset"]), joined(where, "preset")))
+        return from_mapping(self.kind, _merged(values, changes), where)
+
+    def _document(self, name: str, where: str) -> dict[str, Any]:
+        if name not in self.names:
+            near = difflib.get_close_matches(name, self.names, n=1)
+            repair = f"did you mean '{near[0]}'?" if near else ""
+            raise InputError(where, f"'{name}' is not known", f"needs one of {', '.join(self.names)}", repair)
+        return _read(self.package, name)
+
+
+def _text(value: object) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _nested(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a preset's values as nested plain data."""
+    nested: dict[str, Any] = {}
+    for path, entry in document["values"].items():
+        *groups, leaf = path.split(".")
+        inner = nested
+        for group in groups:
+            inner = inner.setdefault(group, {})
+        inner[leaf] = entry["value"]
+    return nested
+
+
+def _merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    return {**base, **dict(_merge_items(base, changes))}
+
+
+def _merge_items(base: Mapping[str, Any], changes: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    for key, value in changes.items():
+        inner = base.get(key)
+        if isinstance(inner, Mapping) and isinstance(value, Mapping):
+            yield key, _merged(inner, value)
+        else:
+            yield key, value
+
+
+def _folder(package: str) -> Traversable:
+    return resources.files(package).joinpath("presets")
+
+
+@functools.cache
+def _read(package: str, name: str) -> dict[str, Any]:
+    text = _folder(package).joinpath(f"{name}.yaml").read_text(encoding="utf-8")
+    document: dict[str, Any] = parse_document(text, f"{name}.yaml").content
+    return document

@@ -1,0 +1,92 @@
+"""What every specimen answers: all that a model takes from it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, Protocol
+
+from fingerslip.materials.material import Formulation, Material
+from fingerslip.mesh.source import MeshSource
+from fingerslip.sites import Site
+
+__all__ = ["ModelUse", "Specimen"]
+
+
+@dataclass(frozen=True)
+class ModelUse:
+    """What a model takes from a specimen besides its materials.
+
+    Parameters
+    ----------
+    dim : {2, 3}
+        Dimension of space, 2 for a section.
+    meshed : bool
+        Whether the mesh is made of the specimen, rather than read from a file.
+    held : bool
+        Whether the specimen says what is held.
+    groups : frozenset of str
+        The groups of sites that are recorded; see :meth:`Specimen.sites`.
+    """
+
+    dim: Literal[2, 3]
+    meshed: bool = True
+    held: bool = True
+    groups: frozenset[str] = frozenset()
+
+
+class Specimen(Protocol):
+    """A body that is pressed on a surface, as numbers, and what a model takes from it."""
+
+    @property
+    def mesh_sources(self) -> tuple[type[MeshSource], ...]:
+        """Classes of the sources that mesh it; of the class, so that study files know them too."""
+        ...
+
+    @property
+    def default_mesh(self) -> MeshSource:
+        """The source of its mesh where nothing else is said."""
+        ...
+
+    @property
+    def shape(self) -> Mapping[str, Any]:
+        """Plain data that decides its meshes, so that runs of the same shape share one."""
+        ...
+
+    @property
+    def largest_extent(self) -> float:
+        """What it measures at most [m]; a mesh file that is larger is not in metres."""
+        ...
+
+    @property
+    def materials(self) -> Mapping[str, Material]:
+        """Material of every region of its meshes."""
+        ...
+
+    @property
+    def formulation(self) -> Formulation:
+        """Formulation of its models in the plane; those in space are `solid`."""
+        ...
+
+    @property
+    def depth(self) -> float:
+        """Out-of-plane depth of its models in the plane [m]."""
+        ...
+
+    def supports(self, dim: int, /) -> Mapping[str, tuple[str, ...]]:
+        """Return the boundaries or regions that are held, and in which of the components x, y, z, by dimension."""
+        ...
+
+    def sites(self, groups: Sequence[str], dim: int, /) -> tuple[Site, ...]:
+        """Return the sites of the given groups, such as a kind of receptors.
+
+        Raises
+        ------
+        InputError
+            For a group that it does not have in this dimension of space.
+        """
+        ...
+
+    def why_unused(self, path: str, use: ModelUse, /) -> str:
+        """Return why the value of a dotted path makes no difference to a model; empty for one that it uses."""
+        ...

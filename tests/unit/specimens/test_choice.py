@@ -1,0 +1,87 @@
+"""Which specimen a study names: one of all kinds, with the presets of all."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+
+from fingerslip.errors import InputError
+from fingerslip.mesh.file import MeshFile
+from fingerslip.parameters import parameters
+from fingerslip.specimens import choice
+from fingerslip.specimens.choice import (
+    SPECIMENS,
+    SpecimenChoice,
+    check_mesh,
+    given_specimen,
+    preset_names,
+    presets_of,
+    specimen_mesh_sources,
+)
+from fingerslip.specimens.fingertip import Fingertip, preset
+from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
+from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
+
+FINGER = {"preset": "wang2014-2d"}
+
+
+def test_there_is_a_field_for_every_kind() -> None:
+    assert set(SpecimenChoice.__dataclass_fields__) == set(SPECIMENS)
+
+
+def test_the_key_that_is_given_names_the_kind() -> None:
+    assert SpecimenChoice().specimen_kind is None
+    assert SpecimenChoice().specimen("x.yaml") is None
+    chosen = SpecimenChoice(fingertip=FINGER)
+    assert chosen.specimen_kind == "fingertip"
+    assert chosen.specimen("x.yaml") == preset("wang2014-2d")
+
+
+def test_mistakes_name_the_kind() -> None:
+    with pytest.raises(InputError, match=r"^SpecimenChoice\.fingertip\.preset: 'nobody' is not known"):
+        SpecimenChoice(fingertip={"preset": "nobody"})
+
+
+@parameters
+class WithSensor(SpecimenChoice):
+    """A choice with a second kind of specimen."""
+
+    sensor: Mapping[str, Any] | None = dataclasses.field(default=None, kw_only=True)
+
+
+def test_two_specimens_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(choice, "SPECIMENS", {**SPECIMENS, "sensor": SPECIMENS["fingertip"]})
+    assert given_specimen({"fingertip": None, "sensor": None}) is None
+    assert given_specimen({"fingertip": None, "sensor": FINGER}) == "sensor"
+    assert WithSensor(sensor=FINGER).specimen_kind == "sensor"
+    with pytest.raises(InputError, match="sensor: is given with fingertip, needs one of the two"):
+        given_specimen({"fingertip": FINGER, "sensor": FINGER})
+
+
+def test_a_mesh_has_to_suit_the_specimen(monkeypatch: pytest.MonkeyPatch) -> None:
+    check_mesh("fingertip", MeshSizes())
+    check_mesh(None, MeshFile("a.msh"))
+    with pytest.raises(InputError, match=r"fingertip: is missing, needs a preset, or mesh.file for a body"):
+        check_mesh(None, MeshSizes())
+    monkeypatch.setattr(Fingertip, "mesh_sources", (SolidSizes,))
+    with pytest.raises(InputError, match="mesh: does not mesh a fingertip"):
+        check_mesh("fingertip", MeshSizes())
+
+
+def test_presets_of_all_kinds_are_found_by_name() -> None:
+    assert preset_names() == ("wang2014-2d", "wang2014-3d")
+    assert presets_of("wang2014-3d").read("wang2014-3d") == preset("wang2014-3d")
+    with pytest.raises(InputError, match="preset: 'nobody' is not known, needs one of wang2014-2d, wang2014-3d"):
+        presets_of("nobody")
+
+
+def test_names_of_presets_are_unique() -> None:
+    assert len(set(preset_names())) == len(preset_names())
+
+
+def test_mesh_sources_are_those_of_all_kinds() -> None:
+    every: Mapping[str, Any] = {source.__name__: source for source in specimen_mesh_sources()}
+    assert list(every) == ["MeshSizes", "SolidSizes"]

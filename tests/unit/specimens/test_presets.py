@@ -1,0 +1,94 @@
+"""Presets of any specimen: values with sources, and changes to them."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+from fingerslip.errors import InputError
+from fingerslip.parameters import Density, PositiveLength, parameters
+from fingerslip.specimens.presets import Presets, PresetValue
+
+DOCUMENT = """
+citation: >-
+  Someone: A block.
+  Journal, 2020.
+claims_not: anything
+values:
+  size.width: {value: 10 mm, source: someone2020, note: measured}
+  size.height: {value: 5 mm, source: assumed}
+  density: {value: 1000 kg/m^3, source: someone2020, note: of water}
+  soft: {value: true, source: assumed}
+"""
+
+
+@parameters
+class Size:
+    """Width and height of a block."""
+
+    width: PositiveLength
+    height: PositiveLength
+
+
+@parameters
+class Block:
+    """A block."""
+
+    size: Size
+    density: Density
+    soft: bool
+
+
+@pytest.fixture
+def presets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Presets[Block]:
+    (tmp_path / "presets").mkdir()
+    (tmp_path / "presets" / "someone2020.yaml").write_text(DOCUMENT)
+    (tmp_path / "presets" / "notes.txt").write_text("")
+    monkeypatch.setattr(resources, "files", lambda _: tmp_path)
+    return Presets(Block, str(tmp_path))
+
+
+def test_names_are_those_of_the_files(presets: Presets[Block]) -> None:
+    assert presets.names == ("someone2020",)
+
+
+def test_values_are_read_with_their_units(presets: Presets[Block]) -> None:
+    assert presets.read("someone2020") == Block(Size(10e-3, 5e-3), 1000.0, True)
+
+
+def test_table_has_the_assumed_values_first(presets: Presets[Block]) -> None:
+    table = presets.table("someone2020")
+    assert table[0] == PresetValue("size.height", "5 mm", "assumed", "")
+    assert [row.path for row in table] == ["size.height", "soft", "size.width", "density"]
+    assert table[1].value == "true"
+
+
+def test_header_says_what_the_preset_is(presets: Presets[Block]) -> None:
+    header = presets.header("someone2020")
+    assert header == {"citation": "Someone: A block. Journal, 2020.", "claims_not": "anything"}
+
+
+def test_changes_merge_deeply(presets: Presets[Block]) -> None:
+    changed = presets.changed({"preset": "someone2020", "size": {"height": "6 mm"}}, "x.yaml: block")
+    assert changed.size == Size(10e-3, 6e-3)
+
+
+@pytest.mark.parametrize(
+    ("mapping", "message"),
+    [
+        ({}, "x.yaml: block.preset: is missing, needs one of someone2020"),
+        ({"preset": "someone2021"}, "x.yaml: block.preset: 'someone2021' is not known.*did you mean 'someone2020'"),
+        ({"preset": "someone2020", "size": {"hight": "1 mm"}}, "x.yaml: block.size.hight: .*did you mean 'height'"),
+    ],
+)
+def test_wrong_changes_are_named(presets: Presets[Block], mapping: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        presets.changed(mapping, "x.yaml: block")
+
+
+@pytest.mark.parametrize("ask", ["read", "table", "header"])
+def test_unknown_names_are_refused(presets: Presets[Block], ask: str) -> None:
+    with pytest.raises(InputError, match="preset: 'nobody' is not known, needs one of someone2020"):
+        getattr(presets, ask)("nobody")
