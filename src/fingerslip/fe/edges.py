@@ -37,8 +37,8 @@ def free_edge_nodes(space: Space, boundary: str, held: NDArray[np.bool_]) -> NDA
     if not others.size:
         return np.zeros(0, dtype=np.int64)
     others = others[~held[space.mesh.facets[:, others]].all(axis=0).any(axis=1)]
-    facet_dofs = space.full.get_dofs(facets=others).all() if others.size else np.zeros(0, dtype=np.int64)
-    return np.intersect1d(boundary_nodes(space, boundary), facet_dofs // space.dim)
+    free = space.full.get_dofs(facets=others).all() if others.size else np.zeros(0, dtype=np.int64)
+    return np.intersect1d(boundary_nodes(space, boundary), free).astype(np.int64)
 
 
 def free_edge_distances(

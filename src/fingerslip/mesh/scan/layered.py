@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 
-# Cells outside the skin and, of those inside it, cells proximal of the cut are no part of the body.
+# Cells outside the skin and cells proximal of the cut are no part of the body.
 _LAYERS = 5
 _OUTSIDE, _PROXIMAL, _SKIN, _TISSUE, _PHALANX = range(_LAYERS)
 _CRUMB = 0.02
@@ -240,10 +240,11 @@ def _layers(whole: skfem.MeshTet1, bodies: _Bodies) -> Integers:
     """Return in which layer each cell is, by the position of its centre."""
     centre = whole.p[:, whole.t].mean(axis=1).T
     layer = np.full(len(centre), _OUTSIDE)
-    inside = np.flatnonzero(contains(bodies.skin, centre))
-    distal = centre[inside, 0] > bodies.cut
-    layer[inside[~distal]] = _PROXIMAL
-    kept = inside[distal]
+    distal = centre[:, 0] > bodies.cut
+    # The skin ends at the cut, so that cells beyond it may be partly inside and partly outside.
+    layer[~distal] = _PROXIMAL
+    kept = np.flatnonzero(distal)
+    kept = kept[contains(bodies.skin, centre[kept])]
     layer[kept] = np.where(contains(bodies.tissue, centre[kept]), _TISSUE, _SKIN)
     if bodies.phalanx is not None:
         layer[kept[contains(bodies.phalanx, centre[kept])]] = _PHALANX

@@ -60,7 +60,7 @@ def test_changes_of_a_study_stand_beside_the_values_of_the_preset(tmp_path: Path
     assert rows["fingertip.phalanx.variant"] == ("scaled", "study file", "preset: original")
     assert rows["fingertip.layers.skin_thickness"] == ("1.4 mm", "study file", "preset: 1.5 mm")
     assert rows["fingertip.phalanx.rigid"][:2] == ("true", "assumed")
-    assert rows["fingertip.receptors.fa_ii_depth"] == ("3 mm", "not used", "no receptors are recorded")
+    assert rows["fingertip.receptors.fa_ii_depth"] == ("3 mm", "not used", "no FA-II receptors are recorded")
     recorded = rows_of(finger(record={"receptors": ["FA-II"]}), tmp_path)
     assert recorded["fingertip.receptors.fa_ii_depth"][:2] == ("3 mm", "wang2014")
 
