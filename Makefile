@@ -44,7 +44,7 @@ lock:  ## renew requirements.lock (needs uv)
 		--no-header --extra dev --extra docs pyproject.toml -o requirements.lock
 
 libraries:  ## check the system libraries that Gmsh and VTK load
-	PYTHONPATH=src $(PYTHON) -m fingerslip.installation
+	$(PYTHON) src/fingerslip/installation.py
 
 clean:  ## remove the environment and everything that was built
 	rm -rf $(VENV) docs/_build docs/api/generated .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
@@ -53,7 +53,7 @@ $(READY): requirements.lock pyproject.toml
 	@$(PYTHON) -c '$(SUPPORTED)' || { \
 		echo "fingerslip needs Python 3.11, 3.12 or 3.13; $(PYTHON) is $$($(PYTHON) --version 2>&1)." \
 			"Name another: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 2; }
-	@PYTHONPATH=src $(PYTHON) -m fingerslip.installation
+	@$(PYTHON) src/fingerslip/installation.py
 	@if command -v uv >/dev/null 2>&1; then \
 		echo "Making $(VENV) with uv ..."; \
 		uv venv --quiet --clear --python "$$($(PYTHON) -c 'import sys; print(sys.executable)')" $(VENV) && \

@@ -9,6 +9,7 @@ import pytest
 
 from fingerslip import installation
 from fingerslip.installation import Library, install_line, main, missing_libraries
+from places import ROOT
 
 LIBRARIES = (Library("liba.so.1", "liba1", "a-libs"), Library("libb.so.2", "libb2", "b-libs"))
 
@@ -76,3 +77,11 @@ def test_check_runs_before_anything_is_installed() -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode in {0, 2}, done.stderr
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("caller", ["Makefile", ".ci/run"])
+def test_set_up_calls_the_file_itself(caller: str) -> None:
+    """As a module of the package it would need what the package imports."""
+    text = (ROOT / caller).read_text(encoding="utf-8")
+    assert "src/fingerslip/installation.py" in text
+    assert "-m fingerslip" not in text
