@@ -1,6 +1,6 @@
 """Check the system libraries that Gmsh and VTK load on Linux, and say what to install.
 
-Run as ``python src/fingerslip/installation.py``, before anything is installed; it needs nothing but the standard library.
+Run as ``python src/fingerslip/installation.py`` before anything is installed: it needs the standard library alone.
 """
 
 from __future__ import annotations
