@@ -15,6 +15,7 @@ from fingerslip.fe.edges import free_edge_distances
 from fingerslip.fe.recovery import Recovery, cell_recovery, site_recovery, stress_components, von_mises
 from fingerslip.fe.space import Space, cell_nodes
 from fingerslip.history import COORDINATES, VARIABLES
+from fingerslip.materials.material import STRAIN_COMPONENTS
 from fingerslip.model import Model
 
 __all__ = ["CellFields", "Recorder"]
@@ -72,6 +73,7 @@ class Recorder:
         self._sites = site_recovery(
             system.space, system.materials, system.site_nodes, [site.region for site in model.record.sites]
         )
+        self._strains = np.zeros((times.size, len(model.record.sites), STRAIN_COMPONENTS[system.space.dim]))
         self._cells = cells or CellFields(system)
         self._snapshots = _snapshot_steps(times, model.record.snapshots_every)
         sizes = {
@@ -95,12 +97,14 @@ class Recorder:
     @property
     def nbytes(self) -> int:
         """Memory that the arrays take when they are filled [bytes]."""
-        return sum(np.asarray(value).nbytes for value in self.values.values())
+        return self._strains.nbytes + sum(np.asarray(value).nbytes for value in self.values.values())
 
     def record(self, state: State) -> None:
         """Record the next state."""
         step, self._next = self._next, self._next + 1
         self._record_motion(step, state)
+        # The displacement comes last in there, so the reused array holds it.
+        self._strains[step] = self._sites.strains(self._full)
         self._record_contact(step, state)
         for name, attribute in _ENERGIES.items():
             self.values[name][step] = getattr(state.energies, attribute)
@@ -108,6 +112,11 @@ class Recorder:
         self.values["contact_residual"][step] = state.residual
         if step in self._snapshots:
             self._record_snapshot(self._snapshots.index(step), state)
+
+    def complete(self) -> None:
+        """Fill in what follows from the recorded states: stresses and energies at the sites, of all steps at once."""
+        self.values["stress"][:] = self._sites.stresses(self._strains)
+        self.values["strain_energy_density"][:] = self._sites.energy_densities(self._strains)
 
     def _nodal(self, field: Array) -> Array:
         """Return a field on the unknowns (n,) at all nodes, shape (n_nodes, dim); the array is reused."""
@@ -121,13 +130,6 @@ class Recorder:
             nodal = self._nodal(field)
             values[name][step] = nodal[system.site_nodes]
             values[f"contact_{name}"][step] = nodal[system.candidates.nodes]
-        # The displacement comes last, so the reused array holds it.
-        self._record_strain(step)
-
-    def _record_strain(self, step: int) -> None:
-        strains = self._sites.strains(self._full)
-        self.values["stress"][step] = self._sites.stresses(strains)
-        self.values["strain_energy_density"][step] = self._sites.energy_densities(strains)
 
     def _record_contact(self, step: int, state: State) -> None:
         values, candidates, interface = self.values, self._system.candidates, state.interface

@@ -168,6 +168,9 @@ def _simulate(
     _logger.info("%s, %s", steppers[0].solver.name, steppers[0].condensed.description)
     with watch.part("stepping"), single_dense_thread():
         march(steppers, recorders, times, watch=watch, progress=progress, threads=threads)
+        with watch.part("recording"):
+            for recorder in recorders:
+                recorder.complete()
     return tuple(
         _history(stepper, recorder, own, len(models), watch)
         for stepper, recorder, own in zip(steppers, recorders, times, strict=True)

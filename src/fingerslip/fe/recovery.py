@@ -77,15 +77,15 @@ class Recovery:
         return values
 
     def stresses(self, strains: Array) -> Array:
-        """Return the stresses [Pa], shape (n_points, 4 or 6), of strains (n_points, m) [-].
+        """Return the stresses [Pa], shape (..., n_points, 4 or 6), of strains (..., n_points, m) [-].
 
         Components are named by :func:`stress_components`.
         """
         return self._mean(strains, len(stress_components(self.dim)), self._stress)
 
     def energy_densities(self, strains: Array) -> Array:
-        """Return the strain energy densities [J/m^3], shape (n_points,), of strains (n_points, m) [-]."""
-        return self._mean(strains, 1, self._energy)[:, 0]
+        """Return the strain energy densities [J/m^3], shape (..., n_points), of strains (..., n_points, m) [-]."""
+        return self._mean(strains, 1, self._energy)[..., 0]
 
     def _energy(self, material: Material, strains: Array) -> Array:
         return material.energy(strains, self.formulation)[:, None]
@@ -98,10 +98,12 @@ class Recovery:
         return np.column_stack([stress[:, :2], across, stress[:, 2:]])
 
     def _mean(self, strains: Array, components: int, law: Callable[[Material, Array], Array]) -> Array:
-        """Return the mean of what a law gives at each point, shape (n_points, components), over the materials there."""
-        mean = np.zeros((len(strains), components))
+        """Return the mean of what a law gives, shape (..., n_points, components), over the materials at each point."""
+        mean = np.zeros((*strains.shape[:-1], components))
         for share in self.shares:
-            mean[share.points] += share.weights[:, None] * law(share.material, strains[share.points])
+            own = strains[..., share.points, :]
+            values = law(share.material, own.reshape(-1, strains.shape[-1])).reshape(*own.shape[:-1], components)
+            mean[..., share.points, :] += share.weights[:, None] * values
         return mean
 
 
