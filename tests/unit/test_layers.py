@@ -13,7 +13,7 @@ import fingerslip
 
 SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
-    "errors dotted units yaml_text fields mistakes parameters protocols files digest sites",
+    "errors units parameters files digest sites",
     "materials mesh specimens fe linear contact model history dynamics",
     "slip uncertainty published results report",
     "verification study validation commands",

@@ -23,7 +23,7 @@ from fingerslip.history import make_history
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.linear.threads import allowed_threads, limited_threads, single_dense_thread, suitable_threads
 from fingerslip.model import Model
-from fingerslip.protocols import describe
+from fingerslip.parameters.protocols import describe
 
 __all__ = ["simulate", "simulate_together", "step_times"]
 
