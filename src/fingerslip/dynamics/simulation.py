@@ -35,7 +35,7 @@ _logger = logging.getLogger(__name__)
 
 
 def step_times(model: Model) -> Array:
-    """Return the times of the steps [s], the start included: whole steps until the end is reached.
+    """Return the times of the steps, start included, shape (n_steps + 1,) [s]: whole steps until the end is reached.
 
     Raises
     ------
