@@ -46,6 +46,7 @@ __all__ = [
     "Timing",
     "Traction",
     "phase_duration",
+    "phase_travel",
 ]
 
 Component = Literal["x", "y", "z"]
@@ -222,15 +223,20 @@ class Contact:
     drive: Drive | None = None
 
 
-def phase_duration(phase: Phase) -> float:
-    """Return how long a phase lasts [s]."""
+def phase_travel(phase: Phase) -> float:
+    """Return how far counterfaces move in a phase [m]."""
     match phase:
         case Press():
-            return phase.depth / phase.speed
+            return phase.depth
         case Slide() | Lift():
-            return phase.distance / phase.speed
+            return phase.distance
         case Hold():
-            return phase.duration
+            return 0.0
+
+
+def phase_duration(phase: Phase) -> float:
+    """Return how long a phase lasts [s]."""
+    return phase.duration if isinstance(phase, Hold) else phase_travel(phase) / phase.speed
 
 
 class Timing(Protocol):

@@ -14,7 +14,7 @@ from fingerslip.contact.counterfaces import Plane
 from fingerslip.errors import InputError
 from fingerslip.materials.material import Formulation, Material
 from fingerslip.mesh.source import InspectedMesh
-from fingerslip.model import Contact, Hold, Model, Phase, Press, Recording
+from fingerslip.model import Contact, Model, Phase, Recording, phase_travel
 from fingerslip.sites import Site
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.specimens.protocol import Specimen
@@ -227,8 +227,7 @@ def _check_extent(mesh: Any, run: Run) -> None:
 def _longest_travel(study: Study) -> float:
     """Return the longest travel of a phase [m]; 0 where no counterface moves."""
     own = [entry for contact in study.all_contacts for entry in contact.programme or ()]
-    moving = [phase for phase in _phases((*study.programme, *own)) if not isinstance(phase, Hold)]
-    return max((phase.depth if isinstance(phase, Press) else phase.distance for phase in moving), default=0.0)
+    return max(map(phase_travel, _phases((*study.programme, *own))), default=0.0)
 
 
 def _supports(study: Study, specimen: Specimen | _NoSpecimen, dim: int) -> Mapping[str, Any]:
