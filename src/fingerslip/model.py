@@ -259,7 +259,7 @@ class TimeStepping:
     alpha : float
         Numerical damping, from -1/2 to 0; 0 is the trapezoidal rule.
     end : float, optional
-        End of the simulation [s]; without it the end of the programme.
+        End of the simulation [s], a multiple of the step; without it the end of the programme.
     """
 
     step: PositiveDuration
@@ -278,7 +278,7 @@ class QuasiStatic:
     step : float
         Time step [s].
     end : float, optional
-        End of the simulation [s]; without it the end of the programme.
+        End of the simulation [s], a multiple of the step; without it the end of the programme.
     """
 
     step: PositiveDuration

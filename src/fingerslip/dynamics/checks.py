@@ -142,6 +142,9 @@ def _check_initial_velocity(model: Model, space: Space) -> None:
     velocity = model.initial_velocity
     if velocity is not None and len(velocity) != space.dim:
         raise InputError("initial_velocity", f"got {len(velocity)} components", f"needs {space.dim}")
+    if velocity is not None and any(velocity) and not make_scheme(model.time).inertia_factor:
+        found = "is given for a model without inertia"
+        raise InputError("initial_velocity", found, "needs steps with inertia", "take TimeStepping, or leave it out")
 
 
 def _programme_name(contact: Contact, number: int) -> str:

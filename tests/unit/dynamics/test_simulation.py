@@ -64,6 +64,21 @@ def test_a_programme_that_ends_between_two_steps_is_run_to_its_end():
     assert step_times(push_and_slide(step=0.03))[-1] == pytest.approx(0.24)
 
 
+@pytest.mark.parametrize("timing", [fs.TimeStepping, fs.QuasiStatic])
+def test_an_end_between_two_steps_is_refused(timing):
+    message = r"time.end: got 1 s, which is 3.333 steps of 0.3 s, .* write 0.9 s or 1.2 s, or a step of 0.25 s"
+    with pytest.raises(fs.InputError, match=message):
+        fs.simulate(push_and_slide(time=timing(step=0.3, end=1.0)))
+
+
+@pytest.mark.parametrize("step", [0.1, 0.07, 1e-3, 1.0 / 3.0])
+@pytest.mark.parametrize("count", [1, 3, 7, 1000])
+def test_a_whole_number_of_steps_ends_at_the_given_end(step, count):
+    times = step_times(push_and_slide(time=fs.TimeStepping(step, end=step * count)))
+    assert times.size == count + 1
+    assert times[-1] == pytest.approx(step * count)
+
+
 def test_a_step_longer_than_the_run_is_refused():
     with pytest.raises(fs.InputError, match=r"time.step: got 1 s for a run of 0.22 s, needs at least one step"):
         fs.simulate(push_and_slide(step=1.0))
