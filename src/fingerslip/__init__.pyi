@@ -10,6 +10,7 @@ from .contact.friction import (
 from .dynamics.simulation import simulate as simulate, simulate_together as simulate_together
 from .errors import (
     ConvergenceError as ConvergenceError,
+    EquilibriumError as EquilibriumError,
     FingerslipError as FingerslipError,
     InputError as InputError,
     MeshError as MeshError,

@@ -271,7 +271,7 @@ class TimeStepping:
 class QuasiStatic:
     """Steps without inertia: every step is in equilibrium.
 
-    The supports have to hold the body, and no counterface may be driven by a force.
+    Supports or contact have to hold the body, and no counterface may be driven by a force.
 
     Parameters
     ----------
