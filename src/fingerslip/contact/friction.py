@@ -52,15 +52,16 @@ class Conditions:
         Pressure at the start of the step [Pa], zero where the contact is open.
     slip_rate : (n,) array
         Slip of the last step over its duration [m/s], not negative.
-    slip_distance : (n,) array
-        Slip accumulated since the node last stuck or came into contact [m].
+    slip_since_contact : (n,) array
+        Slip accumulated since the node came into contact [m]. A node that sticks keeps it, so that it is continuous in
+        the motion; one that opens begins anew. Histories record ``slip_distance``, which never begins anew.
     time : float
         End of the step, for which the coefficient is needed [s].
     """
 
     pressure: Array
     slip_rate: Array
-    slip_distance: Array
+    slip_since_contact: Array
     time: float
 
     def at(self, nodes: NDArray[np.bool_]) -> Conditions:
@@ -69,7 +70,7 @@ class Conditions:
             self,
             pressure=self.pressure[nodes],
             slip_rate=self.slip_rate[nodes],
-            slip_distance=self.slip_distance[nodes],
+            slip_since_contact=self.slip_since_contact[nodes],
         )
 
 

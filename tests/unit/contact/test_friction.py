@@ -15,7 +15,7 @@ from fingerslip.parameters import from_mapping
 def conditions(**given):
     """Return conditions at which everything that is not given is one."""
     count = len(next(iter(given.values())))
-    names = ("pressure", "slip_rate", "slip_distance")
+    names = ("pressure", "slip_rate", "slip_since_contact")
     return Conditions(*(np.array(given.get(name, np.ones(count))) for name in names), time=1.0)
 
 
@@ -73,7 +73,11 @@ def test_an_anisotropic_law_works_in_space_in_a_frame_of_its_own():
 
 
 def test_conditions_at_some_nodes_keep_the_time():
-    given = conditions(pressure=[1.0, 2.0, 3.0], slip_rate=[4.0, 5.0, 6.0], slip_distance=[7.0, 8.0, 9.0])
+    given = conditions(pressure=[1.0, 2.0, 3.0], slip_rate=[4.0, 5.0, 6.0], slip_since_contact=[7.0, 8.0, 9.0])
     some = given.at(np.array([True, False, True]))
-    assert (some.pressure.tolist(), some.slip_rate.tolist(), some.slip_distance.tolist()) == ([1, 3], [4, 6], [7, 9])
+    assert (some.pressure.tolist(), some.slip_rate.tolist(), some.slip_since_contact.tolist()) == (
+        [1, 3],
+        [4, 6],
+        [7, 9],
+    )
     assert some.time == given.time
