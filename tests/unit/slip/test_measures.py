@@ -80,9 +80,8 @@ def test_without_body_and_contact_their_numbers_are_none() -> None:
     bare = HISTORY.drop_dims(["counterface", "contact_node"])
     numbers = read_measures(bare)
     assert numbers["records"] == 401
-    of_contact = [name for name in numbers if name.endswith(("_N", "_m", "_m2", "_Pa", "slide"))]
-    assert len(of_contact) == 10
-    assert all(numbers[name] is None for name in of_contact)
+    of_the_solution = {"records", "contact_iterations_max", "contact_iterations_mean", "energy_imbalance_over_work"}
+    assert {name for name, value in numbers.items() if value is not None} <= of_the_solution
 
 
 def test_numbers_of_the_solution() -> None:
