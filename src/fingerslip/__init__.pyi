@@ -5,6 +5,7 @@ from .contact.friction import (
     Anisotropic as Anisotropic,
     Coulomb as Coulomb,
     PressureDependent as PressureDependent,
+    SlipWeakening as SlipWeakening,
     StaticKinetic as StaticKinetic,
 )
 from .dynamics.simulation import simulate as simulate, simulate_together as simulate_together

@@ -196,8 +196,9 @@ class Contact:
     counterface : Plane, Cylinder or Sphere
         The rigid counterface, or any object with the members of
         :class:`~fingerslip.contact.counterfaces.Counterface`.
-    friction : Coulomb, StaticKinetic, PressureDependent or Anisotropic
-        The friction law, or any object with the members of :class:`~fingerslip.contact.friction.FrictionLaw`.
+    friction : FrictionLaw
+        The friction law: one of :data:`~fingerslip.contact.friction.BuiltInLaw`, or any object with the members of
+        :class:`~fingerslip.contact.friction.FrictionLaw`.
     normal_penalty, tangential_penalty : float, optional
         Contact stiffness per area [Pa/m]; without them they follow from the layer under the boundary
         and the size of its facets.

@@ -10,7 +10,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.contact.friction import ISOTROPIC
-from fingerslip.contact.states import SLIP
+from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.dynamics.simulation import step_times
 from fingerslip.history import VARIABLES
 from problems.pushed import pad, push_and_slide
@@ -189,7 +189,7 @@ class Drying:
     frame: ClassVar = ISOTROPIC
 
     def coefficients(self, conditions):
-        return self.coefficient + 2.0 * conditions.time + 100.0 * conditions.slip_distance
+        return self.coefficient + 2.0 * conditions.time + 100.0 * conditions.slip_since_contact
 
 
 def test_a_friction_law_of_a_user_sees_the_conditions_of_every_step():
@@ -202,8 +202,8 @@ def test_a_friction_law_of_a_user_sees_the_conditions_of_every_step():
     slipping = np.argwhere(state == SLIP)
     assert len(slipping) > 40
     for step, node in slipping:
-        last_stick = np.flatnonzero(state[:step, node] != SLIP)[-1]
-        slipped = history.slip_distance.values[step - 1, node] - history.slip_distance.values[last_stick, node]
+        last_open = np.flatnonzero(state[:step, node] == OPEN)[-1]
+        slipped = history.slip_distance.values[step - 1, node] - history.slip_distance.values[last_open, node]
         mu = 0.2 + 2.0 * history.time.values[step] + 100.0 * slipped
         assert friction[step, node] == pytest.approx(mu * pressure[step, node], rel=1e-7)
 
