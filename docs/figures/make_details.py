@@ -1,7 +1,7 @@
 """Write results/reference/validation-details.md: the numbers of docs/validation.md that are not in the table of rows.
 
 First: fingerslip validate
-       fingerslip run studies/wang2014_{peaks,thickness,damping}.yaml studies/stick_slip_friction.yaml
+       fingerslip run studies/wang2014_{peaks,thickness,damping}.yaml studies/{stick_slip_friction,slip_weakening}.yaml
 Then: python docs/figures/make_details.py [RESULTS]
 """
 
@@ -43,6 +43,8 @@ def main() -> None:
         peaks(results / "wang2014_peaks", BEFORE_OVERALL),
         peaks(results / "stick_slip_friction", BEFORE_DROP),
         drops(results / "stick_slip_friction"),
+        peaks(results / "slip_weakening", BEFORE_DROP),
+        drops(results / "slip_weakening"),
         slipped(results / "wang2014_table2"),
         receptors(results / "wang2014_table2"),
         densities(results / "wang2014_table2"),

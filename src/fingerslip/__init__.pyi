@@ -5,11 +5,13 @@ from .contact.friction import (
     Anisotropic as Anisotropic,
     Coulomb as Coulomb,
     PressureDependent as PressureDependent,
+    SlipWeakening as SlipWeakening,
     StaticKinetic as StaticKinetic,
 )
 from .dynamics.simulation import simulate as simulate, simulate_together as simulate_together
 from .errors import (
     ConvergenceError as ConvergenceError,
+    EquilibriumError as EquilibriumError,
     FingerslipError as FingerslipError,
     InputError as InputError,
     MeshError as MeshError,

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 
 __all__ = [
     "ConvergenceError",
+    "EquilibriumError",
     "FingerslipError",
     "InputError",
     "InputErrors",
@@ -188,6 +189,23 @@ class ConvergenceError(FingerslipError):
             f"contact at t = {self.time:.6g} s, node {self.node}: residual {self.residual:.2e}, "
             f"needs <= {self.tolerance:.0e}; {self.advice}"
         )
+
+
+class EquilibriumError(ConvergenceError):
+    """A body without inertia finds no equilibrium: contact, which alone holds it, does not carry its loads.
+
+    Parameters
+    ----------
+    time : float
+        Time of the step [s].
+    """
+
+    def __init__(self, time: float) -> None:
+        super().__init__(time, -1, float("inf"), 0.0, "support it, let it touch more, or take TimeStepping")
+        self.args = (time,)
+
+    def __str__(self) -> str:
+        return f"equilibrium at t = {self.time:.6g} s: contact alone does not hold the body; {self.advice}"
 
 
 class ResultError(FingerslipError):

@@ -197,8 +197,9 @@ class Contact:
     counterface : Plane, Cylinder or Sphere
         The rigid counterface, or any object with the members of
         :class:`~fingerslip.contact.counterfaces.Counterface`.
-    friction : Coulomb, StaticKinetic, PressureDependent or Anisotropic
-        The friction law, or any object with the members of :class:`~fingerslip.contact.friction.FrictionLaw`.
+    friction : FrictionLaw
+        The friction law: one of :data:`~fingerslip.contact.friction.BuiltInLaw`, or any object with the members of
+        :class:`~fingerslip.contact.friction.FrictionLaw`.
     normal_penalty, tangential_penalty : float, optional
         Contact stiffness per area [Pa/m]; without them they follow from the layer under the boundary
         and the size of its facets.
@@ -265,7 +266,7 @@ class TimeStepping:
     alpha : float
         Numerical damping, from -1/2 to 0; 0 is the trapezoidal rule.
     end : float, optional
-        End of the simulation [s]; without it the end of the programme.
+        End of the simulation [s], a multiple of the step; without it the end of the programme.
     """
 
     step: PositiveDuration
@@ -277,14 +278,14 @@ class TimeStepping:
 class QuasiStatic:
     """Steps without inertia: every step is in equilibrium.
 
-    The supports have to hold the body, and no counterface may be driven by a force.
+    Supports or contact have to hold the body, and no counterface may be driven by a force.
 
     Parameters
     ----------
     step : float
         Time step [s].
     end : float, optional
-        End of the simulation [s]; without it the end of the programme.
+        End of the simulation [s], a multiple of the step; without it the end of the programme.
     """
 
     step: PositiveDuration

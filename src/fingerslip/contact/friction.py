@@ -22,7 +22,7 @@ import pydantic
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import NonNegativeNumber, Pressure, Speed, parameters
+from fingerslip.parameters import NonNegativeNumber, PositiveLength, Pressure, Speed, parameters
 
 __all__ = [
     "ISOTROPIC",
@@ -32,6 +32,7 @@ __all__ = [
     "Coulomb",
     "FrictionLaw",
     "PressureDependent",
+    "SlipWeakening",
     "StaticKinetic",
     "TangentFrame",
 ]
@@ -52,15 +53,16 @@ class Conditions:
         Pressure at the start of the step [Pa], zero where the contact is open.
     slip_rate : (n,) array
         Slip of the last step over its duration [m/s], not negative.
-    slip_distance : (n,) array
-        Slip accumulated since the node last stuck or came into contact [m].
+    slip_since_contact : (n,) array
+        Slip accumulated since the node came into contact [m]. A node that sticks keeps it, so that it is continuous in
+        the motion; one that opens begins anew. Histories record ``slip_distance``, which never begins anew.
     time : float
         End of the step, for which the coefficient is needed [s].
     """
 
     pressure: Array
     slip_rate: Array
-    slip_distance: Array
+    slip_since_contact: Array
     time: float
 
     def at(self, nodes: NDArray[np.bool_]) -> Conditions:
@@ -69,7 +71,7 @@ class Conditions:
             self,
             pressure=self.pressure[nodes],
             slip_rate=self.slip_rate[nodes],
-            slip_distance=self.slip_distance[nodes],
+            slip_since_contact=self.slip_since_contact[nodes],
         )
 
 
@@ -148,8 +150,9 @@ class StaticKinetic:
     """Friction that drops from a static to a kinetic coefficient with the slip rate.
 
     mu = kinetic + (static - kinetic) exp(-slip_rate / decay_speed) (Armstrong-Hélouvry, Dupont & Canudas de Wit 1994).
-    The slip rate is that of the step before. In quasi-static sliding the law therefore needs steps in which the drop
-    stays below the penalty's own force.
+    The slip rate is that of the step before. In quasi-static motion the law therefore slides steadily only at steps
+    longer than |d mu / d slip_rate| p / k, with the pressure p and the stiffness k per area of what holds the surface;
+    at shorter ones it sticks and slips from step to step.
 
     Parameters
     ----------
@@ -185,6 +188,61 @@ class StaticKinetic:
         """Return the friction coefficient of every node, shape (n,) [-]."""
         share: Array = np.exp(-np.abs(conditions.slip_rate) / self.decay_speed)
         return self.kinetic + (self.static - self.kinetic) * share
+
+
+@parameters
+class SlipWeakening:
+    """Friction that falls from a static to a kinetic coefficient over a slip distance.
+
+    ::
+
+        mu(s) = static - (static - kinetic) min(s / distance, 1)
+
+    with the slip s of a node: linear slip weakening (Ida 1972; Palmer & Rice 1973). Slip along this line takes the work
+    (static - kinetic) p distance / 2 per area beyond that of the kinetic coefficient, and it sets a length and a time
+    for what lets go at once. Under a pressure p, slip is steady where what holds the surface is stiffer per area than
+    (static - kinetic) p / distance, and runs away where it is softer, whatever the step.
+
+    s is the slip since the node came into contact. A node that sticks again keeps it and stays as weak as it was:
+    contact does not heal while it is closed. A node that opens and lands again touches other points of the
+    counterface and is as strong as at first. s is that at the start of the step, so friction is late by the slip of a
+    step: pairs of s and mu lie on the line exactly, forces and work over time come to it with the first order.
+
+    Parameters
+    ----------
+    static, kinetic : float
+        Coefficients before slip and from the slip distance on [-].
+    distance : float
+        Slip over which the coefficient falls [m].
+
+    Examples
+    --------
+    Of three nodes with the same trial traction, the one that has not slipped sticks; those that have slipped by half of
+    the distance and by more than all of it go on at lower forces:
+
+    >>> from fingerslip.contact.solve.projection import project
+    >>> slipped = Conditions(np.full(3, 2e3), np.zeros(3), np.array([0.0, 10e-6, 50e-6]), time=0.0)
+    >>> law = SlipWeakening(static=0.8, kinetic=0.5, distance=20e-6)
+    >>> project(np.full((3, 2), [2e3, -1500.0]), law.coefficients(slipped)).tolist()
+    [[2000.0, -1500.0], [2000.0, -1300.0], [2000.0, -1000.0]]
+    """
+
+    dims: ClassVar[tuple[int, ...]] = (2, 3)
+    frame: ClassVar[TangentFrame] = ISOTROPIC
+
+    static: NonNegativeNumber
+    kinetic: NonNegativeNumber
+    distance: PositiveLength
+
+    @property
+    def coefficient(self) -> float:
+        """Coefficient before slip [-]."""
+        return self.static
+
+    def coefficients(self, conditions: Conditions) -> Array:
+        """Return the friction coefficient of every node, shape (n,) [-]."""
+        share: Array = np.minimum(conditions.slip_since_contact / self.distance, 1.0)
+        return self.static - (self.static - self.kinetic) * share
 
 
 @parameters
@@ -287,4 +345,4 @@ class Anisotropic:
 
 
 # What study files can name, each by its class in snake case.
-BuiltInLaw = Coulomb | StaticKinetic | PressureDependent | Anisotropic
+BuiltInLaw = Coulomb | StaticKinetic | PressureDependent | Anisotropic | SlipWeakening

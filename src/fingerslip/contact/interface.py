@@ -41,8 +41,8 @@ class InterfaceState:
         Gap, and tangential displacement relative to the counterface [m].
     slip_distance : (n_c,) array
         Slip accumulated over the whole motion [m].
-    slip_since_stick : (n_c,) array
-        Slip accumulated since the node last stuck or came into contact [m].
+    slip_since_contact : (n_c,) array
+        Slip accumulated since the node came into contact [m]; zero while it is open.
     slip : (n_c,) array
         Slip of the last step [m].
     state : (n_c,) array of int
@@ -52,7 +52,7 @@ class InterfaceState:
     forces: Array
     relative: Array
     slip_distance: Array
-    slip_since_stick: Array
+    slip_since_contact: Array
     slip: Array
     state: NDArray[np.int8]
 
@@ -102,7 +102,7 @@ def conditions(candidates: Candidates, before: InterfaceState, step: float, time
     time : float
         End of the step [s].
     """
-    return Conditions(before.forces[:, 0] / candidates.area, before.slip / step, before.slip_since_stick, time)
+    return Conditions(before.forces[:, 0] / candidates.area, before.slip / step, before.slip_since_contact, time)
 
 
 def contact_problem(candidates: Candidates, before: InterfaceState, free_relative: Array) -> Array:
@@ -184,7 +184,7 @@ def settle(
         forces=forces,
         relative=relative,
         slip_distance=before.slip_distance + length,
-        slip_since_stick=np.where(slides, before.slip_since_stick + length, 0.0),
+        slip_since_contact=np.where(state != OPEN, before.slip_since_contact + length, 0.0),
         slip=length,
         state=state,
     )

@@ -16,9 +16,11 @@ from fingerslip.dynamics.penalties import contact_penalties
 from fingerslip.dynamics.scheme import make_scheme
 from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import CellMaterials, cell_materials
+from fingerslip.fe.rigid_motions import FreePiece, free_pieces
 from fingerslip.fe.space import Space, boundary_nodes, build_space, nodal_areas, region_nodes, vector_dofs
 from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.model import Contact, Model, Slide
+from fingerslip.units import coordinates
 
 __all__ = ["CheckedModel", "check_model", "checked"]
 
@@ -48,6 +50,8 @@ class CheckedModel:
         Material of every cell.
     free : (n_free,) array
         Degrees of freedom that are not supported.
+    is_held : bool
+        Whether inertia or supports leave no rigid motion to the contact.
     loads : tuple of Load
         Tractions and gravity on all degrees of freedom of the mesh.
     counterfaces : tuple of Counterface
@@ -63,6 +67,7 @@ class CheckedModel:
     space: Space
     materials: CellMaterials
     free: NDArray[np.int64]
+    is_held: bool
     loads: tuple[Load, ...]
     counterfaces: tuple[Counterface, ...]
     motions: tuple[Motion, ...]
@@ -110,11 +115,13 @@ def checked(model: Model, space: Space | None = None) -> CheckedModel:
     )
     _check_order(model, counterfaces, motions, candidates)
     free = _free_dofs(model, space)
+    is_held = bool(make_scheme(model.time).inertia_factor) or not _unheld(model, space, free, candidates)
     _check_depth(model, space, counterfaces, motions, free)
     return CheckedModel(
         space=space,
         materials=materials,
         free=free,
+        is_held=is_held,
         loads=model_loads(model, space, materials),
         counterfaces=counterfaces,
         motions=motions,
@@ -142,6 +149,9 @@ def _check_initial_velocity(model: Model, space: Space) -> None:
     velocity = model.initial_velocity
     if velocity is not None and len(velocity) != space.dim:
         raise InputError("initial_velocity", f"got {len(velocity)} components", f"needs {space.dim}")
+    if velocity is not None and any(velocity) and not make_scheme(model.time).inertia_factor:
+        found = "is given for a model without inertia"
+        raise InputError("initial_velocity", found, "needs steps with inertia", "take TimeStepping, or leave it out")
 
 
 def _programme_name(contact: Contact, number: int) -> str:
@@ -170,6 +180,24 @@ def _free_dofs(model: Model, space: Space) -> NDArray[np.int64]:
     if not free.size:
         raise InputError("supports", "fix every degree of freedom", "something has to be free to move")
     return free
+
+
+def _unheld(
+    model: Model, space: Space, free: NDArray[np.int64], candidates: tuple[Candidates, ...]
+) -> tuple[FreePiece, ...]:
+    """Return the pieces of the mesh that only contact holds; refuse those without contact."""
+    pieces = free_pieces(space, free)
+    touching = np.concatenate([np.zeros(0, dtype=np.int64), *(own.nodes for own in candidates)])
+    for piece in pieces:
+        if not np.isin(piece.nodes, touching).any():
+            found = f"leave {', '.join(piece.motions)} free"
+            repair = "support it or let it touch a counterface"
+            if len(pieces) > 1 or len(piece.nodes) < len(space.positions):
+                found = f"{found}, of the piece around {coordinates(space.positions[piece.nodes].mean(axis=0))}"
+            elif not model.contacts:
+                repair = "support it, or take TimeStepping"
+            raise InputError("supports", found, "have to hold a body without inertia", repair)
+    return pieces
 
 
 def _axes(dim: int) -> str:

@@ -25,8 +25,9 @@ def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
     mesh = model.mesh
     facets = np.asarray(mesh.boundaries[contact.boundary])
     cells = mesh.f2t[0, facets]
-    names = [name for name, own in mesh.subdomains.items() if np.isin(cells, own).any()]
-    stiffness = max(model.materials[name].stiffness for name in names)
+    # A mesh may name further groups of cells that have no material of their own.
+    touched = [name for name in model.materials if np.isin(cells, mesh.subdomains[name]).any()]
+    stiffness = max(model.materials[name].stiffness for name in touched)
     ends = mesh.p[:, mesh.facets[:2, facets]]
     size = float(np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=0)))
     automatic = automatic_penalty(stiffness, size)

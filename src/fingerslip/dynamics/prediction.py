@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +36,8 @@ class Prediction:
         Displacement of the candidates relative to their counterfaces there [m].
     right_hand_side : (n,) array
         Right-hand side of the step without contact forces [N].
+    anchor : (n,) array, optional
+        Where the springs of the stepper pull to, relative to `free` [m]; without it to `free`.
     """
 
     before: State
@@ -45,6 +47,17 @@ class Prediction:
     free: Predictor
     moved: Array
     right_hand_side: Array
+    anchor: Array | None = None
+
+    def anchored(self, stepper: Stepper, anchor: Array) -> Prediction:
+        """Return the step with the anchor (n,) [m] of a body that only contact holds, relative to `free`."""
+        moved = anchor if self.anchor is None else anchor - self.anchor
+        right_hand_side = self.right_hand_side + stepper.anchor_force(moved)
+        return replace(self, anchor=anchor, right_hand_side=right_hand_side)
+
+    def anchor_force(self, stepper: Stepper, unknown: Array) -> Array:
+        """Return the force that the anchor exerts on the body at the end of the step, shape (n,) [N]."""
+        return stepper.anchor_force((0.0 if self.anchor is None else self.anchor) - unknown)
 
 
 def predict(stepper: Stepper, before: State, time: float, counterfaces: Array) -> Prediction:

@@ -13,7 +13,7 @@ from fingerslip.dynamics.state import State
 from fingerslip.dynamics.system import System
 from fingerslip.fe.edges import free_edge_distances
 from fingerslip.fe.recovery import Recovery, cell_recovery, site_recovery, stress_components, von_mises
-from fingerslip.fe.space import Space, cell_nodes
+from fingerslip.fe.space import cell_nodes
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.materials.material import STRAIN_COMPONENTS
 from fingerslip.model import Model
@@ -174,11 +174,13 @@ def _snapshot_steps(times: Array, interval: float) -> list[int]:
     return sorted(set(np.abs(times[:, None] - wanted).argmin(axis=0).tolist()))
 
 
-def _regions(space: Space) -> NDArray[np.int8]:
-    """Return the index of the region of every cell, -1 for a cell without one."""
-    regions = np.full(space.mesh.nelements, -1, dtype=np.int8)
-    for number, cells in enumerate((space.mesh.subdomains or {}).values()):
-        regions[cells] = number
+def _regions(model: Model) -> NDArray[np.int8]:
+    """Return the index of the region of every cell, among all regions; groups without a material do not count."""
+    mesh = model.mesh
+    regions = np.full(mesh.nelements, -1, dtype=np.int8)
+    for number, (name, cells) in enumerate(mesh.subdomains.items()):
+        if name in model.materials:
+            regions[cells] = number
     return regions
 
 
@@ -222,6 +224,6 @@ def _coordinates(model: Model, system: System, times: Array, snapshot_times: Arr
         "snapshot_time": snapshot_times,
         "node_position": positions,
         "cell_nodes": cell_nodes(system.space),
-        "cell_region": _regions(system.space),
+        "cell_region": _regions(model),
     }
     return {name: values[name] for name in COORDINATES}

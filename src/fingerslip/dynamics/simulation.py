@@ -37,15 +37,22 @@ _logger = logging.getLogger(__name__)
 def step_times(model: Model) -> Array:
     """Return the times of the steps, start included, shape (n_steps + 1,) [s]: whole steps until the end is reached.
 
+    A given end is reached exactly. The end of the programme may lie within the last step.
+
     Raises
     ------
     InputError
-        Where the end is not even one step away.
+        Where the end is not even one step away, or a given end is no multiple of the step.
     """
     steps = model.end / model.time.step
     if steps < 1.0 - 1e-9:
         found = f"got {model.time.step:g} s for a run of {model.end:g} s"
         raise InputError("time.step", found, "needs at least one step", "write a smaller step")
+    if model.time.end is not None and abs(steps - round(steps)) > 1e-6:
+        found = f"got {model.end:g} s, which is {steps:.4g} steps of {model.time.step:g} s"
+        before, after = (model.time.step * count for count in (math.floor(steps), math.ceil(steps)))
+        repair = f"write {before:g} s or {after:g} s, or a step of {model.end / math.ceil(steps):.6g} s"
+        raise InputError("time.end", found, "needs a multiple of time.step", repair)
     times: Array = model.time.step * np.arange(math.ceil(steps - 1e-9) + 1, dtype=np.float64)
     return times
 

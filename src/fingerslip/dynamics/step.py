@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.interface import StepOutcome, settle
+from fingerslip.dynamics.anchor import is_at_rest, move_anchor, passes
 from fingerslip.dynamics.contact_step import ContactStep, solve_step
 from fingerslip.dynamics.energy import Energies
 from fingerslip.dynamics.prediction import Prediction, predict
@@ -52,19 +53,23 @@ def advance(
     Raises
     ------
     ConvergenceError
-        Where the contact problem was not solved.
+        Where the contact problem was not solved, or contact alone does not hold a body without inertia.
     """
     condensed, weight = steppers[0].condensed, steppers[0].scheme.end_weight
     starts = list(map(predict, steppers, states, repeat(time), counterfaces))
-    with watch.part("substitution"):
-        halfway = condensed.forward(_columns([start.right_hand_side for start in starts]))
-    with watch.part("contact"):
-        contacts = list(mapper(solve_step, steppers, starts, _own_rows(steppers, halfway.local)))
-        forces = _joint_forces(steppers, contacts, halfway.local.shape)
-    with watch.part("substitution"):
-        unknowns = condensed.backward(halfway, weight * forces)
+    for _ in passes(steppers, time):
+        with watch.part("substitution"):
+            halfway = condensed.forward(_columns([start.right_hand_side for start in starts]))
+        with watch.part("contact"):
+            contacts = list(mapper(solve_step, steppers, starts, _own_rows(steppers, halfway.local)))
+            forces = _joint_forces(steppers, contacts, halfway.local.shape)
+        with watch.part("substitution"):
+            unknowns = condensed.backward(halfway, weight * forces).reshape(-1, len(starts)).T
+        if all(map(is_at_rest, steppers, starts, contacts, unknowns)):
+            break
+        starts = list(map(move_anchor, steppers, starts, unknowns))
     with watch.part("recording"):
-        return list(map(_finish, steppers, starts, contacts, unknowns.reshape(-1, len(starts)).T))
+        return list(map(_finish, steppers, starts, contacts, unknowns))
 
 
 def _columns(vectors: Sequence[Array]) -> Array:
@@ -100,7 +105,8 @@ def _finish(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: 
         acceleration=acceleration,
         inertia=inertia,
         load=start.load,
-        unbalance=(scheme.start_weight * before.unbalance - inertia) / scheme.end_weight,
+        unbalance=(scheme.start_weight * before.unbalance - inertia + start.anchor_force(stepper, unknown))
+        / scheme.end_weight,
         unbalance_before=before.unbalance,
         counterfaces=start.counterfaces,
         moved=system.moved(displacement, start.counterfaces),

@@ -25,6 +25,9 @@ __all__ = ["Stepper", "Stopwatch", "build_steppers"]
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+# Stiffness of the springs to an anchor over that of all contact.
+_SOFT = 1e-4
+
 
 @dataclass
 class Stopwatch:
@@ -64,6 +67,8 @@ class Stepper:
         Compliance of a step on the own candidates.
     constant_frames : (n_c, dim, dim) array or None
         Frames of the candidates where they never turn; `compliance` is in them then.
+    anchoring : float
+        Stiffness per mass of springs between the body and an anchor [1/s^2], where only contact holds it; else 0.
     """
 
     system: System
@@ -74,6 +79,12 @@ class Stepper:
     rows: Indices
     compliance: Compliance
     constant_frames: Array | None
+    anchoring: float = 0.0
+
+    def anchor_force(self, stretch: Array) -> Array:
+        """Return the force of springs to an anchor that are stretched by (n,) [m], shape (n,) [N]."""
+        force: Array = self.anchoring * (self.system.mass @ stretch)
+        return force
 
     def damping_force(self, velocity: Array) -> Array:
         """Return the damping force C v at a velocity (n,) [m/s], shape (n,) [N]."""
@@ -121,13 +132,15 @@ def build_steppers(
     """
     scheme, solver = make_scheme(time), solver or preferred_solver()
     local, rows = _joint_rows(systems)
-    condensed, compliance = condense(_effective_matrix(systems[0], scheme, damping), local, solver, reserved_bytes)
+    anchoring = _anchoring(systems[0])
+    effective = _effective_matrix(systems[0], scheme, damping) + anchoring * systems[0].mass
+    condensed, compliance = condense(sparse.csr_matrix(effective), local, solver, reserved_bytes)
     # A force at the end of the step has the end weight, a unit of the unknown the displacement factor.
     factor = scheme.end_weight * scheme.displacement_factor
     first = first_alike(systems, same_compliance)
     own = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
     return [
-        Stepper(system, scheme, damping, solver, condensed, rows[number], *own[first[number]])
+        Stepper(system, scheme, damping, solver, condensed, rows[number], *own[first[number]], anchoring)
         for number, system in enumerate(systems)
     ]
 
@@ -138,6 +151,16 @@ def _effective_matrix(system: System, scheme: Scheme, damping: RayleighDamping) 
     mass_part = scheme.inertia_factor + scheme.end_weight * scheme.velocity_factor * damping.mass
     effective = mass_part * system.mass + scheme.end_weight * stiffness_part * system.stiffness
     return sparse.csr_matrix(effective)
+
+
+def _anchoring(system: System) -> float:
+    """Return the stiffness per mass of springs that hold a body until contact does [1/s^2]; 0 where supports do.
+
+    They are soft beside the contact, so that few passes of a step carry the anchor to where they pull no more.
+    """
+    if system.is_held:
+        return 0.0
+    return float(_SOFT * system.candidates.normal_stiffness.sum() / (system.mass.sum() / system.space.dim))
 
 
 def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[Indices]]:

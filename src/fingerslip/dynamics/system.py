@@ -35,6 +35,8 @@ class System:
         Material of every cell.
     unknowns : Unknowns
         Free degrees of freedom and driven counterfaces.
+    is_held : bool
+        Whether inertia or supports leave no rigid motion to the contact.
     stiffness, mass : sparse matrix, shape (n, n)
         [N/m], [kg].
     loads : tuple of Load
@@ -58,6 +60,7 @@ class System:
     space: Space
     materials: CellMaterials
     unknowns: Unknowns
+    is_held: bool
     stiffness: sparse.csr_matrix
     mass: sparse.csr_matrix
     loads: tuple[Load, ...]
@@ -125,6 +128,7 @@ def build_system(model: Model, twin: System | None = None) -> System:
         space=known.space,
         materials=known.materials,
         unknowns=unknowns,
+        is_held=known.is_held,
         stiffness=stiffness,
         mass=mass,
         loads=_loads(model, known, unknowns),

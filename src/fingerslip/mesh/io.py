@@ -21,19 +21,34 @@ __all__ = ["read_mesh", "write_mesh"]
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_CONTAINERS = {
-    "quad": skfem.MeshQuad1,
-    "triangle": skfem.MeshTri1,
-    "triangle6": skfem.MeshTri2,
-    "tetra": skfem.MeshTet1,
-    "tetra10": skfem.MeshTet2,
+
+@dataclass(frozen=True)
+class _Cell:
+    """A type of cell in files: its mesh, its corners, its sides, and the order of nodes that turns it round."""
+
+    mesh: type[skfem.Mesh]
+    corners: int
+    dim: int
+    sides: tuple[str, ...]
+    side_corners: int
+    turned: tuple[int, ...]
+
+
+_LINES, _TRIANGLES, _QUADS = ("line", "line3"), ("triangle", "triangle6"), ("quad",)
+_CELLS = {
+    "quad": _Cell(skfem.MeshQuad1, 4, 2, _LINES, 2, (0, 3, 2, 1)),
+    "triangle": _Cell(skfem.MeshTri1, 3, 2, _LINES, 2, (0, 2, 1)),
+    "triangle6": _Cell(skfem.MeshTri2, 3, 2, _LINES, 2, (0, 2, 1, 5, 4, 3)),
+    "tetra": _Cell(skfem.MeshTet1, 4, 3, _TRIANGLES, 3, ()),
+    "tetra10": _Cell(skfem.MeshTet2, 4, 3, _TRIANGLES, 3, ()),
+    "hexahedron": _Cell(skfem.MeshHex1, 8, 3, _QUADS, 4, (4, 5, 6, 7, 0, 1, 2, 3)),
 }
-_CORNERS = {"quad": 4, "triangle": 3, "triangle6": 3, "tetra": 4, "tetra10": 4}
-_CLOCKWISE = {"quad": [0, 3, 2, 1], "triangle": [0, 2, 1], "triangle6": [0, 2, 1, 5, 4, 3]}
-_SOLIDS = {"tetra", "tetra10"}
-_QUADRATIC = {"triangle6", "tetra10"}
-_LINES = {"line", "line3"}
-_FACES = {"triangle", "triangle6"}
+_SIDES = {2: "lines", 3: "triangles", 4: "quadrilaterals"}
+_QUADRATIC, _TETRAHEDRA = {"triangle6", "tetra10"}, {"tetra", "tetra10"}
+# The corners of a hexahedron in the order of scikit-fem.
+_HEXAHEDRON = [0, 4, 3, 1, 7, 5, 2, 6]
+# The corners at the other ends of the three edges of each corner of a hexahedron, in a right-handed order.
+_BESIDE = np.array([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]])
 _FLAT = 1e-6
 
 
@@ -50,10 +65,11 @@ class _Raw:
 
 
 def read_mesh(path: str | Path) -> skfem.Mesh:
-    """Read a mesh in the plane or of tetrahedra with its named groups from any format that meshio reads.
+    """Read a mesh in the plane or in space with its named groups from any format that meshio reads.
 
-    Named groups of cells become regions, named groups of lines (in space: triangles) become boundaries, inside the mesh
-    too. In a Gmsh file these are its physical groups. Plane cells drawn clockwise throughout a region are turned round.
+    Named groups of cells become regions, named groups of lines (in space: triangles or quadrilaterals) become
+    boundaries, inside the mesh too. In a Gmsh file these are its physical groups. Plane cells drawn clockwise and
+    hexahedra inside out are turned round where the whole region is.
 
     Parameters
     ----------
@@ -62,21 +78,24 @@ def read_mesh(path: str | Path) -> skfem.Mesh:
 
     Returns
     -------
-    skfem.MeshQuad1, skfem.MeshTri1, skfem.MeshTri2, skfem.MeshTet1 or skfem.MeshTet2
+    skfem.MeshQuad1, skfem.MeshTri1, skfem.MeshTri2, skfem.MeshTet1, skfem.MeshTet2 or skfem.MeshHex1
         The mesh with its `subdomains` and `boundaries`.
 
     Raises
     ------
     MeshError
-        Where the file is missing, unreadable, neither plane nor of tetrahedra, of mixed or unknown cells, without named
-        groups, or has an inverted or flat cell.
+        Where the file is missing, unreadable, of mixed or unknown cells, without named groups, or has an inverted or
+        flat cell.
     """
     file = Path(path)
     data = read_file(file, "needs a file that meshio reads")
     if any(key.startswith("skfem:") for key in data.cell_data):
         return _read_own(file, data)
     raw = _without_unused(_raw(file, data))
-    mesh = _CONTAINERS[raw.kind](np.ascontiguousarray(raw.points.T), np.ascontiguousarray(_turned(raw).T))
+    cells = _turned(raw)
+    if raw.kind == "hexahedron":
+        cells = cells[:, _HEXAHEDRON]
+    mesh = _CELLS[raw.kind].mesh(np.ascontiguousarray(raw.points.T), np.ascontiguousarray(cells.T))
     boundaries = {name: _facets(raw, mesh, name, pairs) for name, pairs in raw.facets.items()}
     return mesh.with_subdomains(raw.regions).with_boundaries(boundaries)
 
@@ -89,7 +108,7 @@ def write_mesh(mesh: skfem.Mesh, path: str | Path) -> None:
 
     Parameters
     ----------
-    mesh : skfem.MeshQuad1, skfem.MeshTri1, skfem.MeshTri2, skfem.MeshTet1 or skfem.MeshTet2
+    mesh : skfem.MeshQuad1, skfem.MeshTri1, skfem.MeshTri2, skfem.MeshTet1, skfem.MeshTet2 or skfem.MeshHex1
         The mesh.
     path : str or Path
         The file, such as ``finger.msh``, ``finger.vtu`` or ``finger.xdmf``.
@@ -121,15 +140,15 @@ def _raw(file: Path, data: meshio.Mesh) -> _Raw:
     kind = _kind(file, data)
     groups = _groups(data)
     cells = np.vstack([block.data for block in data.cells if block.type == kind])
-    cells, same = _unique_cells(cells, _CORNERS[kind])
+    known = _CELLS[kind]
+    cells, same = _unique_cells(cells, known.corners)
     regions = {name: np.unique(same[_members(data, {kind}, blocks)]) for name, blocks in groups.items()}
-    flat, corners = (_FACES, 3) if kind in _SOLIDS else (_LINES, 2)
-    nodes = np.vstack([np.empty((0, corners), dtype=int)] + [b.data[:, :corners] for b in data.cells if b.type in flat])
-    facets = {name: nodes[_members(data, flat, blocks)] for name, blocks in groups.items()}
+    sides = [block.data[:, : known.side_corners] for block in data.cells if block.type in known.sides]
+    nodes = np.vstack([np.empty((0, known.side_corners), dtype=int), *sides])
+    facets = {name: nodes[_members(data, set(known.sides), blocks)] for name, blocks in groups.items()}
     regions, facets = ({n: g for n, g in found.items() if len(g)} for found in (regions, facets))
     if not regions and not facets:
-        sides = "triangles" if kind in _SOLIDS else "lines"
-        allowed = f"needs named groups of cells (regions) and of {sides} (boundaries)"
+        allowed = f"needs named groups of cells (regions) and of {_SIDES[known.side_corners]} (boundaries)"
         raise MeshError(str(file), "has no named groups", allowed, "name them, in Gmsh as physical groups")
     return _Raw(file, kind, _points(file, kind, data), cells, regions, facets)
 
@@ -137,14 +156,14 @@ def _raw(file: Path, data: meshio.Mesh) -> _Raw:
 def _kind(file: Path, data: meshio.Mesh) -> str:
     highest = max((block.dim for block in data.cells if len(block.data)), default=0)
     kinds = {str(block.type) for block in data.cells if block.dim == max(highest, 2) and len(block.data)}
-    if len(kinds) != 1 or not kinds <= set(_CONTAINERS):
+    if len(kinds) != 1 or not kinds <= set(_CELLS):
         found = f"has cells of type {', '.join(sorted(kinds))}" if kinds else "has no cells"
-        raise MeshError(str(file), found, f"needs cells of one of the types {', '.join(_CONTAINERS)}")
+        raise MeshError(str(file), found, f"needs cells of one of the types {', '.join(_CELLS)}")
     return kinds.pop()
 
 
 def _points(file: Path, kind: str, data: meshio.Mesh) -> Floats:
-    return np.asarray(data.points, dtype=float) if kind in _SOLIDS else _plane_points(file, data)
+    return np.asarray(data.points, dtype=float) if _CELLS[kind].dim == 3 else _plane_points(file, data)
 
 
 def _plane_points(file: Path, data: meshio.Mesh) -> Floats:
@@ -203,12 +222,17 @@ def _without_unused(raw: _Raw) -> _Raw:
 
 
 def _signed_areas(raw: _Raw) -> tuple[Floats, Floats]:
-    """Return of each cell the least and the largest corner area, relative to its size squared; in space its volume."""
-    corners = raw.points[raw.cells[:, : _CORNERS[raw.kind]]]
-    if raw.kind in _SOLIDS:
-        edges = corners[:, 1:] - corners[:, :1]
-        volume = np.linalg.det(edges) / np.maximum(np.linalg.norm(edges, axis=2).max(axis=1), 1e-300) ** 3
-        return volume, volume
+    """Return of each cell the least and the largest corner area, relative to its size squared.
+
+    In space it is the volume between the edges of a corner, relative to the longest of them cubed.
+    """
+    corners = raw.points[raw.cells[:, : _CELLS[raw.kind].corners]]
+    if _CELLS[raw.kind].dim == 3:
+        beside = np.array([[1, 2, 3]]) if raw.kind in _TETRAHEDRA else _BESIDE
+        edges = corners[:, beside] - corners[:, : len(beside), None]
+        longest = np.linalg.norm(edges, axis=3).max(axis=(1, 2))
+        volumes = np.linalg.det(edges) / np.maximum(longest, 1e-300)[:, None] ** 3
+        return volumes.min(axis=1), volumes.max(axis=1)
     ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     cross = ahead[..., 0] * back[..., 1] - ahead[..., 1] * back[..., 0]
     size = np.sum(ahead**2, axis=2).max(axis=1)
@@ -225,9 +249,12 @@ def _check_shapes(raw: _Raw) -> None:
 
 
 def _turned(raw: _Raw) -> Integers:
-    """Return all cells counter-clockwise; a region drawn clockwise is turned round, a mixture is an error."""
+    """Return all cells counter-clockwise, hexahedra with positive volume.
+
+    A region of cells that are turned throughout is turned round, a mixture is an error.
+    """
     _check_shapes(raw)
-    if raw.kind in _SOLIDS:  # the sign of tetrahedra says nothing here: scikit-fem sorts their corners
+    if raw.kind in _TETRAHEDRA:  # the sign of tetrahedra says nothing here: scikit-fem sorts their corners
         return raw.cells
     clockwise = _signed_areas(raw)[0] < 0
     covered = np.zeros(len(raw.cells), dtype=bool)
@@ -238,44 +265,44 @@ def _turned(raw: _Raw) -> Integers:
             fewer = cells[turned] if turned.mean() <= 0.5 else cells[~turned]
             raise _bad_cell(raw, int(fewer[0]), "inverted against its region")
     nodes = raw.cells.copy()
-    nodes[clockwise] = nodes[clockwise][:, _CLOCKWISE[raw.kind]]
+    nodes[clockwise] = nodes[clockwise][:, _CELLS[raw.kind].turned]
     return nodes
 
 
 def _bad_cell(raw: _Raw, cell: int, what: str) -> MeshError:
-    centre = raw.points[raw.cells[cell, : _CORNERS[raw.kind]]].mean(axis=0)
-    needed = "volume" if raw.kind in _SOLIDS else "area"
+    centre = raw.points[raw.cells[cell, : _CELLS[raw.kind].corners]].mean(axis=0)
+    needed = "volume" if _CELLS[raw.kind].dim == 3 else "area"
     found = f"cell {cell} at {coordinates(centre)} is {what}"
     return MeshError(str(raw.path), found, f"needs cells with positive {needed}")
 
 
 def _facets(raw: _Raw, mesh: skfem.Mesh, name: str, nodes: Integers) -> Integers:
-    """Return the facets between (n, 2) nodes in the plane or (n, 3) nodes in space."""
+    """Return the facets between (n, 2) nodes in the plane or (n, 3) or (n, 4) nodes in space."""
     wanted = np.sort(_corner_numbers(raw)[nodes], axis=1)
-    known = _keys(mesh, np.sort(mesh.facets, axis=0).T)
+    known, key = _keys(mesh, np.sort(mesh.facets, axis=0).T, wanted)
     order = np.argsort(known)
-    key = _keys(mesh, wanted)
     place = order[np.minimum(np.searchsorted(known, key, sorter=order), len(known) - 1)]
     if np.any(known[place] != key) or np.any(nodes < 0):
-        what, sides = (
-            ("triangles that are no face", "faces") if raw.kind in _SOLIDS else ("lines that are no edge", "edges")
-        )
-        raise MeshError(str(raw.path), f"boundary '{name}' has {what} of a cell", f"needs {sides} of cells")
+        corners = _CELLS[raw.kind].side_corners
+        side = "edge" if corners == 2 else "face"
+        found = f"boundary '{name}' has {_SIDES[corners]} that are no {side} of a cell"
+        raise MeshError(str(raw.path), found, f"needs {side}s of cells")
     return np.unique(place).astype(np.int32)
 
 
-def _keys(mesh: skfem.Mesh, nodes: Integers) -> Integers:
-    """Return one number for each row of nodes, given in order."""
-    key = nodes[:, 0].astype(np.int64)
-    for column in nodes.T[1:]:
-        key = key * mesh.p.shape[1] + column
-    return key
+def _keys(mesh: skfem.Mesh, known: Integers, wanted: Integers) -> tuple[Integers, Integers]:
+    """Return one number for each row of nodes, given in order: the same for the same nodes."""
+    if known.shape[1] > 3:  # products of more could overflow
+        numbers = np.unique(np.vstack([known, wanted]), axis=0, return_inverse=True)[1].ravel()
+        return numbers[: len(known)], numbers[len(known) :]
+    factors = mesh.p.shape[1] ** np.arange(known.shape[1], dtype=np.int64)
+    return known @ factors, wanted @ factors
 
 
 def _corner_numbers(raw: _Raw) -> Integers:
     """Return the number that scikit-fem gave to each corner node of the file; it puts middle nodes last."""
     number = np.full(len(raw.points), -1)
-    corners = np.unique(raw.cells[:, : _CORNERS[raw.kind]])
+    corners = np.unique(raw.cells[:, : _CELLS[raw.kind].corners])
     number[corners] = np.arange(len(corners)) if raw.kind in _QUADRATIC else corners
     return number
 
@@ -294,7 +321,7 @@ def _physical(file: Path, mesh: skfem.Mesh2D) -> meshio.Mesh:
     names = {name: np.array([number, mesh.dim()]) for number, name in enumerate(regions, start=1)}
     names |= {name: np.array([number, mesh.dim() - 1]) for number, name in enumerate(boundaries, start=first)}
     own = to_meshio(mesh, encode_cell_data=False)
-    flat = "line" if mesh.dim() == 2 else "triangle"
+    flat = _CELLS[own.cells[0].type].sides[0]
     cells = [(own.cells[0].type, _counter_clockwise(own))] + ([(flat, np.vstack(facets))] if facets else [])
     tags = [tag] + ([np.concatenate(facet_tags)] if facets else [])
     data = {"gmsh:physical": tags, "gmsh:geometrical": [np.maximum(t, 1) for t in tags]}
@@ -304,9 +331,9 @@ def _physical(file: Path, mesh: skfem.Mesh2D) -> meshio.Mesh:
 def _counter_clockwise(data: meshio.Mesh) -> Integers:
     """Return the cells counter-clockwise and with positive volume; scikit-fem sorts the corners of simplices."""
     kind, nodes = data.cells[0].type, np.array(data.cells[0].data)
-    if kind in _SOLIDS:
+    if kind in _TETRAHEDRA:
         return positive_tetrahedra(data.points, nodes)
-    x, y = np.moveaxis(data.points[nodes[:, : _CORNERS[kind]], :2], 2, 0)
-    clockwise = np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1) < 0
-    nodes[clockwise] = nodes[clockwise][:, _CLOCKWISE[kind]]
+    points = data.points if _CELLS[kind].dim == 3 else data.points[:, :2]
+    turned = _signed_areas(_Raw(Path(), kind, points, nodes, {}, {}))[1] < 0
+    nodes[turned] = nodes[turned][:, _CELLS[kind].turned]
     return nodes

@@ -14,10 +14,12 @@ import xarray as xr
 
 from fingerslip.history import phase_times
 from fingerslip.slip.counterface import contact_forces
-from fingerslip.slip.events import acceleration_events
+from fingerslip.slip.events import acceleration_events, slip_events
 from fingerslip.slip.fractions import contact_area
 from fingerslip.slip.free_edge import edge_distance
 from fingerslip.slip.peaks import acceleration_peaks
+from fingerslip.slip.settings import EventSettings
+from fingerslip.slip.windows import slide_window
 from fingerslip.units import Unit
 
 __all__ = ["MEASURES", "Measure", "Number", "measure_of", "read_measures"]
@@ -117,6 +119,24 @@ def _friction_ratio_end_of_slide(history: xr.Dataset) -> Number:
     return float(forces.friction[last] / forces.normal[last]) if forces.normal[last] > 0.0 else None
 
 
+def _slip_margin_incipient(history: xr.Dataset) -> Number:
+    """Return 1 - q(incipient) / max q over the slide, with q the friction over the normal force.
+
+    The largest q of the slide stands for the limit of the contact: with friction that falls or that differs between
+    nodes the whole contact never reaches a limit that its friction coefficient gives.
+    """
+    window = slide_window(history)
+    if window is None or not (_has_candidates(history) and _has_counterface(history)):
+        return None
+    incipient = slip_events(history, EventSettings()).incipient
+    ratio = contact_forces(history).ratio()[window.records]
+    if incipient is None or not np.nanmax(ratio, initial=0.0) > 0.0:
+        return None
+    touching = np.isfinite(ratio)
+    used = np.interp(incipient, history["time"].values[window.records][touching], ratio[touching])
+    return float(1.0 - used / ratio[touching].max())
+
+
 def _contact_area_max(history: xr.Dataset) -> Number:
     return float(contact_area(history).max()) if _has_candidates(history) else None
 
@@ -194,6 +214,12 @@ MEASURES: tuple[Measure, ...] = (
         "friction_force_ratio_end_of_slide",
         "friction over normal force at the end of the slide",
         _friction_ratio_end_of_slide,
+    ),
+    Measure(
+        "slip_margin_incipient",
+        "slip margin left at incipient slip",
+        _slip_margin_incipient,
+        reading="slip",
     ),
     Measure("contact_area_max", "largest contact area", _contact_area_max, Unit("m^2", "mm^2")),
     Measure("normal_traction_max", "largest contact pressure", _normal_traction_max, Unit("Pa", "kPa")),

@@ -49,8 +49,9 @@ def dragged(
     speed: float = 1e-3,
     travel: float = 1e-3,
     direction: tuple[float, ...] = (),
+    steps: int = 50,
 ) -> xr.Dataset:
-    """Return the history of a block pressed in one step and dragged in 50, with uniform pressure and shear.
+    """Return the history of a block pressed in one step and dragged in many, with uniform pressure and shear.
 
     Parameters
     ----------
@@ -66,6 +67,8 @@ def dragged(
         Way of the slide [m].
     direction : tuple of float
         Direction of the slide; empty for +x.
+    steps : int
+        Number of steps of the slide.
     """
     grid = np.linspace(0.0, 10e-3, 6)
     height = np.linspace(0.0, _HEIGHT, 4)
@@ -77,7 +80,7 @@ def dragged(
         normal_penalty=_PENALTY,
         tangential_penalty=_PENALTY,
     )
-    step = travel / speed / 50
+    step = travel / speed / steps
     model = Model(
         mesh=box(element, grid, height) if plane else box(element, grid, grid, height),
         materials={"bulk": Elastic(_MODULUS, 0.0, 1.0)},

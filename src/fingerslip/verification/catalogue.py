@@ -15,6 +15,7 @@ from fingerslip.verification import (
     friction,
     line,
     locking,
+    resting,
     sphere,
 )
 from fingerslip.verification.problem import Problem
@@ -27,6 +28,7 @@ PROBLEMS: tuple[Problem, ...] = (
     *condensed.PROBLEMS,
     *dynamics.PROBLEMS,
     *blocks.PROBLEMS,
+    *resting.PROBLEMS,
     *friction.PROBLEMS,
     *creep.PROBLEMS,
     *line.PROBLEMS,

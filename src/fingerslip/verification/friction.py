@@ -5,8 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import xarray as xr
 
-from fingerslip.contact.friction import Anisotropic, Coulomb, FrictionLaw, PressureDependent, StaticKinetic
+from fingerslip.contact.friction import (
+    Anisotropic,
+    Coulomb,
+    FrictionLaw,
+    PressureDependent,
+    SlipWeakening,
+    StaticKinetic,
+)
+from fingerslip.contact.states import SLIP
 from fingerslip.verification.blocks import PRESSURE, SHEAR_STIFFNESS, dragged
 from fingerslip.verification.problem import Check, Problem, absolute, relative
 
@@ -21,6 +30,8 @@ _STATIC_KINETIC = StaticKinetic(0.5, 0.45, 2e-3)
 _POWER = PressureDependent(0.5, PRESSURE, -1 / 3)
 _ELLIPSE = Anisotropic(0.6, 0.3)
 _DIRECTION = (1.0, 1.0, 0.0)
+# A quarter of the shear stiffness, per area: slip is steady.
+_WEAKENING = SlipWeakening(0.5, 0.3, 0.4e-3)
 
 
 def _tractions(law: FrictionLaw, element: str, depth: float = _DEPTH, speed: float = 1e-3, step: int = -1) -> float:
@@ -109,7 +120,51 @@ def _by_rate(element: str) -> Check:
     return relative(f"{element} slip, StaticKinetic: dt / dv [Pa s/m]", expected, found, 1e-4)
 
 
+def _weakening() -> tuple[Check, ...]:
+    """Friction that falls with slip, on a contact that slips uniformly and steadily.
+
+    Slip s and slide u balance where K (u - s) = mu(s) p. The law takes the slip at the start of a step, so friction is
+    late by the slip of a step: first order, and the work is too large by that slip over the distance.
+    """
+    law = _WEAKENING
+    slope = (law.static - law.kinetic) / law.distance
+    slide = 0.4e-3
+    slip = (SHEAR_STIFFNESS * slide - law.static * PRESSURE) / (SHEAR_STIFFNESS - slope * PRESSURE)
+    expected = (law.static - slope * slip) * PRESSURE
+    checks: list[Check] = []
+    for element in ("Q4", "H8"):
+        coarse, fine = (dragged(element, law, steps=steps) for steps in (200, 400))
+        traction, slipped = (fine[name].values for name in ("tangential_traction", "slip_distance"))
+        line = law.static - slope * np.minimum(slipped[:-1], law.distance)
+        error = np.where(fine["contact_state"].values[1:] == SLIP, traction[1:, :, 0] - line * PRESSURE, 0.0)
+        load = PRESSURE * float(fine["contact_area"].sum())
+        work = float(fine["friction_dissipation"][-1]) - law.kinetic * load * float(slipped[-1].mean())
+        errors = [_traction_at(slide, history) - expected for history in (coarse, fine)]
+        checks += [
+            absolute(
+                f"{element}: t / p off the line, at the slip before the step", 0.0, np.abs(error).max() / PRESSURE, 1e-9
+            ),
+            relative(f"{element}: t / p at the end", law.kinetic, float(traction[-1, :, 0].mean()) / PRESSURE, 1e-9),
+            relative(f"{element}: t / p at 0.4 mm", expected / PRESSURE, _traction_at(slide, fine) / PRESSURE, 0.01),
+            relative(f"{element}: order of the error of that", 1.0, float(np.log2(errors[0] / errors[1])), 0.02),
+            relative(
+                f"{element}: work of weakening / (N distance)",
+                (law.static - law.kinetic) / 2,
+                work / (load * law.distance),
+                0.01,
+            ),
+        ]
+    return tuple(checks)
+
+
+def _traction_at(slide: float, history: xr.Dataset) -> float:
+    """Return the friction traction after a slide [Pa]."""
+    slides = history["counterface_displacement"].values[:, 0, 0]
+    return float(np.interp(slide, slides, history["tangential_traction"].values[:, :, 0].mean(axis=1)))
+
+
 PROBLEMS = (
     Problem("friction-laws", "Every friction law on a uniform contact", "The laws themselves", False, _laws),
     Problem("friction-tangents", "Derivatives of friction in stick and slip", "The laws themselves", False, _tangents),
+    Problem("slip-weakening", "Friction that falls with slip", "Ida 1972; Palmer & Rice 1973", False, _weakening),
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,14 +13,20 @@ from typer.main import get_command
 
 from fingerslip import commands
 from fingerslip.commands.app import app
+from places import ROOT
 
 FOLDER = Path(commands.__file__).parent
-VERBS = ("check", "converge", "mesh", "report", "run", "show", "validate", "verify", "view")
+VERBS = sorted(get_command(app).commands)
+FIRST_STEPS = (ROOT / "docs" / "start.md").read_text(encoding="utf-8")
 
 
 def test_every_file_of_the_folder_is_a_verb() -> None:
     files = {path.stem for path in FOLDER.glob("*.py")} - {"__init__", "app", "shared"}
-    assert files == set(VERBS) == set(get_command(app).commands)
+    assert files == set(VERBS) >= {"check", "converge", "mesh", "report", "run", "show", "validate", "verify", "view"}
+
+
+def test_the_documentation_lists_every_verb_and_no_other() -> None:
+    assert sorted(re.findall(r"^\| `fingerslip (\w+)[^`]*` \|", FIRST_STEPS, re.MULTILINE)) == VERBS
 
 
 def test_a_verb_is_arguments_and_one_call() -> None:

@@ -7,7 +7,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fingerslip.contact.friction import Anisotropic, Conditions, Coulomb, PressureDependent, StaticKinetic, TangentFrame
+from fingerslip.contact.friction import (
+    Anisotropic,
+    Conditions,
+    Coulomb,
+    PressureDependent,
+    SlipWeakening,
+    StaticKinetic,
+    TangentFrame,
+)
 from fingerslip.errors import InputError
 from fingerslip.parameters import from_mapping
 
@@ -15,7 +23,7 @@ from fingerslip.parameters import from_mapping
 def conditions(**given):
     """Return conditions at which everything that is not given is one."""
     count = len(next(iter(given.values())))
-    names = ("pressure", "slip_rate", "slip_distance")
+    names = ("pressure", "slip_rate", "slip_since_contact")
     return Conditions(*(np.array(given.get(name, np.ones(count))) for name in names), time=1.0)
 
 
@@ -48,6 +56,16 @@ def test_friction_drops_from_static_to_kinetic_with_the_slip_rate():
     assert law.coefficient == 0.8
 
 
+def test_friction_falls_over_a_slip_distance_and_no_further():
+    law = SlipWeakening(0.8, 0.3, 2e-5)
+    found = law.coefficients(conditions(slip_since_contact=[0.0, 0.5e-5, 2e-5, 1.0]))
+    np.testing.assert_allclose(found, [0.8, 0.675, 0.3, 0.3], rtol=1e-12)
+    assert law.coefficient == 0.8
+    assert from_mapping(SlipWeakening, {"static": 0.8, "kinetic": 0.3, "distance": "20 um"}, "f") == law
+    with pytest.raises(InputError, match=r"SlipWeakening.distance: got 0"):
+        SlipWeakening(0.8, 0.3, 0.0)
+
+
 def test_friction_is_a_power_of_the_pressure_and_stays_finite_at_none():
     law = PressureDependent(0.5, 1e4, -1 / 3)
     found = law.coefficients(conditions(pressure=[8e4, 1e4, 0.0]))
@@ -61,7 +79,13 @@ def test_anisotropic_friction_counts_along_its_direction():
 
 
 def test_isotropic_laws_work_in_the_plane_and_in_space_along_any_tangent():
-    for law in (Coulomb(0.4), StaticKinetic(0.8, 0.3, 2e-3), PressureDependent(0.5, 1e4, -1 / 3)):
+    laws = (
+        Coulomb(0.4),
+        StaticKinetic(0.8, 0.3, 2e-3),
+        PressureDependent(0.5, 1e4, -1 / 3),
+        SlipWeakening(0.8, 0.3, 2e-5),
+    )
+    for law in laws:
         assert law.dims == (2, 3)
         assert law.frame == TangentFrame(direction=None, stretch=1.0)
 
@@ -73,7 +97,11 @@ def test_an_anisotropic_law_works_in_space_in_a_frame_of_its_own():
 
 
 def test_conditions_at_some_nodes_keep_the_time():
-    given = conditions(pressure=[1.0, 2.0, 3.0], slip_rate=[4.0, 5.0, 6.0], slip_distance=[7.0, 8.0, 9.0])
+    given = conditions(pressure=[1.0, 2.0, 3.0], slip_rate=[4.0, 5.0, 6.0], slip_since_contact=[7.0, 8.0, 9.0])
     some = given.at(np.array([True, False, True]))
-    assert (some.pressure.tolist(), some.slip_rate.tolist(), some.slip_distance.tolist()) == ([1, 3], [4, 6], [7, 9])
+    assert (some.pressure.tolist(), some.slip_rate.tolist(), some.slip_since_contact.tolist()) == (
+        [1, 3],
+        [4, 6],
+        [7, 9],
+    )
     assert some.time == given.time

@@ -95,13 +95,13 @@ def test_reversal_unloads_elastically_before_it_slips_back():
     np.testing.assert_allclose([state.slip_distance[0] for state in states], [0, 0.03, 0.03, 0.03, 0.04], rtol=1e-12)
 
 
-def test_slip_since_stick_starts_again_where_the_node_sticks_or_leaves():
+def test_slip_since_contact_is_kept_where_the_node_sticks_and_starts_again_where_it_leaves():
     slipping = [(-0.01, 0.0), (-0.01, 0.05), (-0.01, 0.06)]
     reversed_lifted_and_landed = [(-0.01, 0.05), (-0.01, 0.0), (0.01, 0.0), (-0.01, 0.3), (-0.01, 0.4)]
     states = [outcome.state for outcome in follow(slipping + reversed_lifted_and_landed)]
     assert [int(state.state[0]) for state in states] == [STICK, SLIP, SLIP, STICK, SLIP, OPEN, SLIP, SLIP]
-    since = [float(state.slip_since_stick[0]) for state in states]
-    np.testing.assert_allclose(since, [0, 0.03, 0.04, 0, 0.02, 0, 0, 0.1], atol=1e-12)
+    since = [float(state.slip_since_contact[0]) for state in states]
+    np.testing.assert_allclose(since, [0, 0.03, 0.04, 0.04, 0.06, 0, 0, 0.1], atol=1e-12)
     np.testing.assert_allclose(states[-1].slip_distance, 0.03 + 0.01 + 0.02 + 0.1, rtol=1e-12)
 
 
@@ -110,7 +110,7 @@ def test_laws_see_pressure_and_slip_of_the_last_step_and_the_time_of_the_next():
     before = follow([(-0.01, 0.0), (-0.01, 0.05), (-0.01, 0.06)])[-1].state
     seen = conditions(known, before, step=0.25, time=3.0)
     assert (seen.pressure[0], seen.time) == (2.0, 3.0)
-    np.testing.assert_allclose([seen.slip_rate[0], seen.slip_distance[0]], [0.04, 0.04], rtol=1e-12)
+    np.testing.assert_allclose([seen.slip_rate[0], seen.slip_since_contact[0]], [0.04, 0.04], rtol=1e-12)
 
 
 def test_one_step_or_many_give_the_same_slip_along_a_straight_path():

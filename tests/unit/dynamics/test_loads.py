@@ -62,6 +62,10 @@ def test_a_quasi_static_press_and_slide_ends_as_the_slow_dynamic_one():
         ({"gravity": (9.81,)}, "gravity: got 1 components, needs 2"),
         ({"initial_velocity": (1.0,)}, "initial_velocity: got 1 components, needs 2"),
         (
+            {"initial_velocity": (1.0, 0.0), "time": QuasiStatic(5e-3)},
+            "initial_velocity: is given for a model without inertia",
+        ),
+        (
             {"contacts": (fs.Contact("bottom", drive=Drive(1.0, 1.0)),), "time": QuasiStatic(5e-3)},
             "contacts.0.drive: got a force that drives a counterface in a model without inertia",
         ),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -24,6 +26,16 @@ def test_automatic_penalties_follow_layer_and_facets(element):
     candidates = build_system(push_and_slide(mesh=mesh, materials=materials)).candidates
     np.testing.assert_allclose(candidates.normal_stiffness / candidates.area, 10 * 2e5 / 0.25e-3)
     np.testing.assert_allclose(candidates.tangential_stiffness / candidates.area, 10 * 2e5 / 0.25e-3)
+
+
+def test_groups_of_cells_without_a_material_change_nothing():
+    plain = push_and_slide(record=fs.Recording(snapshots_every=0.1))
+    probe = plain.mesh.elements_satisfying(lambda x: x[1] < 1.5e-3)
+    assert len(probe), "they lie at the contact"
+    grouped = plain.mesh.with_subdomains({**plain.mesh.subdomains, "probe": probe})
+    histories = [fs.simulate(replace(plain, mesh=mesh)) for mesh in (plain.mesh, grouped)]
+    for name in ("counterface_force", "cell_region", "snapshot_von_mises"):
+        np.testing.assert_array_equal(histories[0][name].values, histories[1][name].values, err_msg=name)
 
 
 def test_given_penalties_are_taken():

@@ -10,7 +10,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.contact.friction import ISOTROPIC
-from fingerslip.contact.states import SLIP
+from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.dynamics.simulation import step_times
 from fingerslip.history import VARIABLES
 from problems.pushed import pad, push_and_slide
@@ -62,6 +62,21 @@ def test_steps_are_whole_and_end_where_the_programme_ends():
 
 def test_a_programme_that_ends_between_two_steps_is_run_to_its_end():
     assert step_times(push_and_slide(step=0.03))[-1] == pytest.approx(0.24)
+
+
+@pytest.mark.parametrize("timing", [fs.TimeStepping, fs.QuasiStatic])
+def test_an_end_between_two_steps_is_refused(timing):
+    message = r"time.end: got 1 s, which is 3.333 steps of 0.3 s, .* write 0.9 s or 1.2 s, or a step of 0.25 s"
+    with pytest.raises(fs.InputError, match=message):
+        fs.simulate(push_and_slide(time=timing(step=0.3, end=1.0)))
+
+
+@pytest.mark.parametrize("step", [0.1, 0.07, 1e-3, 1.0 / 3.0])
+@pytest.mark.parametrize("count", [1, 3, 7, 1000])
+def test_a_whole_number_of_steps_ends_at_the_given_end(step, count):
+    times = step_times(push_and_slide(time=fs.TimeStepping(step, end=step * count)))
+    assert times.size == count + 1
+    assert times[-1] == pytest.approx(step * count)
 
 
 def test_a_step_longer_than_the_run_is_refused():
@@ -174,7 +189,7 @@ class Drying:
     frame: ClassVar = ISOTROPIC
 
     def coefficients(self, conditions):
-        return self.coefficient + 2.0 * conditions.time + 100.0 * conditions.slip_distance
+        return self.coefficient + 2.0 * conditions.time + 100.0 * conditions.slip_since_contact
 
 
 def test_a_friction_law_of_a_user_sees_the_conditions_of_every_step():
@@ -187,8 +202,8 @@ def test_a_friction_law_of_a_user_sees_the_conditions_of_every_step():
     slipping = np.argwhere(state == SLIP)
     assert len(slipping) > 40
     for step, node in slipping:
-        last_stick = np.flatnonzero(state[:step, node] != SLIP)[-1]
-        slipped = history.slip_distance.values[step - 1, node] - history.slip_distance.values[last_stick, node]
+        last_open = np.flatnonzero(state[:step, node] == OPEN)[-1]
+        slipped = history.slip_distance.values[step - 1, node] - history.slip_distance.values[last_open, node]
         mu = 0.2 + 2.0 * history.time.values[step] + 100.0 * slipped
         assert friction[step, node] == pytest.approx(mu * pressure[step, node], rel=1e-7)
 

@@ -271,3 +271,74 @@ def test_flat_tetrahedron_is_named(tmp_path):
     meshio.write(tmp_path / "flat.msh", mesh, file_format="gmsh22")
     with pytest.raises(MeshError, match=r"cell 1 at x = 500 mm, y = 500 mm, z = 0 mm is inverted or flat, .* volume"):
         read_mesh(tmp_path / "flat.msh")
+
+
+def hexahedra():
+    """Return a block of two layers of hexahedra, sheared and bulged, with boundaries outside and inside."""
+    flat = skfem.MeshHex.init_tensor(*(np.linspace(0.0, 1.0, 4 + n) for n in range(2)), np.linspace(0.0, 1.0, 5))
+    facets = {"plate": flat.facets_satisfying(lambda x: x[2] < 1e-9)}
+    facets["middle"] = flat.facets_satisfying(lambda x: np.isclose(x[2], 0.5))
+    cells = {
+        "low": flat.elements_satisfying(lambda x: x[2] < 0.5),
+        "high": flat.elements_satisfying(lambda x: x[2] > 0.5),
+    }
+    x, y, z = flat.p
+    mesh = skfem.MeshHex(np.array([x + 0.3 * z, y + 0.1 * x * z, z]), flat.t)
+    return mesh.with_subdomains(cells).with_boundaries(facets)
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".vtu", ".xdmf"])
+def test_hexahedra_go_out_and_come_back(suffix, tmp_path):
+    mesh = hexahedra()
+    write_mesh(mesh, tmp_path / f"block{suffix}")
+    back = read_mesh(tmp_path / f"block{suffix}")
+    assert_same(mesh, back)
+    assert build_space(back).element == "H8"
+
+
+def test_hexahedra_of_gmsh(tmp_path):
+    path = tmp_path / "block.msh"
+    gmsh.initialize(readConfigFiles=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        bottom = gmsh.model.occ.addRectangle(0, 0, 0, 2, 1)
+        swept = gmsh.model.occ.extrude([(2, bottom)], 0, 0, 1, numElements=[3], recombine=True)
+        gmsh.model.occ.synchronize()
+        gmsh.model.mesh.setRecombine(2, bottom)
+        gmsh.model.mesh.setTransfiniteSurface(bottom)
+        gmsh.model.addPhysicalGroup(3, [tag for dim, tag in swept if dim == 3], name="block")
+        gmsh.model.addPhysicalGroup(2, [bottom], name="plate")
+        gmsh.model.mesh.generate(3)
+        gmsh.write(str(path))
+    finally:
+        gmsh.finalize()
+    mesh = read_mesh(path)
+    space = build_space(mesh)
+    assert space.element == "H8"
+    assert space.full.dx.sum() == pytest.approx(2.0)
+    assert mesh.p[2, mesh.facets[:, mesh.boundaries["plate"]]].max() == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize("order", [[4, 5, 6, 7, 0, 1, 2, 3], [3, 2, 1, 0, 7, 6, 5, 4]], ids=["upside down", "reversed"])
+def test_hexahedra_inside_out_are_turned_round(order, tmp_path):
+    data = hexahedron_file(cells=[np.array([[0, 1, 2, 3, 4, 5, 6, 7]])[0][order]])
+    meshio.write(tmp_path / "block.msh", data, file_format="gmsh22")
+    space = build_space(read_mesh(tmp_path / "block.msh"))
+    assert space.full.dx.sum() == pytest.approx(1.0)
+
+
+def test_twisted_hexahedron_is_named(tmp_path):
+    data = hexahedron_file(cells=[[0, 1, 2, 3, 5, 4, 7, 6]])
+    meshio.write(tmp_path / "block.msh", data, file_format="gmsh22")
+    with pytest.raises(MeshError, match=r"cell 0 at x = 500 mm, y = 500 mm, z = 500 mm is inverted or flat, .* volume"):
+        read_mesh(tmp_path / "block.msh")
+
+
+def hexahedron_file(cells):
+    """Return a unit cube as a file holds it."""
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    points = np.vstack([np.column_stack([square, np.full(4, z)]) for z in (0.0, 1.0)])
+    tags = {"gmsh:physical": [np.array([1])], "gmsh:geometrical": [np.array([1])]}
+    return meshio.Mesh(
+        points, [("hexahedron", np.array(cells))], cell_data=tags, field_data={"block": np.array([1, 3])}
+    )

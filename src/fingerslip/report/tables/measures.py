@@ -38,11 +38,12 @@ def _cell(run: RunResult, measure: Measure) -> Cell:
     value = run.numbers[measure.key]
     if value is None:
         return _reason(run, measure)
-    if measure.unit is None:
-        return value
-    uncertainty = run.uncertainty.get(measure.key)
-    shown = measure.unit.to_display(value)
-    return shown if uncertainty is None else Measured(shown, measure.unit.to_display(uncertainty))
+    shown, uncertainty = _displayed(value, measure), run.uncertainty.get(measure.key)
+    return shown if uncertainty is None else Measured(shown, _displayed(uncertainty, measure))
+
+
+def _displayed(value: float, measure: Measure) -> float:
+    return measure.unit.to_display(value) if measure.unit else value
 
 
 def _reason(run: RunResult, measure: Measure) -> Missing:

@@ -13,12 +13,11 @@ from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
 from fingerslip.report.tables.table import Column, Table
 from fingerslip.results import RunResult, flatten, read_result
 from fingerslip.specimens.fingertip import preset_header, preset_names, preset_table
-from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.definition.yaml import read_mapping
 from fingerslip.study.inspection.draw import draw_fingertip
-from fingerslip.study.storage.reporting import event_tables, read_stored
+from fingerslip.study.storage.reporting import event_tables, read_stored, read_stored_run
 from fingerslip.study.storage.values import Specified, value_rows
 
 __all__ = ["presets_table", "show"]
@@ -85,16 +84,14 @@ def _study_table(path: Path) -> Table:
 
 
 def _show_result(folder: Path) -> tuple[Table, ...]:
-    result = read_result(folder)
-    if result is None:
+    if read_result(folder) is None:
         stored = read_stored(folder)
         return event_tables(stored.runs, stored.compare)
-    uncertainty = read_uncertainties(folder.parent, {folder.name: result.identity}).get(folder.name, {})
-    known = dataclasses.replace(result, uncertainty=uncertainty)
+    result = read_stored_run(folder)
     versions = ", ".join(f"{name} {version}" for name, version in result.versions.items())
-    measures = measures_table([known], ["value"])
+    measures = measures_table([result], ["value"])
     return (
-        readings_table(known, f"Slip events of {folder}"),
+        readings_table(result, f"Slip events of {folder}"),
         dataclasses.replace(measures, note=f"Computed in {result.seconds} s with {versions}."),
         _swept_table(result),
     )

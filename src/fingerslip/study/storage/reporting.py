@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -27,7 +28,7 @@ from fingerslip.study.storage.store import RUN, read_run
 from fingerslip.study.storage.summary import identities, read_manifest
 from fingerslip.study.storage.values import read_specified, value_rows
 
-__all__ = ["REPORT", "event_tables", "read_stored", "report_again", "report_key", "write_report"]
+__all__ = ["REPORT", "event_tables", "read_stored", "read_stored_run", "report_again", "report_key", "write_report"]
 
 #: File in the folder of a study.
 REPORT = "report.html"
@@ -53,6 +54,28 @@ def read_stored(folder: str | Path) -> StudyResult:
     known = read_uncertainties(folder, identities(manifest))
     runs = tuple(read_run(folder / name, known.get(name, {})) for name in manifest["runs"])
     return StudyResult(folder, tuple(manifest["compare"]), runs, (), tuple(manifest["runs"]), manifest["title"])
+
+
+def read_stored_run(folder: str | Path) -> RunResult:
+    """Read one finished run back, with all its values and the uncertainties that are known.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of the run, within that of its study.
+
+    Raises
+    ------
+    ResultError
+        Where the folder holds no finished run; that of a study names its runs.
+    """
+    folder = Path(folder)
+    runs = read_manifest(folder).get("runs")
+    if runs:
+        raise ResultError(f"{folder}: holds a study; needs the folder of one of its runs: {', '.join(runs)}")
+    run = read_run(folder, {})
+    known = read_uncertainties(folder.parent, {folder.name: run.identity})
+    return dataclasses.replace(run, uncertainty=known.get(folder.name, {}))
 
 
 def event_tables(runs: Sequence[RunResult], compare: Sequence[str]) -> tuple[Table, ...]:

@@ -33,6 +33,13 @@ def test_uncertainty_stands_beside_its_measure_in_the_same_unit() -> None:
     assert shown(known)["largest contact area"] == ["mm²", "13.51 ± 0.12"]
 
 
+def test_pure_numbers_show_their_uncertainty_too() -> None:
+    numbers = {"friction_force_ratio_end_of_slide": 0.6, "records": 601}
+    known = dataclasses.replace(RUNS[0], numbers=numbers, uncertainty={"friction_force_ratio_end_of_slide": 0.0123})
+    assert shown(known)["friction over normal force at the end of the slide"] == ["", "0.6 ± 0.012"]
+    assert shown(known)["records"] == ["", "601"]
+
+
 def test_a_missing_number_says_why() -> None:
     numbers = {**NUMBERS, "overall_peak_height_m_per_s2": None}
     recorded, lacking = (

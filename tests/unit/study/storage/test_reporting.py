@@ -17,7 +17,7 @@ from fingerslip.slip import Events, SlipEvents
 from fingerslip.study.running import runner
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
-from fingerslip.study.storage.reporting import event_tables, read_stored, report_key, write_report
+from fingerslip.study.storage.reporting import event_tables, read_stored, read_stored_run, report_key, write_report
 from fingerslip.study.storage.summary import read_manifest
 from unit.report.pages import checked
 from unit.study.block import FRICTIONS, block_values
@@ -53,6 +53,20 @@ def test_a_folder_without_a_manifest_holds_no_study(tmp_path: Path, text: str | 
     assert read_manifest(tmp_path) == {}
     with pytest.raises(ResultError, match="holds no results of a study; needs a folder that fingerslip run wrote"):
         read_stored(tmp_path)
+
+
+def test_one_stored_run_comes_back_as_with_its_study(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert read_stored_run(folder / NAMES[1]) == read_stored(folder).runs[1]
+    known = {"slip.overall": 6e-3}
+    monkeypatch.setattr(reporting, "read_uncertainties", lambda _, runs: dict.fromkeys(runs, known))
+    assert read_stored_run(folder / NAMES[1]).uncertainty == known
+
+
+def test_a_folder_that_is_no_run_says_what_is_needed(folder: Path, tmp_path: Path) -> None:
+    with pytest.raises(ResultError, match=rf"holds a study; needs the folder of one of its runs: {', '.join(NAMES)}"):
+        read_stored_run(folder)
+    with pytest.raises(ResultError, match=r"holds no finished run"):
+        read_stored_run(tmp_path)
 
 
 def test_a_run_that_has_gone_is_named(folder: Path) -> None:

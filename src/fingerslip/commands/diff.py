@@ -1,0 +1,22 @@
+"""``fingerslip diff``: two runs side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fingerslip.commands.shared import print_tables
+
+__all__ = ["diff"]
+
+
+def diff(
+    first: Annotated[Path, typer.Argument(metavar="RUN_A", help="Folder of a finished run.", show_default=False)],
+    second: Annotated[Path, typer.Argument(metavar="RUN_B", help="Folder of another.", show_default=False)],
+) -> None:
+    """Show two runs side by side: the values in which they differ, and events and measures with their differences."""
+    from fingerslip.study.inspection.diff import diff_runs
+
+    print_tables(diff_runs(first, second))
