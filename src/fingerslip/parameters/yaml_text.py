@@ -19,6 +19,7 @@ from ruamel.yaml.composer import MaxDepthExceededError
 from ruamel.yaml.error import MarkedYAMLError, StringMark, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from ruamel.yaml.reader import ReaderError
+from ruamel.yaml.representer import SafeRepresenter
 from ruamel.yaml.resolver import BaseResolver
 
 from fingerslip.errors import InputError
@@ -30,6 +31,8 @@ _DEEPEST = 100
 _LARGEST = 100_000
 _LONGEST = 300
 _CORE = "tag:yaml.org,2002:"
+# The end of a line in YAML 1.1, a character like others in 1.2.
+_NEXT_LINE = "\x85"
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,20 @@ class _CoreSchema(BaseResolver):
         """The version of YAML."""
         return (1, 2)
 
+
+class _PlainData(SafeRepresenter):
+    """Writes shared values out, and quotes text with a character that ruamel.yaml takes for the end of a line."""
+
+    def ignore_aliases(self, _data: object) -> bool:
+        """Tell that a value gets no alias."""
+        return True
+
+    def quoted_where_needed(self, text: str) -> Node:
+        """Return the node of a text."""
+        return self.represent_scalar(f"{_CORE}str", text, style='"' if _NEXT_LINE in text else None)
+
+
+_PlainData.add_representer(str, _PlainData.quoted_where_needed)
 
 for _tag, _kind in _KINDS.items():
     _CoreSchema.add_implicit_resolver_base(_tag, _kind.pattern, _kind.first)
@@ -150,14 +167,10 @@ def to_text(mapping: Mapping[str, Any]) -> str:
     writer.default_flow_style = False
     writer.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
     writer.width = 120
-    writer.representer.ignore_aliases = _never_alias
+    writer.Representer = _PlainData
     stream = io.StringIO()
     writer.dump(dict(mapping), stream)
     return stream.getvalue()
-
-
-def _never_alias(_: object) -> bool:
-    return True
 
 
 def _composed(text: str, where: str) -> Node | None:

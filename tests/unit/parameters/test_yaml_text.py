@@ -111,6 +111,11 @@ def test_every_scalar_reads_back_as_it_was_written(value: object) -> None:
     assert parse_document(to_text({"a": value}), "f").content == {"a": value}
 
 
+@pytest.mark.parametrize("value", ["\x85", "two\x85words", "\x85 ", "\u2028", "a\n\x85b"])
+def test_text_with_ends_of_lines_of_other_kinds_reads_back(value: str) -> None:
+    assert parse_document(to_text({value: value}), "f").content == {value: value}
+
+
 def test_shared_values_are_written_out() -> None:
     shared = [1, 2]
     assert to_text({"a": shared, "b": shared}) == "a:\n- 1\n- 2\nb:\n- 1\n- 2\n"
