@@ -151,7 +151,7 @@ class StaticKinetic:
 
     mu = kinetic + (static - kinetic) exp(-slip_rate / decay_speed) (Armstrong-Hélouvry, Dupont & Canudas de Wit 1994).
     The slip rate is that of the step before. In quasi-static motion the law therefore slides steadily only at steps
-    longer than |d mu / d slip_rate| p / k, with the pressure p and the stiffness k per area of what holds the surface;
+    longer than ``|d mu / d slip_rate| p / k``, with the pressure p and the stiffness k per area of what holds the surface;
     at shorter ones it sticks and slips from step to step.
 
     Parameters
