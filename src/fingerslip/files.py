@@ -23,6 +23,7 @@ __all__ = [
     "clean_stale",
     "json_text",
     "new_file",
+    "new_files",
     "new_folder",
     "remove_empty",
     "write_bytes",
@@ -61,13 +62,35 @@ def new_file(final: Path) -> Iterator[Path]:
     ResultError
         Where the file cannot be written or renamed.
     """
-    partial = final.with_name(f".{final.name}.{os.getpid()}.partial{final.suffix}")
+    partial = _partial(final, final.suffix)
     try:
         with writing(final):
             yield partial
             partial.replace(final)
     finally:
         partial.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def new_files(final: Path) -> Iterator[Path]:
+    """Give a temporary name in a folder of its own; the files written there move beside `final` when the block ends.
+
+    For formats that come in several files, such as XDMF, whose files name each other.
+
+    Raises
+    ------
+    ResultError
+        Where a file cannot be written or moved.
+    """
+    partial = _partial(final)
+    try:
+        with writing(final):
+            partial.mkdir()
+            yield partial / final.name
+            for made in sorted(partial.iterdir(), key=lambda path: path.name == final.name):
+                made.replace(final.with_name(made.name))
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 @contextlib.contextmanager
@@ -81,7 +104,7 @@ def new_folder(final: Path) -> Iterator[Path]:
     ResultError
         Where the folder cannot be made or renamed.
     """
-    partial = final.with_name(f".{final.name}.{os.getpid()}.partial")
+    partial = _partial(final)
     try:
         with writing(final.parent):
             partial.mkdir(parents=True)
@@ -125,6 +148,11 @@ def remove_empty(*folders: Path) -> None:
     for folder in folders:
         with contextlib.suppress(OSError):
             folder.rmdir()
+
+
+def _partial(final: Path, suffix: str = "") -> Path:
+    """Return the temporary name of what this process writes under a final one."""
+    return final.with_name(f".{final.name}.{os.getpid()}.partial{suffix}")
 
 
 def _replace(new: Path, final: Path) -> None:

@@ -27,7 +27,7 @@ from fingerslip.parameters import (
     Stiffness,
     parameters,
 )
-from fingerslip.protocols import conforms, describe
+from fingerslip.parameters.protocols import conforms, describe
 from fingerslip.sites import Site
 
 __all__ = [

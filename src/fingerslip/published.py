@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any, Literal
 
 from fingerslip.errors import InputError, warn_renamed
-from fingerslip.yaml_text import parse_document
+from fingerslip.parameters.yaml_text import parse_document
 
 __all__ = ["PublishedSet", "PublishedValue", "published", "published_names"]
 

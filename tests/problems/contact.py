@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fingerslip.contact.solve.newton import solve_friction
+from fingerslip.contact.solve.projection import project, step_lengths
 
 TOLERANCE = 1e-10
 ROUNDING = 1e-13
@@ -47,6 +48,13 @@ def random_problem(seed, dim, count, decades, friction):
     body = factor @ factor.T / (count * dim)
     penalty = np.repeat(10.0 ** rng.uniform(-decades, 0.0, (count, 2)), [1, dim - 1], axis=1)
     return Problem(body, penalty, rng.normal(size=(count, dim)), np.full(count, friction))
+
+
+def friction_residual(compliance, free, friction, forces):
+    """Return how far forces (n_c, dim) [N] are from their projection, same shape; zero at a solution."""
+    scale = step_lengths(np.diag(compliance).reshape(free.shape))
+    slip = (compliance @ forces.ravel()).reshape(free.shape) + free
+    return forces - project(forces - scale * slip, friction)
 
 
 def assert_conditions(problem, solution):

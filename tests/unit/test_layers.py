@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import ast
 import graphlib
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import pytest
 
 import fingerslip
+from places import DOCS
 
 SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
-    "errors dotted units yaml_text fields mistakes parameters protocols files digest sites",
+    "errors units parameters files digest sites",
     "materials mesh specimens fe linear contact model history dynamics",
     "slip uncertainty published results report",
     "verification study validation commands",
@@ -111,6 +113,11 @@ def test_files_that_import_each_other_are_found() -> None:
     assert set(cycle({"c": {"a.b"}, "a.b": {"c"}})) == {"a.b", "c"}
     assert set(cycle({"a": {"b"}, "b": {"c"}, "c": {"a"}})) == {"a", "b", "c"}
     assert cycle({"a": {"b", "c"}, "b": {"c"}}) == []
+
+
+def test_the_table_of_folders_names_every_layer_in_its_order() -> None:
+    rows = re.findall(r"^\| (`.+?`) \|", (DOCS / "concepts.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert [name for row in rows for name in re.findall(r"`(\w+)`", row)] == LAYERS
 
 
 def test_walk_sees_imports_inside_functions_and_relative_ones() -> None:

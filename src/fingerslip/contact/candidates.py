@@ -122,7 +122,7 @@ class Counterfaces:
 
 
 def node_operator(nodes: Indices, dim: int, n_dofs: int) -> sparse.csr_matrix:
-    """Return the map from displacements (n_dofs,) to those of `nodes`, shape (n * dim, n_dofs)."""
+    """Return the map [-] from displacements (n_dofs,) to those of `nodes`, shape (n * dim, n_dofs)."""
     columns = vector_dofs(nodes, dim).ravel()
     ones = np.ones(columns.size)
     return sparse.csr_matrix((ones, (np.arange(columns.size), columns)), shape=(columns.size, n_dofs))

@@ -70,10 +70,10 @@ class Condensed(Protocol):
         """How it is condensed, and what a step costs."""
 
     def forward(self, right_hand_side: Array) -> Halfway:
-        """Take the forward half for a right-hand side b, shape (n,) or (n, k)."""
+        """Take the forward half for a right-hand side b, shape (n,) or (n, k) [N]."""
 
     def backward(self, halfway: Halfway, forces: Array) -> Array:
-        """Return the solution x of A x = b + B^T r for contact forces r, shape (m,) or (m, k)."""
+        """Return x of A x = b + B^T r for contact forces r, shape (m,) or (m, k) [N]; x has the shape of b."""
 
 
 @dataclass(frozen=True)
@@ -96,12 +96,12 @@ class ByColumns:
     description: ClassVar[str] = "columns, one substitution a step"
 
     def forward(self, right_hand_side: Array) -> Halfway:
-        """Take the forward half; see :class:`Condensed`."""
+        """Take the forward half for b, shape (n,) or (n, k) [N]; see :class:`Condensed`."""
         vector = self.factor.forward(right_hand_side)
         return Halfway(vector, self.backward_rows @ vector)
 
     def backward(self, halfway: Halfway, forces: Array) -> Array:
-        """Return the solution; see :class:`Condensed`."""
+        """Return x for contact forces r, shape (m,) or (m, k) [N]; see :class:`Condensed`."""
         loaded = halfway.vector + self.forward_columns @ forces if forces.any() else halfway.vector
         return self.factor.backward(loaded)
 
@@ -134,13 +134,13 @@ class BySchur:
         return f"Schur complement, {substitutions} a step"
 
     def forward(self, right_hand_side: Array) -> Halfway:
-        """Take the forward half; see :class:`Condensed`."""
+        """Take the forward half for b, shape (n,) or (n, k) [N]; see :class:`Condensed`."""
         vector = self.factor.forward(right_hand_side)
         kept = _symmetric_times(self.inverse, vector[self.kept])
         return Halfway(vector, kept if self.rows is None else self.rows @ kept, kept)
 
     def backward(self, halfway: Halfway, forces: Array) -> Array:
-        """Return the solution; see :class:`Condensed`."""
+        """Return x for contact forces r, shape (m,) or (m, k) [N]; see :class:`Condensed`."""
         vector = halfway.vector.copy(order="K")
         if forces.any():
             added = forces if self.rows is None else self.rows.T @ forces

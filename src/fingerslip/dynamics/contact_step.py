@@ -70,7 +70,7 @@ def solve_step(stepper: Stepper, start: Prediction, local: Array) -> ContactStep
     start : Prediction
         The step before its substitution.
     local : (n_c * dim,) array
-        The candidates' part of the unknown without contact forces.
+        The candidates' part of the unknown without contact forces, in the unit of the scheme's unknown.
 
     Raises
     ------

@@ -50,7 +50,7 @@ class Motion:
 
 
 def phase_table(programme: Sequence[Phase]) -> tuple[list[str], Array]:
-    """Return the kinds of the phases and the times between them, (n_phases + 1,) [s]."""
+    """Return the kinds of the phases and the times between them, shape (n_phases + 1,) [s]."""
     kinds = [type(phase).__name__.lower() for phase in programme]
     return kinds, np.concatenate([[0.0], np.cumsum([phase_duration(phase) for phase in programme])])
 

@@ -35,7 +35,7 @@ class Unknowns:
     driven: Indices
 
     def restrict(self, forces: Array) -> Array:
-        """Return nodal values (n_dofs,) on the unknowns, shape (n,), zero for driven counterfaces."""
+        """Return nodal forces (n_dofs,) [N] on the unknowns, shape (n,), zero for driven counterfaces."""
         return np.concatenate([forces[self.free], np.zeros(self.driven.size)])
 
 

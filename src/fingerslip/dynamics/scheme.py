@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.model import QuasiStatic, TimeStepping, Timing
-from fingerslip.protocols import require
+from fingerslip.parameters.protocols import require
 
 __all__ = ["HHT", "Predictor", "Scheme", "Static", "StepChange", "hht", "make_scheme"]
 

@@ -23,7 +23,7 @@ from fingerslip.history import make_history
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.linear.threads import allowed_threads, limited_threads, single_dense_thread, suitable_threads
 from fingerslip.model import Model
-from fingerslip.protocols import describe
+from fingerslip.parameters.protocols import describe
 
 __all__ = ["simulate", "simulate_together", "step_times"]
 
@@ -35,7 +35,7 @@ _logger = logging.getLogger(__name__)
 
 
 def step_times(model: Model) -> Array:
-    """Return the times of the steps [s], the start included: whole steps until the end is reached.
+    """Return the times of the steps, start included, shape (n_steps + 1,) [s]: whole steps until the end is reached.
 
     A given end is reached exactly. The end of the programme may lie within the last step.
 

@@ -130,7 +130,7 @@ def vector_dofs(nodes: NDArray[np.integer[Any]], dim: int) -> NDArray[np.int64]:
 
 
 def carrying_nodes(space: Space, boundary: str) -> NDArray[np.int64]:
-    """Return the nodes of a boundary that have an area of their own: corners of quadratic tetrahedra have none."""
+    """Return the nodes (k,) of a boundary that have an area: corners of quadratic tetrahedra have none."""
     nodes, areas = boundary_nodes(space, boundary), nodal_areas(space, boundary, 1.0)
     carrying: NDArray[np.int64] = nodes[areas[nodes] > 1e-9 * areas[nodes].max()]
     return carrying
@@ -150,7 +150,7 @@ def cell_nodes(space: Space) -> NDArray[np.int32]:
 
 
 def boundary_nodes(space: Space, name: str) -> NDArray[np.int64]:
-    """Return the sorted nodes of a named boundary.
+    """Return the sorted nodes of a named boundary, shape (k,).
 
     Raises
     ------
@@ -162,7 +162,7 @@ def boundary_nodes(space: Space, name: str) -> NDArray[np.int64]:
 
 
 def region_nodes(space: Space, name: str) -> NDArray[np.int64]:
-    """Return the sorted nodes of a named region."""
+    """Return the sorted nodes of a named region, shape (k,)."""
     cells = _named(space.mesh.subdomains, name, "region")
     return np.unique(space.full.element_dofs[:, cells]).astype(np.int64)
 

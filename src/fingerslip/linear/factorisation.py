@@ -22,7 +22,7 @@ def factorise(matrix: sparse.csr_matrix, solver: LinearSolver | None = None) -> 
     Parameters
     ----------
     matrix : scipy.sparse.csr_matrix
-        Symmetric positive definite, shape (n, n).
+        Symmetric positive definite, shape (n, n), of any unit.
     solver : LinearSolver, optional
         The solver; without it the preferred one that is available.
     """
@@ -37,7 +37,7 @@ def factorise_around(
     Parameters
     ----------
     matrix : scipy.sparse.csr_matrix
-        A, symmetric positive definite, shape (n, n).
+        A, symmetric positive definite, shape (n, n), of any unit.
     kept : (m,) array
         The unknowns that are not factorised, ascending.
     solver : LinearSolver, optional

@@ -24,7 +24,7 @@ Indices = NDArray[np.int64]
 
 
 class Factor(Protocol):
-    """A factorised matrix A = L U of n unknowns; all arrays have the shape (n,) or (n, k)."""
+    """A factorised matrix A = L U of n unknowns; all arrays have the shape (n,) or (n, k), in any unit."""
 
     def forward(self, right_hand_side: Array) -> Array:
         """Return y = L^-1 b."""
@@ -37,7 +37,7 @@ class Factor(Protocol):
 
 
 class SchurFactor(Protocol):
-    """A matrix of n unknowns factorised but for some, the kept ones; arrays have the shape (n,) or (n, k)."""
+    """A matrix of n unknowns factorised but for some, the kept ones; arrays are (n,) or (n, k), in any unit."""
 
     @property
     def substitutions(self) -> int:

@@ -12,6 +12,7 @@ from typing import Any
 import meshio
 
 from fingerslip.errors import MeshError
+from fingerslip.files import new_files
 
 __all__ = ["read_file", "write_file"]
 
@@ -48,7 +49,9 @@ def read_file(file: Path, needed: str) -> meshio.Mesh:
 
 
 def write_file(file: Path, data: meshio.Mesh, suffixes: str) -> None:
-    """Write a file in the format that its suffix names; ``.msh`` is Gmsh's of version 2.2, ``.stl`` is binary.
+    """Write a file, whole or not at all, in the format that its suffix names.
+
+    ``.msh`` is Gmsh's of version 2.2, ``.stl`` is binary.
 
     Parameters
     ----------
@@ -63,12 +66,14 @@ def write_file(file: Path, data: meshio.Mesh, suffixes: str) -> None:
     ------
     MeshError
         Where the suffix is unknown or the folder does not exist.
+    ResultError
+        Where nothing may be written there, or the disk is full.
     """
     if not file.parent.is_dir():
         raise MeshError(str(file), "the folder does not exist", "needs an existing folder")
     try:
-        with _silence():
-            meshio.write(file, data, **_OPTIONS.get(file.suffix, {}))
+        with _silence(), new_files(file) as partial:
+            meshio.write(partial, data, **_OPTIONS.get(file.suffix, {}))
     except (meshio.ReadError, meshio.WriteError, KeyError) as error:
         raise MeshError(str(file), f"cannot be written ({error})", f"needs a suffix such as {suffixes}") from error
 

@@ -83,7 +83,24 @@ def graded(positions: Floats, sizes: Floats) -> Floats:
 
 
 def size_at(points: Floats, sources: Floats, source_sizes: Floats, bulk_size: float) -> Floats:
-    """Return the element sizes wanted at (n, 2) points: source sizes that grow with distance up to `bulk_size`."""
+    """Return the element sizes wanted at points: sizes at sources that grow with distance, up to `bulk_size`.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+        Positions [m].
+    sources : (m, 2) array
+        Positions at which sizes are given [m].
+    source_sizes : (m,) array
+        Sizes there [m].
+    bulk_size : float
+        Largest size [m].
+
+    Returns
+    -------
+    (n,) array
+        Sizes [m].
+    """
     distance = np.linalg.norm(points[:, None, :] - sources[None, :, :], axis=2)
     size: Floats = np.minimum(bulk_size, (source_sizes + GROWTH * distance).min(axis=1))
     return size

@@ -47,7 +47,7 @@ def smoothed(points: Floats, cells: Integers, fixed: Flags) -> Floats:
     Parameters
     ----------
     points : (n, 2) array
-        Node positions.
+        Node positions [m].
     cells : (m, 4) array
         Nodes of the cells, counter-clockwise.
     fixed : (n,) array
@@ -56,7 +56,7 @@ def smoothed(points: Floats, cells: Integers, fixed: Flags) -> Floats:
     Returns
     -------
     (n, 2) array
-        New positions.
+        New positions [m].
     """
     before = points
     for _ in range(_SWEEPS):

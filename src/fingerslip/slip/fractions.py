@@ -22,7 +22,7 @@ __all__ = [
 
 
 def contact_area(history: xr.Dataset) -> xr.DataArray:
-    """Return the area in contact over time: tributary areas of all nodes that are not open [m^2]."""
+    """Return the area in contact over time, shape (n_times,): tributary areas of all nodes that are not open [m^2]."""
     area = (history["contact_area"] * (history["contact_state"] != OPEN)).sum("contact_node")
     return area.rename("contact_area").assign_attrs(units="m^2", long_name="area in contact")
 
@@ -47,7 +47,7 @@ def slipping_fraction(history: xr.Dataset) -> xr.DataArray:
 
 
 def stick_ratio(history: xr.Dataset) -> xr.DataArray:
-    """Return the stick ratio over time: sticking area over contact area [-], missing while nothing touches."""
+    """Return the stick ratio, shape (n_times,): sticking over contact area [-], missing while nothing touches."""
     return (1.0 - slipping_fraction(history)).rename("stick_ratio").assign_attrs(units="1", long_name="stick ratio")
 
 

@@ -46,7 +46,7 @@ class Patch:
 
     @property
     def places(self) -> Floats:
-        """Old name of `points`."""
+        """Old name of `points`, (n, 2) [m]."""
         warn_renamed("places", "points")
         return self.points
 
@@ -168,7 +168,7 @@ def surface_strains(history: xr.Dataset, patch: Patch | None = None) -> xr.DataA
 
 
 def surface_strain_rates(strains: xr.DataArray) -> xr.DataArray:
-    """Return the rates of surface strains, by central differences between records [1/s]."""
+    """Return the rates of surface strains by central differences between records, in their shape [1/s]."""
     rates = strains.copy(data=np.gradient(strains.values, strains["time"].values, axis=0))
     return rates.rename("surface_strain_rate").assign_attrs(units="1/s", long_name="rate of the surface strain")
 

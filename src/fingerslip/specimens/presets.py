@@ -14,10 +14,10 @@ from importlib import resources
 from importlib.resources.abc import Traversable
 from typing import Any, Generic, TypeVar
 
-from fingerslip.dotted import joined
 from fingerslip.errors import InputError
 from fingerslip.parameters import from_mapping
-from fingerslip.yaml_text import parse_document
+from fingerslip.parameters.dotted import joined
+from fingerslip.parameters.yaml_text import parse_document
 
 __all__ = ["PresetValue", "Presets"]
 

@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.validation.evidence import FINGERPRINT, FRICTION, TABLE2, VARIANTS, Evidence
 from fingerslip.validation.measures import Densities, Measures
 
@@ -86,7 +87,7 @@ def latency_flattens_with_friction(evidence: Evidence) -> Finding:
 def surface_receptors_feel_more(evidence: Evidence) -> Finding:
     """Largest accelerations of type I over those of type II receptors."""
     largest = evidence.phalanges(TABLE2)[0].largest_acceleration
-    if not {"FA-I", "SA-I", "FA-II", "SA-II"} <= set(largest):
+    if not set(RECEPTOR_KINDS) <= set(largest):
         return Finding()
     return _above(_ratio(min(largest["FA-I"], largest["SA-I"]), max(largest["FA-II"], largest["SA-II"])), 1.0)
 

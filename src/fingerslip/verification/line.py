@@ -116,13 +116,13 @@ def closed_form(force: float) -> tuple[float, float]:
 
 
 def semicircle(x: Array, half_width: float) -> Array:
-    """Return sqrt(1 - x^2 / a^2), zero outside."""
+    """Return sqrt(1 - x^2 / a^2) [-] at x (n,) [m], zero outside."""
     root: Array = np.sqrt(np.maximum(1 - (x / half_width) ** 2, 0.0))
     return root
 
 
 def ordered(history: xr.Dataset) -> tuple[Array, Array, Array, Array]:
-    """Return x of the contact nodes (n,), and along it pressure, friction traction and state (n_times, n)."""
+    """Return x of the contact nodes (n,) [m], and along it pressure, friction traction [Pa] and state (n_times, n)."""
     order = np.argsort(history["contact_position"].values[:, 0], kind="stable")
     pressure, state = history["normal_traction"].values[:, order], history["contact_state"].values[:, order]
     return (

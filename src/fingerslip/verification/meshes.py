@@ -102,7 +102,7 @@ def jiggled(amount: float) -> Shift:
 
 
 def graded(fine: float, size: float, outer: float, ratio: float) -> Array:
-    """Return coordinates from 0, uniform within the fine zone and growing geometrically from there to `outer`.
+    """Return coordinates (n,) [m] from 0, uniform within the fine zone and growing geometrically up to `outer`.
 
     Parameters
     ----------
@@ -122,5 +122,5 @@ def graded(fine: float, size: float, outer: float, ratio: float) -> Array:
 
 
 def mirrored(coordinates: Array) -> Array:
-    """Return coordinates from 0 on, mirrored to both sides."""
+    """Return coordinates (n,) [m] from 0 on, mirrored to both sides, shape (2 n - 1,) [m]."""
     return np.concatenate([-coordinates[:0:-1], coordinates])

@@ -98,7 +98,7 @@ class FullSystem:
         return 0.5 - self.time.alpha
 
     def contact(self, displacement: Array, before: FullMotion, plates: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Return the contact forces (n_c, dim) [N] and their slopes by the nodes' displacements (n_c, dim, dim)."""
+        """Return the contact forces (n_c, dim) [N] and their slopes by the displacements, (n_c, dim, dim) [N/m]."""
         count, dim = self.dofs.shape
         forces, slopes = np.zeros((count, dim)), np.zeros((count, dim, dim))
         for i, dofs in enumerate(self.dofs):
@@ -127,14 +127,14 @@ class FullSystem:
         return total
 
     def end(self, acceleration: Array, before: FullMotion) -> tuple[Array, Array]:
-        """Return displacement and velocity at the end of a step with some acceleration (n_dofs,) there."""
+        """Return displacement [m] and velocity [m/s] after a step that ends with an acceleration (n_dofs,) [m/s^2]."""
         step, mean = self.time.step, (0.5 - self.beta) * before.acceleration + self.beta * acceleration
         displacement = before.displacement + step * before.velocity + step**2 * mean
         velocity = before.velocity + step * ((1.0 - self.gamma) * before.acceleration + self.gamma * acceleration)
         return displacement, velocity
 
     def residual(self, acceleration: Array, before: FullMotion, plates: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Return the residual of a step on the free degrees of freedom, and its derivative by the acceleration."""
+        """Return the residual of a step (n_free,) [N] and its derivative by the acceleration (n_free, n_free) [kg]."""
         step, alpha = self.time.step, self.time.alpha
         displacement, velocity = self.end(acceleration, before)
         forces, slopes = self.contact(displacement, before, plates)
@@ -149,7 +149,19 @@ class FullSystem:
         return residual[self.free], tangent[np.ix_(self.free, self.free)]
 
     def step(self, before: FullMotion, plates: tuple[Array, Array], time: float, scale: float) -> FullMotion:
-        """Take one step: Newton's method, with steps halved until they help; `scale` is the largest acceleration."""
+        """Take one step: Newton's method, with steps halved until they help.
+
+        Parameters
+        ----------
+        before : FullMotion
+            The motion at its start.
+        plates : tuple of (dim,) array
+            Displacement of the plate at the start and at the end of the step [m].
+        time : float
+            Its end [s].
+        scale : float
+            The largest acceleration of the motion [m/s^2].
+        """
         acceleration = before.acceleration.copy()
         residual, tangent = self.residual(acceleration, before, plates)
         change = np.full(self.free.size, np.inf)

@@ -97,7 +97,7 @@ def _tangential_force(history: xr.Dataset) -> Array:
 
 
 def radii(history: xr.Dataset) -> Array:
-    """Return the distances of the contact nodes from the axis [m]."""
+    """Return the distances of the contact nodes from the axis, shape (n_c,) [m]."""
     distance: Array = np.linalg.norm(history["contact_position"].values[:, :2], axis=1)
     return distance
 
@@ -107,7 +107,7 @@ def _contact_radius(force: float) -> float:
 
 
 def mindlin_displacement(force: Array | float, normal: float) -> Array:
-    """Return Mindlin's displacement [m] under a growing tangential force and a constant normal one [N]."""
+    """Return Mindlin's displacement (n,) [m] under growing tangential forces (n,) and a constant normal one [N]."""
     factor = 3 * MU * normal * (2 - RATIO) / (16 * _contact_radius(normal) * SHEAR_MODULUS)
     return np.asarray(factor * (1 - (1 - np.asarray(force) / (MU * normal)) ** (2 / 3)))
 

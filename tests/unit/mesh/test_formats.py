@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import errno
+import os
 from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 
-from fingerslip.errors import MeshError
+from fingerslip.errors import MeshError, ResultError
 from fingerslip.mesh.formats import read_file, write_file
 
 TRIANGLE = meshio.Mesh(np.eye(3), [("triangle", np.array([[0, 1, 2]]))])
@@ -46,3 +48,22 @@ def test_unknown_suffixes_and_folders_are_named(tmp_path: Path) -> None:
         write_file(tmp_path / "a.nix", TRIANGLE, ".stl, .ply")
     with pytest.raises(MeshError, match="the folder does not exist"):
         write_file(tmp_path / "none" / "a.stl", TRIANGLE, ".stl")
+
+
+@pytest.mark.parametrize("name", ["a.stl", "a.xdmf"])
+def test_a_file_that_is_not_written_to_its_end_leaves_the_old_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    write_file(tmp_path / name, TRIANGLE, ".stl")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    write = meshio.write
+
+    def full(file: Path, data: meshio.Mesh, **options: object) -> None:
+        write(file, meshio.Mesh(2.0 * data.points, data.cells), **options)
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(meshio, "write", full)
+    with pytest.raises(ResultError, match=r"No space left on device.*free some space"):
+        write_file(tmp_path / name, TRIANGLE, ".stl")
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    assert len(before) == (2 if name == "a.xdmf" else 1)

@@ -35,7 +35,7 @@ class Compliance:
     frames: Array | None = None
 
     def in_frames(self, frames: Array) -> Compliance:
-        """Return the same compliance with `body` in constant frames (n_c, dim, dim)."""
+        """Return the same compliance [m/N] with `body` in constant frames (n_c, dim, dim) [-]."""
         return Compliance(rotate_compliance(self.body, frames), self.penalty)
 
     @cached_property

@@ -30,7 +30,7 @@ from fingerslip.contact.solve.compliance import active_product
 from fingerslip.contact.solve.line_search import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough
 from fingerslip.contact.solve.projection import derivative, project, project_node, step_lengths
 
-__all__ = ["ContactSolution", "friction_residual", "solve_friction"]
+__all__ = ["ContactSolution", "solve_friction"]
 
 Array = NDArray[np.float64]
 
@@ -106,26 +106,6 @@ def solve_friction(
             raise KeyboardInterrupt from error
         raise
     return ContactSolution(forces, residual, iterations, worst)
-
-
-def friction_residual(compliance: Array, free: Array, friction_coefficient: Array, forces: Array) -> Array:
-    """Return the residual of given forces, shape (n_c, dim) [N]; zero at a solution.
-
-    Parameters
-    ----------
-    compliance : (n_c * dim, n_c * dim) array
-        W [m/N].
-    free : (n_c, dim) array
-        q [m].
-    friction_coefficient : (n_c,) array
-        Friction coefficients [-].
-    forces : (n_c, dim) array
-        Forces r [N].
-    """
-    scale = step_lengths(np.diag(compliance).reshape(free.shape))
-    slip = (compliance @ forces.ravel()).reshape(free.shape) + free
-    residual: Array = forces - project(forces - scale * slip, friction_coefficient)
-    return residual
 
 
 @numba.njit(cache=True, nogil=True)

@@ -73,7 +73,7 @@ class SuperLUFactor:
         return solution
 
     def transposed_backward(self, right_hand_side: Array) -> Array:
-        """Return A^-1 b, A being symmetric."""
+        """Return A^-1 b for b (n,) or (n, k), same shape: A is symmetric."""
         return self.backward(right_hand_side)
 
 

@@ -45,7 +45,7 @@ class Repairs:
 
 
 def repair_surface(surface: Surface, largest_hole: float = 5e-3) -> tuple[Surface, Repairs]:
-    """Drop debris, turn all normals outwards and close holes.
+    """Join points at the same place, drop debris, turn all normals outwards and close holes.
 
     A hole is closed by triangles around a point that is lifted so that the lid goes on with the curvature of the
     surface around it. Self-intersections are left to the mesher, which resolves them.
@@ -67,8 +67,10 @@ def repair_surface(surface: Surface, largest_hole: float = 5e-3) -> tuple[Surfac
     MeshError
         Where inside and outside cannot be told apart.
     """
-    triangles, dropped = _without_debris(surface)
-    points, triangles = joined(surface.points, triangles)
+    # Pieces are told apart by their points, so these are joined first; then those of the debris go.
+    points, triangles = joined(surface.points, surface.triangles)
+    kept, dropped = _without_debris(dataclasses.replace(surface, points=points, triangles=triangles))
+    points, triangles = joined(points, kept)
     cleaned = dataclasses.replace(surface, points=points, triangles=triangles)
     turned = _turned(cleaned)
     oriented = dataclasses.replace(cleaned, triangles=np.where(turned[:, None], triangles[:, ::-1], triangles))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Literal
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -29,6 +28,7 @@ from fingerslip.specimens.fingertip import (
     skin_grid,
     surface_depth,
 )
+from fingerslip.specimens.fingertip.numbers import Section
 from fingerslip.specimens.fingertip.outline import arc_length_at_cut
 
 __all__ = ["fingertip_figure"]
@@ -36,7 +36,7 @@ __all__ = ["fingertip_figure"]
 Floats = NDArray[np.float64]
 
 _EDGE = "#7d6b5d"
-_SECTIONS: Mapping[Literal["sagittal", "transverse"], str] = MappingProxyType(
+_SECTIONS: Mapping[Section, str] = MappingProxyType(
     {"sagittal": "along the finger (sagittal, z = 0)", "transverse": "across the finger (transverse, x = 0)"}
 )
 

@@ -27,14 +27,12 @@ from fingerslip.report.figures.style import (
     styled,
     titled,
 )
+from fingerslip.sites import RECEPTOR_KINDS
 
 __all__ = ["receptor_positions", "section_figure"]
 
 _RECEPTOR_MARKS: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {
-        kind: (mark, RECEPTOR_COLOURS[kind])
-        for kind, mark in (("FA-I", "o"), ("SA-I", "^"), ("FA-II", "s"), ("SA-II", "D"))
-    }
+    {kind: (mark, RECEPTOR_COLOURS[kind]) for kind, mark in zip(RECEPTOR_KINDS, ("o", "^", "s", "D"), strict=True)}
 )
 _ZOOM_WIDTH = 3.2e-3
 

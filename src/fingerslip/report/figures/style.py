@@ -17,6 +17,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from fingerslip.sites import RECEPTOR_KINDS
+
 __all__ = [
     "AREA_COLOURS",
     "BLACK",
@@ -47,7 +49,7 @@ GREY = "#8a8a8a"
 
 AREA_COLOURS: Mapping[str, str] = MappingProxyType({"A": BLUE, "B": VERMILLION})
 RECEPTOR_COLOURS: Mapping[str, str] = MappingProxyType(
-    {"FA-I": BLUE, "SA-I": VERMILLION, "FA-II": GREEN, "SA-II": PURPLE}
+    dict(zip(RECEPTOR_KINDS, (BLUE, VERMILLION, GREEN, PURPLE), strict=True))
 )
 REGION_COLOURS: Mapping[str, str] = MappingProxyType(
     {"epidermis": "#e3a57c", "dermis": "#f2cfae", "skin": "#ecc09b", "tissue": "#faeedd", "phalanx": "#c9ced3"}

@@ -94,5 +94,5 @@ def read_snapshot(history: xr.Dataset, number: int) -> Snapshot:
 
 
 def in_space(vectors: Floats) -> Floats:
-    """Fill vectors (n, dim) with zeros up to three components, shape (n, 3)."""
+    """Fill vectors (n, dim) of any unit with zeros up to three components, shape (n, 3)."""
     return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))

@@ -1,8 +1,6 @@
-"""Depths of the skin's surfaces below the mean outline: fingerprint, epidermis-dermis and dermis-tissue interface."""
+"""Depths of the skin's surfaces below the mean outline: the fingerprint and the epidermis-dermis interface."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,14 +8,13 @@ from numpy.typing import NDArray
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.parts import RidgeZone
 
-__all__ = ["DepthProfile", "dermis_depth", "fade", "interface_depth", "ridge_profile", "surface_depth"]
+__all__ = ["fade", "interface_depth", "ridge_profile", "surface_depth"]
 
 Floats = NDArray[np.float64]
-DepthProfile = Callable[[FingertipNumbers, Floats], Floats]
 
 
 def fade(zone: RidgeZone, arc_length: Floats) -> Floats:
-    """Return the share [-] of ridges and ripples: 1 inside the zone, smoothly to 0 at its ends."""
+    """Return the share [-] of ridges and ripples at arc lengths (n,) [m]: 1 in the zone, smoothly to 0 at its ends."""
     inside = np.minimum(arc_length - zone.start, zone.end - arc_length)
     share = np.clip(inside / zone.fade, 0.0, 1.0)
     weight: Floats = share**2 * (3.0 - 2.0 * share)
@@ -25,7 +22,7 @@ def fade(zone: RidgeZone, arc_length: Floats) -> Floats:
 
 
 def ridge_profile(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
-    """Return the ridge heights [m] into the dermis: squared cosines, intermediate and limiting in turn."""
+    """Return the ridge heights [m] into the dermis at arc lengths (n,) [m]: squared cosines, both kinds in turn."""
     ridges = fingertip.ridges
     wave = np.cos(2 * np.pi * arc_length / ridges.pitch)
     height = np.where(wave > 0.0, ridges.intermediate_height, ridges.limiting_height)
@@ -34,7 +31,7 @@ def ridge_profile(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
 
 
 def surface_depth(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
-    """Return the depth [m] of the outer skin surface: negative on fingerprint crests."""
+    """Return the depth [m] of the outer skin surface at arc lengths (n,) [m]: negative on fingerprint crests."""
     fingerprint = fingertip.fingerprint
     if not fingerprint.enabled:
         return np.zeros_like(arc_length)
@@ -44,15 +41,10 @@ def surface_depth(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
 
 
 def interface_depth(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
-    """Return the depth [m] of the epidermis-dermis interface; its mean is the epidermis thickness."""
+    """Return the depth [m] of the epidermis-dermis interface at arc lengths (n,) [m]; mean: the epidermis thickness."""
     thickness = fingertip.layers.epidermis_thickness
     if not fingertip.ridges.enabled:
         return np.full_like(arc_length, thickness)
     profile = ridge_profile(fingertip, arc_length) - fingertip.ridges.mean_height
     depth: Floats = thickness + profile * fade(fingertip.zone, arc_length)
     return depth
-
-
-def dermis_depth(fingertip: FingertipNumbers, arc_length: Floats) -> Floats:
-    """Return the depth [m] of the dermis-tissue interface."""
-    return np.full_like(arc_length, fingertip.layers.skin_thickness)

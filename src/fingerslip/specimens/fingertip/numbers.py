@@ -21,8 +21,10 @@ from fingerslip.specimens.fingertip.room import skin_room
 from fingerslip.specimens.fingertip.solid import Nail, SolidShape
 from fingerslip.units import millimetres
 
-__all__ = ["REGIONS", "FingertipNumbers"]
+__all__ = ["REGIONS", "FingertipNumbers", "Section"]
 
+#: The planes in which a fingertip is cut: along the finger and across it.
+Section = Literal["sagittal", "transverse"]
 REGIONS = ("epidermis", "dermis", "tissue", "phalanx")
 
 
@@ -33,7 +35,7 @@ class FingertipNumbers:
     :class:`~fingerslip.specimens.fingertip.fingertip.Fingertip` explains them.
     """
 
-    section: Literal["sagittal", "transverse"]
+    section: Section
     sagittal: SagittalOutline
     transverse: TransverseOutline
     layers: Layers

@@ -52,12 +52,12 @@ def outline_curve(fingertip: FingertipNumbers) -> Curve:
 
 
 def position(curve: Curve, arc_length: Floats) -> Floats:
-    """Return the (n, 2) points of `curve` at (n,) arc lengths."""
+    """Return the (n, 2) points of `curve` [m] at (n,) arc lengths [m]."""
     return _interpolate(curve, curve.points, arc_length)
 
 
 def inward_normal(curve: Curve, arc_length: Floats) -> Floats:
-    """Return the (n, 2) unit normals into the finger at (n,) arc lengths."""
+    """Return the (n, 2) unit normals [-] into the finger at (n,) arc lengths [m]."""
     tangent = _interpolate(curve, curve.tangents, arc_length)
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
     return np.column_stack([-tangent[:, 1], tangent[:, 0]])

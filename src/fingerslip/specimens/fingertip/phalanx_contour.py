@@ -43,12 +43,12 @@ def phalanx_contour(fingertip: FingertipNumbers) -> Floats:
 
 
 def reaches_cut(contour: Floats) -> bool:
-    """Tell whether a contour is open, that is, ends on the proximal cut."""
+    """Tell whether a contour (n, 2) [m] is open, that is, ends on the proximal cut."""
     return not np.array_equal(contour[0], contour[-1])
 
 
 def palmar_face(fingertip: FingertipNumbers, x: Floats) -> Floats:
-    """Return the heights y [m] of the palmar face in the sagittal section at positions x [m]."""
+    """Return the heights y (n,) [m] of the palmar face in the sagittal section at positions x (n,) [m]."""
     phalanx = fingertip.phalanx.sagittal
     hollow = np.exp(-(((x - phalanx.concavity_position) / phalanx.concavity_width) ** 2))
     depth = phalanx.concavity_depth if fingertip.phalanx.variant == "original" else 0.0
@@ -129,7 +129,7 @@ def _stretched(fingertip: FingertipNumbers, contour: Floats) -> Floats:
 
 
 def heights_in_the_middle(contour: Floats) -> tuple[float, float]:
-    """Return the heights y [m] at which a closed contour crosses x = 0, the lower one first."""
+    """Return the heights y [m] at which a closed contour (n, 2) [m] crosses x = 0, the lower one first."""
     x, y = contour.T
     crossing = np.flatnonzero((x[:-1] > 0.0) != (x[1:] > 0.0))
     share = x[crossing] / (x[crossing] - x[crossing + 1])

@@ -5,13 +5,12 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.sites import Site
-from fingerslip.specimens.fingertip.numbers import FingertipNumbers
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers, Section
 from fingerslip.specimens.fingertip.outline import at_depth, outline_curve
 from fingerslip.specimens.fingertip.pose import posed
 from fingerslip.specimens.fingertip.receptors import receptor_sites
@@ -21,7 +20,7 @@ __all__ = ["reference_sites", "solid_receptor_sites"]
 
 Floats = NDArray[np.float64]
 
-_LINES: Mapping[str, Literal["sagittal", "transverse"]] = MappingProxyType({"h": "sagittal", "v": "transverse"})
+_LINES: Mapping[str, Section] = MappingProxyType({"h": "sagittal", "v": "transverse"})
 _NUMBER = 7
 _MIDDLE = 3.5
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -51,7 +50,7 @@ def _name(swept: Mapping[str, Any]) -> str:
     name = "_".join(f"{labels[path]}-{_slug(value)}" for path, value in swept.items()) or "run"
     if len(name) <= _LONGEST:
         return name
-    return f"{name[: _LONGEST - 9]}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
+    return f"{name[: _LONGEST - 9]}-{digest(name.encode())[:8]}"
 
 
 def _labels(paths: Sequence[str]) -> dict[str, str]:

@@ -9,14 +9,11 @@ from typing import Annotated, Any
 
 import pydantic
 
-from fingerslip.dotted import walk
 from fingerslip.errors import InputError, Mistakes, warn_renamed
 from fingerslip.fe.integration import Integration
-from fingerslip.fields import current_path
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
-from fingerslip.mistakes import in_order
 from fingerslip.model import Component
 from fingerslip.parameters import (
     PositiveLength,
@@ -29,6 +26,9 @@ from fingerslip.parameters import (
     plain_fields,
     valid_fields,
 )
+from fingerslip.parameters.dotted import walk
+from fingerslip.parameters.fields import current_path
+from fingerslip.parameters.mistakes import in_order
 from fingerslip.published import published
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes

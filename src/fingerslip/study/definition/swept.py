@@ -7,8 +7,8 @@ import itertools
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from fingerslip.dotted import assign, is_below, joined, nearest
 from fingerslip.errors import InputError, Mistakes
+from fingerslip.parameters.dotted import assign, is_below, joined, nearest
 
 __all__ = ["check_sweep", "combinations", "swept_mistakes", "with_values"]
 

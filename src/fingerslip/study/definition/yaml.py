@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from fingerslip.dotted import known_part
 from fingerslip.errors import InputError, Mistakes
-from fingerslip.mistakes import in_order
-from fingerslip.yaml_text import parse_document, to_text
+from fingerslip.parameters.dotted import known_part
+from fingerslip.parameters.mistakes import in_order
+from fingerslip.parameters.yaml_text import parse_document, to_text
 
 __all__ = ["line_numbers", "read_mapping", "write_mapping"]
 

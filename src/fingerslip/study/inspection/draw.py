@@ -7,6 +7,7 @@ from pathlib import Path
 from fingerslip.errors import InputError
 from fingerslip.files import writing
 from fingerslip.report.figures.fingertip import fingertip_figure
+from fingerslip.report.figures.save import save_figure
 from fingerslip.specimens.fingertip import Fingertip, preset
 from fingerslip.study.running.plan import plan_study
 
@@ -37,7 +38,7 @@ def draw_fingertip(target: str, path: Path) -> None:
     figure = fingertip_figure(_fingertip(target), Path(target).stem)
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=150)
+    save_figure(figure, path)
 
 
 def _fingertip(target: str) -> Fingertip:

@@ -11,7 +11,8 @@ from fingerslip.contact.frames import contact_frames
 from fingerslip.contact.solve import forces as module
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.forces import solve_contact
-from fingerslip.contact.solve.newton import ContactSolution, friction_residual, solve_friction
+from fingerslip.contact.solve.newton import ContactSolution, solve_friction
+from problems.contact import friction_residual
 
 TOLERANCE = 1e-10
 

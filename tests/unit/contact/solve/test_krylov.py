@@ -9,9 +9,10 @@ import pytest
 
 from fingerslip.contact.solve import krylov
 from fingerslip.contact.solve.krylov import Start, newton_krylov
-from fingerslip.contact.solve.newton import friction_residual, solve_friction
+from fingerslip.contact.solve.newton import solve_friction
 from fingerslip.contact.solve.projection import project, step_lengths
 from fingerslip.contact.solve.working_set import WorkingSet
+from problems.contact import friction_residual
 
 
 def problem(seed, count, dim=3, friction=0.5):

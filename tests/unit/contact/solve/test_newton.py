@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fingerslip.contact.solve import newton, projection
-from fingerslip.contact.solve.newton import friction_residual, solve_friction
-from problems.contact import TOLERANCE, assert_conditions, random_problem
+from fingerslip.contact.solve.newton import solve_friction
+from problems.contact import TOLERANCE, assert_conditions, friction_residual, random_problem
 
 problems = st.builds(
     random_problem,

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.scan.repair import closed_where, repair_surface
+from fingerslip.mesh.scan.repair import Repairs, closed_where, repair_surface
 from fingerslip.mesh.scan.surfaces import Surface, boundary_loops, check_closed
 from unit.ellipsoids import ellipsoid, together, with_hole
 
@@ -23,6 +23,15 @@ def test_any_turned_triangles_are_turned_back(seed: int, share: float):
     dirty = np.where(turned[:, None], WHOLE.triangles[:, ::-1], WHOLE.triangles)
     repaired, repairs = repair_surface(Surface(WHOLE.points, dirty))
     assert repairs.turned_triangles == turned.sum()
+    assert repaired.volume == pytest.approx(WHOLE.volume)
+    check_closed(repaired)
+
+
+def test_triangles_that_share_no_points_are_joined():
+    apart = Surface(WHOLE.corners.reshape(-1, 3), np.arange(WHOLE.triangles.size).reshape(-1, 3))
+    repaired, repairs = repair_surface(apart)
+    assert repairs == Repairs(0, 0, (), ())
+    assert len(repaired.points) == len(WHOLE.points)
     assert repaired.volume == pytest.approx(WHOLE.volume)
     check_closed(repaired)
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.specimens.fingertip import interface_depth, preset, surface_depth
-from fingerslip.specimens.fingertip.interfaces import dermis_depth, fade
+from fingerslip.specimens.fingertip.interfaces import fade
 from unit.fingers import change
 
 
@@ -77,7 +77,3 @@ def test_half_faded_ridges_and_ripples_are_half_as_high():
     here = np.array([2e-3, 6e-3])
     assert surface_depth(fingertip, here) == pytest.approx([-0.05e-3, -0.025e-3])
     assert interface_depth(fingertip, here) - 0.5e-3 == pytest.approx([0.0875e-3, 0.04375e-3])
-
-
-def test_the_dermis_ends_at_the_thickness_of_the_skin():
-    assert np.all(dermis_depth(preset("wang2014-2d"), np.linspace(-10e-3, 5e-3, 7)) == 1.5e-3)

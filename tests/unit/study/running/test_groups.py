@@ -8,17 +8,13 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics import sharing
-from fingerslip.history import read_history
 from fingerslip.study.running import groups as together
 from fingerslip.study.running.groups import compute_group, groups
-from fingerslip.study.running.runner import run_study
 from problems.pushed import push_and_slide
-from unit.study.block import FRICTIONS, block_values
 
 Write = Callable[..., Path]
 
@@ -81,20 +77,3 @@ def test_where_a_group_fails_its_runs_are_computed_one_by_one(
     assert found == {"b": error}
     assert alone == ["a", "b", "c"]
     assert told == [("a", 1.0), ("b", 1.0), ("c", 1.0)]
-
-
-@pytest.mark.usefixtures("reports")
-def test_a_study_gives_the_same_together(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = write_study(block_values())
-    apart = run_study(path, results_dir=path.parent / "apart", workers=1)
-    monkeypatch.setattr(sharing, "_WORTH_SHARING", 0)
-    joint = run_study(path, results_dir=path.parent / "joint", workers=1)
-    for friction in FRICTIONS:
-        name = f"friction_coefficient-{friction}"
-        one, other = (read_history(result.folder / name / "history.nc") for result in (apart, joint))
-        assert (one.attrs["n_simulated_together"], other.attrs["n_simulated_together"]) == (1, len(FRICTIONS))
-        np.testing.assert_allclose(other["counterface_force"], one["counterface_force"], rtol=1e-8, atol=1e-14)
-        log = (joint.folder / name / "log.txt").read_text(encoding="utf-8")
-        assert one.attrs["linear_solver"] in log
-        assert "one substitution a step" in log
-    assert joint.computed == apart.computed

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
-from fingerslip.fields import unit_of
+from fingerslip.parameters.fields import unit_of
 from fingerslip.report.page.page import Report, ReportSection, render_page
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED, ShownValue, value_tables
 from fingerslip.results import flatten

@@ -14,6 +14,8 @@ from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 
 __all__ = ["MeshSizes", "build_section"]
 
+_Element = Literal["Q4", "T3", "T6"]
+
 
 @parameters
 class MeshSizes(MeshSource):
@@ -38,7 +40,7 @@ class MeshSizes(MeshSource):
     contact_size: PositiveLength = 0.12e-3
     bulk_size: PositiveLength = 0.28e-3
     contact_reach: PositiveLength = 2e-3
-    element: Literal["Q4", "T3", "T6"] = "Q4"
+    element: _Element = "Q4"
 
     def __post_init__(self) -> None:
         check_sizes(self.contact_size, self.bulk_size)
@@ -61,7 +63,7 @@ def build_section(
     contact_size: float = _DEFAULT.contact_size,
     bulk_size: float = _DEFAULT.bulk_size,
     contact_reach: float = _DEFAULT.contact_reach,
-    element: Literal["Q4", "T3", "T6"] = _DEFAULT.element,
+    element: _Element = _DEFAULT.element,
 ) -> skfem.Mesh2D:
     """Build the mesh of a section, with named regions and boundaries.
 

@@ -14,6 +14,8 @@ from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 
 __all__ = ["SolidSizes", "build_solid"]
 
+_Element = Literal["T4", "T10"]
+
 
 @parameters
 class SolidSizes(MeshSource):
@@ -35,7 +37,7 @@ class SolidSizes(MeshSource):
     element_sizes: ClassVar[tuple[str, ...]] = ("contact_size", "bulk_size")
     dim: ClassVar[int] = 3
 
-    element: Literal["T4", "T10"] = "T4"
+    element: _Element = "T4"
     contact_size: PositiveLength = 0.45e-3
     bulk_size: PositiveLength = 0.55e-3
     contact_reach: PositiveLength = 1.5e-3
@@ -61,7 +63,7 @@ def build_solid(
     contact_size: float = _DEFAULT.contact_size,
     bulk_size: float = _DEFAULT.bulk_size,
     contact_reach: float = _DEFAULT.contact_reach,
-    element: Literal["T4", "T10"] = _DEFAULT.element,
+    element: _Element = _DEFAULT.element,
 ) -> skfem.Mesh3D:
     """Build the mesh of a fingertip in space, with named regions and boundaries.
 

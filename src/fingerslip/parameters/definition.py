@@ -1,4 +1,4 @@
-"""One definition of a parameter serves YAML, Python, errors, tables and JSON Schema.
+"""Parameter sets: made from annotated classes, read from plain data, and written back.
 
 A parameter set is a frozen dataclass made with :func:`parameters`. Its quantities carry a
 :class:`~fingerslip.units.Unit` mark: Python code passes SI floats (or text with a unit), files must
@@ -18,10 +18,10 @@ import pydantic
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 from pydantic_core import ArgsKwargs
 
-from fingerslip.dotted import walk
 from fingerslip.errors import InputError, Mistakes, warn_renamed
-from fingerslip.fields import type_hints, unit_of
-from fingerslip.mistakes import in_order, mistakes_in
+from fingerslip.parameters.dotted import walk
+from fingerslip.parameters.fields import type_hints, unit_of
+from fingerslip.parameters.mistakes import in_order, mistakes_in
 from fingerslip.units import Unit
 
 __all__ = [

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
-from fingerslip.fields import current_path, locate, type_hints, unit_of
 from fingerslip.materials.elastic import Elastic
 from fingerslip.parameters import PositiveLength, from_mapping, parameters
+from fingerslip.parameters.fields import current_path, locate, type_hints, unit_of
 from fingerslip.study.definition.spec import Study
 from unit.study.block import block_values
 

@@ -7,7 +7,7 @@ from typing import Protocol
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.protocols import conforms, require
+from fingerslip.parameters.protocols import conforms, require
 
 
 class Duck(Protocol):

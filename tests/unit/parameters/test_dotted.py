@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.dotted import assign, is_below, known_part, nearest, walk
+from fingerslip.parameters.dotted import assign, is_below, known_part, nearest, walk
 
 keys = st.sampled_from(["a", "b", "c"])
 plain = st.dictionaries(

@@ -10,9 +10,9 @@ from typing import Any
 
 import pydantic
 
-from fingerslip.dotted import is_below, joined, known_part
 from fingerslip.errors import InputError
-from fingerslip.fields import Location, locate
+from fingerslip.parameters.dotted import is_below, joined, known_part
+from fingerslip.parameters.fields import Location, locate
 from fingerslip.units import Unit
 
 __all__ = ["in_order", "mistakes_in"]

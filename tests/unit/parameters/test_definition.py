@@ -13,7 +13,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError, MeshError
-from fingerslip.fields import unit_of
 from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Hold, Press, TimeStepping
 from fingerslip.parameters import (
@@ -27,6 +26,7 @@ from fingerslip.parameters import (
     valid_fields,
     walk_values,
 )
+from fingerslip.parameters.fields import unit_of
 
 
 @parameters

@@ -1,0 +1,66 @@
+"""Parameters: one definition of each serves YAML, Python, errors, tables and JSON Schema.
+
+``definition`` makes parameter sets, reads them from plain data and writes them back; ``fields`` reads their annotations
+and ``mistakes`` puts what is wrong in plain words; ``yaml_text`` reads and writes files, ``dotted`` names a place in
+them, and ``protocols`` checks objects that a user wrote.
+"""
+
+from fingerslip.parameters.definition import (
+    Angle,
+    Density,
+    Duration,
+    Force,
+    Fraction,
+    Leaf,
+    Length,
+    Mass,
+    NonNegativeLength,
+    NonNegativeNumber,
+    PositiveDuration,
+    PositiveLength,
+    Pressure,
+    Rate,
+    SignedAcceleration,
+    SignedLength,
+    SignedPressure,
+    SignedSpeed,
+    Speed,
+    Stiffness,
+    as_mapping,
+    from_mapping,
+    json_schema,
+    parameters,
+    plain_fields,
+    valid_fields,
+    walk_values,
+)
+
+__all__ = [
+    "Angle",
+    "Density",
+    "Duration",
+    "Force",
+    "Fraction",
+    "Leaf",
+    "Length",
+    "Mass",
+    "NonNegativeLength",
+    "NonNegativeNumber",
+    "PositiveDuration",
+    "PositiveLength",
+    "Pressure",
+    "Rate",
+    "SignedAcceleration",
+    "SignedLength",
+    "SignedPressure",
+    "SignedSpeed",
+    "Speed",
+    "Stiffness",
+    "as_mapping",
+    "from_mapping",
+    "json_schema",
+    "parameters",
+    "plain_fields",
+    "valid_fields",
+    "walk_values",
+]

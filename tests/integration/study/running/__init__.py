@@ -1,0 +1,1 @@
+"""Runs that are simulated: together, side by side, and from a script."""

@@ -1,0 +1,1 @@
+"""Tests of fingerslip.parameters, module by module."""
