@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic_core import CoreSchema
 
-__all__ = ["METRES", "LengthUnit", "Unit", "coordinates", "format_quantity", "millimetres", "parse_quantity"]
+__all__ = ["METRES", "LengthUnit", "Unit", "coordinates", "format_quantity", "millimetres", "parse_quantity", "split_quantity"]
 
 #: Units in which files may hold coordinates, and their metres.
 LengthUnit = Literal["m", "cm", "mm", "um"]
@@ -99,6 +99,18 @@ def _no_unit(number: object, si: str, example: str, where: str = "") -> InputErr
     """Return the error of a bare number; it names the SI unit too, in which the number may be meant."""
     repair = f"write '{number} {example}'" + (f" or '{number} {si}'" if si != example else "")
     return InputError(where, f"'{number}' has no unit", f"needs a unit of [{si}]", repair)
+
+
+def split_quantity(text: str) -> tuple[float, str] | None:
+    """Return the number and the unit of a quantity as they are written; None for text that is no quantity.
+
+    Examples
+    --------
+    >>> split_quantity("-15 deg"), split_quantity("scaled"), split_quantity("0.6")
+    ((-15.0, 'deg'), None, None)
+    """
+    match = _QUANTITY.fullmatch(text)
+    return (float(match[1]), match[2]) if match and match[2] else None
 
 
 def format_quantity(value: float, si: str, display: str = "") -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from fingerslip.report.figures.receptors import (
@@ -59,6 +60,13 @@ def test_missing_receptors_are_said_for_each_area(draw: object) -> None:
     for axes in panels(draw(BARE)):
         texts = [text.get_text() for text in axes.texts]
         assert texts[:2] == ["no receptor in area A", "no receptor in area B"]
+
+
+@pytest.mark.parametrize("draw", [acceleration_figure, strain_energy_density_figure])
+def test_types_that_a_run_does_not_record_have_no_panel(draw: object) -> None:
+    kinds = HISTORY["site_kind"].values
+    some = HISTORY.isel(site=np.flatnonzero(np.isin(kinds, ["FA-I", "SA-II"])))
+    assert [axes.get_title(loc="left") for axes in panels(draw(some))] == ["FA-I", "SA-II"]
 
 
 @pytest.mark.parametrize("history", [NO_SLIDE, APART, BARE], ids=["no slide", "no contact", "no receptors"])
