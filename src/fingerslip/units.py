@@ -17,7 +17,16 @@ if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic_core import CoreSchema
 
-__all__ = ["METRES", "LengthUnit", "Unit", "coordinates", "format_quantity", "millimetres", "parse_quantity", "split_quantity"]
+__all__ = [
+    "METRES",
+    "LengthUnit",
+    "Unit",
+    "coordinates",
+    "format_quantity",
+    "millimetres",
+    "parse_quantity",
+    "split_quantity",
+]
 
 #: Units in which files may hold coordinates, and their metres.
 LengthUnit = Literal["m", "cm", "mm", "um"]
@@ -176,9 +185,11 @@ class Unit:
         return value * (_factor(self.si, self.shown) or 1.0)
 
     def _read(self, value: object, from_text: bool) -> object:
+        if isinstance(value, bool):
+            raise InputError("", f"got {str(value).lower()}", f"needs a quantity such as '1.5 {self.shown}'")
         if isinstance(value, str):
             return parse_quantity(value, self.si, example=self.shown, where="")
-        if from_text and isinstance(value, int | float) and not isinstance(value, bool):
+        if from_text and isinstance(value, int | float):
             raise _no_unit(value, self.si, self.shown)
         return value
 
