@@ -1,1 +1,1 @@
-"""."""
+"""Finite elements: displacement spaces, assembly, integration that does not lock, strain and stress of a solution."""
