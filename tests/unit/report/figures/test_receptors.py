@@ -79,3 +79,8 @@ def test_accelerations_are_marked_with_their_own_events() -> None:
     own = EVENTS.acceleration
     peaks = [PRESS_END, own.incipient, own.three_quarter, own.overall]
     assert marked(panels(acceleration_overview_figure({"a": HISTORY}, {"a": EVENTS}))[0]) == pytest.approx(peaks)
+
+
+def test_the_label_of_a_single_low_panel_is_wrapped() -> None:
+    one = HISTORY.isel(site=np.flatnonzero(HISTORY["site_kind"].values == "FA-I"))
+    assert acceleration_figure(one).get_supylabel() == "acceleration along the plate\n[m/s²]"
