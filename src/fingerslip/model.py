@@ -20,6 +20,7 @@ from fingerslip.parameters import (
     Duration,
     Force,
     Mass,
+    Number,
     PositiveDuration,
     PositiveLength,
     SignedPressure,
@@ -50,7 +51,7 @@ __all__ = [
 ]
 
 Component = Literal["x", "y", "z"]
-NumericalDamping = Annotated[float, pydantic.Field(ge=-0.5, le=0.0)]
+NumericalDamping = Annotated[Number, pydantic.Field(ge=-0.5, le=0.0)]
 
 _A_COUNTERFACE = pydantic.PlainValidator(conforms(Counterface, "a counterface, such as Plane, Cylinder or Sphere"))
 _A_LAW = pydantic.PlainValidator(conforms(FrictionLaw, "a friction law, such as Coulomb(0.5)"))

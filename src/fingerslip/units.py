@@ -17,7 +17,16 @@ if TYPE_CHECKING:
     from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
     from pydantic_core import CoreSchema
 
-__all__ = ["METRES", "LengthUnit", "Unit", "coordinates", "format_quantity", "millimetres", "parse_quantity"]
+__all__ = [
+    "METRES",
+    "LengthUnit",
+    "Unit",
+    "coordinates",
+    "format_quantity",
+    "millimetres",
+    "parse_quantity",
+    "split_quantity",
+]
 
 #: Units in which files may hold coordinates, and their metres.
 LengthUnit = Literal["m", "cm", "mm", "um"]
@@ -101,6 +110,18 @@ def _no_unit(number: object, si: str, example: str, where: str = "") -> InputErr
     return InputError(where, f"'{number}' has no unit", f"needs a unit of [{si}]", repair)
 
 
+def split_quantity(text: str) -> tuple[float, str] | None:
+    """Return the number and the unit of a quantity as they are written; None for text that is no quantity.
+
+    Examples
+    --------
+    >>> split_quantity("-15 deg"), split_quantity("scaled"), split_quantity("0.6")
+    ((-15.0, 'deg'), None, None)
+    """
+    match = _QUANTITY.fullmatch(text)
+    return (float(match[1]), match[2]) if match and match[2] else None
+
+
 def format_quantity(value: float, si: str, display: str = "") -> str:
     """Write an SI value in its display unit with up to six digits.
 
@@ -164,9 +185,11 @@ class Unit:
         return value * (_factor(self.si, self.shown) or 1.0)
 
     def _read(self, value: object, from_text: bool) -> object:
+        if isinstance(value, bool):
+            raise InputError("", f"got {str(value).lower()}", f"needs a quantity such as '1.5 {self.shown}'")
         if isinstance(value, str):
             return parse_quantity(value, self.si, example=self.shown, where="")
-        if from_text and isinstance(value, int | float) and not isinstance(value, bool):
+        if from_text and isinstance(value, int | float):
             raise _no_unit(value, self.si, self.shown)
         return value
 

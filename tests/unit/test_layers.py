@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import fingerslip
-from places import DOCS
+from places import ROOT
 
 SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
@@ -115,13 +115,20 @@ def test_files_that_import_each_other_are_found() -> None:
     assert cycle({"a": {"b", "c"}, "b": {"c"}}) == []
 
 
-def test_the_table_of_folders_names_every_layer_in_its_order() -> None:
-    rows = re.findall(r"^\| (`.+?`) \|", (DOCS / "concepts.md").read_text(encoding="utf-8"), re.MULTILINE)
-    assert [name for row in rows for name in re.findall(r"`(\w+)`", row)] == LAYERS
-
-
 def test_walk_sees_imports_inside_functions_and_relative_ones() -> None:
     inside = "def f():\n    from fingerslip.commands.app import app\n    from ..study import spec\n"
     code = f"{inside}    from fingerslip import report\n"
     found = set(imported(ast.parse(code), "fingerslip.mesh.io"))
     assert {"fingerslip.commands.app", "fingerslip.study", "fingerslip.report"} <= found
+
+
+def test_the_page_of_the_code_names_every_folder_and_file_of_the_package() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"(?<!})`([\w./]+)`", page))
+    there = {f"{path.name}/" if path.is_dir() else path.name for path in SOURCE.iterdir()}
+    hidden = {"__pycache__/", "__init__.py", "py.typed", "references.bib"}
+    assert there - hidden - named == set(), "docs/architecture.md lacks these"
+    files = {name for name in named if "/" in name and not name.startswith(("src/", "tests/"))}
+    inner = {path.name for path in SOURCE.rglob("*") if path.is_dir()}
+    gone = {name for name in files if not (SOURCE / name).exists() and name.rstrip("/") not in inner}
+    assert gone == set(), "docs/architecture.md names these, which do not exist"

@@ -23,7 +23,9 @@ def _print_schema(wanted: bool) -> None:
 
 
 def show(
-    target: Annotated[str, typer.Argument(metavar="PRESET|STUDY|RESULT", help="What to show; else all presets.")] = "",
+    target: Annotated[
+        str, typer.Argument(metavar="PRESET|STUDY|RESULT", help="What to show; without it all presets are listed.")
+    ] = "",
     schema: Annotated[  # noqa: ARG001  its callback prints and exits
         bool,
         typer.Option("--schema", callback=_print_schema, is_eager=True, help="Print the JSON Schema of study files."),

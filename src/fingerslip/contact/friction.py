@@ -22,7 +22,7 @@ import pydantic
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import NonNegativeNumber, PositiveLength, Pressure, Speed, parameters
+from fingerslip.parameters import NonNegativeNumber, Number, PositiveLength, Pressure, Speed, parameters
 
 __all__ = [
     "ISOTROPIC",
@@ -151,7 +151,7 @@ class StaticKinetic:
 
     mu = kinetic + (static - kinetic) exp(-slip_rate / decay_speed) (Armstrong-Hélouvry, Dupont & Canudas de Wit 1994).
     The slip rate is that of the step before. In quasi-static motion the law therefore slides steadily only at steps
-    longer than ``|d mu / d slip_rate| p / k``, with the pressure p and the stiffness k per area of what holds the surface;
+    longer than ``|d mu / d slip_rate| p / k``, with the pressure p and the stiffness k per area of what holds it;
     at shorter ones it sticks and slips from step to step.
 
     Parameters
@@ -278,7 +278,7 @@ class PressureDependent:
 
     reference_coefficient: NonNegativeNumber
     reference_pressure: Pressure
-    exponent: Annotated[float, pydantic.Field(gt=-1.0, le=1.0)]
+    exponent: Annotated[Number, pydantic.Field(gt=-1.0, le=1.0)]
 
     @property
     def coefficient(self) -> float:
@@ -321,8 +321,8 @@ class Anisotropic:
 
     dims: ClassVar[tuple[int, ...]] = (3,)
 
-    along: Annotated[float, pydantic.Field(gt=0)]
-    across: Annotated[float, pydantic.Field(gt=0)]
+    along: Annotated[Number, pydantic.Field(gt=0)]
+    across: Annotated[Number, pydantic.Field(gt=0)]
     direction: tuple[float, ...] = (1.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.materials.material import SHEARS, STRAIN_COMPONENTS, Formulation
-from fingerslip.parameters import Density, Pressure, parameters
+from fingerslip.parameters import Density, Number, Pressure, parameters
 
 __all__ = ["Elastic", "hooke_energy", "hooke_stress", "hooke_tangent"]
 
@@ -39,7 +39,7 @@ class Elastic:
     """
 
     youngs_modulus: Pressure
-    poisson_ratio: Annotated[float, pydantic.Field(ge=0, le=0.5)]
+    poisson_ratio: Annotated[Number, pydantic.Field(ge=0, le=0.5)]
     density: Density
 
     @property

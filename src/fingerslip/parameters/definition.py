@@ -35,6 +35,7 @@ __all__ = [
     "Mass",
     "NonNegativeLength",
     "NonNegativeNumber",
+    "Number",
     "PositiveDuration",
     "PositiveLength",
     "Pressure",
@@ -71,8 +72,18 @@ SignedSpeed = Annotated[float, Unit("m/s", "mm/s")]
 SignedAcceleration = Annotated[float, Unit("m/s^2")]
 Rate = Annotated[float, Unit("1/s"), pydantic.Field(ge=0)]
 Angle = Annotated[float, Unit("rad", "deg")]
-Fraction = Annotated[float, pydantic.Field(ge=0, le=1)]
-NonNegativeNumber = Annotated[float, pydantic.Field(ge=0)]
+
+
+def _no_truth_value(value: object) -> object:
+    """Refuse true and false, which pydantic would take for 1 and 0."""
+    if isinstance(value, bool):
+        raise InputError("", f"got {str(value).lower()}", "needs a number")
+    return value
+
+
+Number = Annotated[float, pydantic.BeforeValidator(_no_truth_value)]
+Fraction = Annotated[Number, pydantic.Field(ge=0, le=1)]
+NonNegativeNumber = Annotated[Number, pydantic.Field(ge=0)]
 
 T = TypeVar("T")
 

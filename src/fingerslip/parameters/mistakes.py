@@ -119,7 +119,9 @@ def _mistakes(detail: _Detail, place: Location) -> Iterator[InputError]:
         yield InputError(where, "is not known", f"may be one of {', '.join(_known_keys(place))}", repair)
     else:
         needed = _PLAIN_NEEDS.get(detail["type"]) or _need(str(detail["msg"]), place.unit)
-        yield InputError(where, f"got {_shown(detail['input'], place.unit)}", needed)
+        given = detail["input"]
+        found = "is empty" if given is None else f"got {_shown(given, place.unit)}"
+        yield InputError(where, found, needed)
 
 
 def _known_keys(place: Location) -> Sequence[str]:

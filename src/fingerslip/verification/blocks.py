@@ -212,7 +212,7 @@ def _extremes(times: Array, values: Array) -> tuple[Array, Array]:
 def _oscillator() -> tuple[Check, ...]:
     """Friction turns round within a step: 1/500 of a period, so 0.5 % for times and amplitudes.
 
-    The place of rest has the drops of all half cycles in it: 2 % of mu N / k.
+    The position of rest has the drops of all half cycles in it: 2 % of mu N / k.
     """
     checks: list[Check] = []
     spring = Spring()
@@ -232,7 +232,7 @@ def _oscillator() -> tuple[Check, ...]:
             relative(f"{element}: first amplitude [mm]", 1e3 * first, 1e3 * float(peaks[0]), 0.005),
             relative(f"{element}: drop per cycle 4 mu N / k [mm]", 4e3 * dead, 1e3 * drop, 0.005),
             relative(f"{element}: period [s]", 2 * np.pi / spring.rotation, period, 0.005),
-            absolute(f"{element}: place of rest / (mu N / k)", rest / dead, float(position[-1]) / dead, 0.02),
+            absolute(f"{element}: position of rest / (mu N / k)", rest / dead, float(position[-1]) / dead, 0.02),
         ]
     return tuple(checks)
 
@@ -280,7 +280,7 @@ def _sliding() -> tuple[Check, ...]:
         stop = _stopping_time(history["time"].values, velocity / speed)
         checks += [
             relative(f"{element}: time v0 / (mu g) [s]", speed / (_MU * _GRAVITY), stop, 0.01),
-            relative(f"{element}: way v0^2 / (2 mu g) [m]", speed**2 / (2 * _MU * _GRAVITY), float(place[-1]), 0.02),
+            relative(f"{element}: travel v0^2 / (2 mu g) [m]", speed**2 / (2 * _MU * _GRAVITY), float(place[-1]), 0.02),
         ]
     return tuple(checks)
 

@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from fingerslip.contact.friction import Coulomb
 from fingerslip.errors import InputError, MeshError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.model import Hold, Press, TimeStepping
@@ -79,6 +80,8 @@ def test_parameter_sets_are_frozen() -> None:
         ({"inner": {"width": "-1 mm"}}, "f: inner.width: got '-1 mm', needs a value > 0"),
         ({"inner": {}}, "f: inner.width: is missing, needs a value"),
         ({"inner": 3}, "f: inner: got 3, needs keys and values"),
+        ({"inner": None}, "f: inner: is empty, needs keys and values"),
+        ({"inner": {"width": True}}, "f: inner.width: got true, needs a quantity such as '1.5 mm'"),
         ({"inner": {"width": "1 mm"}, "count": 0}, "f: count: got 0, needs a number >= 1"),
         ({"inner": {"width": "1 mm"}, "count": 1.5}, "f: count: got 1.5, needs a whole number"),
         ({"inner": {"width": "1 mm"}, "name": "wrong"}, "f: is wrong as a whole, needs another name"),
@@ -106,6 +109,13 @@ def test_place_inside_a_file_is_continued_with_a_dot() -> None:
 def test_python_errors_name_the_class() -> None:
     with pytest.raises(InputError, match=r"^Elastic\.poisson_ratio: got 0\.6, needs a number <= 0\.5$"):
         Elastic(34e3, 0.6, 1000.0)
+
+
+def test_truth_values_are_no_numbers() -> None:
+    with pytest.raises(InputError, match=r"^f: poisson_ratio: got true, needs a number$"):
+        from_mapping(Elastic, {"youngs_modulus": "1 kPa", "poisson_ratio": True, "density": "1000 kg/m^3"}, "f")
+    with pytest.raises(InputError, match=r"^Coulomb\.coefficient: got false, needs a number$"):
+        Coulomb(False)
 
 
 def test_unknown_key_beats_a_missing_one() -> None:

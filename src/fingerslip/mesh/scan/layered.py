@@ -29,7 +29,7 @@ Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 
-# Cells outside the skin and cells proximal of the cut are no part of the body.
+# Cells outside the skin and, of those inside it, cells proximal of the cut are no part of the body.
 _LAYERS = 5
 _OUTSIDE, _PROXIMAL, _SKIN, _TISSUE, _PHALANX = range(_LAYERS)
 _CRUMB = 0.02
@@ -125,7 +125,7 @@ def build_from_surfaces(
     sizes = sizes or LayerSizes()
     bodies = _bodies(skin, phalanx, sizes)
     whole = _tetrahedralised(bodies, sizes)
-    return _named(whole, _layers(whole, bodies), sizes)
+    return _named(whole, _layers(whole, bodies), bodies.cut, sizes)
 
 
 def _bodies(skin: Surface, phalanx: Surface | None, sizes: LayerSizes) -> _Bodies:
@@ -240,11 +240,10 @@ def _layers(whole: skfem.MeshTet1, bodies: _Bodies) -> Integers:
     """Return in which layer each cell is, by the position of its centre."""
     centre = whole.p[:, whole.t].mean(axis=1).T
     layer = np.full(len(centre), _OUTSIDE)
-    distal = centre[:, 0] > bodies.cut
-    # The skin ends at the cut, so that cells beyond it may be partly inside and partly outside.
-    layer[~distal] = _PROXIMAL
-    kept = np.flatnonzero(distal)
-    kept = kept[contains(bodies.skin, centre[kept])]
+    inside = np.flatnonzero(contains(bodies.skin, centre))
+    distal = centre[inside, 0] > bodies.cut
+    layer[inside[~distal]] = _PROXIMAL
+    kept = inside[distal]
     layer[kept] = np.where(contains(bodies.tissue, centre[kept]), _TISSUE, _SKIN)
     if bodies.phalanx is not None:
         layer[kept[contains(bodies.phalanx, centre[kept])]] = _PHALANX
@@ -284,14 +283,15 @@ def _pieces(count: int, neighbours: Integers) -> Integers:
     return found
 
 
-def _named(whole: skfem.MeshTet1, layer: Integers, sizes: LayerSizes) -> skfem.MeshTet1:
+def _named(whole: skfem.MeshTet1, layer: Integers, cut: float, sizes: LayerSizes) -> skfem.MeshTet1:
     """Keep the cells of the body, and name its regions and boundaries."""
     names = {"skin": _SKIN, "tissue": _TISSUE, "phalanx": _PHALANX}
     if sizes.phalanx == "hole":
         del names["phalanx"]
     body = _largest_piece(np.isin(layer, list(names.values())), whole.f2t)
     regions = {name: np.flatnonzero(body & (layer == number)) for name, number in names.items()}
-    bounds = _boundaries(whole, layer, body)
+    at_cut = (np.abs(whole.p[0, whole.facets] - cut) <= sizes.tolerance).all(axis=0)
+    bounds = _boundaries(whole, layer, body, at_cut & (layer == _PROXIMAL).any())
     bounds["pad"] = _pad(whole, bounds["skin"], sizes.contact_reach)
     named = whole.with_subdomains(_filled(regions)).with_boundaries(_filled(bounds))
     return named.restrict(np.flatnonzero(body))
@@ -309,19 +309,20 @@ def _largest_piece(kept: Booleans, sides: Integers) -> Booleans:
     return largest
 
 
-def _boundaries(whole: skfem.MeshTet1, layer: Integers, body: Booleans) -> dict[str, Integers]:
+def _boundaries(whole: skfem.MeshTet1, layer: Integers, body: Booleans, at_cut: Booleans) -> dict[str, Integers]:
     """Return the facets of the body's boundaries, by the layers of the two cells of each.
 
-    The position of a facet would not do: where cells straddle the cut, facets of the base lie far off its plane.
+    The position of a facet alone would not do: where cells straddle the cut, facets of the base lie far off its plane.
+    Beyond the cut there is no skin, so that the cell at a facet of the base may count as outside.
     """
     beyond = whole.f2t < 0
     low, high = np.sort(np.where(beyond, _OUTSIDE, layer[whole.f2t]), axis=0)
     touched = (body[whole.f2t] & ~beyond).any(axis=0)
     facets = {
-        "skin": low == _OUTSIDE,
+        "skin": (low == _OUTSIDE) & ~at_cut,
         "skin_tissue": (low == _SKIN) & (high == _TISSUE),
         "phalanx_surface": (low >= _SKIN) & (low != _PHALANX) & (high == _PHALANX),
-        "base": low == _PROXIMAL,
+        "base": (low == _PROXIMAL) | ((low == _OUTSIDE) & at_cut),
     }
     return {name: np.flatnonzero(touched & chosen) for name, chosen in facets.items()}
 

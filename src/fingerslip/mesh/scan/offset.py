@@ -130,7 +130,7 @@ def offset_inwards(surface: Surface, thickness: float) -> Surface:
     grid = _grid(surface, thickness / 3)
     level = _depth(surface, grid, thickness) - thickness
     if level.max() <= 0:
-        problem = f"has no place {millimetres(thickness)} deep"
+        problem = f"is nowhere {millimetres(thickness)} deep"
         raise MeshError(surface.name, problem, "needs tissue below the skin", "write a smaller skin_thickness")
     inner = pyvista.ImageData(dimensions=grid.dimensions, spacing=grid.spacing, origin=grid.origin)
     inner["level"] = level

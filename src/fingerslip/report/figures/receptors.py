@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from fingerslip.history import sites_of_kinds
 from fingerslip.report.figures.marks import event_keys, limit_to_slides, mark_run, name_run
 from fingerslip.report.figures.style import (
     AREA_COLOURS,
@@ -36,7 +37,7 @@ _AREA_NAMES = {"A": "area A: edge at the smaller position", "B": "area B: edge a
 
 @styled
 def acceleration_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
-    """Draw the tangential acceleration at the four receptor types, for both edges of the contact.
+    """Draw the tangential acceleration at the recorded receptor types, for both edges of the contact.
 
     Parameters
     ----------
@@ -50,12 +51,12 @@ def acceleration_figure(history: xr.Dataset, events: Events | None = None, title
     Returns
     -------
     matplotlib.figure.Figure
-        A panel for each type on one common scale, which fits what follows the press-to-slide transition.
+        A panel for each recorded type on one common scale, which fits what follows the press-to-slide transition.
     """
-    labels = ("time [s]", "acceleration along the plate [m/s²]")
-    figure, panels = figure_grid(4, 1, (6.8, 1.45), titled("Acceleration at the receptors", title), labels)
+    labels, kinds = ("time [s]", "acceleration along the plate [m/s²]"), _recorded_kinds(history)
+    figure, panels = figure_grid(len(kinds), 1, (6.8, 1.45), titled("Acceleration at the receptors", title), labels)
     signals, own = receptor_signals(history), events.acceleration if events else None
-    for axes, kind in zip(panels, RECEPTOR_KINDS, strict=True):
+    for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "acceleration", kind)
         mark_run(axes, history, own)
         axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
@@ -106,7 +107,7 @@ def acceleration_overview_figure(
 
 @styled
 def strain_energy_density_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
-    """Draw the strain energy density at the four receptor types, for both edges of the contact.
+    """Draw the strain energy density at the recorded receptor types, for both edges of the contact.
 
     Parameters
     ----------
@@ -120,12 +121,13 @@ def strain_energy_density_figure(history: xr.Dataset, events: Events | None = No
     Returns
     -------
     matplotlib.figure.Figure
-        A panel for each type [J/m^3]; each has its own scale.
+        A panel for each recorded type [J/m^3]; each has its own scale.
     """
-    labels = ("time [s]", "strain energy density [J/m³]")
-    figure, panels = figure_grid(4, 2, (3.6, 2.2), titled("Strain energy density", title), labels, share="x")
+    labels, kinds = ("time [s]", "strain energy density [J/m³]"), _recorded_kinds(history)
+    heading = titled("Strain energy density", title)
+    figure, panels = figure_grid(len(kinds), 2, (3.6, 2.2), heading, labels, share="x")
     signals, own = receptor_signals(history), events.slip if events else None
-    for axes, kind in zip(panels, RECEPTOR_KINDS, strict=True):
+    for axes, kind in zip(panels, kinds, strict=True):
         _draw_areas(axes, signals, "strain_energy_density", kind)
         axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
         mark_run(axes, history, own)
@@ -134,6 +136,11 @@ def strain_energy_density_figure(history: xr.Dataset, events: Events | None = No
     name_run(panels[:2], history, own)
     add_legend(figure, _area_keys())
     return figure
+
+
+def _recorded_kinds(history: xr.Dataset) -> tuple[str, ...]:
+    """Return the receptor types that a history records; all of them where it records none."""
+    return tuple(kind for kind in RECEPTOR_KINDS if sites_of_kinds(history, (kind,)).size) or RECEPTOR_KINDS
 
 
 def _draw_areas(axes: Axes, signals: xr.Dataset, name: str, kind: str) -> None:
@@ -170,7 +177,9 @@ def _fit_after_transition(axes: Axes, signals: xr.Dataset, peaks: PeakTable) -> 
         axes.set_ylim(-top, top)
     if cut > top:
         at, offset = (peaks.transition.time, top), (8.0, -10.0)
-        axes.annotate(f"cut, reaches {cut:.2g} m/s²", at, offset, textcoords="offset points", fontsize=8, color=GREY)
+        text = f"cut, reaches {cut:.2g} m/s²"
+        note = axes.annotate(text, at, offset, textcoords="offset points", fontsize=8, color=GREY, zorder=6)
+        note.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0})
 
 
 def _area_keys() -> dict[str, Artist]:

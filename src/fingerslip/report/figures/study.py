@@ -28,6 +28,7 @@ from fingerslip.report.figures.style import (
 from fingerslip.report.labels import path_label, swept_text
 from fingerslip.results import RunResult
 from fingerslip.slip.names import EVENTS, LATENCY, MAIN_EVENTS, READINGS
+from fingerslip.units import split_quantity
 
 __all__ = ["event_times_figure", "latency_figure"]
 
@@ -63,11 +64,11 @@ def event_times_figure(
         accumulated slip.
     """
     words = path_label(path)
+    axis = _Axis(runs, path)
     labels = (words, "time from the start of the run [s]")
     figure, panels = _group_panels(runs, path, (3.1, 3.0), f"Slip events against {words}", labels)
-    axis = _Axis(runs, path)
     for axes, members in panels:
-        _draw_times(axes, members, axis)
+        _draw_times(axes, sorted(members, key=axis.position), axis)
         _draw_published(axes, members, axis, _of(reference, MAIN_EVENTS))
         axis.apply(axes)
     add_legend(figure, _event_keys(runs) | _published_key(reference))
@@ -126,26 +127,43 @@ def _group_panels(
 
 
 class _Axis:
-    """The horizontal axis: numbers where all values are numbers, else categories in order of appearance."""
+    """The horizontal axis: numbers where all values are numbers, or quantities in one unit; else categories in order.
+
+    Parameters
+    ----------
+    runs : sequence of RunResult
+        The runs.
+    path : str
+        Dotted path of the value on the axis.
+    categories : bool, optional
+        Whether numbers are categories too.
+    """
 
     def __init__(self, runs: Sequence[RunResult], path: str, *, categories: bool = False) -> None:
         self._path = path
         self._values = list(dict.fromkeys(swept_text(run.swept[path]) for run in runs if path in run.swept))
-        self._numeric = not categories and all(_is_number(value) for value in self._values)
+        parts = [_number_and_unit(value) for value in self._values]
+        self._numeric = not categories and all(parts) and len({unit for _, unit in filter(None, parts)}) == 1
 
     def position(self, run: RunResult) -> float:
         """Return where a run stands on the axis."""
         value = swept_text(run.swept[self._path])
-        return float(str(value)) if self._numeric else float(self._values.index(value))
+        return self._number(value) if self._numeric else float(self._values.index(value))
 
     def apply(self, axes: Axes) -> None:
         """Give a panel the ticks of the axis."""
         if self._numeric:
-            axes.set_xticks(sorted(float(str(value)) for value in self._values))
+            axes.set_xticks([self._number(value) for value in self._values], [str(value) for value in self._values])
             axes.margins(x=0.12)
             return
         axes.set_xticks(range(len(self._values)), [str(value) for value in self._values])
         axes.set_xlim(-0.5, len(self._values) - 0.5)
+
+    @staticmethod
+    def _number(value: object) -> float:
+        parts = _number_and_unit(value)
+        assert parts is not None  # the axis is numeric
+        return parts[0]
 
 
 def _draw_times(axes: Axes, members: Sequence[RunResult], axis: _Axis) -> None:
@@ -235,5 +253,8 @@ def _number(value: float | None) -> float:
     return np.nan if value is None else value
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+def _number_and_unit(value: object) -> tuple[float, str] | None:
+    """Return the number of a value and its unit, which is empty for a plain number; None for anything else."""
+    if isinstance(value, str):
+        return split_quantity(value)
+    return (float(value), "") if isinstance(value, int | float) and not isinstance(value, bool) else None

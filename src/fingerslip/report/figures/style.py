@@ -58,7 +58,7 @@ _OTHER_COLOURS = ("#d9e6f2", "#dcefe2", "#efe2f0", "#f4f0d8")
 
 _LEAST_WIDTH = 6.6  # inch
 _KEY_WIDTH, _LETTER_WIDTH = 0.5, 0.07  # inch
-_TITLE_LETTER_WIDTH, _PANEL_TITLE_LETTER_WIDTH = 0.09, 0.08  # inch
+_TITLE_LETTER_WIDTH, _PANEL_TITLE_LETTER_WIDTH, _LABEL_LETTER_WIDTH = 0.09, 0.08, 0.072  # inch
 # Width and height of a panel by the number of columns [inch].
 _RUN_PANELS = {1: (6.6, 3.0), 2: (3.8, 2.3), 3: (3.3, 2.3)}
 
@@ -162,7 +162,7 @@ def figure_grid(
     for lowest in panels[max(count - wide, 0) : count]:
         lowest.tick_params(labelbottom=True)
         lowest.set_xlabel(labels[0])
-    figure.supylabel(labels[1], fontsize=9.0)
+    figure.supylabel(_wrapped(labels[1], size[1] / _LABEL_LETTER_WIDTH), fontsize=9.0)
     figure.suptitle(_wrapped(title, size[0] / _TITLE_LETTER_WIDTH), x=0.01, ha="left")
     return figure, panels[:count]
 

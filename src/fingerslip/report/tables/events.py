@@ -89,6 +89,8 @@ def peaks_table(peaks: PeakTable, title: str = "Acceleration peaks") -> Table:
         for rank, peak in enumerate(peaks.ranked, start=1)
     )
     note = f"Noise floor {peaks.noise_floor:.3g} m/s², spread {spread:.2g} m/s²; over noise is prominence by spread."
+    if not rows:
+        note = f"No peak stands out from the noise. {note}"
     return Table(title, columns, rows, note)
 
 

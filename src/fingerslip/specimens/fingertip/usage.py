@@ -57,7 +57,7 @@ def _of_another_model(fingertip: FingertipNumbers, path: str, use: ModelUse) -> 
 
 
 def _is_cut_of_finger(fingertip: FingertipNumbers) -> bool:
-    """Tell whether the section is the cut x = 0 of a finger, whose bone is as high as that of the sagittal section."""
+    """Tell whether the section is the cut x = 0 of a finger; its phalanx is as high as in the sagittal section."""
     across = fingertip.solid is not None and fingertip.section == "transverse"
     return across and fingertip.phalanx.variant != "scaled"
 

@@ -24,6 +24,7 @@ from fingerslip.model import Drive, NumericalDamping, Phase, QuasiStatic, TimeSt
 from fingerslip.parameters import (
     Duration,
     NonNegativeNumber,
+    Number,
     PositiveDuration,
     PositiveLength,
     SignedLength,
@@ -47,7 +48,7 @@ __all__ = [
     "TractionSettings",
 ]
 
-PositiveNumber = Annotated[float, pydantic.Field(gt=0)]
+PositiveNumber = Annotated[Number, pydantic.Field(gt=0)]
 
 _UPWARDS = (0.0, 1.0)
 _ALPHA = -0.05

@@ -30,6 +30,7 @@ from fingerslip.parameters.dotted import walk
 from fingerslip.parameters.fields import current_path
 from fingerslip.parameters.mistakes import in_order
 from fingerslip.published import published
+from fingerslip.results import flatten
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.study.definition.relations import mistakes_between
@@ -53,6 +54,7 @@ __all__ = [
     "RefinementSettings",
     "Study",
     "TimeSettings",
+    "given_paths",
     "known_paths",
     "parse_study",
     "read_study",
@@ -178,6 +180,19 @@ def read_study(path: str | Path) -> Study:
     mapping = read_mapping(path)
     with line_numbers(path):
         return parse_study(mapping, path)
+
+
+def given_paths(path: str | Path) -> tuple[str, ...]:
+    """Return the dotted paths of all values that a study file gives, in its order; swept paths stand at the end.
+
+    Parameters
+    ----------
+    path : path
+        A study file without mistakes.
+    """
+    mapping = read_mapping(Path(path))
+    written = flatten({key: value for key, value in mapping.items() if key != "sweep"})
+    return tuple(current_path(Study, str(one)) for one in (*written, *(mapping.get("sweep") or {})))
 
 
 def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:

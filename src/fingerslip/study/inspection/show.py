@@ -11,11 +11,10 @@ from fingerslip.report.tables.events import readings_table
 from fingerslip.report.tables.measures import measures_table
 from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
 from fingerslip.report.tables.table import Column, Table
-from fingerslip.results import RunResult, flatten, read_result
+from fingerslip.results import RunResult, read_result
 from fingerslip.specimens.fingertip import preset_header, preset_names, preset_table
-from fingerslip.study.definition.spec import read_study
+from fingerslip.study.definition.spec import given_paths, read_study
 from fingerslip.study.definition.sweep import expand
-from fingerslip.study.definition.yaml import read_mapping
 from fingerslip.study.inspection.draw import draw_fingertip
 from fingerslip.study.storage.reporting import event_tables, read_stored, read_stored_run
 from fingerslip.study.storage.values import Specified, value_rows
@@ -75,10 +74,11 @@ def _preset_table(name: str) -> Table:
 
 
 def _study_table(path: Path) -> Table:
-    given, study = read_mapping(path), read_study(path)
-    paths = (*flatten({key: value for key, value in given.items() if key != "sweep"}), *given.get("sweep", {}))
+    study = read_study(path)
     runs = [Specified(run.study, run.specimen) for run in expand(study, path)]
-    values = sorted(value_rows(runs, paths), key=lambda value: (value.source == NOT_USED, value.source != ASSUMED))
+    values = sorted(
+        value_rows(runs, given_paths(path)), key=lambda value: (value.source == NOT_USED, value.source != ASSUMED)
+    )
     rows = tuple((value.path, value.value, value.source, value.note) for value in values)
     return Table(f"{path}: {study.title}", COLUMNS, rows, "The assumed values come first.")
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from fingerslip.errors import InputError, Mistakes
 from fingerslip.results import RunResult, read_result
-from fingerslip.study.definition.spec import Study, read_study
+from fingerslip.study.definition.spec import Study, given_paths, read_study
 from fingerslip.study.definition.sweep import Run, expand
 from fingerslip.study.definition.yaml import line_numbers
 from fingerslip.study.storage.store import identity
@@ -32,6 +32,8 @@ class Plan:
         All runs.
     identities : mapping of str to str
         Hash of the inputs of every run, by its name.
+    given : tuple of str
+        Dotted paths of the values that the file gives; the others are the preset's or defaults.
     """
 
     source: Path
@@ -39,6 +41,7 @@ class Plan:
     folder: Path
     runs: tuple[Run, ...]
     identities: Mapping[str, str]
+    given: tuple[str, ...] = ()
 
     def finished(self) -> dict[str, RunResult]:
         """Return the results of the runs that are finished with these inputs, by their names."""
@@ -58,7 +61,8 @@ def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
     study = read_study(source)
     with line_numbers(source):
         runs = expand(study, source)
-    return Plan(source, study, Path(results_dir) / source.stem, runs, {run.name: identity(run) for run in runs})
+    identities = {run.name: identity(run) for run in runs}
+    return Plan(source, study, Path(results_dir) / source.stem, runs, identities, given_paths(source))
 
 
 def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results") -> tuple[Plan, ...]:

@@ -220,7 +220,7 @@ def write_up(plan: Plan) -> StudyResult:
     finished = plan.finished()
     identities = {name: plan.identities[name] for name in finished}
     known = read_uncertainties(plan.folder, identities)
-    key = report_key(plan.study.title, plan.study.compare, identities, known)
+    key = report_key(plan.study.title, plan.study.compare, identities, known, plan.given)
     current = read_manifest(plan.folder).get("report") == key and (plan.folder / REPORT).is_file()
     result = _write_tables(plan, finished, report=key if current else "")
     if result.runs and not current:
@@ -238,5 +238,5 @@ def _write_tables(plan: Plan, finished: Mapping[str, RunResult], report: str) ->
     )
     if runs:
         write_summary(runs, plan.folder / SUMMARY)
-        write_manifest(plan.source, plan.study, runs, report, plan.folder / MANIFEST)
+        write_manifest(plan.source, plan.study, runs, report, plan.folder / MANIFEST, given=plan.given)
     return StudyResult(plan.folder, plan.study.compare, runs, title=plan.study.title)

@@ -19,7 +19,7 @@ from fingerslip.report.page.page import write_page
 from fingerslip.report.tables.compare import compare_table
 from fingerslip.report.tables.events import events_table
 from fingerslip.report.tables.table import Table
-from fingerslip.results import HISTORY, RunResult, StudyResult, flatten
+from fingerslip.results import HISTORY, RunResult, StudyResult
 from fingerslip.study.convergence.storage import read_convergences, read_uncertainties
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
@@ -120,9 +120,10 @@ def report_key(
     compare: Sequence[str],
     inputs: Mapping[str, str],
     uncertainties: Mapping[str, Mapping[str, float]],
+    given: Sequence[str] = (),
 ) -> str:
     """Return a hash of all that a report shows, so that an unchanged one is not made again."""
-    return digest([title, list(compare), dict(inputs), dict(uncertainties)])
+    return digest([title, list(compare), dict(inputs), dict(uncertainties), list(given)])
 
 
 def write_report(study: StudyResult) -> None:
@@ -149,15 +150,27 @@ def write_report(study: StudyResult) -> None:
 def _content(study: StudyResult) -> ReportContent:
     manifest = read_manifest(study.folder)
     found = read_convergences(study.folder, identities(manifest))
+    specified = [read_specified(study.folder / run.name / RUN) for run in study.runs]
     return ReportContent(
         study=study,
         histories={run.name: read_history(study.folder / run.name / HISTORY) for run in study.runs},
         meshes=_meshes(study),
         references=tuple(published(name) for name in study.compare),
-        values=value_rows([read_specified(study.folder / run.name / RUN) for run in study.runs]),
-        provenance={name: str(value) for name, value in flatten(manifest).items() if not name.startswith("runs.")},
+        values=value_rows(specified, manifest.get("given") or None),
+        provenance=_provenance(manifest),
         convergences={name: one.quantities for name, one in found.items()},
     )
+
+
+def _provenance(manifest: Mapping[str, Any]) -> dict[str, str]:
+    """Return what made the results, in words: file, commit, computing time, and the versions of all programs."""
+    words = {
+        "study": manifest.get("study"),
+        "commit": manifest.get("commit"),
+        "computing time": f"{manifest['wall_time_s']:g} s" if "wall_time_s" in manifest else None,
+        **manifest.get("versions", {}),
+    }
+    return {name: str(value) for name, value in words.items() if value}
 
 
 def _meshes(study: StudyResult) -> dict[str, Any]:

@@ -31,7 +31,9 @@ def write_summary(runs: Sequence[RunResult], path: Path) -> None:
     write_text(path, to_csv(summary_table(runs)))
 
 
-def write_manifest(source: Path, study: Study, results: Sequence[RunResult], report: str, path: Path) -> None:
+def write_manifest(
+    source: Path, study: Study, results: Sequence[RunResult], report: str, path: Path, *, given: Sequence[str] = ()
+) -> None:
     """Write what made the results of a study.
 
     Parameters
@@ -46,6 +48,8 @@ def write_manifest(source: Path, study: Study, results: Sequence[RunResult], rep
         Hash of what the report shows; empty where there is none yet.
     path : Path
         The file.
+    given : sequence of str, optional
+        Dotted paths of the values that the study file gives.
 
     Raises
     ------
@@ -56,6 +60,7 @@ def write_manifest(source: Path, study: Study, results: Sequence[RunResult], rep
         "study": source.name,
         "title": study.title,
         "compare": list(study.compare),
+        "given": list(given),
         "versions": versions(),
         "commit": commit(),
         "wall_time_s": round(sum(result.seconds for result in results), 3),

@@ -53,7 +53,7 @@ def test_piece_inside_another_does_not_count():
 
 
 def test_too_thick_skin_leaves_nothing():
-    with pytest.raises(MeshError, match=r"no place 8.5 mm deep.*smaller skin_thickness"):
+    with pytest.raises(MeshError, match=r"is nowhere 8.5 mm deep.*smaller skin_thickness"):
         offset_inwards(SPHERE, 8.5e-3)
 
 

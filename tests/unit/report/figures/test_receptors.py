@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from fingerslip.report.figures.receptors import (
@@ -61,6 +62,13 @@ def test_missing_receptors_are_said_for_each_area(draw: object) -> None:
         assert texts[:2] == ["no receptor in area A", "no receptor in area B"]
 
 
+@pytest.mark.parametrize("draw", [acceleration_figure, strain_energy_density_figure])
+def test_types_that_a_run_does_not_record_have_no_panel(draw: object) -> None:
+    kinds = HISTORY["site_kind"].values
+    some = HISTORY.isel(site=np.flatnonzero(np.isin(kinds, ["FA-I", "SA-II"])))
+    assert [axes.get_title(loc="left") for axes in panels(draw(some))] == ["FA-I", "SA-II"]
+
+
 @pytest.mark.parametrize("history", [NO_SLIDE, APART, BARE], ids=["no slide", "no contact", "no receptors"])
 def test_overview_without_a_signal_says_so(history: object) -> None:
     (axes,) = panels(acceleration_overview_figure({"a": history}, {"a": Events()}))
@@ -71,3 +79,8 @@ def test_accelerations_are_marked_with_their_own_events() -> None:
     own = EVENTS.acceleration
     peaks = [PRESS_END, own.incipient, own.three_quarter, own.overall]
     assert marked(panels(acceleration_overview_figure({"a": HISTORY}, {"a": EVENTS}))[0]) == pytest.approx(peaks)
+
+
+def test_the_label_of_a_single_low_panel_is_wrapped() -> None:
+    one = HISTORY.isel(site=np.flatnonzero(HISTORY["site_kind"].values == "FA-I"))
+    assert acceleration_figure(one).get_supylabel() == "acceleration along the plate\n[m/s²]"

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fingerslip.published import published
@@ -98,6 +99,19 @@ def test_swept_lists_and_signed_angles_keep_their_text_on_the_axis() -> None:
     directions = [RunResult(str(x), {"programme.1.slide.direction": [x, 0, 0]}, events) for x in (1, -1)]
     axes = panels(latency_figure(directions, "programme.1.slide.direction"))[0]
     assert [label.get_text() for label in axes.get_xticklabels()] == ["1, 0, 0", "-1, 0, 0"]
+
+
+def test_quantities_in_one_unit_are_to_scale_and_joined_in_order() -> None:
+    events = Events(slip=SlipEvents(1.5, None, 1.6, 1.7))
+
+    def drawn(*angles: str) -> Axes:
+        runs = [RunResult(angle, {"fingertip.solid.angle": angle}, events) for angle in angles]
+        return panels(event_times_figure(runs, "fingertip.solid.angle"))[0]
+
+    axes = drawn("30 deg", "-15 deg", "15 deg")
+    assert list(axes.get_xticks()) == [30.0, -15.0, 15.0]
+    assert list(axes.lines[0].get_xdata()) == [-15.0, 15.0, 30.0]
+    assert list(drawn("30 deg", "0.5 rad").get_xticks()) == [0, 1], "no common scale"
 
 
 @pytest.mark.parametrize("draw", [event_times_figure, latency_figure])

@@ -76,6 +76,12 @@ def test_peaks_are_ranked() -> None:
     assert rows[1][:2] == (2, 1.5)
 
 
+def test_a_signal_without_peaks_says_so() -> None:
+    table = peaks_table(PeakTable(noise_floor=0.02, noise_spread=0.005))
+    assert table.rows == ()
+    assert table.note.startswith("No peak stands out from the noise. Noise floor 0.02 m/s²")
+
+
 def test_known_uncertainties_stand_beside_their_times() -> None:
     known = RunResult("run", {"mu": 0.6}, EVENTS, uncertainty={"slip.overall": 0.0123, "slip.latency": 0.02})
     lines = to_markdown(events_table([known, RUNS[1]])).splitlines()

@@ -92,8 +92,9 @@ def test_key_of_a_report_changes_with_all_that_it_shows() -> None:
         report_key("title", ["a"], {"run": "2"}, base[3]),
         report_key("title", ["a"], {"other": "1"}, base[3]),
         report_key(*base[:3], {}),
+        report_key(*base, ("mesh.contact_size",)),
     }
-    assert len(keys) == 6
+    assert len(keys) == 7
     assert report_key("t", [], {"a": "1", "b": "2"}, {}) == report_key("t", [], {"b": "2", "a": "1"}, {})
 
 
@@ -113,6 +114,19 @@ def test_report_has_a_picture_file_for_every_figure_and_one_section_for_the_one_
     assert set(files) <= checker.anchors
     assert json.loads((folder / "manifest.json").read_text())["runs"][NAMES[0]]["identity"] not in page
     assert "<dt>study</dt><dd>block.yaml</dd>" in page
+    assert "<dt>report</dt>" not in page, "the hash of the report itself is no provenance"
+
+
+def test_a_given_value_that_equals_the_default_is_the_study_files_in_the_report(folder: Path) -> None:
+    given = ["contact.friction_coefficient", "contact.boundary", "integration"]
+    manifest = read_manifest(folder)
+    assert "integration" not in manifest["given"]
+    found = {}
+    for paths in (manifest["given"], given):
+        (folder / "manifest.json").write_text(json.dumps(manifest | {"given": paths}))
+        values = reporting._content(read_stored(folder)).values
+        found[len(paths)] = {value.path: value.source for value in values}["integration"]
+    assert found == {len(manifest["given"]): "default", len(given): "study file"}
 
 
 def _without_details(assemble: Callable[..., Any]) -> Callable[..., Any]:

@@ -62,6 +62,8 @@ def test_manifest_says_what_made_the_results(write_study: Write) -> None:
     assert len({entry["mesh_hash"] for entry in manifest["runs"].values()}) == 1
     assert len({entry["identity"] for entry in manifest["runs"].values()}) == 3
     assert manifest["wall_time_s"] >= 0.0
+    assert manifest["given"][0] == "title"
+    assert manifest["given"][-1] == "contact.friction_coefficient", "what is swept is given too"
 
 
 def stored(name: str, seconds: float) -> RunResult:
