@@ -50,9 +50,23 @@ class InputError(FingerslipError, ValueError):
         What to write instead, where `allowed` does not say it already.
     line : int, optional
         Line of the file, counted from 1, where it is known.
+    mend : str, optional
+        Old name of `repair`.
     """
 
-    def __init__(self, where: str, found: str, allowed: str, repair: str = "", line: int | None = None) -> None:
+    def __init__(
+        self,
+        where: str,
+        found: str,
+        allowed: str,
+        repair: str = "",
+        line: int | None = None,
+        *,
+        mend: str | None = None,
+    ) -> None:
+        if mend is not None:
+            warn_renamed("mend", "repair")
+            repair = mend
         self.where, self.found, self.allowed, self.repair, self.line = where, found, allowed, repair, line
         super().__init__(where, found, allowed, repair, line)
 
