@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 from fingerslip.errors import InputError
 
-__all__ = ["conforms", "describe", "require"]
+__all__ = ["conforms", "describe", "require", "require_kind"]
 
 T = TypeVar("T")
 
@@ -50,6 +50,30 @@ def require(value: Any, protocol: type[T], needs: str, where: str = "") -> T:
         repair = f"{type(value).__name__} lacks {', '.join(missing)}" if len(missing) < len(members) else ""
         raise InputError(where, f"got {describe(value)}", f"needs {needs}", repair)
     return value  # type: ignore[no-any-return]
+
+
+def require_kind(value: Any, kind: type[T] | tuple[type, ...], needs: str, where: str) -> T:
+    """Return a value of a class; refuse any other.
+
+    Parameters
+    ----------
+    value : object
+        What was given.
+    kind : type or tuple of type
+        The classes.
+    needs : str
+        What errors ask for, such as ``a fingertip, such as preset('wang2014-2d')``.
+    where : str
+        What errors name.
+
+    Raises
+    ------
+    InputError
+        For a value of another class.
+    """
+    if not isinstance(value, kind):
+        raise InputError(where, f"got {describe(value)}", f"needs {needs}")
+    return value  # type: ignore[return-value]
 
 
 def conforms(protocol: type[T], needs: str) -> Callable[[Any], T]:

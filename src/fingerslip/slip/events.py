@@ -25,6 +25,7 @@ import numpy as np
 import xarray as xr
 
 from fingerslip.history import OPEN
+from fingerslip.parameters.protocols import require_kind
 from fingerslip.slip.fractions import relative_displacement, slipped_fraction
 from fingerslip.slip.names import EVENTS, READINGS, TIMES
 from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
@@ -151,6 +152,7 @@ def find_events(history: xr.Dataset, settings: EventSettings | None = None, slid
     InputError
         Where there are slides, but not that one.
     """
+    require_kind(history, xr.Dataset, "a history, which simulate returns", "history")
     settings = settings or EventSettings()
     return Events(
         slip_events(history, settings, slide),

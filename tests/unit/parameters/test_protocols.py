@@ -6,6 +6,7 @@ from typing import Protocol
 
 import pytest
 
+import fingerslip as fs
 from fingerslip.errors import InputError
 from fingerslip.parameters.protocols import conforms, require
 
@@ -53,3 +54,17 @@ def test_anything_else_is_refused_with_what_is_missing(value: object, message: s
     with pytest.raises(InputError) as caught:
         require(value, Duck, "a duck", "pond")
     assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: fs.build_section("wang2014-2d"), "fingertip: got 'wang2014-2d', needs a fingertip"),
+        (lambda: fs.build_solid(None), "fingertip: got None, needs a fingertip"),
+        (lambda: fs.find_events(fs.preset("wang2014-2d")), "history: got a Fingertip, needs a history"),
+        (lambda: fs.run_study(fs.preset("wang2014-2d")), "study: got a Fingertip, needs the path of a study file"),
+    ],
+)
+def test_a_value_of_another_class_is_refused(call, message):
+    with pytest.raises(fs.InputError, match=message):
+        call()

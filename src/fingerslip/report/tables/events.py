@@ -100,13 +100,15 @@ def swept_paths(runs: Sequence[RunResult]) -> tuple[str, ...]:
 
 
 def swept_columns(runs: Sequence[RunResult]) -> tuple[Column, ...]:
-    """Return the columns that tell runs apart: a swept value each, or the name of the run."""
-    return tuple(Column(label) for label in path_labels(swept_paths(runs)).values()) or (Column("run"),)
+    """Return the columns that tell runs apart: a swept value each, or the name of the run; none for a single one."""
+    named = () if len(runs) == 1 else (Column("run"),)
+    return tuple(Column(label) for label in path_labels(swept_paths(runs)).values()) or named
 
 
 def swept_cells(run: RunResult, runs: Sequence[RunResult]) -> tuple[Cell, ...]:
     """Return the cells of a run in the columns of :func:`swept_columns`."""
-    return tuple(swept_text(run.swept.get(path)) for path in swept_paths(runs)) or (run.name,)
+    named = () if len(runs) == 1 else (run.name,)
+    return tuple(swept_text(run.swept.get(path)) for path in swept_paths(runs)) or named
 
 
 def run_notes(runs: Sequence[RunResult]) -> str:

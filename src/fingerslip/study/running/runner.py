@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 from fingerslip.dynamics.checks import check_model
 from fingerslip.errors import FingerslipError, InputError
 from fingerslip.files import clean_stale, remove_empty
+from fingerslip.parameters.protocols import require_kind
 from fingerslip.results import RunResult, StudyResult, flatten
 from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.sweep import Run
@@ -122,6 +124,8 @@ def run_studies(
     progress: StudyProgress | None = None,
 ) -> tuple[StudyResult, ...]:
     """Run several studies, one after the other, after all of them are checked; see :func:`run_study`."""
+    for path in paths:
+        require_kind(path, (str, os.PathLike), "the path of a study file", "study")
     if workers < 1:
         raise InputError("workers", f"got {workers}", "needs a number >= 1")
     plans = plan_studies(paths, results_dir)

@@ -11,7 +11,7 @@ from rich.console import Console
 from fingerslip.report.tables.events import events_table, peaks_table, readings_table, run_notes, time_cell
 from fingerslip.report.tables.table import Measured, Missing, to_markdown, to_rich
 from fingerslip.results import RunResult
-from fingerslip.slip import Events, Peak, PeakTable
+from fingerslip.slip import Events, Peak, PeakTable, names
 from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
 
 
@@ -24,10 +24,12 @@ def test_events_table_is_for_people() -> None:
     assert lines[-1] == "none: the event did not happen."
 
 
-def test_run_without_sweep_is_named() -> None:
-    table = events_table([RunResult("run", {}, EVENTS)])
+def test_runs_without_sweep_are_named_where_there_are_several() -> None:
+    one, other = (RunResult(name, {}, EVENTS) for name in ("run", "again"))
+    assert [column.name for column in events_table([one]).columns] == [*names.EVENTS.values(), names.LATENCY]
+    table = events_table([one, other])
     assert table.columns[0].name == "run"
-    assert table.rows[0][0] == "run"
+    assert [row[0] for row in table.rows] == ["run", "again"]
 
 
 def test_swept_paths_with_one_ending_keep_their_whole_names() -> None:

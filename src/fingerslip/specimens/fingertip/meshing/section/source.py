@@ -9,6 +9,7 @@ import skfem
 from fingerslip.mesh.sizes import check_sizes
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import PositiveLength, parameters
+from fingerslip.parameters.protocols import require_kind
 from fingerslip.specimens.fingertip.meshing.section.build import mesh_section, section_cells
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 
@@ -89,4 +90,5 @@ def build_section(
     MeshError
         Where no mesh of good quality comes out.
     """
+    require_kind(fingertip, FingertipNumbers, "a fingertip, such as preset('wang2014-2d')", "fingertip")
     return mesh_section(fingertip, MeshSizes(contact_size, bulk_size, contact_reach, element))

@@ -9,6 +9,7 @@ import skfem
 from fingerslip.mesh.sizes import check_sizes
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import PositiveLength, parameters
+from fingerslip.parameters.protocols import require_kind
 from fingerslip.specimens.fingertip.meshing.solid.build import mesh_solid, solid_cells
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 
@@ -92,4 +93,5 @@ def build_solid(
     MeshError
         Where no mesh of good quality comes out.
     """
+    require_kind(fingertip, FingertipNumbers, "a fingertip, such as preset('wang2014-3d')", "fingertip")
     return mesh_solid(fingertip, SolidSizes(element, contact_size, bulk_size, contact_reach))
