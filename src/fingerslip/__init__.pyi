@@ -7,6 +7,7 @@ from .contact.friction import (
     PressureDependent as PressureDependent,
     SlipWeakening as SlipWeakening,
     StaticKinetic as StaticKinetic,
+    TimeDependent as TimeDependent,
 )
 from .dynamics.simulation import simulate as simulate, simulate_together as simulate_together
 from .errors import (

@@ -5,10 +5,12 @@ from __future__ import annotations
 import doctest
 import importlib
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
 import fingerslip
+from fingerslip.contact.friction import BuiltInLaw
 
 SOURCE = Path(fingerslip.__file__).parent
 EXAMPLES = {
@@ -26,5 +28,6 @@ def test_examples(name: str) -> None:
 
 
 def test_contact_and_friction_laws_have_examples() -> None:
-    laws = {"contact.friction", "contact.interface", "contact.solve.newton", "contact.solve.projection"}
-    assert {f"fingerslip.{law}" for law in laws} <= set(EXAMPLES)
+    laws = {"contact.interface", "contact.solve.newton", "contact.solve.projection"}
+    friction = {law.__module__ for law in get_args(BuiltInLaw)}
+    assert friction | {f"fingerslip.{law}" for law in laws} <= set(EXAMPLES)

@@ -1,0 +1,46 @@
+"""Coulomb's law."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.friction.law import ISOTROPIC, Conditions, TangentFrame
+from fingerslip.parameters import NonNegativeNumber, parameters
+
+__all__ = ["Coulomb"]
+
+Array = NDArray[np.float64]
+
+
+@parameters
+class Coulomb:
+    """Coulomb's law: the tangential traction is at most a constant times the pressure.
+
+    mu = coefficient (Popov 2010, chapter 10).
+
+    Parameters
+    ----------
+    coefficient : float
+        Friction coefficient [-]; 0 is frictionless.
+
+    Examples
+    --------
+    Under 2 kPa, a node with a trial traction of 800 Pa sticks and one with 1500 Pa slips:
+
+    >>> from fingerslip.contact.solve.projection import project
+    >>> at_rest = Conditions(np.full(2, 2e3), np.zeros(2), np.zeros(2), time=0.0)
+    >>> project(np.array([[2e3, -800.0], [2e3, -1500.0]]), Coulomb(0.5).coefficients(at_rest)).tolist()
+    [[2000.0, -800.0], [2000.0, -1000.0]]
+    """
+
+    dims: ClassVar[tuple[int, ...]] = (2, 3)
+    frame: ClassVar[TangentFrame] = ISOTROPIC
+
+    coefficient: NonNegativeNumber
+
+    def coefficients(self, conditions: Conditions) -> Array:
+        """Return the friction coefficient of every node, shape (n,) [-]."""
+        return np.full(conditions.pressure.shape, self.coefficient)

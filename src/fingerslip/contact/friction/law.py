@@ -1,0 +1,84 @@
+"""What every friction law answers, and what it may depend on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["ISOTROPIC", "Conditions", "FrictionLaw", "TangentFrame"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a friction law may depend on, at n contact nodes.
+
+    Parameters
+    ----------
+    pressure : (n,) array
+        Pressure at the start of the step [Pa], zero where the contact is open.
+    slip_rate : (n,) array
+        Slip of the last step over its duration [m/s], not negative.
+    slip_since_contact : (n,) array
+        Slip accumulated since the node came into contact [m]. A node that sticks keeps it, so that it is continuous in
+        the motion; one that opens begins anew. Histories record ``slip_distance``, which never begins anew.
+    time : float
+        End of the step, for which the coefficient is needed [s].
+    """
+
+    pressure: Array
+    slip_rate: Array
+    slip_since_contact: Array
+    time: float
+
+    def at(self, nodes: NDArray[np.bool_]) -> Conditions:
+        """Return the conditions at some of the nodes, which a mask (n,) marks."""
+        return replace(
+            self,
+            pressure=self.pressure[nodes],
+            slip_rate=self.slip_rate[nodes],
+            slip_since_contact=self.slip_since_contact[nodes],
+        )
+
+
+@dataclass(frozen=True)
+class TangentFrame:
+    """The tangents in which a friction law is isotropic.
+
+    Parameters
+    ----------
+    direction : tuple of float, optional
+        Direction of the first tangent, as near as the surface allows [-]; without it the counterface's own.
+    stretch : float
+        Length of the second tangent [-]. Lengths other than one turn an elliptic friction cone into a circular one,
+        while force times displacement is unchanged.
+    """
+
+    direction: tuple[float, ...] | None = None
+    stretch: float = 1.0
+
+
+ISOTROPIC = TangentFrame()
+
+
+class FrictionLaw(Protocol):
+    """The friction coefficient of contact nodes, and the frame and the dimensions in which it holds."""
+
+    @property
+    def coefficient(self) -> float:
+        """Reference friction coefficient [-], which histories record."""
+
+    @property
+    def dims(self) -> tuple[int, ...]:
+        """Numbers of space dimensions in which the law works."""
+
+    @property
+    def frame(self) -> TangentFrame:
+        """Tangents in which the law is isotropic."""
+
+    def coefficients(self, conditions: Conditions) -> Array:
+        """Return the friction coefficient of every node, along the first tangent, shape (n,) [-]."""

@@ -1,0 +1,1 @@
+"""Tests of fingerslip.contact, module by module."""
