@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.energy import Energies
+from fingerslip.dynamics.energy import Energies, made_energy
+from fingerslip.verification.meshes import box
 from unit.dynamics.oscillator import STATIC, oscillator
 
 
@@ -44,3 +45,40 @@ def test_stored_energies_are_replaced_and_dissipations_and_work_add_up():
     after = before.after(kinetic=0.1, strain=0.2, contact=0.4, friction=0.8, damping=1.6, numerical=3.2, work=6.4)
     assert after == Energies(0.1, 0.2, 0.4, 8.8, 17.6, 35.2, 70.4, initial=5.0)
     assert before.friction == 8.0
+
+
+def thrown(alpha, ratio):
+    """Return the history of a rod that is thrown at a wall, with the stiffness of contact over E / h."""
+    modulus, density, length, count = 1e6, 1000.0, 0.1, 20
+    size = length / count
+    contact = fs.Contact("bottom", fs.Plane((0.0, 1.0), -1e-3), fs.Coulomb(0.0), normal_penalty=ratio * modulus / size)
+    return fs.simulate(
+        fs.Model(
+            mesh=box("Q4", np.linspace(0.0, size, 2), np.linspace(0.0, length, count + 1)),
+            materials={"bulk": fs.Elastic(modulus, 0.0, density)},
+            formulation="plane_strain",
+            supports={"left": ("x",), "right": ("x",)},
+            contacts=(contact,),
+            initial_velocity=(0.0, -1.0),
+            time=fs.TimeStepping(
+                0.5 * size * (density / modulus) ** 0.5, alpha, 200 * 0.5 * size * (density / modulus) ** 0.5
+            ),
+        )
+    )
+
+
+@pytest.mark.parametrize(("alpha", "ratio"), [(0.0, 100.0), (-0.05, 1e4)])
+def test_steps_that_make_energy_are_warned_of(alpha, ratio, caplog):
+    """Stiff contact and a step of half the time that a wave takes through an element."""
+    history = thrown(alpha, ratio)
+    made, share = made_energy(history)
+    assert share > 0.1
+    assert made == pytest.approx(-float(history.numerical_dissipation.min()), rel=0.5)
+    assert "time steps have made" in caplog.text
+    assert "alpha = -0.3" in caplog.text
+
+
+@pytest.mark.parametrize(("alpha", "ratio"), [(-0.3, 1e4), (0.0, 1.0)])
+def test_steps_that_lose_energy_are_not(alpha, ratio, caplog):
+    assert made_energy(thrown(alpha, ratio))[1] < 1e-3
+    assert "have made" not in caplog.text
