@@ -28,6 +28,9 @@ __all__ = ["InterfaceState", "StepOutcome", "conditions", "contact_problem", "re
 
 Array = NDArray[np.float64]
 
+# Of forces at the friction limit, and of slip over the elastic slip there.
+_ROUNDING = 1e-9
+
 
 @dataclass(frozen=True)
 class InterfaceState:
@@ -176,10 +179,14 @@ def settle(
     """
     stiffness = candidates.tangential_stiffness[:, None]
     slip = relative[:, 1:] - before.relative[:, 1:] + (forces[:, 1:] - before.forces[:, 1:]) / stiffness
-    state = _states(forces, friction_coefficient)
-    slides = state == SLIP
+    limit = friction_coefficient * forces[:, 0]
+    at_limit = np.linalg.norm(forces[:, 1:], axis=1) >= limit * (1.0 - _ROUNDING)
+    moved = np.linalg.norm(slip / stretch, axis=1)
+    # Friction is at its limit where a slide has just ended, too: what does not move, sticks.
+    slides = at_limit & ((moved > _ROUNDING * limit / candidates.tangential_stiffness) | (limit == 0.0))
+    state = np.where(forces[:, 0] > 0.0, np.where(slides, SLIP, STICK), OPEN).astype(np.int8)
     # A node that lands during the step has moved freely for part of it: that is no slip.
-    length = np.linalg.norm(slip / stretch, axis=1) * (slides & (before.forces[:, 0] > 0.0))
+    length = moved * ((state == SLIP) & (before.forces[:, 0] > 0.0))
     after = InterfaceState(
         forces=forces,
         relative=relative,
@@ -191,13 +198,6 @@ def settle(
     stored = _stored(candidates, forces)
     friction = -float(np.sum(forces[:, 1:] * slip))
     return StepOutcome(after, stored, friction, work - (stored - _stored(candidates, before.forces)) - friction)
-
-
-def _states(forces: Array, friction_coefficient: Array) -> NDArray[np.int8]:
-    """Return the state of every node under its forces (n_c, dim) [N], shape (n_c,)."""
-    limit = friction_coefficient * forces[:, 0]
-    slides = np.linalg.norm(forces[:, 1:], axis=1) >= limit * (1.0 - 1e-9)
-    return np.where(forces[:, 0] > 0.0, np.where(slides, SLIP, STICK), OPEN).astype(np.int8)
 
 
 def _stored(candidates: Candidates, forces: Array) -> float:

@@ -90,7 +90,8 @@ def test_a_slipping_node_returns_to_the_cone():
 def test_reversal_unloads_elastically_before_it_slips_back():
     path = [(-0.01, 0.0), (-0.01, 0.05), (-0.01, 0.03), (-0.01, 0.01), (-0.01, 0.0)]
     states = [outcome.state for outcome in follow(path)]
-    assert [int(state.state[0]) for state in states] == [STICK, SLIP, STICK, SLIP, SLIP]
+    # The last but one comes to the limit, and does not slip yet.
+    assert [int(state.state[0]) for state in states] == [STICK, SLIP, STICK, STICK, SLIP]
     np.testing.assert_allclose([state.forces[0, 1] for state in states], [0, -2.0, 0.0, 2.0, 2.0], atol=1e-12)
     np.testing.assert_allclose([state.slip_distance[0] for state in states], [0, 0.03, 0.03, 0.03, 0.04], rtol=1e-12)
 

@@ -249,3 +249,20 @@ def test_a_counterface_of_a_user_is_touched_as_a_built_in_one():
     force = built_in.counterface_force.values
     assert force[-1, 0, 1] > 0.0
     np.testing.assert_allclose(own.counterface_force.values, force, atol=1e-10 * np.abs(force).max())
+
+
+def test_nodes_that_a_slide_leaves_at_the_limit_stick_while_nothing_moves():
+    programme = (fs.Press(0.1e-3, 1e-3), fs.Slide(0.5e-3, 5e-3), fs.Hold(0.1))
+    history = fs.simulate(push_and_slide(programme=programme, time=fs.QuasiStatic(10e-3)))
+    kinds = {
+        phase: history["contact_state"].sel(time=slice(start, end)).values
+        for phase, start, end in (
+            ("slide", 0.195, 0.201),
+            ("hold", 0.205, 0.4),
+        )
+    }
+    touching = kinds["slide"][-1] > 0
+    assert (kinds["slide"][-1][touching] == 2).all(), "the whole contact slides at the end of the slide"
+    assert (kinds["hold"][:, touching] == 1).all(), "and is at rest in the hold"
+    force = history["counterface_force"].values[-1, 0]
+    assert abs(force[0] / force[1]) == pytest.approx(0.4), "although friction is still at its limit"
