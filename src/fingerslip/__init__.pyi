@@ -38,17 +38,14 @@ from .mesh.scan.surfaces import Surface as Surface, read_surface as read_surface
 from .model import (
     Contact as Contact,
     Drive as Drive,
-    Hold as Hold,
-    Lift as Lift,
     Model as Model,
-    Press as Press,
     QuasiStatic as QuasiStatic,
     Ramp as Ramp,
     Recording as Recording,
-    Slide as Slide,
     TimeStepping as TimeStepping,
     Traction as Traction,
 )
+from .programme import Hold as Hold, Lift as Lift, Press as Press, Slide as Slide
 from .results import StudyResult as StudyResult
 from .sites import Site as Site
 from .slip import (

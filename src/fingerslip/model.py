@@ -24,30 +24,23 @@ from fingerslip.parameters import (
     PositiveDuration,
     PositiveLength,
     SignedPressure,
-    Speed,
     Stiffness,
     parameters,
 )
 from fingerslip.parameters.protocols import conforms, describe
+from fingerslip.programme import Phase, phase_duration
 from fingerslip.sites import Site
 
 __all__ = [
     "Contact",
     "Drive",
-    "Hold",
-    "Lift",
     "Model",
-    "Phase",
-    "Press",
     "QuasiStatic",
     "Ramp",
     "Recording",
-    "Slide",
     "TimeStepping",
     "Timing",
     "Traction",
-    "phase_duration",
-    "phase_travel",
 ]
 
 Component = Literal["x", "y", "z"]
@@ -55,74 +48,6 @@ NumericalDamping = Annotated[Number, pydantic.Field(ge=-0.5, le=0.0)]
 
 _A_COUNTERFACE = pydantic.PlainValidator(conforms(Counterface, "a counterface, such as Plane, Cylinder or Sphere"))
 _A_LAW = pydantic.PlainValidator(conforms(FrictionLaw, "a friction law, such as Coulomb(0.5)"))
-
-
-@parameters
-class Press:
-    """Move the counterfaces along their outward normals, towards the deformable body.
-
-    Parameters
-    ----------
-    depth : float
-        Travel [m].
-    speed : float
-        Speed [m/s].
-    """
-
-    depth: PositiveLength
-    speed: Speed
-
-
-@parameters
-class Lift:
-    """Move the counterfaces along their normals, away from the deformable body.
-
-    Parameters
-    ----------
-    distance : float
-        Travel [m].
-    speed : float
-        Speed [m/s].
-    """
-
-    distance: PositiveLength
-    speed: Speed
-
-
-@parameters
-class Hold:
-    """Keep the counterfaces where they are.
-
-    Parameters
-    ----------
-    duration : float
-        Duration [s].
-    """
-
-    duration: PositiveDuration
-
-
-@parameters
-class Slide:
-    """Move the counterfaces along their surfaces.
-
-    Parameters
-    ----------
-    distance : float
-        Travel [m].
-    speed : float
-        Speed [m/s].
-    direction : tuple of float, optional
-        Direction of the counterface's motion, of any length [-]; its part along the normal is left out.
-        Without it the counterface moves along its tangent, +x for a plate below the body.
-    """
-
-    distance: PositiveLength
-    speed: Speed
-    direction: tuple[float, ...] | None = None
-
-
-Phase = Press | Hold | Slide | Lift
 
 
 @parameters
@@ -223,22 +148,6 @@ class Contact:
     search_distance: PositiveLength | None = None
     programme: tuple[Phase, ...] | None = None
     drive: Drive | None = None
-
-
-def phase_travel(phase: Phase) -> float:
-    """Return how far counterfaces move in a phase [m]."""
-    match phase:
-        case Press():
-            return phase.depth
-        case Slide() | Lift():
-            return phase.distance
-        case Hold():
-            return 0.0
-
-
-def phase_duration(phase: Phase) -> float:
-    """Return how long a phase lasts [s]."""
-    return phase.duration if isinstance(phase, Hold) else phase_travel(phase) / phase.speed
 
 
 class Timing(Protocol):

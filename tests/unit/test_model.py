@@ -6,7 +6,6 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.errors import InputError
-from fingerslip.model import phase_travel
 from problems.pushed import push_and_slide
 
 
@@ -80,8 +79,3 @@ def test_defaults_are_the_documented_ones():
 def test_models_are_frozen():
     with pytest.raises(AttributeError):
         push_and_slide().depth = 2.0
-
-
-def test_travel_of_every_phase():
-    phases = (fs.Press(1.5e-3, 1e-3), fs.Hold(0.5), fs.Slide(6e-3, 3e-3), fs.Lift(1e-3, 2e-3))
-    assert [phase_travel(phase) for phase in phases] == [1.5e-3, 0.0, 6e-3, 1e-3]

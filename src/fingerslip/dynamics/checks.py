@@ -19,7 +19,8 @@ from fingerslip.fe.cell_materials import CellMaterials, cell_materials
 from fingerslip.fe.rigid_motions import FreePiece, free_pieces
 from fingerslip.fe.space import Space, boundary_nodes, build_space, nodal_areas, region_nodes, vector_dofs
 from fingerslip.mesh.site_nodes import site_nodes
-from fingerslip.model import Contact, Model, Slide
+from fingerslip.model import Contact, Model
+from fingerslip.programme import Slide
 from fingerslip.units import coordinates
 
 __all__ = ["CheckedModel", "check_model", "checked"]

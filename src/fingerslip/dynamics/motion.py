@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.counterfaces import Counterface
 from fingerslip.contact.frames import sliding_direction
 from fingerslip.errors import InputError
-from fingerslip.model import Hold, Lift, Phase, Press, Slide, phase_duration
+from fingerslip.programme import Hold, Lift, Phase, Press, Slide, phase_duration
 
 __all__ = ["Motion", "counterface_motion", "largest_approach", "phase_table"]
 
@@ -88,7 +88,8 @@ def _travel(phase: Phase, counterface: Counterface, where: str) -> Array:
         case Hold():
             return np.zeros_like(normal)
         case Slide():
-            return phase.distance * _direction(phase, counterface.unit_normal, f"{where}.slide.direction")
+            along = _direction(phase, counterface.unit_normal, f"{where}.slide.direction")
+            return phase.distance * along + phase.press * normal
 
 
 def _direction(phase: Slide, normal: Array, where: str) -> Array:

@@ -20,7 +20,8 @@ from fingerslip.fe.integration import Integration
 from fingerslip.linear.threads import allowed_threads, limited_threads, suitable_threads
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Contact, Model, Press, Slide, TimeStepping
+from fingerslip.model import Contact, Model, TimeStepping
+from fingerslip.programme import Press, Slide
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute
 from fingerslip.verification.reference import condensed_states, full_motions, full_system, make_stepper

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Component, Contact, Hold, Model, Phase, Press, Ramp, Slide, TimeStepping, Traction
+from fingerslip.model import Component, Contact, Model, Ramp, TimeStepping, Traction
+from fingerslip.programme import Hold, Phase, Press, Slide
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
 

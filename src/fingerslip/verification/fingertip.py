@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.dynamics.penalties import contact_penalties
-from fingerslip.model import Contact, Model, Press, Slide, TimeStepping
+from fingerslip.model import Contact, Model, TimeStepping
+from fingerslip.programme import Press, Slide
 from fingerslip.slip import Events, find_events
 from fingerslip.specimens.fingertip import preset
 from fingerslip.specimens.fingertip.meshing.section.source import build_section

@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 from fingerslip.contact.counterfaces import Counterface, Cylinder, Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Component, Contact, Model, Phase, Press, QuasiStatic, Slide
+from fingerslip.model import Component, Contact, Model, QuasiStatic
+from fingerslip.programme import Phase, Press, Slide
 from fingerslip.verification.meshes import box, graded, mirrored
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
 

@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from fingerslip.contact.counterfaces import Sphere
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Contact, Model, Phase, Press, QuasiStatic, Slide
+from fingerslip.model import Contact, Model, QuasiStatic
+from fingerslip.programme import Phase, Press, Slide
 from fingerslip.verification.meshes import box, graded, mirrored
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
 

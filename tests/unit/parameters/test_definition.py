@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from fingerslip.contact.friction import Coulomb
 from fingerslip.errors import InputError, MeshError
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Hold, Press, TimeStepping
+from fingerslip.model import TimeStepping
 from fingerslip.parameters import (
     PositiveLength,
     SignedLength,
@@ -28,6 +28,7 @@ from fingerslip.parameters import (
     walk_values,
 )
 from fingerslip.parameters.fields import unit_of
+from fingerslip.programme import Hold, Press
 
 
 @parameters

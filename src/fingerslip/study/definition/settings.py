@@ -20,7 +20,7 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.file import MeshFile
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.source import MeshSource, choose_source
-from fingerslip.model import Drive, NumericalDamping, Phase, QuasiStatic, TimeStepping, Traction
+from fingerslip.model import Drive, NumericalDamping, QuasiStatic, TimeStepping, Traction
 from fingerslip.parameters import (
     Duration,
     NonNegativeNumber,
@@ -32,6 +32,7 @@ from fingerslip.parameters import (
     Stiffness,
     parameters,
 )
+from fingerslip.programme import Phase
 from fingerslip.sites import ReceptorKind, Site
 from fingerslip.specimens.choice import specimen_mesh_sources
 from fingerslip.study.definition.choices import choice_of, chosen

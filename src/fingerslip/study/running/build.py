@@ -14,7 +14,8 @@ from fingerslip.contact.counterfaces import Plane
 from fingerslip.errors import InputError
 from fingerslip.materials.material import Formulation, Material
 from fingerslip.mesh.source import InspectedMesh
-from fingerslip.model import Contact, Model, Phase, Recording, phase_travel
+from fingerslip.model import Contact, Model, Recording
+from fingerslip.programme import Phase, phase_travel
 from fingerslip.sites import Site
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.specimens.protocol import Specimen

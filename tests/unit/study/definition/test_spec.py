@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
 from fingerslip.mesh.file import MeshFile
-from fingerslip.model import Press, Slide
 from fingerslip.parameters.dotted import assign, walk
+from fingerslip.programme import Press, Slide
 from fingerslip.study.definition.spec import Study, parse_study, read_study, study_mapping, study_schema
 from fingerslip.study.definition.sweep import expand
 from places import ROOT

@@ -16,7 +16,8 @@ from fingerslip.errors import InputError, MeshError, SlipOutsideContactError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.model import Drive, Hold, QuasiStatic, Ramp, Traction
+from fingerslip.model import Drive, QuasiStatic, Ramp, Traction
+from fingerslip.programme import Hold
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import Run, expand
