@@ -23,6 +23,7 @@ __all__ = [
     "Unit",
     "coordinates",
     "format_quantity",
+    "metres",
     "millimetres",
     "parse_quantity",
     "split_quantity",
@@ -55,6 +56,19 @@ def _factor(unit: str, si: str) -> float | None:
         return float(_registry().Quantity(1.0, unit).to(si).magnitude)
     except wrong:
         return None
+
+
+def metres(unit: str) -> float:
+    """Return the metres of a unit of coordinates.
+
+    Raises
+    ------
+    InputError
+        For another unit than m, cm, mm and um.
+    """
+    if unit not in METRES:
+        raise InputError("unit", f"got {unit!r}", f"needs one of {', '.join(METRES)}")
+    return METRES[unit]
 
 
 def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quantity") -> float:

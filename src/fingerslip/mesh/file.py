@@ -13,7 +13,7 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import parameters
-from fingerslip.units import METRES, LengthUnit
+from fingerslip.units import LengthUnit
 
 __all__ = ["MeshFile"]
 
@@ -37,18 +37,13 @@ class MeshFile(MeshSource):
     length_unit: LengthUnit | None = None
 
     @property
-    def scale(self) -> float:
-        """Metres per unit of the file."""
-        return METRES[self.length_unit or "m"]
-
-    @property
     def assumes_metres(self) -> bool:
         """Whether the file's coordinates are taken as metres without saying so."""
         return self.length_unit is None
 
     def build(self, _specimen: Any = None, /) -> skfem.Mesh:
         """Read the mesh [m]; see :func:`~fingerslip.mesh.io.read_mesh`."""
-        return read_mesh(self.file).scaled(self.scale)
+        return read_mesh(self.file, self.length_unit or "m")
 
     def key(self, _specimen: Any = None, /) -> str:
         """Return the hash of the file's content and unit.

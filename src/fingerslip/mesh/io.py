@@ -14,7 +14,7 @@ from skfem.io.meshio import from_meshio, to_meshio
 from fingerslip.errors import MeshError
 from fingerslip.mesh.formats import read_file, write_file
 from fingerslip.mesh.orientation import positive_tetrahedra
-from fingerslip.units import coordinates
+from fingerslip.units import LengthUnit, coordinates, metres
 
 __all__ = ["read_mesh", "write_mesh"]
 
@@ -64,7 +64,7 @@ class _Raw:
     facets: dict[str, Integers]
 
 
-def read_mesh(path: str | Path) -> skfem.Mesh:
+def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
     """Read a mesh in the plane or in space with its named groups from any format that meshio reads.
 
     Named groups of cells become regions, named groups of lines (in space: triangles or quadrilaterals) become
@@ -74,20 +74,30 @@ def read_mesh(path: str | Path) -> skfem.Mesh:
     Parameters
     ----------
     path : str or Path
-        The file; lengths in metres.
+        The file.
+    unit : {'m', 'cm', 'mm', 'um'}
+        Unit of its lengths.
 
     Returns
     -------
     skfem.MeshQuad1, skfem.MeshTri1, skfem.MeshTri2, skfem.MeshTet1, skfem.MeshTet2 or skfem.MeshHex1
-        The mesh with its `subdomains` and `boundaries`.
+        The mesh [m] with its `subdomains` and `boundaries`.
 
     Raises
     ------
     MeshError
         Where the file is missing, unreadable, of mixed or unknown cells, without named groups, or has an inverted or
         flat cell.
+    InputError
+        Where the unit is unknown.
     """
-    file = Path(path)
+    scale = metres(unit)
+    mesh = _read(Path(path))
+    return mesh if scale == 1.0 else mesh.scaled(scale)
+
+
+def _read(file: Path) -> skfem.Mesh:
+    """Read a mesh in the unit of its file."""
     data = read_file(file, "needs a file that meshio reads")
     if any(key.startswith("skfem:") for key in data.cell_data):
         return _read_own(file, data)

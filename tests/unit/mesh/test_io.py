@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import skfem
 
-from fingerslip.errors import MeshError
+from fingerslip.errors import InputError, MeshError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh.io import read_mesh, write_mesh
 from fingerslip.specimens.fingertip import preset
@@ -342,3 +342,14 @@ def hexahedron_file(cells):
     return meshio.Mesh(
         points, [("hexahedron", np.array(cells))], cell_data=tags, field_data={"block": np.array([1, 3])}
     )
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("m", 1.0), ("mm", 1e-3), ("um", 1e-6)])
+def test_lengths_of_a_file_have_a_unit(unit, metres, tmp_path):
+    mesh = hexahedra()
+    write_mesh(mesh, tmp_path / "block.vtu")
+    back = read_mesh(tmp_path / "block.vtu", unit)
+    np.testing.assert_allclose(np.ptp(back.p, axis=1), metres * np.ptp(mesh.p, axis=1), rtol=1e-12)
+    assert set(back.boundaries) == set(mesh.boundaries)
+    with pytest.raises(InputError, match=r"unit: got 'inch', needs one of m, cm, mm, um"):
+        read_mesh(tmp_path / "block.vtu", "inch")

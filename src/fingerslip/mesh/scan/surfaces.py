@@ -6,15 +6,14 @@ import dataclasses
 import itertools
 from dataclasses import dataclass
 from pathlib import Path
-from typing import get_args
 
 import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError, MeshError
+from fingerslip.errors import MeshError
 from fingerslip.mesh.formats import read_file, write_file
-from fingerslip.units import METRES, LengthUnit, coordinates, millimetres
+from fingerslip.units import METRES, LengthUnit, coordinates, metres, millimetres
 
 __all__ = [
     "Surface",
@@ -102,16 +101,14 @@ def read_surface(path: str | Path, unit: LengthUnit = "mm") -> Surface:
     InputError
         Where the unit is unknown.
     """
-    if unit not in get_args(LengthUnit):
-        raise InputError("unit", f"got {unit!r}", f"needs one of {', '.join(get_args(LengthUnit))}")
-    file = Path(path)
+    scale, file = metres(unit), Path(path)
     data = read_file(file, "needs a surface such as .stl, .ply or .obj")
     triangles = _triangles(file, data)
     points = np.asarray(data.points, dtype=float)
     if not np.all(np.isfinite(points[np.unique(triangles)])):
         raise MeshError(str(file), "has coordinates that are no numbers", "needs finite ones")
     _check_size(file, points[np.unique(triangles)], unit)
-    points, triangles = joined(points * METRES[unit], triangles)
+    points, triangles = joined(points * scale, triangles)
     return Surface(points, triangles, file.name)
 
 
