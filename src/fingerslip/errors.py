@@ -16,8 +16,23 @@ __all__ = [
     "Mistakes",
     "ResultError",
     "SlipOutsideContactError",
+    "shortened",
     "warn_renamed",
 ]
+
+_LONGEST = 80
+
+
+def shortened(text: str) -> str:
+    """Return text as errors show it: on one line, of at most 80 characters.
+
+    Examples
+    --------
+    >>> len(shortened("9" * 5000 + " mm"))
+    83
+    """
+    line = " ".join(text.split())
+    return line if len(line) <= _LONGEST else f"{line[:_LONGEST]}..."
 
 
 def warn_renamed(old: str, new: str) -> None:
