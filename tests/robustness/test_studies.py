@@ -9,7 +9,7 @@ import pytest
 from robustness.cases import faults, unfinished
 from robustness.studies import study_cases
 
-_CASES, _PARTS = 4400, 8
+_CASES, _PARTS = 5000, 8
 
 
 def test_a_few_damaged_studies(tmp_path: Path) -> None:

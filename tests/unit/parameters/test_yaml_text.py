@@ -128,7 +128,5 @@ def test_characters_that_are_no_text_are_refused_with_their_place(text):
 
 
 def test_a_key_of_a_thousand_characters_is_refused():
-    with pytest.raises(
-        InputError, match=r"x.yaml: line 2, column 5: found a key of 1000 characters"
-    ):
+    with pytest.raises(InputError, match=r"x.yaml: line 2, column 5: found a key of 1000 characters"):
         parse_document(f"a:\n  ? {'k' * 1000}\n  : 1", "x.yaml")
