@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 
 __all__ = [
     "ConvergenceError",
+    "DamagedError",
     "EquilibriumError",
     "FingerslipError",
     "InputError",
@@ -16,8 +17,23 @@ __all__ = [
     "Mistakes",
     "ResultError",
     "SlipOutsideContactError",
+    "shortened",
     "warn_renamed",
 ]
+
+_LONGEST = 80
+
+
+def shortened(text: str) -> str:
+    """Return text as errors show it: on one line, of at most 80 characters.
+
+    Examples
+    --------
+    >>> len(shortened("9" * 5000 + " mm"))
+    83
+    """
+    line = " ".join(text.split())
+    return line if len(line) <= _LONGEST else f"{line[:_LONGEST]}..."
 
 
 def warn_renamed(old: str, new: str) -> None:
@@ -224,3 +240,24 @@ class EquilibriumError(ConvergenceError):
 
 class ResultError(FingerslipError):
     """A result that cannot be written or read back."""
+
+
+class DamagedError(ResultError):
+    """A file of a result that is not as it was written.
+
+    Parameters
+    ----------
+    file : str
+        The file.
+    found : str
+        What is wrong with it, such as ``is empty``.
+    repair : str
+        What to do.
+    """
+
+    def __init__(self, file: str, found: str, repair: str) -> None:
+        self.file, self.found, self.repair = file, found, repair
+        super().__init__(file, found, repair)
+
+    def __str__(self) -> str:
+        return f"{self.file}: {self.found}; {self.repair}"

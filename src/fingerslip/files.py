@@ -17,7 +17,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from fingerslip.errors import ResultError
+from fingerslip.digest import digest
+from fingerslip.errors import DamagedError, ResultError
 
 __all__ = [
     "clean_stale",
@@ -25,14 +26,18 @@ __all__ = [
     "new_file",
     "new_files",
     "new_folder",
+    "read_json",
     "remove_empty",
     "write_bytes",
+    "write_json",
     "write_text",
     "writing",
 ]
 
 _FULL = {errno.ENOSPC, errno.EDQUOT}
+_FOLDER = {errno.EISDIR, errno.ENOTEMPTY}
 _DAY = 86400.0
+_CHECKSUM = "checksum"
 _TEMPORARY = re.compile(r"\.(?P<name>.+)\.(?P<process>\d+)\.(?:partial|old)(?:\.\w+)?")
 
 
@@ -49,6 +54,8 @@ def writing(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         repair = "free some space" if error.errno in _FULL else "give write access"
+        if error.errno in _FOLDER:
+            repair = "remove the folder of that name"
         reason = error.strerror or str(error)
         raise ResultError(f"{path}: cannot be written ({reason}); {repair} or choose another folder") from error
 
@@ -129,6 +136,45 @@ def write_bytes(path: Path, content: bytes) -> None:
 def json_text(values: Mapping[str, Any]) -> str:
     """Write plain data as JSON that people can read."""
     return json.dumps(values, indent=2, ensure_ascii=False) + "\n"
+
+
+def write_json(path: Path, values: Mapping[str, Any]) -> None:
+    """Write plain data as JSON with a checksum, for :func:`read_json`; raise ResultError where it cannot be written."""
+    write_text(path, json_text({**values, _CHECKSUM: digest(values)}))
+
+
+def read_json(path: Path, repair: str) -> dict[str, Any]:
+    """Read back what :func:`write_json` wrote, without its checksum.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    repair : str
+        What to do about a damaged file, such as ``run the study again``.
+
+    Raises
+    ------
+    FileNotFoundError
+        Where there is no such file.
+    DamagedError
+        Where it cannot be read, is no JSON, or is not what was written.
+    """
+    try:
+        values = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise DamagedError(str(path), f"cannot be read ({error.strerror})", repair) from None
+    except (ValueError, RecursionError):
+        raise DamagedError(str(path), "is damaged: it is no JSON", repair) from None
+    checksum = values.pop(_CHECKSUM, None) if isinstance(values, dict) else None
+    if checksum is None:
+        raise DamagedError(str(path), "has no checksum: it is damaged or of an earlier version", repair)
+    if checksum != digest(values):
+        raise DamagedError(str(path), "is damaged: its checksum is another", repair)
+    found: dict[str, Any] = values
+    return found
 
 
 def clean_stale(folder: Path) -> None:

@@ -16,7 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
-from fingerslip.errors import ResultError
+from fingerslip.errors import ResultError, shortened
 from fingerslip.files import write_bytes
 
 __all__ = [
@@ -196,8 +196,10 @@ def read_history(path: str | Path) -> xr.Dataset:
     try:
         with xr.open_dataset(path, engine="h5netcdf") as stored:
             history = stored.load()
-    except (OSError, ValueError) as error:
-        raise ResultError(f"{path}: cannot be read as a history ({error}); run the study again") from error
+    # The readers of HDF5 fail in any way on a damaged file.
+    except Exception as error:
+        cause = shortened(str(error)) or type(error).__name__
+        raise ResultError(f"{path}: cannot be read as a history ({cause}); run the study again") from error
     if "time" not in history.coords:
         raise ResultError(f"{path}: is no history (it has no time); needs a file written by fingerslip run")
     return history.rename(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +10,9 @@ from typing import Any
 
 import xarray as xr
 
-from fingerslip.errors import warn_renamed
+from fingerslip.digest import file_digest
+from fingerslip.errors import DamagedError, ResultError, warn_renamed
+from fingerslip.files import read_json, write_json
 from fingerslip.slip import measures
 from fingerslip.slip.events import Events, events_from_mapping, events_mapping, find_events
 from fingerslip.slip.free_edge import EdgeContact, edge_contact
@@ -22,6 +23,7 @@ from fingerslip.slip.peaks import Peak, acceleration_peaks
 __all__ = [
     "HISTORY",
     "RESULT",
+    "RUN",
     "Quantity",
     "RunResult",
     "StudyResult",
@@ -31,10 +33,14 @@ __all__ = [
     "result_from_mapping",
     "result_mapping",
     "result_of",
+    "stored_result",
+    "write_result",
 ]
 
 #: Files in the folder of a run.
-HISTORY, RESULT = "history.nc", "events.json"
+HISTORY, RESULT, RUN = "history.nc", "events.json", "run.yaml"
+
+_REPAIR = "run the study again"
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
 
@@ -260,10 +266,62 @@ def read_result(folder: Path) -> RunResult | None:
         None where there is no finished run: no history beside the result, or a result that is damaged or incomplete.
     """
     try:
-        result = result_from_mapping(json.loads((folder / RESULT).read_text(encoding="utf-8")))
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError, KeyError, TypeError):
+        return stored_result(folder)
+    except ResultError:
         return None
-    return result if (folder / HISTORY).is_file() else None
+
+
+def stored_result(folder: Path) -> RunResult:
+    """Read the result of a finished run as :func:`read_result` does, and say what is wrong with a damaged one.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of a run.
+
+    Raises
+    ------
+    DamagedError
+        Where one of its files is not as it was written.
+    ResultError
+        Where there is no finished run.
+    """
+    missing = ResultError(f"{folder}: holds no finished run; {_REPAIR}")
+    try:
+        values = read_json(folder / RESULT, _REPAIR)
+    except (FileNotFoundError, NotADirectoryError):
+        raise missing from None
+    if not (folder / HISTORY).exists():
+        raise missing
+    try:
+        result, digests = result_from_mapping(values), dict(values["files"])
+    except (KeyError, TypeError, ValueError):
+        raise DamagedError(str(folder / RESULT), "is of another version", _REPAIR) from None
+    for name, written in digests.items():
+        _check_file(folder / name, written)
+    return result
+
+
+def write_result(result: RunResult, folder: Path) -> None:
+    """Write a result into the folder of its run, with the checksums of the files that are there already.
+
+    Raises
+    ------
+    ResultError
+        Where the file cannot be written.
+    """
+    digests = {name: file_digest(folder / name) for name in (HISTORY, RUN) if (folder / name).is_file()}
+    write_json(folder / RESULT, {**result_mapping(result), "files": digests})
+
+
+def _check_file(file: Path, written: str) -> None:
+    """Refuse a file that is missing or not as it was written."""
+    try:
+        is_whole = file_digest(file) == written
+    except OSError as error:
+        raise DamagedError(str(file), f"cannot be read ({error.strerror})", _REPAIR) from None
+    if not is_whole:
+        raise DamagedError(str(file), "is damaged: its checksum is another", _REPAIR)
 
 
 def _edge_mapping(edge: EdgeContact | None) -> dict[str, Any] | None:

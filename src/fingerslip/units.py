@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import functools
+import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from decimal import Decimal
+from decimal import Decimal, DecimalException
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, shortened
 
 if TYPE_CHECKING:
     import pint
@@ -34,6 +35,9 @@ LengthUnit = Literal["m", "cm", "mm", "um"]
 METRES: Mapping[str, float] = MappingProxyType({"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6})
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+_NOT_ZERO = re.compile(r"[-+.0]*[1-9]")
+# Numbers stand in units as exponents alone, of one digit: others would be calculated, 9**9**9 for hours.
+_UNIT = re.compile(r"(?:[^\W\d_]\w*|[ ()/*%°Ωµ·-]|(?:\*\*|\^) ?-?\d(?!\w| ?\*\*| ?\^)|1 ?/)+")
 
 
 @functools.cache
@@ -46,12 +50,22 @@ def _registry() -> pint.UnitRegistry[Any]:
 @functools.cache
 def _factor(unit: str, si: str) -> float | None:
     """Return the factor from `unit` to `si`; None where `unit` is unknown or of another dimension."""
+    if not _UNIT.fullmatch(unit):
+        return None
     import tokenize
 
     import pint
 
     # What pint raises at text that is no unit depends on where its parser, Python's tokenizer, gives up.
-    wrong = (pint.errors.PintError, tokenize.TokenError, AttributeError, AssertionError, ValueError, TypeError)
+    wrong = (
+        pint.errors.PintError,
+        tokenize.TokenError,
+        AttributeError,
+        AssertionError,
+        ValueError,
+        TypeError,
+        ArithmeticError,
+    )
     try:
         return float(_registry().Quantity(1.0, unit).to(si).magnitude)
     except wrong:
@@ -101,27 +115,41 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
     0.0015
     """
     unit_example = example or si
-    match = _QUANTITY.fullmatch(text)
+    match, shown = _QUANTITY.fullmatch(text), shortened(text)
     if match is None:
         raise InputError(
-            where, f"'{text}' is not a quantity", f"needs a number and a unit such as '1.5 {unit_example}'"
+            where, f"'{shown}' is not a quantity", f"needs a number and a unit such as '1.5 {unit_example}'"
         )
     number, unit = match.groups()
     if not unit:
         raise _no_unit(number, si, unit_example, where)
     factor = _factor(unit, si)
     if factor is None:
-        repair = f"write for example '{number} {unit_example}'"
-        raise InputError(where, f"got '{text}'", f"needs a unit of [{si}]", repair)
+        repair = f"write for example '{shortened(number)} {unit_example}'"
+        raise InputError(where, f"got '{shown}'", f"needs a unit of [{si}]", repair)
+    value = _scaled(number, factor)
+    if not math.isfinite(value) or (value == 0.0 and _NOT_ZERO.match(number)):
+        raise InputError(where, f"got '{shown}'", "needs a number that a computer can hold, between 1e-300 and 1e300")
+    return value
+
+
+def _scaled(number: str, factor: float) -> float:
+    """Return a number in decimal text times a factor; infinite where that is too large."""
     # Decimal arithmetic keeps decimal text exact: 0.13 mm is 0.00013, not 0.00013000000000000002.
-    inverse = round(1.0 / factor)
-    return float(Decimal(number) / inverse) if inverse > 1 and 1.0 / inverse == factor else float(number) * factor
+    inverse = round(1.0 / factor) if factor else 0
+    if inverse <= 1 or 1.0 / inverse != factor:
+        return float(number) * factor
+    try:
+        return float(Decimal(number) / inverse)
+    except DecimalException:  # an exponent beyond those of decimal numbers
+        return math.inf
 
 
 def _no_unit(number: object, si: str, example: str, where: str = "") -> InputError:
     """Return the error of a bare number; it names the SI unit too, in which the number may be meant."""
-    repair = f"write '{number} {example}'" + (f" or '{number} {si}'" if si != example else "")
-    return InputError(where, f"'{number}' has no unit", f"needs a unit of [{si}]", repair)
+    shown = shortened(str(number))
+    repair = f"write '{shown} {example}'" + (f" or '{shown} {si}'" if si != example else "")
+    return InputError(where, f"'{shown}' has no unit", f"needs a unit of [{si}]", repair)
 
 
 def split_quantity(text: str) -> tuple[float, str] | None:

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from fingerslip.errors import ResultError
-from fingerslip.files import clean_stale, new_folder, write_text, writing
+from fingerslip.errors import DamagedError, ResultError
+from fingerslip.files import clean_stale, new_folder, read_json, write_json, write_text, writing
 
 
 def dead_process() -> int:
@@ -92,3 +92,37 @@ def test_text_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest
 def test_missing_right_to_write_is_not_called_a_full_disk(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match=r"Permission denied.*give write access"), writing(tmp_path):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+
+def test_json_comes_back_as_it_was_written(tmp_path: Path) -> None:
+    values = {"b": [1, 2.5, None, {"é": float("inf")}], "a": "x"}
+    write_json(tmp_path / "a.json", values)
+    assert list(read_json(tmp_path / "a.json", "").items()) == list(values.items())
+    with pytest.raises(FileNotFoundError):
+        read_json(tmp_path / "none.json", "")
+
+
+@pytest.mark.parametrize(
+    ("content", "found"),
+    [
+        (b"", "is damaged: it is no JSON"),
+        (b"\xff\xfe", "is damaged: it is no JSON"),
+        (b"[" * 100_000, "is damaged: it is no JSON"),
+        (b"9" * 5000, "is damaged: it is no JSON"),
+        (b"[]", "has no checksum: it is damaged or of an earlier version"),
+        (b'{"a": 1}', "has no checksum: it is damaged or of an earlier version"),
+        (b'{"a": 1, "checksum": "0"}', "is damaged: its checksum is another"),
+        (None, r"cannot be read \(Is a directory\)"),
+    ],
+)
+def test_damaged_json_is_named_with_what_to_do(tmp_path: Path, content: bytes | None, found: str) -> None:
+    path = tmp_path / "a.json"
+    path.mkdir() if content is None else path.write_bytes(content)
+    with pytest.raises(DamagedError, match=rf"a\.json: {found}; run it again"):
+        read_json(path, "run it again")
+
+
+def test_a_folder_in_the_place_of_a_file_is_named(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").mkdir()
+    with pytest.raises(ResultError, match=r"cannot be written \(Is a directory\); remove the folder of that name"):
+        write_text(tmp_path / "a.csv", "")

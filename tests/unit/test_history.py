@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 
 import numpy as np
@@ -159,3 +160,15 @@ def test_dimensions_are_told_apart() -> None:
     history = synthetic.make(synthetic.Process())
     assert not is_solid(history)
     assert is_solid(history.drop_dims("component").assign_coords(component=["x", "y", "z"]))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_damaged_file_is_no_history(tmp_path, seed):
+    path = tmp_path / "h.nc"
+    write_history(synthetic.make(synthetic.Process()), path)
+    content = bytearray(path.read_bytes())
+    start = seed * len(content) // 8
+    content[start : start + 600] = bytes(600)
+    path.write_bytes(bytes(content))
+    with contextlib.suppress(ResultError):  # damage may lie in what nothing reads
+        read_history(path)

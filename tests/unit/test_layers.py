@@ -15,7 +15,7 @@ from places import ROOT
 
 SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
-    "errors units parameters files digest sites",
+    "errors units parameters digest files sites",
     "materials mesh specimens fe linear contact programme model history dynamics",
     "slip uncertainty published results report",
     "verification study validation commands",

@@ -11,15 +11,21 @@ from typing import Any
 import pytest
 
 from fingerslip import results
+from fingerslip.digest import file_digest
+from fingerslip.errors import ResultError
+from fingerslip.files import write_json
 from fingerslip.results import (
     HISTORY,
     RESULT,
+    RUN,
     flatten,
     quantities,
     read_result,
     result_from_mapping,
     result_mapping,
     result_of,
+    stored_result,
+    write_result,
 )
 from fingerslip.slip import Events, SlipEvents, acceleration_peaks, find_events, measures, read_measures
 from fingerslip.slip.free_edge import EdgeContact
@@ -41,8 +47,8 @@ WHOLE = dataclasses.replace(
 
 
 def write(folder: Path, values: Any) -> Path:
-    (folder / RESULT).write_text(json.dumps(values))
     (folder / HISTORY).write_text("")
+    write_json(folder / RESULT, {"files": {HISTORY: file_digest(folder / HISTORY)}, **values})
     return folder
 
 
@@ -140,3 +146,31 @@ def test_flatten_keeps_leaves_and_numbers_lists() -> None:
         "none": {},
     }
     assert doctest.testmod(results).failed == 0
+
+
+def test_what_is_written_is_read_back(tmp_path: Path) -> None:
+    (tmp_path / HISTORY).write_text("history")
+    (tmp_path / RUN).write_text("title: a")
+    write_result(WHOLE, tmp_path)
+    assert stored_result(tmp_path) == read_result(tmp_path) == WHOLE
+
+
+@pytest.mark.parametrize("name", [HISTORY, RESULT, RUN])
+@pytest.mark.parametrize("damage", ["changed", "empty", "folder", "missing"])
+def test_a_damaged_file_is_named_and_never_trusted(tmp_path: Path, name: str, damage: str) -> None:
+    (tmp_path / HISTORY).write_text("history")
+    (tmp_path / RUN).write_text("title: a")
+    write_result(WHOLE, tmp_path)
+    content = (tmp_path / name).read_text()
+    (tmp_path / name).unlink()
+    if damage == "folder":
+        (tmp_path / name).mkdir()
+    elif damage != "missing":
+        (tmp_path / name).write_text(
+            content.replace("1", "2").replace("a", "b").replace("h", "i") * (damage != "empty")
+        )
+    assert read_result(tmp_path) is None
+    lacks_all = damage == "missing" and name != RUN
+    message = "holds no finished run" if lacks_all else rf"{name}: (is damaged|has no checksum|cannot be read)"
+    with pytest.raises(ResultError, match=rf"{message}.*; run the study again$"):
+        stored_result(tmp_path)

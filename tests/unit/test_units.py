@@ -88,3 +88,27 @@ def test_any_text_gives_a_number_or_one_clear_error(text: str) -> None:
         places.append(error.where)
         value = None
     assert isinstance(value, float) or places == ["quantity"]
+
+
+@pytest.mark.parametrize(
+    "number", ["1e99999999999999999999", "-1e99999999999999999999", "1e-99999999999999999999", "1e400"]
+)
+@pytest.mark.parametrize(("unit", "si"), [("mm", "m"), ("m", "m"), ("kPa", "Pa")])
+def test_numbers_beyond_those_of_a_computer_are_refused(number, unit, si):
+    with pytest.raises(InputError, match=rf"got '{number} {unit}', needs a number that a computer can hold"):
+        parse_quantity(f"{number} {unit}", si)
+
+
+@pytest.mark.parametrize(
+    "unit", ["mm/0", "m*9**9**9", "m^9^9^9", "m**(9**9**9)", "m*9", "m^99", "m (", "0", "m**-1**-1"]
+)
+def test_units_that_have_to_be_calculated_are_refused_at_once(unit):
+    with pytest.raises(InputError, match=r"needs a unit of \[m\]; write for example '5 m'"):
+        parse_quantity(f"5 {unit}", "m")
+
+
+def test_long_text_is_shown_cut():
+    for text in ("9" * 5000, "9" * 5000 + " mm", "9 " + "m" * 5000, "x" * 5000):
+        with pytest.raises(InputError) as caught:
+            parse_quantity(text, "m")
+        assert len(str(caught.value)) < 400

@@ -14,6 +14,7 @@ from fingerslip.dynamics.loads import Load, model_loads
 from fingerslip.dynamics.motion import Motion, counterface_motion, largest_approach, phase_table
 from fingerslip.dynamics.penalties import contact_penalties
 from fingerslip.dynamics.scheme import make_scheme
+from fingerslip.dynamics.steps import record_bytes, require_record_memory
 from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import CellMaterials, cell_materials
 from fingerslip.fe.rigid_motions import FreePiece, free_pieces
@@ -88,7 +89,8 @@ def check_model(model: Model) -> None:
     ------
     InputError
         For names that the mesh lacks, materials that are missing or cannot be represented, a counterface that starts
-        inside the body, a slide before contact, a press through what is held, and sites outside the mesh.
+        inside the body, a slide before contact, a press through what is held, sites outside the mesh, and more
+        records than there is memory.
     """
     checked(model)
 
@@ -115,6 +117,7 @@ def checked(model: Model, space: Space | None = None) -> CheckedModel:
         for number, (counterface, motion) in enumerate(zip(counterfaces, motions, strict=True))
     )
     _check_order(model, counterfaces, motions, candidates)
+    require_record_memory(model, record_bytes(model, len(space.positions), sum(len(own.nodes) for own in candidates)))
     free = _free_dofs(model, space)
     is_held = bool(make_scheme(model.time).inertia_factor) or not _unheld(model, space, free, candidates)
     _check_depth(model, space, counterfaces, motions, free)

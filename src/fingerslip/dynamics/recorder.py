@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.motion import phase_table
 from fingerslip.dynamics.state import State
+from fingerslip.dynamics.steps import record_type, snapshot_steps
 from fingerslip.dynamics.system import System
 from fingerslip.fe.edges import free_edge_distances
 from fingerslip.fe.recovery import Recovery, cell_recovery, site_recovery, stress_components, von_mises
@@ -75,7 +76,7 @@ class Recorder:
         )
         self._strains = np.zeros((times.size, len(model.record.sites), STRAIN_COMPONENTS[system.space.dim]))
         self._cells = cells or CellFields(system)
-        self._snapshots = _snapshot_steps(times, model.record.snapshots_every)
+        self._snapshots = snapshot_steps(times, model.record.snapshots_every)
         sizes = {
             "time": times.size,
             "site": len(model.record.sites),
@@ -88,7 +89,7 @@ class Recorder:
             "cell": system.space.mesh.nelements,
         }
         self.values: dict[str, Any] = {
-            name: np.zeros([sizes[dim] for dim in known.dims], dtype=_dtype(name))
+            name: np.zeros([sizes[dim] for dim in known.dims], dtype=record_type(name))
             for name, known in VARIABLES.items()
             if self._snapshots or "snapshot_time" not in known.dims
         }
@@ -160,18 +161,6 @@ class Recorder:
         strains = cells.strains(self._full)
         values["snapshot_strain_energy_density"][number] = cells.energy_densities(strains)
         values["snapshot_von_mises"][number] = von_mises(cells.stresses(strains))
-
-
-def _dtype(name: str) -> type:
-    return {"contact_state": np.int8, "contact_iterations": np.int32}.get(name, np.float64)
-
-
-def _snapshot_steps(times: Array, interval: float) -> list[int]:
-    """Return the steps nearest to multiples of the interval, first and last included."""
-    if interval <= 0.0:
-        return []
-    wanted = np.append(np.arange(0.0, times[-1], interval), times[-1])
-    return sorted(set(np.abs(times[:, None] - wanted).argmin(axis=0).tolist()))
 
 
 def _regions(model: Model) -> NDArray[np.int8]:

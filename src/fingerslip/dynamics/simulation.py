@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-import math
 import platform
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
@@ -18,6 +17,7 @@ from fingerslip.dynamics.march import march
 from fingerslip.dynamics.recorder import CellFields, Recorder
 from fingerslip.dynamics.sharing import check_same_matrix
 from fingerslip.dynamics.stepper import Stepper, Stopwatch, build_steppers
+from fingerslip.dynamics.steps import record_bytes, require_record_memory, step_times
 from fingerslip.dynamics.system import build_system
 from fingerslip.errors import InputError
 from fingerslip.history import make_history
@@ -36,29 +36,6 @@ _HOW = "write fs.Model(mesh=..., materials=..., formulation=..., contacts=..., p
 _MADE_ENERGY = 0.01
 
 _logger = logging.getLogger(__name__)
-
-
-def step_times(model: Model) -> Array:
-    """Return the times of the steps, start included, shape (n_steps + 1,) [s]: whole steps until the end is reached.
-
-    A given end is reached exactly. The end of the programme may lie within the last step.
-
-    Raises
-    ------
-    InputError
-        Where the end is not even one step away, or a given end is no multiple of the step.
-    """
-    steps = model.end / model.time.step
-    if steps < 1.0 - 1e-9:
-        found = f"got {model.time.step:g} s for a run of {model.end:g} s"
-        raise InputError("time.step", found, "needs at least one step", "write a smaller step")
-    if model.time.end is not None and abs(steps - round(steps)) > 1e-6:
-        found = f"got {model.end:g} s, which is {steps:.4g} steps of {model.time.step:g} s"
-        before, after = (model.time.step * count for count in (math.floor(steps), math.ceil(steps)))
-        repair = f"write {before:g} s or {after:g} s, or a step of {model.end / math.ceil(steps):.6g} s"
-        raise InputError("time.end", found, "needs a multiple of time.step", repair)
-    times: Array = model.time.step * np.arange(math.ceil(steps - 1e-9) + 1, dtype=np.float64)
-    return times
 
 
 def simulate(
@@ -169,6 +146,9 @@ def _simulate(
     with watch.part("assembly"):
         systems = [build_system(models[0])]
         systems += [build_system(model, systems[0]) for model in models[1:]]
+        counts = ((len(own.space.positions), len(own.candidates.nodes)) for own in systems)
+        needed = sum(record_bytes(model, *own) for model, own in zip(models, counts, strict=True))
+        require_record_memory(models[0], needed)
         cells = CellFields(systems[0])
         recorders = [
             Recorder(model, system, own, cells) for model, system, own in zip(models, systems, times, strict=True)

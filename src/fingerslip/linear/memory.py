@@ -12,12 +12,12 @@ from fingerslip.errors import InputError
 __all__ = ["available_memory", "require_memory"]
 
 _GROUP_LIMIT, _GROUP_USE = Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory.current")
-_SYSTEM = Path("/proc/meminfo")
+_SYSTEM, _PROCESS = Path("/proc/meminfo"), Path("/proc/self/statm")
 
 
 def available_memory() -> int | None:
     """Return the memory that this process may still use [bytes]; None where the system does not report it."""
-    found = [value for value in (_in_system(), _in_group()) if value is not None]
+    found = [value for value in (_in_system(), _in_group(), _in_process()) if value is not None]
     return min(found, default=None)
 
 
@@ -60,4 +60,16 @@ def _in_group() -> int | None:
     """Return what is left below the limit of a container."""
     with contextlib.suppress(OSError, ValueError):
         return int(_GROUP_LIMIT.read_text(encoding="utf-8")) - int(_GROUP_USE.read_text(encoding="utf-8"))
+    return None
+
+
+def _in_process() -> int | None:
+    """Return what is left below the limit of address space that was set for the process (ulimit -v)."""
+    with contextlib.suppress(ImportError, OSError, ValueError):
+        import resource  # not on Windows
+
+        limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if limit != resource.RLIM_INFINITY:
+            pages = int(_PROCESS.read_text(encoding="utf-8").split()[0])
+            return max(limit - pages * os.sysconf("SC_PAGE_SIZE"), 0)
     return None

@@ -12,7 +12,7 @@ from fingerslip.digest import digest, file_digest
 from fingerslip.errors import InputError
 from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.source import MeshSource
-from fingerslip.parameters import parameters
+from fingerslip.parameters import FileName, parameters
 from fingerslip.units import LengthUnit
 
 __all__ = ["MeshFile"]
@@ -33,7 +33,7 @@ class MeshFile(MeshSource):
     dim: ClassVar[int | None] = None
     element: ClassVar[str | None] = None
 
-    file: str
+    file: FileName
     length_unit: LengthUnit | None = None
 
     @property

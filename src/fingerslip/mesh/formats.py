@@ -10,12 +10,15 @@ from types import MappingProxyType
 from typing import Any
 
 import meshio
+import numpy as np
 
-from fingerslip.errors import MeshError
+from fingerslip.errors import MeshError, shortened
 from fingerslip.files import new_files
 
 __all__ = ["read_file", "write_file"]
 
+# Beyond it squares lose the size of the cells.
+_FARTHEST = 1e9
 # What meshio has to be told of some formats.
 _OPTIONS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {".msh": MappingProxyType({"file_format": "gmsh22"}), ".stl": MappingProxyType({"binary": True})}
@@ -35,17 +38,19 @@ def read_file(file: Path, needed: str) -> meshio.Mesh:
     Raises
     ------
     MeshError
-        Where the file is missing or cannot be read.
+        Where the file is missing or cannot be read, or its numbers do not fit together.
     """
     if not file.is_file():
         raise MeshError(str(file), "no such file", needed)
     try:
         with _silence():
-            return meshio.read(file)
+            data = meshio.read(file)
     # meshio ends the program where no reader fits, and its readers fail in any way on a damaged file.
     except (Exception, SystemExit) as error:
         cause = str(error) if isinstance(error, Exception) else "unknown or damaged format"
-        raise MeshError(str(file), f"cannot be read ({cause})", needed) from error
+        raise MeshError(str(file), f"cannot be read ({shortened(cause)})", needed) from error
+    _check_numbers(file, data)
+    return data
 
 
 def write_file(file: Path, data: meshio.Mesh, suffixes: str) -> None:
@@ -76,6 +81,25 @@ def write_file(file: Path, data: meshio.Mesh, suffixes: str) -> None:
             meshio.write(partial, data, **_OPTIONS.get(file.suffix, {}))
     except (meshio.ReadError, meshio.WriteError, KeyError) as error:
         raise MeshError(str(file), f"cannot be written ({error})", f"needs a suffix such as {suffixes}") from error
+
+
+def _check_numbers(file: Path, data: meshio.Mesh) -> None:
+    """Refuse points that are no finite numbers, where a cell uses them, and cells with points that are not there."""
+    points, cells = np.asarray(data.points), [np.asarray(block.data) for block in data.cells if len(block.data)]
+    if points.ndim != 2 or points.dtype.kind not in "fiu" or any(nodes.dtype.kind not in "iu" for nodes in cells):
+        raise MeshError(str(file), "is damaged: its points or cells are no numbers", "needs a whole file")
+    used = np.unique(np.concatenate([np.empty(0, dtype=np.int64), *(nodes.ravel() for nodes in cells)]))
+    wrong = used[(used < 0) | (used >= len(points))]
+    if wrong.size:
+        found = f"is damaged: a cell has point {wrong[0]:.0f} of {len(points)}"
+        raise MeshError(str(file), found, f"needs points from 0 to {len(points) - 1}")
+    used_points = points[used.astype(np.int64)]
+    if not np.all(np.isfinite(used_points)):
+        raise MeshError(str(file), "has coordinates that are no numbers", "needs finite ones")
+    if np.abs(used_points).max(initial=0.0) > _FARTHEST:
+        raise MeshError(
+            str(file), f"has a coordinate of {np.abs(used_points).max():.3g}", f"needs at most {_FARTHEST:g}"
+        )
 
 
 @contextlib.contextmanager

@@ -11,7 +11,7 @@ import skfem
 from numpy.typing import NDArray
 from skfem.io.meshio import from_meshio, to_meshio
 
-from fingerslip.errors import MeshError
+from fingerslip.errors import MeshError, shortened
 from fingerslip.mesh.formats import read_file, write_file
 from fingerslip.mesh.orientation import positive_tetrahedra
 from fingerslip.units import LengthUnit, coordinates, metres
@@ -140,7 +140,11 @@ def _read_own(file: Path, data: meshio.Mesh) -> skfem.Mesh:
     kind = _kind(file, data)
     raw = _Raw(file, kind, _points(file, kind, data), data.cells_dict[kind], {}, {})
     _check_shapes(raw)
-    mesh = from_meshio(data)
+    try:
+        mesh = from_meshio(data)
+    except (IndexError, KeyError, TypeError, ValueError) as error:
+        found = f"is damaged: its groups do not fit its cells ({shortened(str(error))})"
+        raise MeshError(str(file), found, "needs a file as write_mesh writes it", "write it again") from None
     # Reading back sets orientations of inner facets at random; boundaries here have none.
     boundaries = {name: np.array(facets, dtype=np.int32) for name, facets in (mesh.boundaries or {}).items()}
     return mesh.with_boundaries(boundaries)

@@ -18,7 +18,7 @@ import pydantic
 from pydantic.dataclasses import dataclass as pydantic_dataclass
 from pydantic_core import ArgsKwargs
 
-from fingerslip.errors import InputError, Mistakes, warn_renamed
+from fingerslip.errors import InputError, Mistakes, shortened, warn_renamed
 from fingerslip.parameters.dotted import walk
 from fingerslip.parameters.fields import type_hints, unit_of
 from fingerslip.parameters.mistakes import in_order, mistakes_in
@@ -28,6 +28,7 @@ __all__ = [
     "Angle",
     "Density",
     "Duration",
+    "FileName",
     "Force",
     "Fraction",
     "Leaf",
@@ -84,6 +85,16 @@ def _no_truth_value(value: object) -> object:
 Number = Annotated[float, pydantic.BeforeValidator(_no_truth_value)]
 Fraction = Annotated[Number, pydantic.Field(ge=0, le=1)]
 NonNegativeNumber = Annotated[Number, pydantic.Field(ge=0)]
+
+
+def _no_null(name: str) -> str:
+    """Refuse what no system takes as the name of a file."""
+    if "\0" in name:
+        raise InputError("", f"got {shortened(repr(name))}", "needs the name of a file")
+    return name
+
+
+FileName = Annotated[str, pydantic.AfterValidator(_no_null)]
 
 T = TypeVar("T")
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import pydantic
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, shortened
 from fingerslip.parameters.dotted import is_below, joined, known_part
 from fingerslip.parameters.fields import Location, locate
 from fingerslip.units import Unit
@@ -19,7 +19,6 @@ __all__ = ["in_order", "mistakes_in"]
 
 _UNKNOWN = ("unexpected_keyword_argument", "extra_forbidden")
 _ALIKE = 0.5
-_LONGEST = 80
 _SIGNS = MappingProxyType(
     {
         "greater than or equal to ": ">= ",
@@ -136,8 +135,7 @@ def _nearest_key(place: Location) -> str:
 def _shown(value: object, unit: Unit | None) -> str:
     if unit and isinstance(value, int | float) and not isinstance(value, bool):
         return unit.format(value)
-    text = repr(value)
-    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+    return shortened(repr(value))
 
 
 def _need(message: str, unit: Unit | None) -> str:

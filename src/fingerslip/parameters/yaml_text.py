@@ -22,7 +22,7 @@ from ruamel.yaml.reader import ReaderError
 from ruamel.yaml.representer import SafeRepresenter
 from ruamel.yaml.resolver import BaseResolver
 
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, shortened
 
 __all__ = ["Document", "parse_document", "to_text"]
 
@@ -33,6 +33,7 @@ _LONGEST = 300
 _CORE = "tag:yaml.org,2002:"
 # The end of a line in YAML 1.1, a character like others in 1.2.
 _NEXT_LINE = "\x85"
+_NO_TEXT = re.compile("[\ud800-\udfff]")
 
 
 @dataclass(frozen=True)
@@ -231,8 +232,11 @@ class _Builder:
         for key, item in node.value:
             if not isinstance(key, ScalarNode):
                 raise self._error(key, "found a key that is not plain text", _NEEDED)
+            self._check_characters(key)
+            if len(key.value) > _LONGEST:
+                raise self._error(key, f"found a key of {len(key.value)} characters", f"needs at most {_LONGEST}")
             if key.value in seen:
-                raise self._error(key, f"found key '{key.value}' twice", _NEEDED)
+                raise self._error(key, f"found key '{shortened(key.value)}' twice", _NEEDED)
             seen.add(key.value)
             self.lines[f"{path}{key.value}"] = key.start_mark.line + 1
             yield key.value, item
@@ -245,12 +249,21 @@ class _Builder:
         kind = _KINDS.get(tag)
         if kind is None:
             raise self._unknown_tag(node)
+        self._check_characters(node)
         name = tag.removeprefix(_CORE)
         if not kind.pattern.match(node.value):
-            raise self._error(node, f"found '{node.value}' with the tag !!{name}", f"needs a value of type {name}")
+            raise self._error(
+                node, f"found '{shortened(node.value)}' with the tag !!{name}", f"needs a value of type {name}"
+            )
         if name == "int" and len(node.value) > _LONGEST:  # larger than any float, and slow to read and print
             raise self._error(node, f"found a number of {len(node.value)} digits", f"needs at most {_LONGEST}")
         return kind.read(node.value)
+
+    def _check_characters(self, node: Node) -> None:
+        """Refuse halves of characters, which escapes may make but no text in UTF-8 holds."""
+        wrong = _NO_TEXT.search(node.value)
+        if wrong:
+            raise self._error(node, f"found a character that is no text (code {ord(wrong[0]):#x})", "needs text")
 
     def _check_tag(self, node: Node, name: str) -> None:
         if node.tag != f"{_CORE}{name}":

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.recorder import _snapshot_steps
+from fingerslip.dynamics.steps import snapshot_steps
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.verification.meshes import box
 from problems.pushed import push_and_slide
@@ -161,7 +161,7 @@ def test_forces_of_an_inclined_plate_are_along_its_own_axes():
     ],
 )
 def test_snapshots_are_at_the_nearest_steps_with_both_ends(interval, steps):
-    assert _snapshot_steps(0.1 * np.arange(11), interval) == steps
+    assert snapshot_steps(0.1 * np.arange(11), interval) == steps
 
 
 def test_without_snapshots_there_are_no_such_variables():

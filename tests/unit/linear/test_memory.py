@@ -54,3 +54,16 @@ def test_a_simulation_is_refused_before_it_is_factorised(monkeypatch):
     monkeypatch.setattr(memory, "available_memory", lambda: 1000)
     with pytest.raises(fs.InputError, match=r"memory: the simulation needs about .*factors.*compliance.*history"):
         fs.simulate(push_and_slide())
+
+
+def test_the_limit_of_the_process_counts():
+    resource = pytest.importorskip("resource")
+    limits = resource.getrlimit(resource.RLIMIT_AS)
+    before = memory._in_process()
+    used = int(memory._PROCESS.read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    resource.setrlimit(resource.RLIMIT_AS, (used + 1_000_000_000, limits[1]))
+    try:
+        assert available_memory() == pytest.approx(1_000_000_000, rel=0.1)
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, limits)
+    assert (memory._in_process() is None) == (before is None)

@@ -67,3 +67,28 @@ def test_a_file_that_is_not_written_to_its_end_leaves_the_old_one(
         write_file(tmp_path / name, TRIANGLE, ".stl")
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
     assert len(before) == (2 if name == "a.xdmf" else 1)
+
+
+CORNERS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("points", "nodes", "message"),
+    [
+        (CORNERS, [0, 1, 3], "is damaged: a cell has point 3 of 3, needs points from 0 to 2"),
+        (CORNERS, [0, -1, 2], "is damaged: a cell has point -1 of 3"),
+        (np.full((3, 3), np.nan), [0, 1, 2], "has coordinates that are no numbers, needs finite ones"),
+        (np.full((3, 3), np.inf), [0, 1, 2], "has coordinates that are no numbers"),
+        (CORNERS * 1e200, [0, 1, 2], r"has a coordinate of 1e\+200, needs at most 1e\+09"),
+    ],
+)
+def test_numbers_that_do_not_fit_together_are_named(tmp_path: Path, points, nodes, message: str) -> None:
+    meshio.write(tmp_path / "bad.vtu", meshio.Mesh(points, [("triangle", [nodes])]))
+    with pytest.raises(MeshError, match=rf"bad\.vtu: {message}"):
+        read_file(tmp_path / "bad.vtu", "needs a mesh file")
+
+
+def test_a_point_that_no_cell_uses_may_be_anything(tmp_path: Path) -> None:
+    points = np.vstack([CORNERS, np.full(3, np.nan)])
+    meshio.write(tmp_path / "good.vtu", meshio.Mesh(points, [("triangle", [[0, 1, 2]])]))
+    assert len(read_file(tmp_path / "good.vtu", "").points) == 4

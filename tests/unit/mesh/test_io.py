@@ -12,6 +12,7 @@ import skfem
 
 from fingerslip.errors import InputError, MeshError
 from fingerslip.fe.space import build_space
+from fingerslip.mesh import io
 from fingerslip.mesh.io import read_mesh, write_mesh
 from fingerslip.specimens.fingertip import preset
 from fingerslip.specimens.fingertip.meshing.section.source import build_section
@@ -353,3 +354,14 @@ def test_lengths_of_a_file_have_a_unit(unit, metres, tmp_path):
     assert set(back.boundaries) == set(mesh.boundaries)
     with pytest.raises(InputError, match=r"unit: got 'inch', needs one of m, cm, mm, um"):
         read_mesh(tmp_path / "block.vtu", "inch")
+
+
+def test_groups_that_do_not_fit_the_cells_of_a_file_are_refused(tmp_path, monkeypatch):
+    write_mesh(read_mesh(ROOT / "meshes" / "block.msh"), tmp_path / "own.vtu")
+
+    def misfit(_):
+        raise IndexError("index 128 is out of bounds")
+
+    monkeypatch.setattr(io, "from_meshio", misfit)
+    with pytest.raises(MeshError, match=r"own\.vtu: is damaged: its groups do not fit its cells \(index 128 is out"):
+        read_mesh(tmp_path / "own.vtu")

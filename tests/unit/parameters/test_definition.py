@@ -17,6 +17,7 @@ from fingerslip.errors import InputError, MeshError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.model import TimeStepping
 from fingerslip.parameters import (
+    FileName,
     PositiveLength,
     SignedLength,
     as_mapping,
@@ -258,3 +259,13 @@ def test_fields_that_are_right_on_their_own() -> None:
     found = valid_fields(Outer, {"inner": {"width": 1}, "count": 3})
     assert found == {"parts": {}, "count": 3, "name": ""}
     assert plain_fields(Inner, {"width": 0.5, "places": (1.0,)}) == {"width": "0.5 m", "places": ["1.0 m"]}
+
+
+def test_the_name_of_a_file_holds_no_null() -> None:
+    @parameters
+    class Named:
+        file: FileName
+
+    assert Named("a.msh").file == "a.msh"
+    with pytest.raises(InputError, match=r"file: got 'a\\x00b', needs the name of a file"):
+        Named("a\0b")

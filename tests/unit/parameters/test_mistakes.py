@@ -24,7 +24,7 @@ def test_all_mistakes_are_found() -> None:
     assert found(Slide, {"speed": 3, "distance": "1 kg", "way": 1}) == [
         "speed: '3' has no unit, needs a unit of [m/s]; write '3 mm/s' or '3 m/s'",
         "distance: got '1 kg', needs a unit of [m]; write for example '1 mm'",
-        "way: is not known, may be one of distance, speed, direction",
+        "way: is not known, may be one of distance, speed, direction, press",
     ]
 
 

@@ -119,3 +119,14 @@ def test_text_with_ends_of_lines_of_other_kinds_reads_back(value: str) -> None:
 def test_shared_values_are_written_out() -> None:
     shared = [1, 2]
     assert to_text({"a": shared, "b": shared}) == "a:\n- 1\n- 2\nb:\n- 1\n- 2\n"
+
+
+@pytest.mark.parametrize("text", ['a: "x\\uD800"', '"\\ud834": 1', '- "\\udfff"'])
+def test_characters_that_are_no_text_are_refused_with_their_place(text):
+    with pytest.raises(InputError, match=r"x\.yaml: line 1, column \d: found a character that is no text \(code 0x"):
+        parse_document(text, "x.yaml")
+
+
+def test_a_key_of_a_thousand_characters_is_refused():
+    with pytest.raises(InputError, match=r"x.yaml: line 2, column 5: found a key of 1000 characters"):
+        parse_document(f"a:\n  ? {'k' * 1000}\n  : 1", "x.yaml")

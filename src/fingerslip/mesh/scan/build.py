@@ -10,10 +10,10 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 import skfem
-from scipy.spatial import ConvexHull
+from scipy.spatial import ConvexHull, QhullError
 
 from fingerslip.digest import digest, file_digest
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.scan.layered import LayerSizes, build_from_surfaces
 from fingerslip.mesh.scan.offset import decimate_surface
 from fingerslip.mesh.scan.placement import place_surface, placement_from_directions
@@ -22,7 +22,7 @@ from fingerslip.mesh.scan.repair import repair_surface
 from fingerslip.mesh.scan.surfaces import read_surface
 from fingerslip.mesh.scan.tables import scan_tables
 from fingerslip.mesh.source import InspectedMesh, MeshSource
-from fingerslip.parameters import Angle, PositiveLength, as_mapping, parameters
+from fingerslip.parameters import Angle, FileName, PositiveLength, as_mapping, parameters
 from fingerslip.units import LengthUnit
 
 __all__ = ["ScanMesh", "SurfaceMesh", "mesh_scan", "scan_cells"]
@@ -58,10 +58,10 @@ class SurfaceMesh(MeshSource):
     dim: ClassVar[int] = 3
     element: ClassVar[str] = "T4"
 
-    skin: str
+    skin: FileName
     tip: tuple[float, float, float]
     pad: tuple[float, float, float]
-    phalanx: str | None = None
+    phalanx: FileName | None = None
     unit: LengthUnit = "mm"
     plate_angle: Angle = 0.0
     largest_hole: PositiveLength = 5e-3
@@ -150,7 +150,16 @@ def scan_cells(settings: SurfaceMesh) -> float:
     """Return about how many tetrahedra the mesh of a scan will have, without making it.
 
     As many regular ones of the bulk's size as fill the convex hull of the skin, up to the cut along its longest side.
+
+    Raises
+    ------
+    MeshError
+        Where the skin cannot be read, or is flat.
     """
     points = read_surface(settings.skin, settings.unit).points
+    try:
+        volume = float(ConvexHull(points).volume)
+    except QhullError:
+        raise MeshError(settings.skin, "is flat", "needs a surface around a body") from None
     share = min(settings.layers.cut / float(np.ptp(points, axis=0).max()), 1.0) if settings.layers.cut else 1.0
-    return 6.0 * float(np.sqrt(2.0)) * share * float(ConvexHull(points).volume) / settings.layers.bulk_size**3
+    return 6.0 * float(np.sqrt(2.0)) * share * volume / settings.layers.bulk_size**3

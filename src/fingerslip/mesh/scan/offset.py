@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from fingerslip.errors import InputError, MeshError
-from fingerslip.mesh.scan.surfaces import Surface, contains, outermost
+from fingerslip.mesh.scan.surfaces import Surface, check_area, contains, outermost
 from fingerslip.units import millimetres
 
 if TYPE_CHECKING:
@@ -177,4 +177,5 @@ def _surface(data: pyvista.PolyData, name: str) -> Surface:
     """Return the triangles, turned outwards as a whole."""
     triangles = np.asarray(data.regular_faces, dtype=np.int64)
     made = Surface(np.asarray(data.points, dtype=float), triangles, name)
+    check_area(made)
     return made if made.volume >= 0 else Surface(made.points, triangles[:, ::-1], name)

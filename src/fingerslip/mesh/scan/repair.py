@@ -12,7 +12,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.scan.surfaces import Surface, boundary_loops, joined
+from fingerslip.mesh.scan.surfaces import Surface, boundary_loops, check_area, joined
 
 __all__ = ["Repairs", "closed_where", "repair_surface"]
 
@@ -65,8 +65,9 @@ def repair_surface(surface: Surface, largest_hole: float = 5e-3) -> tuple[Surfac
     Raises
     ------
     MeshError
-        Where inside and outside cannot be told apart.
+        Where inside and outside cannot be told apart, or no triangle has an area.
     """
+    check_area(surface)
     # Pieces are told apart by their points, so these are joined first; then those of the debris go.
     points, triangles = joined(surface.points, surface.triangles)
     kept, dropped = _without_debris(dataclasses.replace(surface, points=points, triangles=triangles))

@@ -18,6 +18,7 @@ from fingerslip.units import METRES, LengthUnit, coordinates, metres, millimetre
 __all__ = [
     "Surface",
     "boundary_loops",
+    "check_area",
     "check_closed",
     "contains",
     "joined",
@@ -105,11 +106,11 @@ def read_surface(path: str | Path, unit: LengthUnit = "mm") -> Surface:
     data = read_file(file, "needs a surface such as .stl, .ply or .obj")
     triangles = _triangles(file, data)
     points = np.asarray(data.points, dtype=float)
-    if not np.all(np.isfinite(points[np.unique(triangles)])):
-        raise MeshError(str(file), "has coordinates that are no numbers", "needs finite ones")
     _check_size(file, points[np.unique(triangles)], unit)
     points, triangles = joined(points * scale, triangles)
-    return Surface(points, triangles, file.name)
+    surface = Surface(points, triangles, file.name)
+    check_area(surface)
+    return surface
 
 
 def write_surface(surface: Surface, path: str | Path, unit: LengthUnit = "mm") -> None:
@@ -197,6 +198,12 @@ def check_closed(surface: Surface) -> None:
         raise MeshError(surface.name, found, "needs a closed surface", repair)
     if surface.volume <= 0:
         raise MeshError(surface.name, "is inside out", "needs normals that face outwards", "repair_surface turns it")
+
+
+def check_area(surface: Surface) -> None:
+    """Refuse a surface whose triangles are all lines and points; raise MeshError."""
+    if not (len(surface.triangles) and surface.area > 0):
+        raise MeshError(surface.name, "has no triangle with an area", "needs the surface of a body")
 
 
 def contains(surface: Surface, points: Floats) -> NDArray[np.bool_]:

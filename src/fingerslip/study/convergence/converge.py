@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fingerslip.errors import InputError, ResultError
+from fingerslip.errors import InputError
 from fingerslip.files import new_folder, write_text
 from fingerslip.report.figures.convergence import convergence_figure
 from fingerslip.report.figures.save import save_figure
 from fingerslip.report.tables.convergence import convergence_table, series_table
 from fingerslip.report.tables.table import Table, to_csv, to_markdown
-from fingerslip.results import RunResult, quantities, read_result
+from fingerslip.results import RunResult, quantities, stored_result
 from fingerslip.study.convergence.levels import Level, levels_of, run_at
 from fingerslip.study.convergence.storage import (
     FOLDER,
@@ -174,8 +174,8 @@ def _compute(plan: Plan, workers: int, progress: StudyProgress) -> None:
 def _run_convergence(plan: Plan, refined: _Refined) -> RunConvergence:
     """Read the numbers of a run and of its repetitions, and put them in series."""
     name = refined.run.name
-    base = _stored(plan.folder / name)
-    others = {level: _stored(plan.folder / FOLDER / run.name) for level, run in refined.levels.items()}
+    base = stored_result(plan.folder / name)
+    others = {level: stored_result(plan.folder / FOLDER / run.name) for level, run in refined.levels.items()}
     _check_meshes(refined.run, base, others)
     numbers = {level: quantities(result) for level, result in others.items()}
     sizes = {level: _size(level, base, result) for level, result in others.items()}
@@ -225,13 +225,6 @@ def _check_meshes(run: Run, base: RunResult, levels: Mapping[Level, RunResult]) 
         if twin != level.label:
             found = f"factor {level.value:g} gives the same mesh as {twin}"
             raise InputError(f"{run.where}: converge.mesh", found, "needs factors with meshes of their own")
-
-
-def _stored(folder: Path) -> RunResult:
-    result = read_result(folder)
-    if result is None:
-        raise ResultError(f"{folder}: holds no finished run; run the same command again")
-    return result
 
 
 def _write_pictures(result: StudyConvergence, runs: Sequence[RunConvergence]) -> None:

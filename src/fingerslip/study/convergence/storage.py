@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-import json
+import functools
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fingerslip.files import json_text, write_text, writing
+from fingerslip.errors import DamagedError
+from fingerslip.files import read_json, write_json, writing
 from fingerslip.uncertainty import Convergence, Series
 
 __all__ = [
@@ -22,6 +24,8 @@ __all__ = [
 #: Name of the folder in a study's results that holds the refined runs, their tables and figures.
 FOLDER = "convergence"
 _FILE = "convergence.json"
+
+_logger = logging.getLogger("fingerslip.study")
 
 
 @dataclass(frozen=True)
@@ -61,7 +65,7 @@ def write_convergences(folder: Path, convergences: Mapping[str, RunConvergence])
     values = {name: _run_mapping(found) for name, found in convergences.items()}
     with writing(folder):
         (folder / FOLDER).mkdir(exist_ok=True)
-    write_text(folder / FOLDER / _FILE, json_text(values))
+    write_json(folder / FOLDER / _FILE, values)
 
 
 def read_convergences(folder: Path, identities: Mapping[str, str]) -> dict[str, RunConvergence]:
@@ -73,13 +77,27 @@ def read_convergences(folder: Path, identities: Mapping[str, str]) -> dict[str, 
         Folder of the results of the study.
     identities : mapping of str to str
         Hash of the inputs of every run, by its name.
+
+    Returns
+    -------
+    dict
+        By name of the run; of a damaged file nothing is known, and a warning says so.
     """
     try:
-        stored = json.loads((folder / FOLDER / _FILE).read_text(encoding="utf-8"))
-    except (OSError, json.JSONDecodeError):
+        stored = read_json(folder / FOLDER / _FILE, "run fingerslip converge again")
+    except (FileNotFoundError, NotADirectoryError):
+        return {}
+    except DamagedError as error:
+        _warn(f"{error}; without it no uncertainties are known")
         return {}
     current = {name: found for name, found in stored.items() if found["identity"] == identities.get(name)}
     return {name: _run_from(name, found) for name, found in current.items()}
+
+
+@functools.cache
+def _warn(message: str) -> None:
+    """Warn once, however often the file is read."""
+    _logger.warning("%s", message)
 
 
 def read_uncertainties(folder: Path, identities: Mapping[str, str]) -> dict[str, dict[str, float]]:

@@ -11,7 +11,7 @@ from fingerslip.report.tables.events import readings_table
 from fingerslip.report.tables.measures import measures_table
 from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
 from fingerslip.report.tables.table import Column, Table
-from fingerslip.results import RunResult, read_result
+from fingerslip.results import RESULT, RunResult
 from fingerslip.specimens.fingertip import preset_header, preset_names, preset_table
 from fingerslip.study.definition.spec import given_paths, read_study
 from fingerslip.study.definition.sweep import expand
@@ -84,7 +84,7 @@ def _study_table(path: Path) -> Table:
 
 
 def _show_result(folder: Path) -> tuple[Table, ...]:
-    if read_result(folder) is None:
+    if not (folder / RESULT).exists():
         stored = read_stored(folder)
         return event_tables(stored.runs, stored.compare)
     result = read_stored_run(folder)

@@ -13,6 +13,7 @@ from fingerslip.history import read_history
 from fingerslip.parameters import from_mapping
 from fingerslip.report.scene.scene import SceneOptions
 from fingerslip.report.scene.viewer import open_window, save_movie, save_still
+from fingerslip.results import HISTORY, RESULT, stored_result
 from fingerslip.units import parse_quantity
 
 __all__ = ["view_result"]
@@ -64,11 +65,18 @@ def view_result(
 def _stored_history(target: Path) -> xr.Dataset:
     if target.is_file():
         return read_history(target)
-    if (target / "history.nc").is_file():
-        return read_history(target / "history.nc")
-    runs = sorted(path.parent.name for path in target.glob("*/history.nc"))
+    if (target / HISTORY).is_file():
+        return _whole_history(target)
+    runs = sorted(path.parent.name for path in target.glob(f"*/{HISTORY}"))
     if len(runs) == 1:
-        return read_history(target / runs[0] / "history.nc")
+        return _whole_history(target / runs[0])
     if runs:
         raise InputError(str(target), f"holds {len(runs)} runs", f"needs one of {', '.join(runs)}", "name its folder")
     raise ResultError(f"{target}: holds no run; needs a folder that fingerslip run wrote")
+
+
+def _whole_history(folder: Path) -> xr.Dataset:
+    """Read the history of a run, not one that is known to be damaged."""
+    if (folder / RESULT).exists():
+        stored_result(folder)
+    return read_history(folder / HISTORY)

@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.dynamics.checks import check_model
-from fingerslip.errors import FingerslipError, InputError
+from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
 from fingerslip.files import clean_stale, remove_empty
 from fingerslip.parameters.protocols import require_kind
-from fingerslip.results import RunResult, StudyResult, flatten
+from fingerslip.results import RunResult, StudyResult, flatten, stored_result
 from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import build_mesh, build_model, located, mesh_key
@@ -196,11 +196,23 @@ def compute_jobs(plan: Plan, jobs: Sequence[Job], workers: int, progress: StudyP
     clean_stale(plan.folder)
     if not jobs:
         return {}
+    for job in jobs:
+        _say_damaged(plan, job, progress)
     try:
         return compute_all(jobs, workers, progress)
     finally:
         clean_stale(plan.folder)
         remove_empty(*made)
+
+
+def _say_damaged(plan: Plan, job: Job, progress: StudyProgress) -> None:
+    """Say that a run is computed again because its results are damaged."""
+    try:
+        stored_result(job.folder)
+    except DamagedError as error:
+        progress.say(f"{plan.source.stem}/{job.run.name}: {error.file} {error.found}; the run is computed again")
+    except ResultError:  # there is nothing yet
+        pass
 
 
 def write_up(plan: Plan) -> StudyResult:

@@ -25,7 +25,7 @@ from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh
 from fingerslip.study.storage.store import RUN, read_run
-from fingerslip.study.storage.summary import identities, read_manifest
+from fingerslip.study.storage.summary import identities, read_manifest, stored_manifest
 from fingerslip.study.storage.values import read_specified, value_rows
 
 __all__ = ["REPORT", "event_tables", "read_stored", "read_stored_run", "report_again", "report_key", "write_report"]
@@ -45,12 +45,10 @@ def read_stored(folder: str | Path) -> StudyResult:
     Raises
     ------
     ResultError
-        Where the folder holds no results of a study.
+        Where the folder holds no results of a study, or one of its files is damaged.
     """
     folder = Path(folder)
-    manifest = read_manifest(folder)
-    if not manifest:
-        raise ResultError(f"{folder}: holds no results of a study; needs a folder that fingerslip run wrote")
+    manifest = stored_manifest(folder)
     known = read_uncertainties(folder, identities(manifest))
     runs = tuple(read_run(folder / name, known.get(name, {})) for name in manifest["runs"])
     return StudyResult(folder, tuple(manifest["compare"]), runs, (), tuple(manifest["runs"]), manifest["title"])

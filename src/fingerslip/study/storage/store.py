@@ -12,10 +12,9 @@ from typing import Any
 import xarray as xr
 
 from fingerslip.digest import digest
-from fingerslip.errors import ResultError
-from fingerslip.files import json_text, write_text, writing
+from fingerslip.files import writing
 from fingerslip.history import write_history
-from fingerslip.results import HISTORY, RESULT, RunResult, flatten, read_result, result_mapping, result_of
+from fingerslip.results import HISTORY, RUN, RunResult, flatten, result_of, stored_result, write_result
 from fingerslip.slip import measures
 from fingerslip.slip.free_edge import edge_warning
 from fingerslip.study.definition.sweep import Run
@@ -27,9 +26,7 @@ from fingerslip.study.storage.snapshots import write_snapshots
 __all__ = ["RESULT_FORMAT", "RUN", "identity", "mesh_hash", "mesh_size", "read_run", "write_run"]
 
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
-RESULT_FORMAT = 5
-#: File in the folder of a run that holds all its values.
-RUN = "run.yaml"
+RESULT_FORMAT = 6
 
 _logger = logging.getLogger("fingerslip.study")
 
@@ -88,7 +85,7 @@ def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh:
     with writing(folder):
         write_mapping(run.resolved(), folder / RUN, comment="fingerslip run run.yaml repeats this run")
         write_snapshots(history, folder)
-    write_text(folder / RESULT, json_text(result_mapping(result)))
+    write_result(result, folder)
 
 
 def read_run(folder: Path, uncertainty: Mapping[str, float]) -> RunResult:
@@ -104,11 +101,9 @@ def read_run(folder: Path, uncertainty: Mapping[str, float]) -> RunResult:
     Raises
     ------
     ResultError
-        Where there is no finished run.
+        Where there is no finished run, or one of its files is damaged.
     """
-    result = read_result(folder)
-    if result is None:
-        raise ResultError(f"{folder}: holds no finished run; run the study again")
+    result = stored_result(folder)
     return dataclasses.replace(result, values=flatten(read_mapping(folder / RUN)), uncertainty=uncertainty)
 
 

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fingerslip.files import json_text, write_text
+from fingerslip.errors import DamagedError, ResultError
+from fingerslip.files import read_json, write_json, write_text
 from fingerslip.report.tables.summary import summary_table
 from fingerslip.report.tables.table import to_csv
 from fingerslip.results import RunResult
 from fingerslip.study.definition.spec import Study
 from fingerslip.study.storage.provenance import commit, versions
 
-__all__ = ["MANIFEST", "SUMMARY", "identities", "read_manifest", "write_manifest", "write_summary"]
+__all__ = ["MANIFEST", "SUMMARY", "identities", "read_manifest", "stored_manifest", "write_manifest", "write_summary"]
 
 #: Files in the folder of a study.
 MANIFEST, SUMMARY = "manifest.json", "summary.csv"
@@ -67,16 +67,32 @@ def write_manifest(
         "report": report,
         "runs": {result.name: _entry(result) for result in results},
     }
-    write_text(path, json_text(manifest))
+    write_json(path, manifest)
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:
-    """Return what made the results of a study; empty where there are none."""
+    """Return what made the results of a study; empty where there are none, or where the file is damaged."""
     try:
-        manifest: dict[str, Any] = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-    except (OSError, json.JSONDecodeError):
+        return stored_manifest(folder)
+    except ResultError:
         return {}
-    return manifest
+
+
+def stored_manifest(folder: Path) -> dict[str, Any]:
+    """Return what made the results of a study.
+
+    Raises
+    ------
+    ResultError
+        Where there are none, or the file is damaged.
+    """
+    needed = f"{folder}: holds no results of a study; needs a folder that fingerslip run wrote"
+    try:
+        return read_json(folder / MANIFEST, "run the study again")
+    except (FileNotFoundError, NotADirectoryError):
+        raise ResultError(needed) from None
+    except DamagedError as error:
+        raise ResultError(f"{needed}: {error}") from None
 
 
 def identities(manifest: Mapping[str, Any]) -> dict[str, str]:

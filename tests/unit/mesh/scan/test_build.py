@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 
@@ -96,3 +97,10 @@ def test_mesh_and_its_tables_come_from_one_scan(monkeypatch: pytest.MonkeyPatch)
     assert found.mesh is made.mesh
     assert [table.title for table in found.tables] == ["", "Distance of the mesh from the scan", "Repairs"]
     assert found.suffix == ".vtu"
+
+
+def test_a_flat_skin_has_no_size(tmp_path: Path) -> None:
+    points = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], dtype=float)
+    meshio.write(tmp_path / "skin.vtu", meshio.Mesh(points, [("quad", [[0, 1, 2, 3]])]))
+    with pytest.raises(MeshError, match=r"skin\.vtu: is flat, needs a surface around a body"):
+        scan_cells(dataclasses.replace(SCAN, skin=str(tmp_path / "skin.vtu")))

@@ -67,3 +67,8 @@ def test_lengths_that_are_none():
         offset_inwards(SPHERE, 0.0)
     with pytest.raises(InputError, match="edge_length"):
         decimate_surface(SPHERE, -1.0)
+
+
+def test_a_surface_of_which_nothing_is_left_is_refused():
+    with pytest.raises(MeshError, match="has no triangle with an area"):
+        decimate_surface(ellipsoid(), 1e3)

@@ -88,3 +88,8 @@ def test_proximal_end_is_closed_whatever_its_size():
     check_closed(closed_where(stump, -4e-3))
     with pytest.raises(MeshError, match="is open"):
         check_closed(closed_where(stump, -9e-3))
+
+
+def test_a_surface_without_triangles_is_refused():
+    with pytest.raises(MeshError, match="has no triangle with an area"):
+        repair_surface(Surface(np.zeros((3, 3)), np.empty((0, 3), dtype=np.int64), "skin.stl"))

@@ -130,3 +130,13 @@ def test_outermost_drops_what_lies_inside():
     half_out = ellipsoid((3e-3, 3e-3, 3e-3), (0.0, 8e-3, 0.0))
     kept = outermost(together(outer, half_out)).area
     assert outer.area < kept < outer.area + half_out.area
+
+
+@pytest.mark.parametrize("shape", ["point", "line"])
+def test_triangles_without_area_are_refused(tmp_path: Path, shape: str):
+    points = np.outer(np.arange(6.0), [5.0, 0.0, 0.0] if shape == "line" else [1e-9, 0.0, 0.0])
+    points[-1, 0] += 5.0
+    triangles = [[0, 1, 2], [1, 2, 5]] if shape == "line" else [[0, 1, 2], [2, 3, 5]]
+    meshio.write(tmp_path / "skin.vtu", meshio.Mesh(points, [("triangle", triangles)]))
+    with pytest.raises(MeshError, match="has no triangle with an area, needs the surface of a body"):
+        read_surface(tmp_path / "skin.vtu")

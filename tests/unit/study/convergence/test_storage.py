@@ -44,3 +44,12 @@ def test_without_a_readable_file_nothing_is_known(tmp_path: Path, text: str | No
         (tmp_path / FOLDER).mkdir()
         (tmp_path / FOLDER / "convergence.json").write_text(text)
     assert read_uncertainties(tmp_path, {"run": "key"}) == {}
+
+
+def test_a_damaged_file_is_named_in_a_warning(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    (tmp_path / FOLDER).mkdir()
+    (tmp_path / FOLDER / "convergence.json").write_bytes(b"\xff")
+    for _ in range(2):
+        assert read_uncertainties(tmp_path, {"run": "key"}) == {}
+    (message,) = caplog.messages
+    assert "convergence.json: is damaged: it is no JSON; run fingerslip converge again; without it" in message

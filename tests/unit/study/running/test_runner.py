@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.progress import SilentProgress
 from fingerslip.study.running.runner import StudyFailedError, run_studies, run_study
 from fingerslip.study.storage import store
+from fingerslip.study.storage.summary import read_manifest
 from unit.study.block import FRICTIONS, block_values, changed
 
 Write = Callable[..., Path]
@@ -226,3 +228,39 @@ def test_progress_is_told_in_order(write_study: Write, simulated: list[float], r
 def test_workers_are_at_least_one(write_study: Write, workers: int) -> None:
     with pytest.raises(InputError, match="needs a number >= 1"):
         run_study(write_study(), workers=workers)
+
+
+class Said(SilentProgress):
+    """Keeps the messages."""
+
+    def __init__(self) -> None:
+        self.messages: list[str] = []
+
+    def say(self, message: str) -> None:
+        self.messages.append(message)
+
+
+@pytest.mark.usefixtures("reports")
+@pytest.mark.parametrize("name", ["history.nc", "events.json", "run.yaml"])
+def test_a_damaged_run_is_computed_again_and_said_so(write_study: Write, simulated: list[float], name: str) -> None:
+    path = write_study()
+    file = run(path).folder / NAMES[1] / name
+    written = file.read_bytes()
+    file.write_bytes(written[:-9])
+    said = Said()
+    result = run(path, progress=said)
+    assert (result.computed, result.unchanged) == ((NAMES[1],), (NAMES[0], NAMES[2]))
+    assert simulated == [*FRICTIONS, FRICTIONS[1]]
+    (message,) = [text for text in said.messages if "unchanged" not in text]
+    assert re.fullmatch(rf"block/{NAMES[1]}: .*/{name} is damaged: .*; the run is computed again", message)
+    assert leftovers(result.folder) == []
+
+
+@pytest.mark.usefixtures("simulated", "reports")
+@pytest.mark.parametrize("content", [b"", b"{}", b"\xff", b'{"runs": 3}'])
+def test_a_damaged_manifest_is_written_again(write_study: Write, content: bytes) -> None:
+    path = write_study()
+    manifest = run(path).folder / "manifest.json"
+    manifest.write_bytes(content)
+    assert run(path).unchanged == tuple(NAMES)
+    assert list(read_manifest(manifest.parent)["runs"]) == NAMES

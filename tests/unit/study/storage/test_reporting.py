@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from fingerslip.errors import ResultError
+from fingerslip.files import write_json
 from fingerslip.report.figures import save as figures
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
@@ -123,7 +124,7 @@ def test_a_given_value_that_equals_the_default_is_the_study_files_in_the_report(
     assert "integration" not in manifest["given"]
     found = {}
     for paths in (manifest["given"], given):
-        (folder / "manifest.json").write_text(json.dumps(manifest | {"given": paths}))
+        write_json(folder / "manifest.json", manifest | {"given": paths})
         values = reporting._content(read_stored(folder)).values
         found[len(paths)] = {value.path: value.source for value in values}["integration"]
     assert found == {len(manifest["given"]): "default", len(given): "study file"}

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import skfem
 
-from fingerslip.errors import InputError, ResultError
+from fingerslip.errors import ResultError
 from fingerslip.history import read_history
 from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
@@ -46,10 +46,11 @@ def test_what_is_written_is_read_back_with_all_values(folder: Path) -> None:
     assert result.mesh_size == mesh_size(block_mesh()) == pytest.approx(32 ** (-1 / 2))
 
 
-def test_values_are_those_of_the_run_yaml_in_the_folder(folder: Path) -> None:
+def test_a_changed_run_yaml_is_not_taken_for_that_of_the_run(folder: Path) -> None:
     text = (folder / RUN).read_text()
     (folder / RUN).write_text(text.replace("0.0001 m", "0.0002 m"))
-    assert read_run(folder, {}).values["programme.0.press.depth"] == "0.0002 m"
+    with pytest.raises(ResultError, match=r"friction_coefficient-0\.4/run\.yaml: is damaged.*; run the study again"):
+        read_run(folder, {})
 
 
 @pytest.mark.parametrize("name", ["events.json", "history.nc"])
@@ -61,7 +62,7 @@ def test_a_run_that_lacks_a_file_is_no_finished_run(folder: Path, name: str) -> 
 
 def test_a_damaged_run_yaml_is_named(folder: Path) -> None:
     (folder / RUN).write_text("a: [")
-    with pytest.raises(InputError, match=r"friction_coefficient-0\.4/run\.yaml"):
+    with pytest.raises(ResultError, match=r"friction_coefficient-0\.4/run\.yaml"):
         read_run(folder, {})
 
 

@@ -1,0 +1,136 @@
+"""The steps of a simulation: their number and times, which of them are kept whole, and what their records take."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError
+from fingerslip.history import VARIABLES
+from fingerslip.linear.memory import available_memory
+from fingerslip.materials.material import STRAIN_COMPONENTS
+from fingerslip.model import Model
+
+__all__ = ["record_bytes", "record_type", "require_record_memory", "snapshot_steps", "step_count", "step_times"]
+
+Array = NDArray[np.float64]
+
+
+def step_count(model: Model) -> int:
+    """Return how many steps a model takes: whole steps until the end is reached.
+
+    A given end is reached exactly. The end of the programme may lie within the last step.
+
+    Raises
+    ------
+    InputError
+        Where the end is not even one step away, or a given end is no multiple of the step.
+    """
+    steps = model.end / model.time.step
+    if steps < 1.0 - 1e-9:
+        found = f"got {model.time.step:g} s for a run of {model.end:g} s"
+        raise InputError("time.step", found, "needs at least one step", "write a smaller step")
+    if model.time.end is not None and abs(steps - round(steps)) > 1e-6:
+        found = f"got {model.end:g} s, which is {steps:.4g} steps of {model.time.step:g} s"
+        before, after = (model.time.step * count for count in (math.floor(steps), math.ceil(steps)))
+        repair = f"write {before:g} s or {after:g} s, or a step of {model.end / math.ceil(steps):.6g} s"
+        raise InputError("time.end", found, "needs a multiple of time.step", repair)
+    return math.ceil(steps - 1e-9)
+
+
+def step_times(model: Model) -> Array:
+    """Return the times of the steps, start included, shape (n_steps + 1,) [s].
+
+    Raises
+    ------
+    InputError
+        As :func:`step_count`, and where there is no memory for so many steps.
+    """
+    count = step_count(model) + 1
+    require_record_memory(model, count * np.dtype(np.float64).itemsize)
+    times: Array = model.time.step * np.arange(count, dtype=np.float64)
+    return times
+
+
+def snapshot_steps(times: Array, interval: float) -> list[int]:
+    """Return the steps nearest to multiples of an interval, first and last included; none for an interval of 0.
+
+    Parameters
+    ----------
+    times : (n_times,) array
+        Times of the steps, in order [s].
+    interval : float
+        The interval [s].
+    """
+    if interval <= 0.0:
+        return []
+    if times.size < 2 or interval <= float(np.diff(times).min()):
+        return list(range(times.size))
+    wanted = np.append(np.arange(0.0, times[-1], interval), times[-1])
+    after = np.clip(np.searchsorted(times, wanted), 1, times.size - 1)
+    nearest = np.where(wanted - times[after - 1] <= times[after] - wanted, after - 1, after)
+    return sorted(set(nearest.tolist()))
+
+
+def record_type(name: str) -> type:
+    """Return the type of the numbers of a variable of a history."""
+    return {"contact_state": np.int8, "contact_iterations": np.int32}.get(name, np.float64)
+
+
+def record_bytes(model: Model, nodes: int, candidates: int) -> int:
+    """Return what the records of a model will take [bytes], before any are made.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    nodes : int
+        Nodes of its mesh, those in the middle of edges included.
+    candidates : int
+        Its contact candidates.
+    """
+    dim, count, every = model.mesh.dim(), step_count(model) + 1, model.record.snapshots_every
+    snapshots = 0 if every <= 0.0 else int(min(count, model.end / every + 2))
+    sizes: Mapping[str, int] = {
+        "time": count,
+        "site": len(model.record.sites),
+        "contact_node": candidates,
+        "component": dim,
+        "stress_component": STRAIN_COMPONENTS[dim] + (dim == 2),
+        "counterface": len(model.contacts),
+        "snapshot_time": snapshots,
+        "node": nodes,
+        "cell": model.mesh.nelements,
+    }
+    strains = 8 * count * len(model.record.sites) * STRAIN_COMPONENTS[dim]
+    return strains + sum(
+        np.dtype(record_type(name)).itemsize * math.prod(sizes[size] for size in known.dims)
+        for name, known in VARIABLES.items()
+    )
+
+
+def require_record_memory(model: Model, needed: int) -> None:
+    """Refuse so many steps or snapshots that their records do not fit into the memory.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    needed : int
+        What its records take [bytes].
+
+    Raises
+    ------
+    InputError
+        With the estimate, and the shortest step that would fit.
+    """
+    available = available_memory()
+    if available is None or needed <= available:
+        return
+    found = f"{step_count(model):.3g} steps of {model.time.step:g} s need about {needed / 1e9:.2g} GB for their records"
+    shortest = model.time.step * needed / available
+    repair = f"write a step of at least {shortest:.2g} s, record fewer sites, or take fewer snapshots"
+    raise InputError("time.step", found, f"{available / 1e9:.2g} GB are available", repair)

@@ -1,0 +1,1 @@
+"""Inputs and results damaged at random, and runs ended at random moments."""

@@ -1,0 +1,90 @@
+"""One case: a call that must succeed or be refused with an error of the package, in time, and leave nothing behind."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import random
+import resource
+import signal
+import traceback
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+from fingerslip.errors import FingerslipError
+
+SEED = 20140
+_SECONDS = 20.0
+_MEMORY = 6_000_000_000
+_LONGEST_LINE = 1500
+
+
+class HangError(BaseException):
+    """A case took longer than it may; no `except Exception` may swallow it."""
+
+
+def faults(case: Callable[[random.Random], None], numbers: range, leftovers: Callable[[], list[str]]) -> list[str]:
+    """Return what went wrong in cases of one kind.
+
+    Parameters
+    ----------
+    case : callable
+        Runs the case that its random numbers choose.
+    numbers : range
+        The cases.
+    leftovers : callable
+        Returns the names of files that a case left behind and should not have.
+    """
+    found = []
+    with _limited_memory():
+        for number in numbers:
+            wrong = _fault(case, random.Random(SEED + number))
+            left = leftovers()
+            found += [f"case {number}: {wrong}"] * bool(wrong) + [f"case {number} left {left}"] * bool(left)
+    return found
+
+
+def unfinished(folder: Path) -> list[str]:
+    """Return the names of temporary files below a folder."""
+    return sorted(path.name for path in folder.rglob(".*") if path.suffix == ".old" or ".partial" in path.name)
+
+
+def _fault(case: Callable[[random.Random], None], chance: random.Random) -> str:
+    try:
+        with _limited_time():
+            case(chance)
+    except FingerslipError as error:
+        longest = max(map(len, str(error).splitlines()), default=0)
+        return "" if 0 < longest < _LONGEST_LINE else f"an error of {longest} characters: {str(error)[:300]}"
+    except BaseException as error:
+        if isinstance(error, KeyboardInterrupt):
+            raise
+        places = [f"{Path(one.filename).name}:{one.lineno}" for one in traceback.extract_tb(error.__traceback__)[-6:]]
+        return f"{type(error).__name__}: {str(error)[:200]} at {' > '.join(places)}"
+    return ""
+
+
+@contextlib.contextmanager
+def _limited_time() -> Iterator[None]:
+    def stop(*_: object) -> None:
+        raise HangError(f"took more than {_SECONDS:g} s")
+
+    before = signal.signal(signal.SIGALRM, stop)
+    signal.setitimer(signal.ITIMER_REAL, _SECONDS)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@contextlib.contextmanager
+def _limited_memory() -> Iterator[None]:
+    """Limit what the process may take, so that a case that takes too much does not take the machine's."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    resource.setrlimit(resource.RLIMIT_AS, (used + _MEMORY, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))

@@ -1,0 +1,155 @@
+"""Cases of stored results: a study of two runs, one of whose files is damaged before a verb reads it."""
+
+from __future__ import annotations
+
+import random
+import shutil
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+import yaml
+
+from fingerslip.history import read_history
+from fingerslip.mesh.io import write_mesh
+from fingerslip.report.scene.scene import SceneOptions, check_options
+from fingerslip.report.scene.snapshot import read_snapshot
+from fingerslip.results import read_result
+from fingerslip.study.convergence import converge as refining
+from fingerslip.study.inspection.diff import diff_runs
+from fingerslip.study.inspection.show import show
+from fingerslip.study.inspection.view import _stored_history
+from fingerslip.study.running import runner
+from fingerslip.study.storage import reporting
+from fingerslip.study.storage.store import read_run
+from fingerslip.validation.evidence import _measured
+from robustness.mutants import changed_bytes, changed_data
+from unit.study.block import block_mesh, block_values
+
+_NAMES = ("friction_coefficient-0.2", "friction_coefficient-0.6")
+_IN_STUDY = ("manifest.json", "summary.csv", "convergence/convergence.json", "report.html")
+_IN_RUN = ("events.json", "run.yaml", "history.nc")
+_REPORTS = 0.004
+
+
+def result_cases(folder: Path) -> Callable[[random.Random], None]:
+    """Return what runs a case: one file of the results is damaged, a verb uses them, and all is put back."""
+    path = _write_study(folder)
+    whole, results = folder / "whole", folder / "results"
+    with _nothing_drawn():
+        refining.converge(path, results_dir=whole, workers=1)
+    files = {one.relative_to(whole) for one in whole.rglob("*") if one.is_file()}
+    study = results / path.stem
+    targets = [study / name for name in _IN_STUDY] + 2 * [study / run / name for run in _NAMES for name in _IN_RUN]
+    verbs = {
+        "report": lambda: reporting._content(reporting.read_stored(study)),
+        "show": lambda: show(str(study)),
+        "show run": lambda: show(str(study / _NAMES[0])),
+        "diff": lambda: diff_runs(*(study / name for name in _NAMES)),
+        "view": lambda: _view(study / _NAMES[0]),
+        "validate": lambda: [_measured(study / name, read_run(study / name, {})) for name in _NAMES],
+        "run": lambda: runner.run_study(path, results_dir=results, workers=1),
+        "converge": lambda: refining.converge(path, results_dir=results, workers=1),
+    }
+
+    def case(chance: random.Random) -> None:
+        shutil.rmtree(results, ignore_errors=True)
+        shutil.copytree(whole, results)
+        target, verb = chance.choice(targets), chance.choice(sorted(verbs))
+        was = target.read_bytes()
+        _damage(target, chance)
+        is_changed = not target.is_file() or target.read_bytes() != was
+        with ExitStack() as stack:
+            if verb != "report" or chance.random() > _REPORTS:
+                stack.enter_context(_nothing_drawn())
+            verbs[verb]()
+        if verb in ("run", "converge"):
+            _check_repaired(results, whole, study)
+        new = {one.relative_to(results) for one in results.rglob("*") if one.is_file()} - files
+        assert not new, f"{verb} left {new}"
+        readers = ("report", "diff", "validate", *(("show run", "view") if target.parent.name == _NAMES[0] else ()))
+        if is_changed and target.name in _IN_RUN and verb in readers:
+            raise AssertionError(f"{verb} trusts a damaged {target.name}")
+
+    return case
+
+
+def _write_study(folder: Path) -> Path:
+    write_mesh(block_mesh(), folder / "block.msh")
+    values: dict[str, Any] = block_values() | {
+        "sweep": {"contact.friction_coefficient": [0.2, 0.6]},
+        "converge": {"mesh": [], "step": [0.5, 0.25], "penalty": [], "alpha": []},
+        "record": {"snapshots_every": "20 ms"},
+        "compare": ["wang2014-table2"],
+    }
+    path = folder / "block.yaml"
+    path.write_text(yaml.safe_dump(values, sort_keys=False))
+    return path
+
+
+def _damage(target: Path, chance: random.Random) -> None:
+    """Change a file's bytes or values, remove it, or put a folder or another file in its place."""
+    kind = chance.random()
+    if kind < 0.05:
+        target.unlink()
+    elif kind < 0.1:
+        target.unlink()
+        target.mkdir()
+    elif kind < 0.15:
+        target.write_bytes(chance.choice([one for one in target.parent.iterdir() if one.is_file()]).read_bytes())
+    elif kind < 0.6 and target.suffix in (".json", ".yaml"):
+        # JSON as PyYAML writes it in its flow style reads back as either.
+        values = changed_data(yaml.safe_load(target.read_text()), chance)
+        style = {"default_flow_style": True, "default_style": '"'} if chance.random() < 0.1 else {"sort_keys": False}
+        target.write_text(_as_text(values, target.suffix, style))
+    else:
+        target.write_bytes(changed_bytes(target.read_bytes(), chance))
+
+
+def _as_text(values: Any, suffix: str, style: dict[str, Any]) -> str:
+    import json
+
+    return json.dumps(values) if suffix == ".json" else yaml.safe_dump(values, **style)
+
+
+def _view(folder: Path) -> None:
+    history = _stored_history(folder)
+    check_options(history, SceneOptions())
+    read_snapshot(history, history.sizes["snapshot_time"] - 1)
+
+
+def _check_repaired(results: Path, whole: Path, study: Path) -> None:
+    """Hold that after a run all results are those of undamaged runs."""
+    for name in _NAMES:
+        mine, original = (read_result(folder / study.name / name) for folder in (results, whole))
+        assert mine is not None, f"{name} is not finished"
+        assert original is not None
+        assert (mine.events, mine.numbers, mine.peaks) == (original.events, original.numbers, original.peaks)
+        for one, other in zip(*(_slips(folder / study.name / name) for folder in (results, whole)), strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
+def _slips(folder: Path) -> tuple[Any, ...]:
+    history = read_history(folder / "history.nc")
+    return tuple(history[name].values for name in ("slip_distance", "gap", "counterface_force", "time"))
+
+
+@contextmanager
+def _nothing_drawn() -> Iterator[None]:
+    """Read all that a report shows, and draw nothing."""
+
+    def write_report(study: Any) -> None:
+        reporting._content(study)
+        (study.folder / "report.html").write_text("report")
+
+    with (
+        patch.object(runner, "write_report", write_report),
+        patch.object(refining, "save_figure", lambda *_: None),
+        patch.object(refining, "convergence_figure", lambda *_: None),
+        warnings.catch_warnings(),
+    ):
+        yield

@@ -1,0 +1,25 @@
+"""Mesh files and surfaces damaged at random are read or refused, and never end in anything else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from robustness.cases import faults, unfinished
+from robustness.files import mesh_cases, surface_cases
+
+_CASES, _PARTS = 1300, 2
+_KINDS = pytest.mark.parametrize("kind", [mesh_cases, surface_cases])
+
+
+@_KINDS
+def test_a_few_damaged_files(tmp_path: Path, kind) -> None:
+    assert faults(kind(tmp_path), range(40), lambda: unfinished(tmp_path)) == []
+
+
+@pytest.mark.slow
+@_KINDS
+@pytest.mark.parametrize("part", range(_PARTS))
+def test_damaged_files(tmp_path: Path, kind, part: int) -> None:
+    assert faults(kind(tmp_path), range(part, _CASES, _PARTS), lambda: unfinished(tmp_path)) == []

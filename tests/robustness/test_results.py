@@ -1,0 +1,22 @@
+"""Results damaged at random are refused or computed again, and never trusted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from robustness.cases import faults, unfinished
+from robustness.results import result_cases
+
+_CASES, _PARTS = 2400, 8
+
+
+def test_a_few_damaged_results(tmp_path: Path) -> None:
+    assert faults(result_cases(tmp_path), range(20), lambda: unfinished(tmp_path)) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", range(_PARTS))
+def test_damaged_results(tmp_path: Path, part: int) -> None:
+    assert faults(result_cases(tmp_path), range(part, _CASES, _PARTS), lambda: unfinished(tmp_path)) == []
