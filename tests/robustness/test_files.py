@@ -9,7 +9,7 @@ import pytest
 from robustness.cases import faults, unfinished
 from robustness.files import mesh_cases, surface_cases
 
-_CASES, _PARTS = 1300, 2
+_CASES, _PARTS = 1600, 2
 _KINDS = pytest.mark.parametrize("kind", [mesh_cases, surface_cases])
 
 

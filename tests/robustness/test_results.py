@@ -9,7 +9,7 @@ import pytest
 from robustness.cases import faults, unfinished
 from robustness.results import result_cases
 
-_CASES, _PARTS = 2400, 8
+_CASES, _PARTS = 1800, 8
 
 
 def test_a_few_damaged_results(tmp_path: Path) -> None:
