@@ -1,6 +1,6 @@
 """Record states into the arrays of a history.
 
-A step only copies what the history needs. What follows from it is computed at the end, for all steps at once.
+A step only copies what the history needs. What follows from it is computed for many steps at once.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ _ENERGIES = {
     "external_work": "external_work",
     "energy_imbalance": "imbalance",
 }
-# Contact candidates times steps that are completed at once.
-_AT_ONCE = 200_000
+# Steps whose strains are computed at once, and contact candidates times steps that are completed at once.
+_STRAINED_AT_ONCE, _AT_ONCE = 64, 50_000
 
 
 class CellFields:
@@ -86,7 +86,8 @@ class Recorder:
         strained = np.unique(self._sites.strain.indices)
         self._at_strained = NodalComponents.of(unknowns, space.n_dofs, strained)
         self._strain_map = self._sites.strain[:, strained]
-        self._strained = np.zeros((times.size, strained.size))
+        self._strained = np.zeros((min(_STRAINED_AT_ONCE, times.size), strained.size))
+        self._strains = np.zeros((times.size, len(model.record.sites), STRAIN_COMPONENTS[space.dim]))
         self._drives = np.zeros((2, times.size, unknowns.driven.size))
         self._cells = cells or CellFields(system)
         self._snapshots = _snapshot_steps(times, model.record.snapshots_every)
@@ -111,7 +112,11 @@ class Recorder:
     @property
     def nbytes(self) -> int:
         """Memory that the arrays take when they are filled [bytes]."""
-        return self._strained.nbytes + sum(np.asarray(value).nbytes for value in self.values.values())
+        return (
+            self._strained.nbytes
+            + self._strains.nbytes
+            + sum(np.asarray(value).nbytes for value in self.values.values())
+        )
 
     def record(self, state: State) -> None:
         """Record the next state."""
@@ -127,10 +132,9 @@ class Recorder:
 
     def complete(self) -> None:
         """Fill in what follows from the recorded states."""
-        shape = (len(self._times), -1, STRAIN_COMPONENTS[self._system.space.dim])
-        strains = (self._strain_map @ self._strained.T).T.reshape(shape)
-        self.values["stress"][:] = self._sites.stresses(strains)
-        self.values["strain_energy_density"][:] = self._sites.energy_densities(strains)
+        self._complete_strains()
+        self.values["stress"][:] = self._sites.stresses(self._strains)
+        self.values["strain_energy_density"][:] = self._sites.energy_densities(self._strains)
         self._complete_counterfaces()
         candidates = self._system.candidates
         at_once = max(1, _AT_ONCE // max(1, len(candidates.nodes)))
@@ -143,7 +147,10 @@ class Recorder:
         for name, field in fields.items():
             self._at_sites.take(field, values[name][step])
             self._at_candidates.take(field, values[f"contact_{name}"][step])
-        self._at_strained.take(state.displacement, self._strained[step])
+        row = step % len(self._strained)
+        self._at_strained.take(state.displacement, self._strained[row])
+        if row == len(self._strained) - 1:
+            self._complete_strains()
         self._drives[:, step] = state.displacement[n_free:], state.velocity[n_free:]
 
     def _record_contact(self, step: int, state: State) -> None:
@@ -156,21 +163,27 @@ class Recorder:
         values["contact_state"][step] = interface.state
         values["counterface_displacement"][step] = state.counterfaces
 
+    def _complete_strains(self) -> None:
+        """Compute the strains of the last steps, whose displacements are kept."""
+        start = (self._next - 1) // len(self._strained) * len(self._strained)
+        strains = self._strains[start : self._next]
+        strains[:] = (self._strain_map @ self._strained[: len(strains)].T).T.reshape(strains.shape)
+
     def _complete_counterfaces(self) -> None:
-        """Add the motion by the drives, along the normals, to that of the counterfaces, and sum up their forces."""
+        """Add the motion by the drives, along the normals, to that of the counterfaces."""
         values, shapes = self.values, self._system.counterfaces.shapes
         for column, number in enumerate(self._system.unknowns.driven):
             normal = shapes[number].unit_normal
             values["counterface_displacement"][:, number] += self._drives[0, :, column, None] * normal
             values["counterface_velocity"][:, number] += self._drives[1, :, column, None] * normal
-        for number in range(len(shapes)):
-            own = self._system.candidates.counterface == number
-            values["counterface_force"][:, number] = values["tangential_traction"][:, own].sum(axis=1)
 
     def _complete_tractions(self, steps: slice) -> None:
-        """Make tractions of the forces in their arrays."""
+        """Sum up the forces in the arrays of tractions, and make tractions of them."""
         values, candidates = self.values, self._system.candidates
         normal, forces = values["normal_traction"][steps], values["tangential_traction"][steps]
+        for number in range(len(self._system.counterfaces.shapes)):
+            own = candidates.counterface == number
+            values["counterface_force"][steps, number] = forces[:, own].sum(axis=1)
         moved = values["contact_displacement"][steps]
         moved = moved - values["counterface_displacement"][steps][:, candidates.counterface]
         points = (candidates.positions + moved).reshape(-1, self._system.space.dim)
