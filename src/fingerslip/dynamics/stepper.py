@@ -33,18 +33,20 @@ _SOFT = 1e-4
 
 @dataclass
 class Stopwatch:
-    """Seconds spent in each part of a simulation."""
+    """Seconds spent in each part of a simulation, by the clock and by all cores together."""
 
     seconds: dict[str, float] = field(default_factory=dict)
+    cpu_seconds: dict[str, float] = field(default_factory=dict)
 
     @contextmanager
     def part(self, name: str) -> Iterator[None]:
         """Add the time that the block takes to `name`."""
-        start = clock.perf_counter()
+        start, cpu_start = clock.perf_counter(), clock.process_time()
         try:
             yield
         finally:
             self.seconds[name] = self.seconds.get(name, 0.0) + clock.perf_counter() - start
+            self.cpu_seconds[name] = self.cpu_seconds.get(name, 0.0) + clock.process_time() - cpu_start
 
 
 @dataclass(frozen=True)
