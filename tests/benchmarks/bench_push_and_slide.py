@@ -1,22 +1,27 @@
 """Time the push-and-slide of the paper-size section, by MKL PARDISO and by SuperLU, one thread each.
 
 Run it as it is: ``python tests/benchmarks/bench_push_and_slide.py [--contact-size MM] [--skip SuperLU]``.
-Every case runs in a process of its own, so that its peak memory is its own. The last column is the share of
-stepping that is neither substitution nor contact nor recording: what the time integration itself costs.
+Every case runs in a process of its own, so that its peak memory is its own. Beside each number stands that of
+``results/reference/benchmark.json``; ``--write FILE`` writes such a file. On a machine that others use, CPU seconds
+tell more than those of the clock. What is neither substitution nor contact nor recording is the time integration.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import multiprocessing
 import resource
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from pathlib import Path
 
 SOLVERS = ("MKL PARDISO", "SuperLU")
 # Press by 1.5 mm at 1.5 mm/s, slide by 6 mm at 3 mm/s: 3 s, so 600 steps of 5 ms and 3000 of 1 ms.
 STEPS = (5e-3, 1e-3)
+PARTS = ("substitution", "contact", "recording")
+REFERENCE = Path(__file__).parents[2] / "results" / "reference" / "benchmark.json"
 
 
 @dataclass(frozen=True)
@@ -25,36 +30,24 @@ class Case:
     step: float
     contact_size: float
 
+    @property
+    def name(self) -> str:
+        return f"{self.solver}, {1e3 * self.contact_size:g} mm, steps of {1e3 * self.step:g} ms"
+
 
 @dataclass(frozen=True)
 class Timing:
-    case: Case
+    """What a case took: seconds of set-up and all, milliseconds a step by the clock and by the CPU."""
+
     nodes: int
     candidates: int
     steps: int
     total: float
     setup: float
-    parts: dict[str, float]
+    wall: dict[str, float]
+    cpu: dict[str, float]
     peak_memory: float
     overall_force_ratio: float
-
-    @property
-    def row(self) -> str:
-        stepping = self.parts["stepping"]
-        each = {name: 1e3 * self.parts[name] / self.steps for name in ("substitution", "contact", "recording")}
-        rest = 1e3 * stepping / self.steps - sum(each.values())
-        return (
-            f"{self.case.solver:<12} {1e3 * self.case.step:>5.0f} {self.steps:>6} {self.nodes:>6} {self.candidates:>5} "
-            f"{self.total:>8.2f} {self.setup:>7.2f} {1e3 * stepping / self.steps:>8.3f} {each['substitution']:>8.3f} "
-            f"{each['contact']:>8.3f} {each['recording']:>8.3f} {100 * rest * self.steps / 1e3 / stepping:>6.1f} "
-            f"{self.peak_memory:>7.0f} {self.overall_force_ratio:>8.5f}"
-        )
-
-
-HEADER = (
-    f"{'solver':<12} {'ms':>5} {'steps':>6} {'nodes':>6} {'cand.':>5} {'total s':>8} {'setup s':>7} {'ms/step':>8} "
-    f"{'subst.':>8} {'contact':>8} {'record':>8} {'rest %':>6} {'peak MB':>7} {'F/N':>8}"
-)
 
 
 def build_model(case: Case, end: float | None = None):
@@ -85,25 +78,50 @@ def measure(case: Case) -> Timing:
     start = time.perf_counter()
     history = fs.simulate(model, threads=1, solver=solver)
     total = time.perf_counter() - start
-    parts = {name[8:]: value for name, value in history.attrs.items() if name.startswith("seconds_")}
     force = history.counterface_force.values[-1, 0]
     return Timing(
-        case=case,
         nodes=history.attrs["n_nodes"],
         candidates=history.attrs["n_contact_candidates"],
         steps=history.sizes["time"] - 1,
         total=total,
-        setup=parts["assembly"] + parts["factorisation"],
-        parts=parts,
+        setup=history.attrs["seconds_assembly"] + history.attrs["seconds_factorisation"],
+        wall=split(history, "seconds"),
+        cpu=split(history, "cpu_seconds"),
         peak_memory=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
         overall_force_ratio=float(force[0] / force[1]),
     )
+
+
+def split(history, kind: str) -> dict[str, float]:
+    """Return the milliseconds of a step, all of it first, then by its parts."""
+    steps = history.sizes["time"] - 1
+    whole, *parts = (1e3 * history.attrs[f"{kind}_{name}"] / steps for name in ("stepping", *PARTS))
+    return {"all": whole, **dict(zip(PARTS, parts, strict=True)), "other": whole - sum(parts)}
+
+
+def report(case: Case, timing: Timing, before: dict | None) -> str:
+    """Return what a case took, beside what it took before."""
+    seconds = f"{timing.total:.2f} s, of which set-up {timing.setup:.2f} s"
+    sizes = f"{timing.steps} steps, {timing.nodes} nodes, {timing.candidates} candidates"
+    lines = [
+        f"{case.name}: {sizes}; {seconds}; {timing.peak_memory:.0f} MB; F/N {timing.overall_force_ratio:.5f}",
+        f"  {'ms a step':<14}{'clock':>8}{'before':>8}{'ratio':>7}{'CPU':>10}{'before':>8}{'ratio':>7}",
+    ]
+    for part in timing.wall:
+        cells = [beside(getattr(timing, kind)[part], before and before[kind][part]) for kind in ("wall", "cpu")]
+        lines.append(f"  {part:<14}{cells[0]}{cells[1]:>25}")
+    return "\n".join(lines) + "\n"
+
+
+def beside(now: float, before: float | None) -> str:
+    return f"{now:8.3f}{before:8.3f}{now / before:7.2f}" if before else f"{now:8.3f}{'-':>8}{'-':>7}"
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--contact-size", type=float, default=0.15, help="element size on the skin [mm]")
     parser.add_argument("--skip", choices=SOLVERS, action="append", default=[], help="leave a solver out")
+    parser.add_argument("--write", type=Path, metavar="FILE", help="write the numbers, to compare with later")
     options = parser.parse_args()
     cases = [
         Case(solver, step, 1e-3 * options.contact_size)
@@ -111,11 +129,18 @@ def main() -> None:
         if solver not in options.skip
         for step in STEPS
     ]
-    sys.stdout.write(HEADER + "\n")
+    reference = json.loads(REFERENCE.read_text(encoding="utf-8")) if REFERENCE.exists() else {"cases": {}}
+    if reference["cases"]:
+        sys.stdout.write(f"before: {reference['state']}; {reference['machine']}\n")
+    found = {}
     with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
-        for timing in pool.imap(measure, cases):
-            sys.stdout.write(timing.row + "\n")
+        for case, timing in zip(cases, pool.imap(measure, cases), strict=True):
+            found[case.name] = asdict(timing)
+            sys.stdout.write(report(case, timing, reference["cases"].get(case.name)))
             sys.stdout.flush()
+    if options.write:
+        kept = {"state": "which version", "machine": "which machine", "cases": found}
+        options.write.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["contact_frames", "rotate_compliance", "sliding_direction"]
+__all__ = ["contact_frames", "rotate_compliance", "sliding_direction", "tangent_lengths"]
 
 Array = NDArray[np.float64]
 
@@ -35,6 +35,12 @@ def contact_frames(normals: Array, direction: Array) -> Array:
     along[lost] = np.cross(normals[lost], np.roll(direction, 1))
     first = along / np.linalg.norm(along, axis=1, keepdims=True)
     return np.stack([normals, first, np.cross(normals, first)], axis=1)
+
+
+def tangent_lengths(frames: Array) -> Array:
+    """Return the lengths of the tangents of frames (n, dim, dim), shape (n, dim - 1) [-]."""
+    lengths: Array = np.linalg.norm(frames[:, 1:], axis=2)
+    return lengths
 
 
 def sliding_direction(normal: Array) -> Array:

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -177,31 +178,50 @@ def settle(
     >>> after.forces.round(9).tolist(), after.state.tolist(), after.slip.round(9).tolist()
     ([[4.0, -1.5], [4.0, -2.0]], [1, 2], [0.0, 0.03])
     """
-    stiffness = candidates.tangential_stiffness[:, None]
-    slip = relative[:, 1:] - before.relative[:, 1:] + (forces[:, 1:] - before.forces[:, 1:]) / stiffness
-    limit = friction_coefficient * forces[:, 0]
-    at_limit = np.linalg.norm(forces[:, 1:], axis=1) >= limit * (1.0 - _ROUNDING)
-    moved = np.linalg.norm(slip / stretch, axis=1)
-    # Friction is at its limit where a slide has just ended, too: what does not move, sticks.
-    slides = at_limit & ((moved > _ROUNDING * limit / candidates.tangential_stiffness) | (limit == 0.0))
-    state = np.where(forces[:, 0] > 0.0, np.where(slides, SLIP, STICK), OPEN).astype(np.int8)
-    # A node that lands during the step has moved freely for part of it: that is no slip.
-    length = moved * ((state == SLIP) & (before.forces[:, 0] > 0.0))
+    stiffnesses = candidates.normal_stiffness, candidates.tangential_stiffness
+    slip, state, (stored, stored_before, friction) = _settle(
+        before.forces, before.relative, forces, relative, friction_coefficient, stretch, *stiffnesses
+    )
     after = InterfaceState(
         forces=forces,
         relative=relative,
-        slip_distance=before.slip_distance + length,
-        slip_since_contact=np.where(state != OPEN, before.slip_since_contact + length, 0.0),
-        slip=length,
+        slip_distance=before.slip_distance + slip,
+        slip_since_contact=np.where(state != OPEN, before.slip_since_contact + slip, 0.0),
+        slip=slip,
         state=state,
     )
-    stored = _stored(candidates, forces)
-    friction = -float(np.sum(forces[:, 1:] * slip))
-    return StepOutcome(after, stored, friction, work - (stored - _stored(candidates, before.forces)) - friction)
+    return StepOutcome(after, stored, friction, work - (stored - stored_before) - friction)
 
 
-def _stored(candidates: Candidates, forces: Array) -> float:
-    """Return the energy in the penalty springs under nodal forces (n_c, dim) [N], in J."""
-    normal = forces[:, 0] ** 2 / candidates.normal_stiffness
-    tangential = np.sum(forces[:, 1:] ** 2, axis=1) / candidates.tangential_stiffness
-    return 0.5 * float(np.sum(normal + tangential))
+@numba.njit(cache=True, nogil=True)
+def _settle(  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    forces_before, relative_before, forces, relative, friction, stretch, normal_stiffness, tangential_stiffness
+):
+    """Return slip and state of every node; the energies stored now and before, and that dissipated by friction."""
+    count, dim = forces.shape
+    slips, states = np.zeros(count), np.full(count, OPEN, dtype=np.int8)
+    stored, stored_before, dissipated = 0.0, 0.0, 0.0
+    for i in range(count):
+        squared = tangential = tangential_before = 0.0
+        for k in range(1, dim):
+            change = (forces[i, k] - forces_before[i, k]) / tangential_stiffness[i]
+            slip = relative[i, k] - relative_before[i, k] + change
+            squared += (slip / stretch[i, k - 1]) ** 2
+            dissipated -= forces[i, k] * slip
+            tangential += forces[i, k] ** 2
+            tangential_before += forces_before[i, k] ** 2
+        stored += 0.5 * (forces[i, 0] ** 2 / normal_stiffness[i] + tangential / tangential_stiffness[i])
+        stored_before += 0.5 * (
+            forces_before[i, 0] ** 2 / normal_stiffness[i] + tangential_before / tangential_stiffness[i]
+        )
+        if forces[i, 0] > 0.0:
+            limit = friction[i] * forces[i, 0]
+            at_limit = np.sqrt(tangential) >= limit * (1.0 - _ROUNDING)
+            # Friction is at its limit where a slide has just ended, too: what does not move, sticks.
+            moves = limit == 0.0 or np.sqrt(squared) > _ROUNDING * limit / tangential_stiffness[i]
+            slides = at_limit and moves
+            states[i] = SLIP if slides else STICK
+            # A node that lands during the step has moved freely for part of it: that is no slip.
+            if slides and forces_before[i, 0] > 0.0:
+                slips[i] = np.sqrt(squared)
+    return slips, states, (stored, stored_before, dissipated)

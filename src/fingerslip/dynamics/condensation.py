@@ -27,6 +27,7 @@ from scipy.linalg import blas
 
 from fingerslip.linear.factorisation import factorise_around
 from fingerslip.linear.memory import require_memory
+from fingerslip.linear.products import add_columns, long_product
 from fingerslip.linear.solver import Factor, LinearSolver, SchurFactor
 
 __all__ = ["ByColumns", "BySchur", "Condensed", "Halfway", "condense"]
@@ -87,21 +88,25 @@ class ByColumns:
     forward_columns : (n, m) matrix
         Y = L^-1 B^T, dense or sparse.
     backward_rows : (m, n) matrix
-        Z^T with Z = U^-T B^T, dense or sparse.
+        Z^T with Z = U^-T B^T, dense or sparse; with Cholesky factors the same memory.
     """
 
     factor: Factor
-    forward_columns: Array | sparse.csr_matrix
+    forward_columns: Array | sparse.csc_matrix
     backward_rows: Array | sparse.csr_matrix
     description: ClassVar[str] = "columns, one substitution a step"
 
     def forward(self, right_hand_side: Array) -> Halfway:
         """Take the forward half for b, shape (n,) or (n, k) [N]; see :class:`Condensed`."""
         vector = self.factor.forward(right_hand_side)
+        if vector.ndim == 1 and sparse.issparse(self.backward_rows):
+            return Halfway(vector, long_product(self.backward_rows, vector))
         return Halfway(vector, self.backward_rows @ vector)
 
     def backward(self, halfway: Halfway, forces: Array) -> Array:
         """Return x for contact forces r, shape (m,) or (m, k) [N]; see :class:`Condensed`."""
+        if forces.ndim == 1 and sparse.issparse(self.forward_columns):
+            return self.factor.backward(add_columns(halfway.vector, self.forward_columns, forces))
         loaded = halfway.vector + self.forward_columns @ forces if forces.any() else halfway.vector
         return self.factor.backward(loaded)
 
@@ -198,8 +203,10 @@ def _condense_by_columns(
     forward = _map_columns(factor.forward, columns)
     backward = _map_columns(factor.transposed_backward, columns)
     compliance = np.asarray((backward.T @ forward).todense()) if local.shape[0] else np.zeros((0, 0))
-    condensed = ByColumns(factor, _denser(forward.tocsr()), _denser(backward.T.tocsr()))
-    return condensed, 0.5 * (compliance + compliance.T)
+    same = (forward != backward).nnz == 0
+    columns = _denser(forward)
+    rows = columns.T if same else _denser(backward).T
+    return ByColumns(factor, columns, rows), 0.5 * (compliance + compliance.T)
 
 
 def _condense_by_schur(
@@ -227,9 +234,9 @@ def _map_columns(function: Callable[[Array], Array], columns: sparse.csc_matrix)
     return sparse.hstack(parts, format="csc") if parts else columns
 
 
-def _denser(matrix: sparse.csr_matrix) -> Array | sparse.csr_matrix:
+def _denser(matrix: sparse.csc_matrix) -> Array | sparse.csc_matrix:
     """Store a matrix densely where it is not sparse enough to gain by it."""
     size = matrix.shape[0] * matrix.shape[1]
     if size and matrix.nnz > _SPARSE_BELOW * size:
-        return np.ascontiguousarray(matrix.toarray())
+        return matrix.toarray(order="F")
     return matrix

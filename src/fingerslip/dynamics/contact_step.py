@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.interface import conditions, contact_problem
 from fingerslip.contact.solve.forces import solve_contact
 from fingerslip.contact.solve.newton import ContactSolution
+from fingerslip.contact.solve.pieces import Piece
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.prediction import Prediction
 from fingerslip.dynamics.stepper import Stepper
@@ -41,7 +42,7 @@ class ContactStep:
         Gap, and tangential displacement relative to the counterface, at the end of the step [m].
     solution : ContactSolution
         The forces in the frames.
-    working_set : WorkingSet or None
+    working_set : WorkingSet, Piece or None
         For the next step.
     """
 
@@ -49,7 +50,7 @@ class ContactStep:
     coefficients: Array
     relative: Array
     solution: ContactSolution
-    working_set: WorkingSet | None
+    working_set: WorkingSet | Piece | None
 
     @cached_property
     def forces(self) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,7 @@ from fingerslip.contact.candidates import node_operator
 from fingerslip.contact.counterfaces import Counterface
 from fingerslip.fe.space import Space
 
-__all__ = ["Outsiders", "Unknowns", "relative_operator"]
+__all__ = ["NodalComponents", "Outsiders", "Unknowns", "relative_operator"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -37,6 +38,42 @@ class Unknowns:
     def restrict(self, forces: Array) -> Array:
         """Return nodal forces (n_dofs,) [N] on the unknowns, shape (n,), zero for driven counterfaces."""
         return np.concatenate([forces[self.free], np.zeros(self.driven.size)])
+
+
+@dataclass(frozen=True)
+class NodalComponents:
+    """Some displacement components of the mesh, found among the unknowns.
+
+    Parameters
+    ----------
+    rows : (k,) array
+        Their indices among the unknowns; any for held components.
+    held : (k,) array of bool
+        Which of them supports hold.
+    """
+
+    rows: Indices
+    held: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, unknowns: Unknowns, n_dofs: int, components: Indices) -> NodalComponents:
+        """Find `components` (k,), degrees of freedom among the `n_dofs` of the mesh."""
+        rows = np.full(n_dofs, -1, dtype=np.int64)
+        rows[unknowns.free] = np.arange(unknowns.free.size)
+        found = rows[components]
+        return cls(np.maximum(found, 0), found < 0)
+
+    def take(self, field: Array, out: Array) -> None:
+        """Write the components of a field (n,) on the unknowns into `out`, any contiguous shape of k entries."""
+        flat = out.reshape(-1)
+        np.take(field, self.rows, out=flat, mode="clip")
+        if self.any_held:
+            flat[self.held] = 0.0
+
+    @cached_property
+    def any_held(self) -> bool:
+        """Whether supports hold some of them."""
+        return bool(self.held.any())
 
 
 @dataclass(frozen=True)

@@ -89,7 +89,10 @@ def predict(stepper: Stepper, before: State, time: float, counterfaces: Array) -
 
 def _right_hand_side(stepper: Stepper, before: State, free: Predictor, load: Array) -> Array:
     system, damping, scheme = stepper.system, stepper.damping, stepper.scheme
-    force = system.stiffness @ (free.displacement + damping.stiffness * free.velocity)
+    strained = free.displacement
+    if damping.stiffness:
+        strained = strained + damping.stiffness * free.velocity
+    force = system.stiffness @ strained
     if damping.mass:
         force = force + damping.mass * (system.mass @ free.velocity)
     total: Array = scheme.end_weight * (load - force) + scheme.start_weight * before.unbalance

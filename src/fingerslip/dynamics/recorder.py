@@ -1,4 +1,7 @@
-"""Record states into the arrays of a history."""
+"""Record states into the arrays of a history.
+
+A step only copies what the history needs. What follows from it is computed for many steps at once.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.motion import phase_table
+from fingerslip.dynamics.operators import NodalComponents
 from fingerslip.dynamics.state import State
 from fingerslip.dynamics.steps import record_type, snapshot_steps
 from fingerslip.dynamics.system import System
 from fingerslip.fe.edges import free_edge_distances
 from fingerslip.fe.recovery import Recovery, cell_recovery, site_recovery, stress_components, von_mises
-from fingerslip.fe.space import cell_nodes
+from fingerslip.fe.space import cell_nodes, vector_dofs
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.materials.material import STRAIN_COMPONENTS
 from fingerslip.model import Model
@@ -33,6 +37,8 @@ _ENERGIES = {
     "external_work": "external_work",
     "energy_imbalance": "imbalance",
 }
+# Steps whose strains are computed at once, and contact candidates times steps that are completed at once.
+_STRAINED_AT_ONCE, _AT_ONCE = 64, 50_000
 
 
 class CellFields:
@@ -70,11 +76,20 @@ class Recorder:
 
     def __init__(self, model: Model, system: System, times: Array, cells: CellFields | None = None) -> None:
         self._system, self._times, self._next = system, times, 0
-        self._full = np.zeros(system.space.n_dofs)
-        self._sites = site_recovery(
-            system.space, system.materials, system.site_nodes, [site.region for site in model.record.sites]
+        unknowns, space = system.unknowns, system.space
+        self._at_sites = NodalComponents.of(unknowns, space.n_dofs, vector_dofs(system.site_nodes, space.dim).ravel())
+        self._at_candidates = NodalComponents.of(
+            unknowns, space.n_dofs, vector_dofs(system.candidates.nodes, space.dim).ravel()
         )
-        self._strains = np.zeros((times.size, len(model.record.sites), STRAIN_COMPONENTS[system.space.dim]))
+        self._sites = site_recovery(
+            space, system.materials, system.site_nodes, [site.region for site in model.record.sites]
+        )
+        strained = np.unique(self._sites.strain.indices)
+        self._at_strained = NodalComponents.of(unknowns, space.n_dofs, strained)
+        self._strain_map = self._sites.strain[:, strained]
+        self._strained = np.zeros((min(_STRAINED_AT_ONCE, times.size), strained.size))
+        self._strains = np.zeros((times.size, len(model.record.sites), STRAIN_COMPONENTS[space.dim]))
+        self._drives = np.zeros((2, times.size, unknowns.driven.size))
         self._cells = cells or CellFields(system)
         self._snapshots = snapshot_steps(times, model.record.snapshots_every)
         sizes = {
@@ -98,14 +113,16 @@ class Recorder:
     @property
     def nbytes(self) -> int:
         """Memory that the arrays take when they are filled [bytes]."""
-        return self._strains.nbytes + sum(np.asarray(value).nbytes for value in self.values.values())
+        return (
+            self._strained.nbytes
+            + self._strains.nbytes
+            + sum(np.asarray(value).nbytes for value in self.values.values())
+        )
 
     def record(self, state: State) -> None:
         """Record the next state."""
         step, self._next = self._next, self._next + 1
         self._record_motion(step, state)
-        # The displacement comes last in there, so the reused array holds it.
-        self._strains[step] = self._sites.strains(self._full)
         self._record_contact(step, state)
         for name, attribute in _ENERGIES.items():
             self.values[name][step] = getattr(state.energies, attribute)
@@ -115,50 +132,80 @@ class Recorder:
             self._record_snapshot(self._snapshots.index(step), state)
 
     def complete(self) -> None:
-        """Fill in what follows from the recorded states: stresses and energies at the sites, of all steps at once."""
+        """Fill in what follows from the recorded states."""
+        self._complete_strains()
         self.values["stress"][:] = self._sites.stresses(self._strains)
         self.values["strain_energy_density"][:] = self._sites.energy_densities(self._strains)
-
-    def _nodal(self, field: Array) -> Array:
-        """Return a field on the unknowns (n,) at all nodes, shape (n_nodes, dim); the array is reused."""
-        self._full[self._system.free] = field[: self._system.free.size]
-        return self._full.reshape(-1, self._system.space.dim)
+        self._complete_counterfaces()
+        candidates = self._system.candidates
+        at_once = max(1, _AT_ONCE // max(1, len(candidates.nodes)))
+        for start in range(0, len(self._times), at_once):
+            self._complete_tractions(slice(start, start + at_once))
 
     def _record_motion(self, step: int, state: State) -> None:
-        values, system = self.values, self._system
+        values, n_free = self.values, self._system.free.size
         fields = {"velocity": state.velocity, "acceleration": state.acceleration, "displacement": state.displacement}
         for name, field in fields.items():
-            nodal = self._nodal(field)
-            values[name][step] = nodal[system.site_nodes]
-            values[f"contact_{name}"][step] = nodal[system.candidates.nodes]
+            self._at_sites.take(field, values[name][step])
+            self._at_candidates.take(field, values[f"contact_{name}"][step])
+        row = step % len(self._strained)
+        self._at_strained.take(state.displacement, self._strained[row])
+        if row == len(self._strained) - 1:
+            self._complete_strains()
+        self._drives[:, step] = state.displacement[n_free:], state.velocity[n_free:]
 
     def _record_contact(self, step: int, state: State) -> None:
-        values, candidates, interface = self.values, self._system.candidates, state.interface
+        """Record what the contact did; the arrays of tractions hold forces until they are completed."""
+        values, interface = self.values, state.interface
         values["gap"][step] = interface.relative[:, 0]
-        values["normal_traction"][step] = interface.forces[:, 0] / candidates.area
-        normal = interface.forces[:, :1] * self._system.counterfaces.normals(
-            candidates.positions + state.moved, candidates.counterface
-        )
-        values["tangential_traction"][step] = (state.contact_forces - normal) / candidates.area[:, None]
+        values["normal_traction"][step] = interface.forces[:, 0]
+        values["tangential_traction"][step] = state.contact_forces
         values["slip_distance"][step] = interface.slip_distance
         values["contact_state"][step] = interface.state
         values["counterface_displacement"][step] = state.counterfaces
-        self._add_drives(values["counterface_displacement"][step], state.displacement)
-        self._add_drives(values["counterface_velocity"][step], state.velocity)
-        np.add.at(values["counterface_force"][step], candidates.counterface, state.contact_forces)
 
-    def _add_drives(self, counterfaces: Array, field: Array) -> None:
-        """Add the motion by the drives, along the normals, to that of the counterfaces (n_counterfaces, dim)."""
-        system = self._system
-        for number, value in zip(system.unknowns.driven, field[system.free.size :], strict=True):
-            counterfaces[number] += value * system.counterfaces.shapes[number].unit_normal
+    def _complete_strains(self) -> None:
+        """Compute the strains of the last steps, whose displacements are kept."""
+        start = (self._next - 1) // len(self._strained) * len(self._strained)
+        strains = self._strains[start : self._next]
+        strains[:] = (self._strain_map @ self._strained[: len(strains)].T).T.reshape(strains.shape)
+
+    def _complete_counterfaces(self) -> None:
+        """Add the motion by the drives, along the normals, to that of the counterfaces."""
+        values, shapes = self.values, self._system.counterfaces.shapes
+        for column, number in enumerate(self._system.unknowns.driven):
+            normal = shapes[number].unit_normal
+            values["counterface_displacement"][:, number] += self._drives[0, :, column, None] * normal
+            values["counterface_velocity"][:, number] += self._drives[1, :, column, None] * normal
+
+    def _complete_tractions(self, steps: slice) -> None:
+        """Sum up the forces in the arrays of tractions, and make tractions of them."""
+        values, candidates = self.values, self._system.candidates
+        normal, forces = values["normal_traction"][steps], values["tangential_traction"][steps]
+        for number in range(len(self._system.counterfaces.shapes)):
+            own = candidates.counterface == number
+            values["counterface_force"][steps, number] = forces[:, own].sum(axis=1)
+        moved = values["contact_displacement"][steps]
+        moved = moved - values["counterface_displacement"][steps][:, candidates.counterface]
+        points = (candidates.positions + moved).reshape(-1, self._system.space.dim)
+        counterface = np.tile(candidates.counterface, len(normal))
+        forces -= normal[..., None] * self._system.counterfaces.normals(points, counterface).reshape(forces.shape)
+        forces /= candidates.area[:, None]
+        normal /= candidates.area
+
+    def _nodal(self, field: Array) -> Array:
+        """Return a field on the unknowns (n,) at all nodes, shape (n_nodes, dim)."""
+        full = np.zeros(self._system.space.n_dofs)
+        full[self._system.free] = field[: self._system.free.size]
+        return full.reshape(-1, self._system.space.dim)
 
     def _record_snapshot(self, number: int, state: State) -> None:
         values = self.values
         cells = self._cells.recovery
         values["snapshot_velocity"][number] = self._nodal(state.velocity)
-        values["snapshot_displacement"][number] = self._nodal(state.displacement)
-        strains = cells.strains(self._full)
+        displacement = self._nodal(state.displacement)
+        values["snapshot_displacement"][number] = displacement
+        strains = cells.strains(displacement.ravel())
         values["snapshot_strain_energy_density"][number] = cells.energy_densities(strains)
         values["snapshot_von_mises"][number] = von_mises(cells.stresses(strains))
 

@@ -208,6 +208,7 @@ def _provenance(stepper: Stepper, count: int, watch: Stopwatch) -> dict[str, obj
         "normal_penalty": _mean_penalty(system.candidates.normal_stiffness, system.candidates.area),
         "tangential_penalty": _mean_penalty(system.candidates.tangential_stiffness, system.candidates.area),
         **{f"seconds_{name}": value for name, value in watch.seconds.items()},
+        **{f"cpu_seconds_{name}": value for name, value in watch.cpu_seconds.items()},
     }
 
 

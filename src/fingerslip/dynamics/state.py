@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.interface import InterfaceState, rest_state
+from fingerslip.contact.solve.pieces import Piece
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.energy import Energies
 from fingerslip.dynamics.stepper import Stepper
@@ -48,7 +49,7 @@ class State:
         Iterations of the contact solver in the last step.
     residual : float
         Its relative residual [-].
-    working_set : WorkingSet or None
+    working_set : WorkingSet, Piece or None
         What the contact solver keeps for the next step.
     """
 
@@ -67,7 +68,7 @@ class State:
     energies: Energies
     iterations: int = 0
     residual: float = 0.0
-    working_set: WorkingSet | None = None
+    working_set: WorkingSet | Piece | None = None
 
 
 def first_state(stepper: Stepper) -> State:

@@ -9,6 +9,7 @@ from itertools import repeat
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.contact.frames import tangent_lengths
 from fingerslip.contact.interface import StepOutcome, settle
 from fingerslip.dynamics.anchor import is_at_rest, move_anchor, passes
 from fingerslip.dynamics.contact_step import ContactStep, solve_step
@@ -17,6 +18,7 @@ from fingerslip.dynamics.prediction import Prediction, predict
 from fingerslip.dynamics.scheme import StepChange
 from fingerslip.dynamics.state import State
 from fingerslip.dynamics.stepper import Stepper, Stopwatch
+from fingerslip.linear.products import two_products
 from fingerslip.linear.threads import Mapper, one_by_one
 
 __all__ = ["advance"]
@@ -95,18 +97,21 @@ def _finish(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: 
     """Return the state at the end of a step from its unknown (n,)."""
     system, scheme, before, unknown = stepper.system, stepper.scheme, start.before, np.ascontiguousarray(unknown)
     displacement = start.free.displacement + scheme.displacement_factor * unknown
+    velocity = start.free.velocity + scheme.velocity_factor * unknown
     acceleration = scheme.inertia_factor * unknown
-    inertia = system.mass @ acceleration
+    inertia, momentum = _mass_times(stepper, acceleration, velocity)
+    unbalance = scheme.start_weight * before.unbalance - inertia
+    if stepper.anchoring:
+        unbalance += start.anchor_force(stepper, unknown)
     after = replace(
         before,
         time=start.time,
         displacement=displacement,
-        velocity=start.free.velocity + scheme.velocity_factor * unknown,
+        velocity=velocity,
         acceleration=acceleration,
         inertia=inertia,
         load=start.load,
-        unbalance=(scheme.start_weight * before.unbalance - inertia + start.anchor_force(stepper, unknown))
-        / scheme.end_weight,
+        unbalance=unbalance / scheme.end_weight,
         unbalance_before=before.unbalance,
         counterfaces=start.counterfaces,
         moved=system.moved(displacement, start.counterfaces),
@@ -115,10 +120,17 @@ def _finish(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: 
         residual=contact.solution.residual,
         working_set=contact.working_set,
     )
-    return _settled(stepper, before, after, contact)
+    return _settled(stepper, before, after, momentum, contact)
 
 
-def _settled(stepper: Stepper, before: State, after: State, contact: ContactStep) -> State:
+def _mass_times(stepper: Stepper, acceleration: Array, velocity: Array) -> tuple[Array, Array]:
+    """Return the mass times acceleration [N] and times velocity [N s], both (n,); none where nothing has inertia."""
+    if not stepper.scheme.inertia_factor:
+        return np.zeros_like(acceleration), np.zeros_like(velocity)
+    return two_products(stepper.system.mass, acceleration, velocity)
+
+
+def _settled(stepper: Stepper, before: State, after: State, momentum: Array, contact: ContactStep) -> State:
     """Complete a step with what it did to the interface and to the energies."""
     mean_forces = 0.5 * (before.contact_forces + after.contact_forces)
     settled = settle(
@@ -127,13 +139,13 @@ def _settled(stepper: Stepper, before: State, after: State, contact: ContactStep
         contact.solution.forces,
         contact.relative,
         friction_coefficient=contact.coefficients,
-        stretch=np.linalg.norm(contact.frames[:, 1:], axis=2),
+        stretch=tangent_lengths(contact.frames) if stepper.stretch is None else stepper.stretch,
         work=-float(np.sum(mean_forces * (after.moved - before.moved))),
     )
-    return replace(after, interface=settled.state, energies=_energies(stepper, before, after, settled))
+    return replace(after, interface=settled.state, energies=_energies(stepper, before, after, momentum, settled))
 
 
-def _energies(stepper: Stepper, before: State, after: State, settled: StepOutcome) -> Energies:
+def _energies(stepper: Stepper, before: State, after: State, momentum: Array, settled: StepOutcome) -> Energies:
     """Complete the energy balance of a step."""
     change = StepChange(
         displacement=after.displacement - before.displacement,
@@ -142,14 +154,26 @@ def _energies(stepper: Stepper, before: State, after: State, settled: StepOutcom
         unbalance=(before.unbalance_before, before.unbalance, after.unbalance),
     )
     return before.energies.after(
-        kinetic=stepper.kinetic_energy(after.velocity),
-        strain=0.5 * float(after.displacement @ (stepper.system.stiffness @ after.displacement)),
+        kinetic=0.5 * stepper.scheme.inertia_factor * float(after.velocity @ momentum),
+        strain=_strain_energy(stepper, after),
         contact=settled.stored,
         friction=settled.friction,
         damping=_damped(stepper, before, after),
         numerical=stepper.scheme.dissipation(change) + settled.numerical,
         work=_external_work(stepper, before, after),
     )
+
+
+def _strain_energy(stepper: Stepper, state: State) -> float:
+    """Return the strain energy at the end of a step [J]: half the work of all forces that elasticity balances."""
+    displacement = state.displacement
+    if stepper.damping.mass or stepper.damping.stiffness:
+        return 0.5 * float(displacement @ (stepper.system.stiffness @ displacement))
+    # Without damping K u is the unbalanced force with loads and contact forces, and needs no product.
+    relative = state.moved
+    if state.counterfaces.size:
+        relative = relative + state.counterfaces[stepper.system.candidates.counterface]
+    return 0.5 * float(displacement @ (state.unbalance + state.load) + np.sum(state.contact_forces * relative))
 
 
 def _damped(stepper: Stepper, before: State, after: State) -> float:

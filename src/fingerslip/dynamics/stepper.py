@@ -6,11 +6,13 @@ import time as clock
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from fingerslip.contact.frames import tangent_lengths
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.condensation import Condensed, condense
 from fingerslip.dynamics.scheme import Scheme, make_scheme
@@ -31,18 +33,20 @@ _SOFT = 1e-4
 
 @dataclass
 class Stopwatch:
-    """Seconds spent in each part of a simulation."""
+    """Seconds spent in each part of a simulation, by the clock and by all cores together."""
 
     seconds: dict[str, float] = field(default_factory=dict)
+    cpu_seconds: dict[str, float] = field(default_factory=dict)
 
     @contextmanager
     def part(self, name: str) -> Iterator[None]:
         """Add the time that the block takes to `name`."""
-        start = clock.perf_counter()
+        start, cpu_start = clock.perf_counter(), clock.process_time()
         try:
             yield
         finally:
             self.seconds[name] = self.seconds.get(name, 0.0) + clock.perf_counter() - start
+            self.cpu_seconds[name] = self.cpu_seconds.get(name, 0.0) + clock.process_time() - cpu_start
 
 
 @dataclass(frozen=True)
@@ -81,6 +85,11 @@ class Stepper:
     constant_frames: Array | None
     anchoring: float = 0.0
 
+    @cached_property
+    def stretch(self) -> Array | None:
+        """Lengths of the constant frames' tangents, shape (n_c, dim - 1) [-]; None where frames turn."""
+        return None if self.constant_frames is None else tangent_lengths(self.constant_frames)
+
     def anchor_force(self, stretch: Array) -> Array:
         """Return the force of springs to an anchor that are stretched by (n,) [m], shape (n,) [N]."""
         force: Array = self.anchoring * (self.system.mass @ stretch)
@@ -88,8 +97,11 @@ class Stepper:
 
     def damping_force(self, velocity: Array) -> Array:
         """Return the damping force C v at a velocity (n,) [m/s], shape (n,) [N]."""
-        mass, stiffness = self.system.mass, self.system.stiffness
-        total: Array = self.damping.mass * (mass @ velocity) + self.damping.stiffness * (stiffness @ velocity)
+        total = np.zeros_like(velocity)
+        if self.damping.mass:
+            total += self.damping.mass * (self.system.mass @ velocity)
+        if self.damping.stiffness:
+            total += self.damping.stiffness * (self.system.stiffness @ velocity)
         return total
 
     def kinetic_energy(self, velocity: Array) -> float:

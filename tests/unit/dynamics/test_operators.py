@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import fingerslip as fs
-from fingerslip.dynamics.operators import Unknowns, relative_operator
+from fingerslip.dynamics.operators import NodalComponents, Unknowns, relative_operator
 from fingerslip.fe.space import build_space
 from problems.pushed import pad
 
@@ -36,3 +36,11 @@ def test_no_nodes_make_an_empty_map():
     unknowns = Unknowns(np.arange(SPACE.n_dofs), np.zeros(0, dtype=int))
     none = np.zeros(0, dtype=int)
     assert relative_operator(SPACE, unknowns, none, none, SHAPES).shape == (0, SPACE.n_dofs)
+
+
+def test_components_of_nodes_are_taken_from_the_unknowns_and_held_ones_are_zero():
+    unknowns = Unknowns(np.array([0, 2, 3, 5]), np.array([0]))
+    components = NodalComponents.of(unknowns, 6, np.array([4, 5, 0, 1]))
+    out = np.full((2, 2), np.nan)
+    components.take(np.array([10.0, 12.0, 13.0, 15.0, 99.0]), out)
+    assert out.tolist() == [[0.0, 15.0], [10.0, 0.0]]

@@ -1,6 +1,7 @@
 """The contact forces of one step, for any number of candidates.
 
-Few candidates are solved all together by compiled code (:mod:`fingerslip.contact.solve.newton`). Of many, most stay
+Few candidates are solved all together, in the plane piece by piece (:mod:`fingerslip.contact.solve.pieces`), in space
+by compiled code (:mod:`fingerslip.contact.solve.newton`). Of many, most stay
 open: the touching nodes and the nearest open ones form the *working set* on which Newton's method runs
 (:mod:`fingerslip.contact.solve.krylov`). Its forces are then checked on all candidates. Nodes outside the working set
 that would be penetrated join it, until there are none.
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.krylov import Start, newton_krylov
 from fingerslip.contact.solve.newton import ContactSolution, solve_friction
+from fingerslip.contact.solve.pieces import Piece, solve_by_pieces
 from fingerslip.contact.solve.projection import project, step_lengths
 from fingerslip.contact.solve.working_set import WorkingSet, gather
 
@@ -42,8 +44,8 @@ def solve_contact(
     start: Array,
     tolerance: float,
     *,
-    working_set: WorkingSet | None = None,
-) -> tuple[ContactSolution, WorkingSet | None]:
+    working_set: WorkingSet | Piece | None = None,
+) -> tuple[ContactSolution, WorkingSet | Piece | None]:
     """Find the contact forces of one step.
 
     Parameters
@@ -58,19 +60,27 @@ def solve_contact(
         First guess of the forces, best those of the last step [N].
     tolerance : float
         Relative residual at which to stop, over all candidates [-].
-    working_set : WorkingSet, optional
-        The working set of the last step.
+    working_set : WorkingSet or Piece, optional
+        What the last step left.
 
     Returns
     -------
     solution : ContactSolution
         The best forces found; the caller compares their residual with the tolerance.
-    working_set : WorkingSet or None
-        For the next step; None where all candidates were solved together.
+    working_set : WorkingSet, Piece or None
+        For the next step: the working set, or the piece in the plane where all candidates were solved together.
     """
-    if free.size <= _FEW:
-        return solve_friction(compliance.matrix, free, friction_coefficient, start, tolerance), None
-    return _solve_on_working_set(_problem(compliance, free, friction_coefficient), start, tolerance, working_set)
+    if free.size > _FEW:
+        old = working_set if isinstance(working_set, WorkingSet) else None
+        return _solve_on_working_set(_problem(compliance, free, friction_coefficient), start, tolerance, old)
+    matrix = compliance.matrix
+    if free.shape[1] != 2:
+        return solve_friction(matrix, free, friction_coefficient, start, tolerance), None
+    last = working_set if isinstance(working_set, Piece) else None
+    solution, piece = solve_by_pieces(matrix, free, friction_coefficient, start, tolerance, piece=last)
+    if piece is not None and piece.forces is solution.forces:
+        solution = replace(solution, response=piece.product - compliance.penalty * solution.forces)
+    return solution, piece
 
 
 @dataclass(frozen=True)

@@ -219,4 +219,4 @@ def _solve(compliance, free, friction, start, tolerance):  # type: ignore[no-unt
     for i in range(count):
         largest[i] = np.max(np.abs(residual[i]))
     worst = np.argmax(largest)
-    return forces, (largest[worst] / size if size > 0.0 else 0.0), iterations, worst
+    return forces, (largest[worst] / size if largest[worst] != 0.0 else 0.0), iterations, worst

@@ -33,7 +33,7 @@ class Preconditioner:
         Indices of the kept ones among the unknowns of the present working set.
     """
 
-    dense: DenseFactor
+    dense: DenseFactor[np.float32]
     nodes: Indices
     kept: NDArray[np.bool_]
     unknowns: Indices

@@ -27,6 +27,10 @@ _SCHUR, _RETURN_SCHUR_KEEP_FACTORS = 35, 2
 _PARALLEL, _TWO_LEVELS = 23, 1
 # Peak memory of the analysis, and what stays of it with the factors [KiB].
 _PEAK, _PERMANENT, _FACTORS = 14, 15, 16
+_POINTERS = {
+    np.dtype(kind): ctypes.POINTER(pointed)
+    for kind, pointed in ((np.int32, ctypes.c_int32), (np.int64, ctypes.c_int64), (np.float64, ctypes.c_double))
+}
 
 
 @dataclass(frozen=True)
@@ -129,28 +133,25 @@ class _Call:
         self._values = np.ascontiguousarray(upper.data, dtype=np.float64)
         self._rows = np.ascontiguousarray(upper.indptr + 1, dtype=np.int32)
         self._columns = np.ascontiguousarray(upper.indices + 1, dtype=np.int32)
+        one, zero, kind, size = (ctypes.byref(ctypes.c_int32(value)) for value in (1, 0, _SPD, self.size))
+        # Converting an argument takes a microsecond: what stays the same is converted once.
+        self._start = (_address(self._handle), one, one, kind)
+        self._matrix = (size, _address(self._values), _address(self._rows), _address(self._columns))
+        self._rest = (_address(self.settings), zero)
 
     def __call__(self, phase: int, given: Array, found: Array | None = None) -> Array:
         given = np.asfortranarray(given)
-        found = np.zeros_like(given, order="F") if found is None else found
-        int32, double = ctypes.POINTER(ctypes.c_int32), ctypes.POINTER(ctypes.c_double)
-        error = ctypes.c_int32(0)
+        found = np.empty_like(given, order="F") if found is None else found
+        error, sides = ctypes.c_int32(0), 1 if given.ndim == 1 else given.shape[1]
         self._function(
-            self._handle.ctypes.data_as(ctypes.POINTER(ctypes.c_int64)),
-            _integer(1),
-            _integer(1),
-            _integer(_SPD),
-            _integer(phase),
-            _integer(self.size),
-            self._values.ctypes.data_as(double),
-            self._rows.ctypes.data_as(int32),
-            self._columns.ctypes.data_as(int32),
-            self.order.ctypes.data_as(int32),
-            _integer(1 if given.ndim == 1 else given.shape[1]),
-            self.settings.ctypes.data_as(int32),
-            _integer(0),
-            given.ctypes.data_as(double),
-            found.ctypes.data_as(double),
+            *self._start,
+            ctypes.byref(ctypes.c_int32(phase)),
+            *self._matrix,
+            _address(self.order),
+            ctypes.byref(ctypes.c_int32(sides)),
+            *self._rest,
+            _address(given),
+            _address(found),
             ctypes.byref(error),
         )
         if error.value:
@@ -168,5 +169,6 @@ def _mkl_pardiso() -> Any:
     return pypardiso.PyPardisoSolver(mtype=_SPD)._mkl_pardiso  # noqa: SLF001
 
 
-def _integer(value: int) -> Any:
-    return ctypes.byref(ctypes.c_int32(value))
+def _address(array: NDArray[Any]) -> Any:
+    """Return a pointer to the first entry of an array, which must outlive it."""
+    return ctypes.cast(array.ctypes.data, _POINTERS[array.dtype])

@@ -1,0 +1,38 @@
+"""Products for which a matrix is read once are those of SciPy."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+from fingerslip.linear.products import add_columns, long_product, two_products
+
+
+def test_two_products_are_those_of_scipy():
+    rng = np.random.default_rng(0)
+    matrix = sparse.random_array((40, 30), density=0.2, rng=rng, format="csr")
+    first, second = rng.normal(size=(2, 30))
+    one, other = two_products(matrix, first, second)
+    np.testing.assert_allclose(one, matrix @ first, rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(other, matrix @ second, rtol=1e-14, atol=1e-15)
+
+
+def test_a_matrix_without_rows_gives_nothing():
+    one, other = two_products(sparse.csr_matrix((0, 3)), np.ones(3), np.ones(3))
+    assert one.shape == other.shape == (0,)
+
+
+def test_a_product_with_long_rows_is_that_of_scipy():
+    rng = np.random.default_rng(1)
+    matrix = sparse.random_array((20, 300), density=0.5, rng=rng, format="csr")
+    vector = rng.normal(size=300)
+    np.testing.assert_allclose(long_product(matrix, vector), matrix @ vector, rtol=1e-13, atol=1e-13)
+
+
+def test_columns_are_added_to_a_copy():
+    rng = np.random.default_rng(2)
+    matrix = sparse.random_array((30, 12), density=0.3, rng=rng, format="csc")
+    vector, weights = rng.normal(size=30), np.where(np.arange(12) % 3, rng.normal(size=12), 0.0)
+    before = vector.copy()
+    np.testing.assert_allclose(add_columns(vector, matrix, weights), vector + matrix @ weights, rtol=1e-14, atol=1e-14)
+    np.testing.assert_array_equal(vector, before)
