@@ -91,7 +91,8 @@ class Recorder:
         self._strains = np.zeros((times.size, len(model.record.sites), STRAIN_COMPONENTS[space.dim]))
         self._drives = np.zeros((2, times.size, unknowns.driven.size))
         self._cells = cells or CellFields(system)
-        self._snapshots = snapshot_steps(times, model.record.snapshots_every)
+        snapshots = snapshot_steps(times, model.record.snapshots_every)
+        self._snapshots = {step: number for number, step in enumerate(snapshots)}
         sizes = {
             "time": times.size,
             "site": len(model.record.sites),
@@ -108,7 +109,7 @@ class Recorder:
             for name, known in VARIABLES.items()
             if self._snapshots or "snapshot_time" not in known.dims
         }
-        self.values |= _coordinates(model, system, times, times[self._snapshots])
+        self.values |= _coordinates(model, system, times, times[snapshots])
 
     @property
     def nbytes(self) -> int:
@@ -128,8 +129,8 @@ class Recorder:
             self.values[name][step] = getattr(state.energies, attribute)
         self.values["contact_iterations"][step] = state.iterations
         self.values["contact_residual"][step] = state.residual
-        if step in self._snapshots:
-            self._record_snapshot(self._snapshots.index(step), state)
+        if (snapshot := self._snapshots.get(step)) is not None:
+            self._record_snapshot(snapshot, state)
 
     def complete(self) -> None:
         """Fill in what follows from the recorded states."""
