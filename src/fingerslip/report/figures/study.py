@@ -108,6 +108,7 @@ def latency_figure(
     keys: dict[str, Artist] = {
         READINGS[reading]: Line2D([], [], linestyle="", marker=mark, color=_READING_COLOURS[reading], markersize=6)
         for reading, mark in _recorded(runs).items()
+        if any(run.events.reading(reading).latency is not None for run in runs)
     }
     add_legend(figure, keys | _published_key(reference))
     return figure

@@ -120,4 +120,15 @@ def test_a_reading_that_no_run_recorded_has_no_key(draw: Callable[..., Figure]) 
     silent = Events(SlipEvents(1.5, None, 1.6, 1.7), acceleration=SlipEvents(recorded=False))
     runs = [RunResult(str(friction), {path: friction}, silent) for friction in (0.2, 0.4)]
     assert "acceleration peaks" not in words(draw(runs, path))
-    assert "acceleration peaks" in words(draw(swept_runs(), path))
+    heard = Events(SlipEvents(1.5, None, 1.6, 1.7), acceleration=SlipEvents(1.5, None, 1.6, 1.7))
+    runs = [RunResult(str(friction), {path: friction}, heard) for friction in (0.2, 0.4)]
+    assert "acceleration peaks" in words(draw(runs, path))
+
+
+def test_a_reading_without_any_latency_has_no_key() -> None:
+    path = "contact.friction_coefficient"
+    never = Events(SlipEvents(1.5, None, 1.6, 1.7), acceleration=SlipEvents(None, None, None, 1.7))
+    runs = [RunResult(str(friction), {path: friction}, never) for friction in (0.2, 0.4)]
+    shown = words(latency_figure(runs, path))
+    assert "accumulated slip" in shown
+    assert "acceleration peaks" not in shown
