@@ -201,7 +201,9 @@ def columns_for(count: int) -> int:
 
 
 def add_legend(figure: Figure, keys: Mapping[str, Artist]) -> None:
-    """Put a legend below all panels, in as many columns as the width of the figure holds."""
+    """Put a legend below all panels, in as many columns as the width of the figure holds; none without keys."""
+    if not keys:
+        return
     width = sum(_KEY_WIDTH + _LETTER_WIDTH * len(name) for name in keys)
     rows = math.ceil(width / figure.get_figwidth())
     columns = math.ceil(len(keys) / rows)

@@ -111,3 +111,9 @@ def test_regions_that_have_no_colour_of_their_own_take_others_in_turn() -> None:
     assert list(colours) == ["epidermis", "tissue", "b", "a"]
     assert colours["a"] != colours["b"]
     assert len(region_colours([str(number) for number in range(6)])) == 6
+
+
+def test_a_figure_without_keys_has_no_legend() -> None:
+    figure, _ = figure_grid(1, 1, (2.0, 2.0), "nothing", ("x", "y"))
+    add_legend(figure, {})
+    assert figure.legends == []
