@@ -60,7 +60,8 @@ def balance(model):
 
     With F = C v + K u - f the unbalanced force, the scheme takes h (beta - gamma/2) da.M dv - (gamma - 1/2) da.M du
     + alpha/2 du.(F2 - F0) per step. A plane's contact law takes dt.s/2 where a node slips by s, and half the old force
-    times the new gap where it opens, less the new force times the old gap where it closes.
+    times the new gap where it opens, less the new force times the old gap where it closes; forces that are dropped do
+    work by their mean as well.
     """
     stepper = make_stepper(model)
     system, marching = stepper.system, condensed_states(stepper, model)
@@ -71,7 +72,7 @@ def balance(model):
     for after in marching:
         states = [states[-1], after]
         forces = [*forces[-2:], unbalance(stepper, states[1])]
-        lost += dissipated(stepper, *states) + taken_by_scheme(stepper, *states, forces)
+        lost += dissipated(stepper, *states) + taken_by_scheme(stepper, *states, forces) + taken_by_dropping(*states)
         work += external_work(system, *states)
         largest = max(largest, abs(work))
         imbalance = max(imbalance, abs(work - lost - (stored(system, states[1]) - start)))
@@ -123,9 +124,19 @@ def taken_by_scheme(stepper, before, after, forces):
     return newmark + alpha / 2 * displacement @ (forces[2] - forces[0])
 
 
+def dropped(before, after):
+    """Return the mean over a step of what comes to the contact forces where forces are dropped [N]."""
+    return 0.5 * sum(state.release.correction for state in (before, after) if state.release is not None)
+
+
+def taken_by_dropping(before, after):
+    """Return what the contact takes in a step by dropping forces [J]."""
+    return -np.sum(dropped(before, after) * (after.moved - before.moved))
+
+
 def external_work(system, before, after):
     """Return the work of plate and loads in a step [J]."""
-    mean = 0.5 * (before.contact_forces + after.contact_forces)
+    mean = 0.5 * (before.contact_forces + after.contact_forces) + dropped(before, after)
     plate = np.sum(mean * (after.counterfaces - before.counterfaces)[system.candidates.counterface])
     return plate + 0.5 * (before.load + after.load) @ (after.displacement - before.displacement)
 

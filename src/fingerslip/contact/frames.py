@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["contact_frames", "rotate_compliance", "sliding_direction", "tangent_lengths"]
+__all__ = ["contact_frames", "in_frames", "rotate_compliance", "sliding_direction", "tangent_lengths"]
 
 Array = NDArray[np.float64]
 
@@ -35,6 +35,18 @@ def contact_frames(normals: Array, direction: Array) -> Array:
     along[lost] = np.cross(normals[lost], np.roll(direction, 1))
     first = along / np.linalg.norm(along, axis=1, keepdims=True)
     return np.stack([normals, first, np.cross(normals, first)], axis=1)
+
+
+def in_frames(frames: Array, forces: Array) -> Array:
+    """Return forces in global components in frames whose tangents may have any length, both (n, dim).
+
+    Examples
+    --------
+    >>> in_frames(np.array([[[0.0, 1.0], [2.0, 0.0]]]), np.array([[3.0, 5.0]])).tolist()
+    [[5.0, 1.5]]
+    """
+    given: Array = np.einsum("cij,cj->ci", frames, forces) / np.einsum("cij,cij->ci", frames, frames)
+    return given
 
 
 def tangent_lengths(frames: Array) -> Array:

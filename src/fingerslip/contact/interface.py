@@ -158,7 +158,7 @@ def settle(
     stretch : (n_c, dim - 1) array
         Length of the frames' tangents [-]: 1 but for anisotropic friction.
     work : float
-        Work done on the interface in the step, by the mean of the forces at both ends [J].
+        Work done on the interface in the step, by the mean of the forces over it [J].
 
     Examples
     --------

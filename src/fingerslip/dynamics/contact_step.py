@@ -8,12 +8,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.contact.frames import in_frames
 from fingerslip.contact.interface import conditions, contact_problem
+from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.forces import solve_contact
 from fingerslip.contact.solve.newton import ContactSolution
 from fingerslip.contact.solve.pieces import Piece
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.prediction import Prediction
+from fingerslip.dynamics.release import Release, drop, fade, find_changes
 from fingerslip.dynamics.stepper import Stepper
 from fingerslip.errors import ConvergenceError
 
@@ -44,6 +47,10 @@ class ContactStep:
         The forces in the frames.
     working_set : WorkingSet, Piece or None
         For the next step.
+    release : Release or None
+        Of nodes that have left, at the end of the step.
+    release_force : (n_c, dim) array or None
+        What their leaving adds to the equation of motion, in global components [N]; None where none leave.
     """
 
     frames: Array
@@ -51,6 +58,8 @@ class ContactStep:
     relative: Array
     solution: ContactSolution
     working_set: WorkingSet | Piece | None
+    release: Release | None = None
+    release_force: Array | None = None
 
     @cached_property
     def forces(self) -> Array:
@@ -78,14 +87,61 @@ def solve_step(stepper: Stepper, start: Prediction, local: Array) -> ContactStep
     ConvergenceError
         Where the contact problem was not solved.
     """
-    candidates, before = stepper.system.candidates, start.before.interface
     frames, relative = _free_motion(stepper, start, local.reshape(start.moved.shape))
     constant = stepper.constant_frames is not None
     compliance = stepper.compliance if constant else replace(stepper.compliance, frames=frames)
+    found = _solved(stepper, start, compliance, frames, relative)
+    marks = _changes(stepper, start, found)
+    if not marks.any():
+        return _faded(stepper, start, found)
+    before = start.before
+    forces, dropped = (before.contact_forces_before, before.contact_forces), np.zeros_like(marks)
+    while (marks > dropped).any():
+        dropped = np.maximum(dropped, marks)
+        release, release_force = drop(stepper.scheme, forces, before.release, dropped, frames[:, 0])
+        given = in_frames(frames, release_force) / stepper.scheme.end_weight
+        again = _solved(stepper, start, compliance, frames, relative + compliance.response(given), earlier=found)
+        found = replace(again, release=release, release_force=release_force)
+        marks = _changes(stepper, start, found)
+    return found
+
+
+def _changes(stepper: Stepper, start: Prediction, found: ContactStep) -> NDArray[np.int8]:
+    """Mark the candidates whose force at the start of the step must not count, shape (n_c,)."""
+    before, stiffness = start.before.interface, stepper.system.candidates.tangential_stiffness
+    if not stepper.scheme.inertia_factor:
+        return np.zeros(len(stiffness), dtype=np.int8)
+    forces, relative = (before.forces, found.solution.forces), (before.relative, found.relative)
+    return find_changes(forces, relative, stiffness, found.coefficients)
+
+
+def _faded(stepper: Stepper, start: Prediction, found: ContactStep) -> ContactStep:
+    """Return a step in which no force was dropped, with what is left of earlier ones."""
+    if start.before.release is None:
+        return found
+    return replace(found, release=fade(stepper.scheme, start.before.release))
+
+
+def _solved(
+    stepper: Stepper,
+    start: Prediction,
+    compliance: Compliance,
+    frames: Array,
+    relative: Array,
+    *,
+    earlier: ContactStep | None = None,
+) -> ContactStep:
+    """Solve the contact problem for a motion `relative` (n_c, dim) [m] without contact forces.
+
+    The search starts from an earlier solution of the step, or from the forces at its start.
+    """
+    candidates, before = stepper.system.candidates, start.before.interface
     given = conditions(candidates, before, stepper.scheme.step, start.time)
     coefficients = stepper.system.counterfaces.coefficients(given, candidates.counterface)
-    problem, old = contact_problem(candidates, before, relative), start.before.working_set
-    solution, working_set = solve_contact(compliance, problem, coefficients, before.forces, _GOAL, working_set=old)
+    problem = contact_problem(candidates, before, relative)
+    old = start.before.working_set if earlier is None else earlier.working_set
+    first = before.forces if earlier is None else earlier.solution.forces
+    solution, working_set = solve_contact(compliance, problem, coefficients, first, _GOAL, working_set=old)
     _check_solved(stepper, start, solution)
     response = compliance.response(solution.forces) if solution.response is None else solution.response
     return ContactStep(frames, coefficients, relative + response, solution, working_set)

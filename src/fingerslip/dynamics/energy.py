@@ -80,16 +80,14 @@ class Energies:
 def made_energy(history: xr.Dataset) -> tuple[float, float]:
     """Return how much energy the steps of a motion have made, in J and as a share of the largest energy.
 
-    That is how far the accumulated numerical dissipation falls below what it has been. The contact force at the start
-    of a step counts half of it, also for a node that leaves the counterface early in the step: what it then gets too
-    much is (k g_0) g_1 / 2 for a penalty k, an old depth g_0 and a new gap g_1.
+    That is how far friction and numerical dissipation together, accumulated, fall below what they have been.
 
     Parameters
     ----------
     history : xarray.Dataset
         The history.
     """
-    dissipated = history["numerical_dissipation"].values
+    dissipated = history["friction_dissipation"].values + history["numerical_dissipation"].values
     made = float((np.maximum.accumulate(dissipated) - dissipated).max(initial=0.0))
     names = ("kinetic_energy", "strain_energy", "external_work")
     largest = max(float(np.abs(history[name].values).max(initial=0.0)) for name in names)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.dynamics.release import fading_forces
 from fingerslip.dynamics.scheme import Predictor
 from fingerslip.dynamics.state import State
 from fingerslip.dynamics.stepper import Stepper
@@ -96,4 +97,6 @@ def _right_hand_side(stepper: Stepper, before: State, free: Predictor, load: Arr
     if damping.mass:
         force = force + damping.mass * (system.mass @ free.velocity)
     total: Array = scheme.end_weight * (load - force) + scheme.start_weight * before.unbalance
+    if before.release is not None:
+        total += system.relative.T @ fading_forces(scheme, before.release).ravel()
     return total

@@ -5,8 +5,10 @@ unknown x that solves ::
 
     M a_1 + w_1 F_1 = w_0 F_0,    u_1 = u~ + c_u x,    v_1 = v~ + c_v x,    a_1 = c_a x
 
-A scheme is its weights w_0 and w_1, its factors c_u, c_v and c_a, its prediction u~ and v~ from the state at the start,
-and the energy that it dissipates by itself.
+Contact forces are part of F, but for those that a step must not count (:mod:`fingerslip.dynamics.release`). A scheme
+is its weights w_0 and w_1, its factors c_u, c_v and c_a, the share m of the end of a step in the change of velocity
+v_1 - v_0 = h [(1 - m) a_0 + m a_1], its prediction u~ and v~ from the state at the start, and the energy that it
+dissipates by itself.
 """
 
 from __future__ import annotations
@@ -79,6 +81,10 @@ class Scheme(Protocol):
         """Weight w_1 of the forces at the end of a step, contact forces included [-]."""
 
     @property
+    def end_share(self) -> float:
+        """Share m of the acceleration at the end of a step in the mean over it [-]."""
+
+    @property
     def displacement_factor(self) -> float:
         """Change c_u of the displacement per unknown."""
 
@@ -129,6 +135,11 @@ class HHT:
     def end_weight(self) -> float:
         """Weight 1 + alpha of the forces at the end [-]."""
         return 1.0 + self.alpha
+
+    @property
+    def end_share(self) -> float:
+        """Share gamma of the acceleration at the end in the change of velocity [-]."""
+        return self.gamma
 
     @property
     def displacement_factor(self) -> float:
@@ -195,6 +206,11 @@ class Static:
     @property
     def end_weight(self) -> float:
         """Weight of the forces at the end, 1 [-]."""
+        return 1.0
+
+    @property
+    def end_share(self) -> float:
+        """Share of the end in a mean over a step, 1 [-]; nothing has inertia."""
         return 1.0
 
     @property

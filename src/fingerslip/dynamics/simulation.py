@@ -180,12 +180,12 @@ def _history(stepper: Stepper, recorder: Recorder, times: Array, count: int, wat
 
 
 def _warn_of_made_energy(history: xr.Dataset) -> None:
-    """Warn where steps have made energy: nodes that leave the counterface at large steps or stiff contact can."""
+    """Warn where steps have made energy, as those of a user's own scheme can."""
     made, share = made_energy(history)
     if share > _MADE_ENERGY:
         _logger.warning(
-            "time steps have made %.3g J, %.0f %% of the largest energy, where nodes left the counterface: "
-            "take a smaller step, softer contact penalties or alpha = -0.3",
+            "time steps have made %.3g J, %.0f %% of the largest energy: take a smaller step, softer contact "
+            "penalties, or the scheme TimeStepping, whose impacts make none",
             *(made, 100 * share),
         )
 

@@ -11,6 +11,7 @@ from fingerslip.contact.interface import InterfaceState, rest_state
 from fingerslip.contact.solve.pieces import Piece
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.energy import Energies
+from fingerslip.dynamics.release import Release
 from fingerslip.dynamics.stepper import Stepper
 from fingerslip.linear.factorisation import factorise
 
@@ -39,8 +40,8 @@ class State:
         Prescribed displacement of the counterfaces [m].
     moved : (n_c, dim) array
         Displacement of the candidates relative to their counterfaces [m].
-    contact_forces : (n_c, dim) array
-        Forces of the counterfaces on the candidates in global components [N].
+    contact_forces, contact_forces_before : (n_c, dim) array
+        Forces of the counterfaces on the candidates in global components, now and one step earlier [N].
     interface : InterfaceState
         The contact candidates in their frames.
     energies : Energies
@@ -51,6 +52,8 @@ class State:
         Its relative residual [-].
     working_set : WorkingSet, Piece or None
         What the contact solver keeps for the next step.
+    release : Release or None
+        What nodes that have left a counterface still feel; None where there are none.
     """
 
     time: float
@@ -64,11 +67,13 @@ class State:
     counterfaces: Array
     moved: Array
     contact_forces: Array
+    contact_forces_before: Array
     interface: InterfaceState
     energies: Energies
     iterations: int = 0
     residual: float = 0.0
     working_set: WorkingSet | Piece | None = None
+    release: Release | None = None
 
 
 def first_state(stepper: Stepper) -> State:
@@ -90,6 +95,7 @@ def first_state(stepper: Stepper) -> State:
         counterfaces=np.zeros((len(system.motions), system.space.dim)),
         moved=none,
         contact_forces=none,
+        contact_forces_before=none,
         interface=rest_state(candidates, system.counterfaces.gaps(candidates.positions, candidates.counterface)),
         energies=Energies(kinetic=kinetic, initial=kinetic),
     )

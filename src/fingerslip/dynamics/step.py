@@ -57,7 +57,7 @@ def advance(
     ConvergenceError
         Where the contact problem was not solved, or contact alone does not hold a body without inertia.
     """
-    condensed, weight = steppers[0].condensed, steppers[0].scheme.end_weight
+    condensed = steppers[0].condensed
     starts = list(map(predict, steppers, states, repeat(time), counterfaces))
     for _ in passes(steppers, time):
         with watch.part("substitution"):
@@ -66,7 +66,7 @@ def advance(
             contacts = list(mapper(solve_step, steppers, starts, _own_rows(steppers, halfway.local)))
             forces = _joint_forces(steppers, contacts, halfway.local.shape)
         with watch.part("substitution"):
-            unknowns = condensed.backward(halfway, weight * forces).reshape(-1, len(starts)).T
+            unknowns = condensed.backward(halfway, forces).reshape(-1, len(starts)).T
         if all(map(is_at_rest, steppers, starts, contacts, unknowns)):
             break
         starts = list(map(move_anchor, steppers, starts, unknowns))
@@ -86,10 +86,13 @@ def _own_rows(steppers: Sequence[Stepper], local: Array) -> list[Array]:
 
 
 def _joint_forces(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], shape: tuple[int, ...]) -> Array:
-    """Return the contact forces of all motions on the joint rows, shape (m,) or (m, k) [N]."""
+    """Return what contact adds to the equations of all motions, on the joint rows, shape (m,) or (m, k) [N]."""
     forces = np.zeros((shape[0], len(steppers)))
     for number, (stepper, contact) in enumerate(zip(steppers, contacts, strict=True)):
-        forces[stepper.rows, number] = contact.forces.ravel()
+        added = stepper.scheme.end_weight * contact.forces
+        if contact.release_force is not None:
+            added += contact.release_force
+        forces[stepper.rows, number] = added.ravel()
     return forces.reshape(shape)
 
 
@@ -103,6 +106,8 @@ def _finish(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: 
     unbalance = scheme.start_weight * before.unbalance - inertia
     if stepper.anchoring:
         unbalance += start.anchor_force(stepper, unknown)
+    if contact.release is not None:
+        unbalance += system.relative.T @ contact.release.correction.ravel()
     after = replace(
         before,
         time=start.time,
@@ -116,9 +121,11 @@ def _finish(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: 
         counterfaces=start.counterfaces,
         moved=system.moved(displacement, start.counterfaces),
         contact_forces=contact.forces,
+        contact_forces_before=before.contact_forces,
         iterations=contact.solution.iterations,
         residual=contact.solution.residual,
         working_set=contact.working_set,
+        release=contact.release,
     )
     return _settled(stepper, before, after, momentum, contact)
 
@@ -132,7 +139,7 @@ def _mass_times(stepper: Stepper, acceleration: Array, velocity: Array) -> tuple
 
 def _settled(stepper: Stepper, before: State, after: State, momentum: Array, contact: ContactStep) -> State:
     """Complete a step with what it did to the interface and to the energies."""
-    mean_forces = 0.5 * (before.contact_forces + after.contact_forces)
+    acting = _mean_forces(before, after)
     settled = settle(
         stepper.system.candidates,
         before.interface,
@@ -140,9 +147,19 @@ def _settled(stepper: Stepper, before: State, after: State, momentum: Array, con
         contact.relative,
         friction_coefficient=contact.coefficients,
         stretch=tangent_lengths(contact.frames) if stepper.stretch is None else stepper.stretch,
-        work=-float(np.sum(mean_forces * (after.moved - before.moved))),
+        work=-float(np.sum(acting * (after.moved - before.moved))),
     )
     return replace(after, interface=settled.state, energies=_energies(stepper, before, after, momentum, settled))
+
+
+def _mean_forces(before: State, after: State) -> Array:
+    """Return the contact forces that do work in a step, shape (n_c, dim) [N]."""
+    total = before.contact_forces + after.contact_forces
+    for state in (before, after):
+        if state.release is not None:
+            total += state.release.correction
+    mean: Array = 0.5 * total
+    return mean
 
 
 def _energies(stepper: Stepper, before: State, after: State, momentum: Array, settled: StepOutcome) -> Energies:
@@ -185,5 +202,5 @@ def _external_work(stepper: Stepper, before: State, after: State) -> float:
     work = 0.5 * float((before.load + after.load) @ (after.displacement - before.displacement))
     if after.counterfaces.size:
         travel = (after.counterfaces - before.counterfaces)[stepper.system.candidates.counterface]
-        work += 0.5 * float(np.sum((before.contact_forces + after.contact_forces) * travel))
+        work += float(np.sum(_mean_forces(before, after) * travel))
     return work

@@ -1,8 +1,9 @@
 """An independent solver at full size: dense matrices, and Newton's method on every degree of freedom.
 
 Its contact law is the penalty law with return mapping in the displacements, not the complementarity problem in the
-forces that the condensed solver solves; and the unbalanced force is computed from its definition at every step. It
-takes a plate below the body, with the last axis as its normal, HHT-alpha steps and Coulomb friction.
+forces that the condensed solver solves; and the unbalanced force is computed from its definition at every step. Which
+forces at the start of a step are dropped follows node by node from :mod:`fingerslip.dynamics.release`. It takes a plate
+below the body, with the last axis as its normal, HHT-alpha steps and Coulomb friction.
 """
 
 from __future__ import annotations
@@ -42,14 +43,19 @@ class FullMotion:
     ----------
     displacement, velocity, acceleration : (n_dofs,) array
         [m], [m/s], [m/s^2].
-    forces : (n_c, dim) array
-        Contact forces on the boundary's nodes in global components [N].
+    forces, pushes : (n_c, dim) array
+        Contact forces on the boundary's nodes in global components, and with what they count at the start of the next
+        step [N].
+    fading : (n_c, dim) array
+        Part of `pushes` that is left of dropped forces [N].
     """
 
     displacement: Array
     velocity: Array
     acceleration: Array
     forces: Array
+    pushes: Array
+    fading: Array
 
 
 @dataclass(frozen=True)
@@ -133,14 +139,20 @@ class FullSystem:
         velocity = before.velocity + step * ((1.0 - self.gamma) * before.acceleration + self.gamma * acceleration)
         return displacement, velocity
 
-    def residual(self, acceleration: Array, before: FullMotion, plates: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Return the residual of a step (n_free,) [N] and its derivative by the acceleration (n_free, n_free) [kg]."""
+    def residual(
+        self, acceleration: Array, before: FullMotion, plates: tuple[Array, Array], correction: Array
+    ) -> tuple[Array, Array]:
+        """Return the residual of a step (n_free,) [N] and its derivative by the acceleration (n_free, n_free) [kg].
+
+        `correction` (n_c, dim) [N] comes to the contact forces of the scheme.
+        """
         step, alpha = self.time.step, self.time.alpha
         displacement, velocity = self.end(acceleration, before)
         forces, slopes = self.contact(displacement, before, plates)
         old = self.unbalance(before.displacement, before.velocity, before.forces)
         new = self.unbalance(displacement, velocity, forces)
         residual = self.mass @ acceleration + (1.0 + alpha) * new - alpha * old
+        residual[self.dofs.ravel()] -= correction.ravel()
         stiffness = self.stiffness.copy()
         for dofs, slope in zip(self.dofs, slopes, strict=True):
             stiffness[np.ix_(dofs, dofs)] -= slope
@@ -149,7 +161,7 @@ class FullSystem:
         return residual[self.free], tangent[np.ix_(self.free, self.free)]
 
     def step(self, before: FullMotion, plates: tuple[Array, Array], time: float, scale: float) -> FullMotion:
-        """Take one step: Newton's method, with steps halved until they help.
+        """Take one step, again without the forces at its start that must not count, as long as there are more of them.
 
         Parameters
         ----------
@@ -162,8 +174,43 @@ class FullSystem:
         scale : float
             The largest acceleration of the motion [m/s^2].
         """
-        acceleration = before.acceleration.copy()
-        residual, tangent = self.residual(acceleration, before, plates)
+        alpha, remainder = self.time.alpha, 1.0 - 1.0 / self.gamma
+        dropped = np.zeros(before.forces.shape, dtype=bool)
+        while True:
+            fading = remainder * np.where(dropped, before.pushes, before.fading)
+            correction = fading + np.where(dropped, alpha * before.forces, 0.0)
+            acceleration = self._accelerated(before, plates, correction, (time, scale))
+            displacement, velocity = self.end(acceleration, before)
+            forces = self.contact(displacement, before, plates)[0]
+            more = self._to_drop(before, displacement, forces, plates) & ~dropped
+            if not more.any():
+                pushes = (1.0 + alpha) * forces - alpha * before.forces + correction
+                return FullMotion(displacement, velocity, acceleration, forces, pushes, fading)
+            dropped |= more
+
+    def _to_drop(self, before: FullMotion, displacement: Array, forces: Array, plates: tuple[Array, Array]) -> Array:
+        """Tell which components of the forces at the start must not count, (n_c, dim)."""
+        touched = before.forces[:, -1] > 0.0
+        moved = (displacement - before.displacement)[self.dofs] - (plates[1] - plates[0])
+        slip = moved[:, :-1] + (forces - before.forces)[:, :-1] / self.springs[:, 1:]
+        work = np.sum(slip * (forces + before.forces)[:, :-1], axis=1)
+        limit = self.friction * forces[:, -1]
+        slips = np.linalg.norm(forces[:, :-1], axis=1) >= limit * (1.0 - 1e-9)
+        turns = touched & slips & (work > 1e-9 * limit**2 / self.springs[:, 1])
+        leaves = touched & (forces[:, -1] <= 0.0)
+        dropped = np.tile((turns | leaves)[:, None], (1, forces.shape[1]))
+        dropped[:, -1] = leaves
+        return dropped
+
+    def _accelerated(
+        self, before: FullMotion, plates: tuple[Array, Array], correction: Array, at: tuple[float, float]
+    ) -> Array:
+        """Return the acceleration at the end of a step (n_dofs,) [m/s^2]: Newton's method with a line search.
+
+        `at` are the end of the step [s] and the largest acceleration of the motion [m/s^2].
+        """
+        (time, scale), acceleration = at, before.acceleration.copy()
+        residual, tangent = self.residual(acceleration, before, plates, correction)
         change = np.full(self.free.size, np.inf)
         for _ in range(_NEWTON_LIMIT):
             change = np.linalg.solve(tangent, residual)
@@ -171,13 +218,12 @@ class FullSystem:
             for length in 0.5 ** np.arange(_HALVINGS):
                 trial = acceleration.copy()
                 trial[self.free] -= length * change
-                new, tangent = self.residual(trial, before, plates)
+                new, tangent = self.residual(trial, before, plates, correction)
                 if tiny or np.linalg.norm(new) < np.linalg.norm(residual):
                     break
             acceleration, residual = trial, new
             if tiny:
-                displacement, velocity = self.end(acceleration, before)
-                return FullMotion(displacement, velocity, acceleration, self.contact(displacement, before, plates)[0])
+                return acceleration
         raise ConvergenceError(time, -1, float(np.abs(change).max()), _TOLERANCE, "the reference has to be repaired")
 
 
@@ -214,8 +260,8 @@ def full_system(model: Model) -> FullSystem:
 
 def full_motions(system: FullSystem, plates: Array, times: Array) -> list[FullMotion]:
     """Return the motion at every time [s] (n_times,), under the plate's displacements (n_times, dim) [m]."""
-    none = np.zeros(len(system.mass))
-    motions, scale = [FullMotion(none, none, none, np.zeros(system.dofs.shape))], 0.0
+    none, unloaded = np.zeros(len(system.mass)), np.zeros(system.dofs.shape)
+    motions, scale = [FullMotion(none, none, none, unloaded, unloaded, unloaded)], 0.0
     for number in range(1, times.size):
         motions.append(system.step(motions[-1], (plates[number - 1], plates[number]), float(times[number]), scale))
         scale = max(scale, float(np.abs(motions[-1].acceleration).max()))

@@ -122,6 +122,7 @@ class Trapezoidal:
     start_weight: ClassVar[float] = 0.0
     end_weight: ClassVar[float] = 1.0
     inertia_factor: ClassVar[float] = 1.0
+    end_share: ClassVar[float] = 0.5
 
     @property
     def displacement_factor(self):
@@ -152,5 +153,5 @@ def test_what_is_no_scheme_is_refused():
         dataclasses.replace(oscillator(0.1, 0.0, 6.0), time=5e-3)
     incomplete = SimpleNamespace(step=0.1, end=1.0, end_weight=1.0)
     model = dataclasses.replace(oscillator(0.1, 0.0, 6.0), time=incomplete)
-    with pytest.raises(InputError, match=r"time: got a SimpleNamespace, needs .* lacks start_weight, disp"):
+    with pytest.raises(InputError, match=r"time: got a SimpleNamespace, needs .* lacks start_weight, end_share, disp"):
         fs.simulate(model)

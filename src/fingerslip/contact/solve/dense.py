@@ -42,11 +42,11 @@ class DenseFactor(Generic[T]):
     def solve(self, vector: NDArray[T]) -> NDArray[T]:
         """Return the solution for a right-hand side (n,), same shape."""
         found = np.array(vector, dtype=self.factors.dtype)
-        size, one = ctypes.c_int(found.size), ctypes.c_int(1)
+        size, one, stride = ctypes.c_int(found.size), ctypes.c_int(1), ctypes.c_int(max(1, found.size))
         arrays = (self.factors.ctypes, self.pivots.ctypes, found.ctypes)
         matrix, pivots, given = (array.data_as(ctypes.c_void_p) for array in arrays)
         # LAPACK reads our rows as columns, that is, the transpose: its transposed problem is ours.
-        _call("getrs", self.factors.dtype, ctypes.c_char(b"T"), size, one, matrix, size, pivots, given, size)
+        _call("getrs", self.factors.dtype, ctypes.c_char(b"T"), size, one, matrix, stride, pivots, given, stride)
         return found
 
 
@@ -59,9 +59,9 @@ def factorise_dense(matrix: NDArray[T]) -> DenseFactor[T]:
         The matrix in C order; its memory then holds the factors.
     """
     pivots = np.zeros(len(matrix), dtype=np.int32)
-    size = ctypes.c_int(len(matrix))
+    size, stride = ctypes.c_int(len(matrix)), ctypes.c_int(max(1, len(matrix)))
     memory, swapped = (array.ctypes.data_as(ctypes.c_void_p) for array in (matrix, pivots))
-    _call("getrf", matrix.dtype, size, size, memory, size, swapped)
+    _call("getrf", matrix.dtype, size, size, memory, stride, swapped)
     # The factors precondition, or what they solve is checked: with ones for zero pivots they stay finite.
     diagonal = np.einsum("ii->i", matrix)
     diagonal[diagonal == 0.0] = 1.0
