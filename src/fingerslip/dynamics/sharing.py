@@ -105,7 +105,7 @@ def _even_parts(group: list[int]) -> list[list[int]]:
 
 def _difference(one: Model, other: Model) -> str:
     """Return what keeps two models from having the same matrix; empty if nothing does."""
-    for name in ("materials", "formulation", "depth", "supports", "damping", "integration"):
+    for name in ("materials", "formulation", "depth", "supports", "damping", "integration", "basis"):
         if getattr(one, name) != getattr(other, name):
             return name
     if not _same_mesh(one.mesh, other.mesh):

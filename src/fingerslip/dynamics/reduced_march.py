@@ -1,0 +1,193 @@
+"""Motions in a reduced basis, as large as the tolerance needs, or none where the mesh is the better choice."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.digest import digest
+from fingerslip.dynamics.motions import Marched, Motions, march_motions
+from fingerslip.dynamics.reduction import (
+    further_shapes,
+    interface_unknowns,
+    observed_unknowns,
+    reduced_system,
+)
+from fingerslip.dynamics.residual import ResidualCheck
+from fingerslip.errors import FingerslipError
+from fingerslip.fe.rigid_motions import free_pieces
+from fingerslip.linear.craig_bampton import CraigBampton, StaticResponses, craig_bampton, static_responses, vibrations
+from fingerslip.linear.memory import available_memory
+
+__all__ = ["BasisStore", "march_reduced"]
+
+Array = NDArray[np.float64]
+
+# Vibrations of the first basis and of the largest one.
+_FEWEST, _MOST = 20, 640
+# Square matrices of the interface's size that exist at once: static responses, eigenvectors, compliances.
+_SQUARES = 10
+_VERSION = 1
+
+_logger = logging.getLogger("fingerslip.dynamics")
+
+
+class BasisStore(Protocol):
+    """Where bases are kept."""
+
+    def load(self, key: str) -> Mapping[str, Array] | None:
+        """Return the arrays that were kept under a key, or None."""
+
+    def save(self, key: str, arrays: Mapping[str, Array]) -> None:
+        """Keep arrays under a key."""
+
+
+class _Unsuitable(Exception):
+    """A reduced basis is not the way to compute the motions; says why."""
+
+
+@dataclass(frozen=True)
+class _Maker:
+    """Makes the bases of motions, or takes those that are kept."""
+
+    motions: Motions
+    body: StaticResponses
+    rows: NDArray[np.int64]
+    store: BasisStore | None
+
+    @classmethod
+    def of(cls, motions: Motions, store: BasisStore | None) -> _Maker:
+        system = motions.systems[0]
+        body = StaticResponses(system.stiffness, system.mass, interface_unknowns(motions.systems), motions.solver)
+        return cls(motions, body, observed_unknowns(motions.models, motions.systems), store)
+
+    def kept(self) -> CraigBampton | None:
+        """Return the basis that is kept, if any."""
+        arrays = self.store.load(self._key) if self.store else None
+        return CraigBampton(**{field.name: arrays[field.name] for field in fields(CraigBampton)}) if arrays else None
+
+    def keep(self, basis: CraigBampton) -> None:
+        """Keep a basis for other runs."""
+        if self.store:
+            self.store.save(self._key, {field.name: getattr(basis, field.name) for field in fields(basis)})
+
+    def make(self, count: int) -> CraigBampton:
+        """Make a basis with some vibrations."""
+        further = further_shapes(self.body, self.motions.systems)
+        return craig_bampton(self.body, self._responses, vibrations(self.body, count), self.rows, further)
+
+    @cached_property
+    def _responses(self) -> tuple[Array, Array]:
+        return static_responses(self.body, self.rows)
+
+    @cached_property
+    def _key(self) -> str:
+        """What decides the basis, hashed: matrices, and with them mesh and materials, interface, loads."""
+        parts: list[Any] = [_VERSION, self.body.interface, self.rows]
+        for matrix in (self.body.stiffness, self.body.mass):
+            parts += [matrix.indptr, matrix.indices, matrix.data]
+        for system in self.motions.systems:
+            parts += [system.initial_velocity, *(load.forces for load in system.loads)]
+        return digest(*parts)
+
+
+def march_reduced(motions: Motions, tolerance: float, store: BasisStore | None = None) -> Marched | None:
+    """Compute motions in a reduced basis.
+
+    Parameters
+    ----------
+    motions : Motions
+        What to compute.
+    tolerance : float
+        Largest estimated error of the displacement over the largest displacement.
+    store : BasisStore, optional
+        Where bases are kept from run to run.
+
+    Returns
+    -------
+    Marched or None
+        None where they have to be computed on the mesh; the log says why.
+    """
+    try:
+        _require_suitable(motions)
+        return _march(motions, tolerance, store)
+    except (_Unsuitable, FingerslipError) as reason:
+        _logger.warning("no reduced basis: %s; the motion is computed on the mesh", reason)
+        return None
+
+
+def _require_suitable(motions: Motions) -> None:
+    system = motions.systems[0]
+    if free_pieces(system.space, system.free):
+        raise _Unsuitable("supports leave rigid motions free")
+    interface = interface_unknowns(motions.systems)
+    if not interface.size or interface.size >= system.mass.shape[0] - 1:
+        raise _Unsuitable(f"{interface.size} of {system.mass.shape[0]} unknowns are those of contact and sites")
+    rows = observed_unknowns(motions.models, motions.systems)
+    needed = 8 * interface.size * (_SQUARES * interface.size + 2 * rows.size)
+    available = available_memory()
+    if available is not None and needed > available:
+        raise _Unsuitable(f"it needs about {needed / 1e9:.2g} GB, and {available / 1e9:.2g} GB are available")
+
+
+def _march(motions: Motions, tolerance: float, store: BasisStore | None) -> Marched:
+    """March with ever more vibrations, until the estimated error is within the tolerance."""
+    maker, errors = _Maker.of(motions, store), list[float]()
+    with motions.watch.part("basis"):
+        kept = maker.kept()
+        basis = kept or maker.make(_FEWEST)
+    while True:
+        marched, check = _attempt(motions, maker, basis)
+        errors.append(check.error)
+        if check.error <= tolerance:
+            break
+        count = basis.frequencies.size
+        _logger.info("%d vibrations leave an error of %.2g", count, check.error)
+        if not _is_promising(errors, tolerance) or 2 * count > _MOST:
+            raise _Unsuitable(
+                f"{count} vibrations leave an error of {check.error:.2g}, above the tolerance {tolerance:g}"
+            )
+        with motions.watch.part("basis"):
+            basis = maker.make(2 * count)
+    if basis is not kept:
+        with motions.watch.part("basis"):
+            maker.keep(basis)
+    return marched
+
+
+def _is_promising(errors: Sequence[float], tolerance: float) -> bool:
+    """Tell whether doubling the vibrations twice more may reach the tolerance, as the last doubling let the error fall."""
+    if len(errors) < 2:
+        return True
+    return errors[-1] * (errors[-1] / errors[-2]) ** 2 <= tolerance
+
+
+def _attempt(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Marched, ResidualCheck]:
+    """March in a basis and look at the residual."""
+    with motions.watch.part("basis"):
+        systems = [reduced_system(system, maker.body, basis) for system in motions.systems]
+    steps = max(own.size for own in motions.times) - 1
+    coordinates: Sequence[Any] = [system.coordinates for system in systems]
+    check = ResidualCheck(motions.models, motions.systems, coordinates, steps)
+
+    def look(*step: Any) -> None:
+        with motions.watch.part("basis"):
+            check(*step)
+
+    described: dict[str, object] = {}
+    marched = march_motions(motions, systems, described, look)
+    described |= {
+        "basis": "reduced",
+        "basis_static_responses": basis.interface.size,
+        "basis_vibrations": basis.frequencies.size,
+        "basis_highest_frequency": float(basis.frequencies.max(initial=0.0)) / (2.0 * np.pi),
+        "basis_error": check.error,
+        "basis_checks": check.count,
+    }
+    return marched, check
