@@ -64,7 +64,9 @@ class ReducedCoordinates:
     def mapped(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, Array]:
         """Return the coordinates of the basis, and a map (k, n_dofs) of the mesh's displacement as one of these."""
         every = np.arange(self.basis.eigenvalues.size)
-        return NodalComponents(every, np.zeros(every.size, dtype=bool)), self.restricted(matrix[:, self.system.free])
+        none = sparse.csr_matrix((matrix.shape[0], self.system.unknowns.driven.size))
+        of_unknowns = sparse.csr_matrix(sparse.hstack([matrix[:, self.system.free], none]))
+        return NodalComponents(every, np.zeros(every.size, dtype=bool)), self.restricted(of_unknowns)
 
     def on_mesh(self, field: Array) -> Array:
         """Return a field (m + p,) at all degrees of freedom of the mesh, shape (n_dofs,)."""
