@@ -208,17 +208,20 @@ class QuasiStatic:
 class ReducedBasis:
     """A reduced basis in place of the mesh: static responses of contact and sites, exactly, and a few vibrations.
 
-    The lowest vibrations are taken, as many as the tolerance needs. Where they do not suffice, the motion is computed on
-    the mesh. See docs/theory.md.
+    The lowest vibrations are taken, as many as the tolerance needs. Where they do not suffice, the motion is computed
+    on the mesh. See docs/theory.md.
 
     Parameters
     ----------
     tolerance : float
         Largest error that the vibrations left out may leave in the displacement, estimated during the motion, over the
         largest displacement.
+    acceleration_tolerance : float
+        The same of accelerations, in the root of the mean square over the body.
     """
 
     tolerance: Tolerance = 1e-4
+    acceleration_tolerance: Tolerance = 5e-3
 
 
 @parameters

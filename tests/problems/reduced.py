@@ -8,7 +8,7 @@ import fingerslip as fs
 from problems.pushed import pad, push_and_slide
 
 SITES = (fs.Site("deep", "FA-II", (0.0, 2e-3)), fs.Site("low", "SA-I", (1e-3, 0.0), "bulk"))
-REDUCED = fs.ReducedBasis(1e-3)
+REDUCED = fs.ReducedBasis(1e-3, 0.5)
 
 
 def fine_pad(columns=24, rows=12):

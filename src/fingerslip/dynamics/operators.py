@@ -87,8 +87,8 @@ class Outsiders:
     positions : (k, dim) array
         Reference positions [m].
     relative : matrix, shape (k * dim, n)
-        Map from the first n unknowns, on a mesh all, to their displacement relative to what the counterface's drive adds
-        to its motion.
+        Map from the first n unknowns, on a mesh all, to their displacement relative to what the counterface's drive
+        adds to its motion.
     """
 
     nodes: Indices

@@ -24,13 +24,14 @@ from fingerslip.errors import FingerslipError
 from fingerslip.fe.rigid_motions import free_pieces
 from fingerslip.linear.craig_bampton import CraigBampton, StaticResponses, craig_bampton, static_responses, vibrations
 from fingerslip.linear.memory import available_memory
+from fingerslip.model import ReducedBasis
 
 __all__ = ["BasisStore", "march_reduced"]
 
 Array = NDArray[np.float64]
 
 # Vibrations of the first basis and of the largest one.
-_FEWEST, _MOST = 20, 640
+_FEWEST, _MOST = 20, 320
 # Square matrices of the interface's size that exist at once: static responses, eigenvectors, compliances.
 _SQUARES = 10
 _VERSION = 1
@@ -48,7 +49,7 @@ class BasisStore(Protocol):
         """Keep arrays under a key."""
 
 
-class _Unsuitable(Exception):
+class _UnsuitableError(Exception):
     """A reduced basis is not the way to compute the motions; says why."""
 
 
@@ -70,7 +71,8 @@ class _Maker:
     def kept(self) -> CraigBampton | None:
         """Return the basis that is kept, if any."""
         arrays = self.store.load(self._key) if self.store else None
-        return CraigBampton(**{field.name: arrays[field.name] for field in fields(CraigBampton)}) if arrays else None
+        known: dict[str, Any] = {field.name: arrays[field.name] for field in fields(CraigBampton)} if arrays else {}
+        return CraigBampton(**known) if known else None
 
     def keep(self, basis: CraigBampton) -> None:
         """Keep a basis for other runs."""
@@ -97,15 +99,15 @@ class _Maker:
         return digest(*parts)
 
 
-def march_reduced(motions: Motions, tolerance: float, store: BasisStore | None = None) -> Marched | None:
+def march_reduced(motions: Motions, wanted: ReducedBasis, store: BasisStore | None = None) -> Marched | None:
     """Compute motions in a reduced basis.
 
     Parameters
     ----------
     motions : Motions
         What to compute.
-    tolerance : float
-        Largest estimated error of the displacement over the largest displacement.
+    wanted : ReducedBasis
+        Its tolerances.
     store : BasisStore, optional
         Where bases are kept from run to run.
 
@@ -116,8 +118,8 @@ def march_reduced(motions: Motions, tolerance: float, store: BasisStore | None =
     """
     try:
         _require_suitable(motions)
-        return _march(motions, tolerance, store)
-    except (_Unsuitable, FingerslipError) as reason:
+        return _march(motions, wanted, store)
+    except (_UnsuitableError, FingerslipError) as reason:
         _logger.warning("no reduced basis: %s; the motion is computed on the mesh", reason)
         return None
 
@@ -125,34 +127,34 @@ def march_reduced(motions: Motions, tolerance: float, store: BasisStore | None =
 def _require_suitable(motions: Motions) -> None:
     system = motions.systems[0]
     if free_pieces(system.space, system.free):
-        raise _Unsuitable("supports leave rigid motions free")
+        raise _UnsuitableError("supports leave rigid motions free")
     interface = interface_unknowns(motions.systems)
     if not interface.size or interface.size >= system.mass.shape[0] - 1:
-        raise _Unsuitable(f"{interface.size} of {system.mass.shape[0]} unknowns are those of contact and sites")
+        raise _UnsuitableError(f"{interface.size} of {system.mass.shape[0]} unknowns are those of contact and sites")
     rows = observed_unknowns(motions.models, motions.systems)
     needed = 8 * interface.size * (_SQUARES * interface.size + 2 * rows.size)
     available = available_memory()
     if available is not None and needed > available:
-        raise _Unsuitable(f"it needs about {needed / 1e9:.2g} GB, and {available / 1e9:.2g} GB are available")
+        raise _UnsuitableError(f"it needs about {needed / 1e9:.2g} GB, and {available / 1e9:.2g} GB are available")
 
 
-def _march(motions: Motions, tolerance: float, store: BasisStore | None) -> Marched:
-    """March with ever more vibrations, until the estimated error is within the tolerance."""
+def _march(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -> Marched:
+    """March with ever more vibrations, until the estimated errors are within the tolerances."""
     maker, errors = _Maker.of(motions, store), list[float]()
     with motions.watch.part("basis"):
         kept = maker.kept()
         basis = kept or maker.make(_FEWEST)
     while True:
         marched, check = _attempt(motions, maker, basis)
-        errors.append(check.error)
-        if check.error <= tolerance:
+        errors.append(_excess(check, wanted))
+        if errors[-1] <= 1.0:
             break
         count = basis.frequencies.size
-        _logger.info("%d vibrations leave an error of %.2g", count, check.error)
-        if not _is_promising(errors, tolerance) or 2 * count > _MOST:
-            raise _Unsuitable(
-                f"{count} vibrations leave an error of {check.error:.2g}, above the tolerance {tolerance:g}"
-            )
+        found = f"{count} vibrations leave errors of {check.error:.2g} and {check.acceleration_error:.2g}"
+        _logger.info("%s", found)
+        if not _is_promising(errors) or 2 * count > _MOST:
+            allowed = f"{wanted.tolerance:g} and {wanted.acceleration_tolerance:g}"
+            raise _UnsuitableError(f"{found}, and the tolerances are {allowed}")
         with motions.watch.part("basis"):
             basis = maker.make(2 * count)
     if basis is not kept:
@@ -161,11 +163,16 @@ def _march(motions: Motions, tolerance: float, store: BasisStore | None) -> Marc
     return marched
 
 
-def _is_promising(errors: Sequence[float], tolerance: float) -> bool:
-    """Tell whether doubling the vibrations twice more may reach the tolerance, as the last doubling let the error fall."""
+def _excess(check: ResidualCheck, wanted: ReducedBasis) -> float:
+    """Return the estimated errors over their tolerances, the larger of both."""
+    return max(check.error / wanted.tolerance, check.acceleration_error / wanted.acceleration_tolerance)
+
+
+def _is_promising(errors: Sequence[float]) -> bool:
+    """Tell whether four more doublings may bring an error to one, if it falls as it did by the last one."""
     if len(errors) < 2:
         return True
-    return errors[-1] * (errors[-1] / errors[-2]) ** 2 <= tolerance
+    return errors[-1] * (errors[-1] / errors[-2]) ** 4 <= 1.0
 
 
 def _attempt(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Marched, ResidualCheck]:
@@ -188,6 +195,7 @@ def _attempt(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Marc
         "basis_vibrations": basis.frequencies.size,
         "basis_highest_frequency": float(basis.frequencies.max(initial=0.0)) / (2.0 * np.pi),
         "basis_error": check.error,
+        "basis_acceleration_error": check.acceleration_error,
         "basis_checks": check.count,
     }
     return marched, check

@@ -121,7 +121,7 @@ def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Ind
     """Return the unknowns that strains at sites and checks of the other boundary nodes read, ascending, shape (r,)."""
     found: list[Indices] = []
     for model, system in zip(models, systems, strict=True):
-        found += [own.relative.indices for own in system.outsiders]
+        found += [sparse.csr_matrix(own.relative).indices for own in system.outsiders]
         regions = [site.region for site in model.record.sites]
         strained = site_recovery(system.space, system.materials, system.site_nodes, regions).strain
         taken = system.coordinates.components(np.unique(strained.indices))
@@ -159,7 +159,9 @@ def reduced_system(system: System, body: StaticResponses, basis: CraigBampton) -
         stiffness=sparse.diags(np.concatenate([basis.eigenvalues, behind]), format="csr"),
         mass=sparse.diags(np.concatenate([np.ones_like(basis.eigenvalues), behind]), format="csr"),
         loads=tuple(_reduced_load(load, body, basis) for load in system.loads),
-        initial_velocity=_spread(basis.project(body, system.mass @ velocity), basis) if velocity.any() else _none(basis),
+        initial_velocity=_spread(basis.project(body, system.mass @ velocity), basis)
+        if velocity.any()
+        else _none(basis),
         relative=_behind(system.relative, basis),
         outsiders=tuple(_reduced_outsiders(own, coordinates) for own in system.outsiders),
     )
@@ -193,4 +195,4 @@ def _behind(relative: sparse.csr_matrix, basis: CraigBampton) -> sparse.csr_matr
 
 
 def _reduced_outsiders(outsiders: Outsiders, coordinates: ReducedCoordinates) -> Outsiders:
-    return replace(outsiders, relative=coordinates.restricted(outsiders.relative))
+    return replace(outsiders, relative=coordinates.restricted(sparse.csr_matrix(outsiders.relative)))

@@ -159,7 +159,7 @@ def _simulate(
     chosen = solver or preferred_solver()
     motions = Motions(tuple(models), tuple(systems), tuple(times), chosen, watch, progress, threads)
     basis = models[0].basis
-    marched = march_reduced(motions, basis.tolerance, bases) if basis else None
+    marched = march_reduced(motions, basis, bases) if basis else None
     if marched is None:
         marched = march_motions(motions, systems, {"basis": "full"})
     _logger.info("%s, %s", marched.steppers[0].solver.name, marched.steppers[0].condensed.description)

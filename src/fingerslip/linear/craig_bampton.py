@@ -1,4 +1,4 @@
-"""A reduced basis of a linear body: its exact static responses at some unknowns, and its lowest vibrations between them.
+"""A reduced basis of a linear body: its static responses to motion of some unknowns, and its lowest vibrations.
 
 The unknowns are split into the interface b, where forces act and motion is read, and the inner ones i. The basis is ::
 
@@ -78,13 +78,13 @@ class StaticResponses:
         return self._factorised[1]
 
     def follow(self, moved: Array) -> Array:
-        """Return the displacement T u_b of all unknowns, (n,) or (n, k) [m], for that of the interface u_b, (p,) or (p, k)."""
+        """Return the displacement T u_b of all unknowns, (n,) or (n, k) [m], for u_b, (p,) or (p, k) [m]."""
         halfway = np.zeros((self.stiffness.shape[0], *moved.shape[1:]), order="F")
         halfway[self.interface] = moved
         return self._factorised[0].backward(halfway)
 
     def gather(self, forces: Array) -> Array:
-        """Return the forces T^T f on the interface, (p,) or (p, k) [N], that do the work of forces f, (n,) or (n, k)."""
+        """Return the forces T^T f on the interface, (p,) or (p, k) [N], with the work of f, (n,) or (n, k) [N]."""
         gathered: Array = self._factorised[0].forward(np.asfortranarray(forces))[self.interface]
         return gathered
 
@@ -98,7 +98,7 @@ class StaticResponses:
 def static_responses(
     body: StaticResponses, rows: Indices, *, columns_at_once: int = _COLUMNS_AT_ONCE
 ) -> tuple[Array, Array]:
-    """Return the mass of the static responses, T^T M T (p, p) [kg], and their part T at the unknowns `rows`, (r, p) [-].
+    """Return the mass of the static responses, T^T M T (p, p) [kg], and T at the unknowns `rows`, (r, p) [-].
 
     All columns of T exist only some at a time, so that memory stays small: T^T M T is gathered from M T.
     """
@@ -129,7 +129,15 @@ class Vibrations:
 
 
 def vibrations(body: StaticResponses, count: int) -> Vibrations:
-    """Return the `count` lowest vibrations while the interface is held, or all where there are few; shift-invert Lanczos."""
+    """Return the lowest vibrations while the interface is held: shift-invert Lanczos.
+
+    Parameters
+    ----------
+    body : StaticResponses
+        The body and its interface.
+    count : int
+        How many; less where the inside has fewer unknowns.
+    """
     inner = np.setdiff1d(np.arange(body.stiffness.shape[0]), body.interface)
     count = min(count, inner.size - 1)
     if count <= 0:
@@ -138,7 +146,8 @@ def vibrations(body: StaticResponses, count: int) -> Vibrations:
     def solve(forces: Array) -> Array:
         given = np.zeros(body.stiffness.shape[0])
         given[inner] = forces.ravel()
-        return body.give_way(given)[inner]
+        moved: Array = body.give_way(given)[inner]
+        return moved
 
     stiffness, mass = (sparse.csr_matrix(matrix[inner][:, inner]) for matrix in (body.stiffness, body.mass))
     inverse = LinearOperator(stiffness.shape, matvec=solve, dtype=np.float64)

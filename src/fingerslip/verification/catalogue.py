@@ -15,6 +15,7 @@ from fingerslip.verification import (
     friction,
     line,
     locking,
+    reduced,
     resting,
     sphere,
 )
@@ -26,6 +27,7 @@ PROBLEMS: tuple[Problem, ...] = (
     *elements.PROBLEMS,
     *locking.PROBLEMS,
     *condensed.PROBLEMS,
+    *reduced.PROBLEMS,
     *dynamics.PROBLEMS,
     *blocks.PROBLEMS,
     *resting.PROBLEMS,
