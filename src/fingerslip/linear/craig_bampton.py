@@ -252,7 +252,7 @@ def _with_further(body: StaticResponses, shapes: Array, further: Sequence[Array]
         inner = np.array(field)
         inner[body.interface] = 0.0
         whole = _size(body, inner)
-        # Twice is enough for rounding (Kahan; Parlett 1998).
+        # The second time removes what rounding left.
         for _ in range(2):
             inner -= shapes @ (shapes.T @ (body.mass @ inner))
         left = _size(body, inner)

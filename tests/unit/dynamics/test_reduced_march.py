@@ -141,3 +141,12 @@ def test_models_of_other_bases_are_not_computed_together():
     model = with_basis()
     with pytest.raises(fs.InputError, match=r"models.1.basis: differs"):
         fs.simulate_together([model, dataclasses.replace(model, basis=None)])
+
+
+def test_accelerations_have_a_tolerance_of_their_own(monkeypatch):
+    monkeypatch.setattr(reduced_march, "_FEWEST", 4)
+    loose = fs.simulate(deep_push_and_slide(alpha=-0.3, basis=fs.ReducedBasis(0.5, 0.99))).attrs
+    wanted = 0.3 * loose["basis_acceleration_error"]
+    tight = fs.simulate(deep_push_and_slide(alpha=-0.3, basis=fs.ReducedBasis(0.5, wanted))).attrs
+    assert loose["basis_vibrations"] == 4 < tight["basis_vibrations"]
+    assert tight["basis_acceleration_error"] <= wanted

@@ -10,7 +10,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.reduction import reduced_system
-from fingerslip.dynamics.residual import ResidualCheck, missing_displacement
+from fingerslip.dynamics.residual import ResidualCheck, missing_displacement, steps_remembered
 from fingerslip.dynamics.scheme import make_scheme
 from fingerslip.dynamics.stepper import build_steppers
 from fingerslip.verification.reference import condensed_states
@@ -79,3 +79,35 @@ def test_the_estimate_of_a_history_is_near_its_error():
     reduced = fs.simulate(dataclasses.replace(model, basis=fs.ReducedBasis(0.5, 0.99)))
     error = difference(reduced, fs.simulate(model), "snapshot_displacement")
     assert 0.2 * error < reduced.attrs["basis_error"] < 20.0 * error
+
+
+def test_the_error_of_accelerations_is_as_estimated_where_the_scheme_damps():
+    model = deep_push_and_slide(alpha=-0.3)
+    reduced = fs.simulate(dataclasses.replace(model, basis=fs.ReducedBasis(0.5, 0.99)))
+    full = fs.simulate(model)
+    size = np.linalg.norm
+    error = size((reduced.contact_acceleration - full.contact_acceleration).values) / size(
+        full.contact_acceleration.values
+    )
+    assert 0.1 * error < reduced.attrs["basis_acceleration_error"] < 10.0 * error
+
+
+def test_little_damping_counts_what_is_missed_in_more_steps():
+    found = []
+    for alpha in (-0.3, -0.05, 0.0):
+        model = deep_push_and_slide(alpha=alpha)
+        system, reduced, states_of = states(model, 10)
+        check = ResidualCheck([model], [system], [reduced.coordinates], 44)
+        check([0], [states_of[9]], [states_of[10]])
+        found.append(check._remembered)
+    assert found == pytest.approx([(1 + 0.3) / 0.6, (1 + 0.05) / 0.1, 44.0], rel=0.1)
+
+
+def test_a_scheme_without_inertia_remembers_one_step():
+    assert steps_remembered(make_scheme(fs.QuasiStatic(1e-3)), fs.RayleighDamping(), 1e3) == pytest.approx(1.0)
+
+
+def test_material_damping_makes_steps_forgotten():
+    scheme = make_scheme(fs.TimeStepping(1e-3, 0.0))
+    free, damped = (steps_remembered(scheme, fs.RayleighDamping(stiffness=part), 1e2) for part in (0.0, 1e-2))
+    assert free > 1e6 * damped
