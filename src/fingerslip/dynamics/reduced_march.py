@@ -30,8 +30,8 @@ __all__ = ["BasisStore", "march_reduced"]
 
 Array = NDArray[np.float64]
 
-# Vibrations of the first basis and of the largest one.
-_FEWEST, _MOST = 20, 320
+# Vibrations of the first basis and of the largest one, and how many times as many the next one has at most.
+_FEWEST, _MOST, _MOST_TIMES = 20, 320, 8
 # Square matrices of the interface's size that exist at once: static responses, eigenvectors, compliances.
 _SQUARES = 10
 _VERSION = 1
@@ -140,23 +140,23 @@ def _require_suitable(motions: Motions) -> None:
 
 def _march(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -> Marched:
     """March with ever more vibrations, until the estimated errors are within the tolerances."""
-    maker, errors = _Maker.of(motions, store), list[float]()
+    maker, tried = _Maker.of(motions, store), list[tuple[int, float]]()
     with motions.watch.part("basis"):
         kept = maker.kept()
         basis = kept or maker.make(_FEWEST)
     while True:
         marched, check = _attempt(motions, maker, basis)
-        errors.append(_excess(check, wanted))
-        if errors[-1] <= 1.0:
+        count, excess = basis.frequencies.size, _excess(check, wanted)
+        if excess <= 1.0:
             break
-        count = basis.frequencies.size
+        tried.append((count, excess))
         found = f"{count} vibrations leave errors of {check.error:.2g} and {check.acceleration_error:.2g}"
         _logger.info("%s", found)
-        if not _is_promising(errors) or 2 * count > _MOST:
+        if not _is_promising(tried):
             allowed = f"{wanted.tolerance:g} and {wanted.acceleration_tolerance:g}"
             raise _UnsuitableError(f"{found}, and the tolerances are {allowed}")
         with motions.watch.part("basis"):
-            basis = maker.make(2 * count)
+            basis = maker.make(_next_count(count, excess))
     if basis is not kept:
         with motions.watch.part("basis"):
             maker.keep(basis)
@@ -168,11 +168,20 @@ def _excess(check: ResidualCheck, wanted: ReducedBasis) -> float:
     return max(check.error / wanted.tolerance, check.acceleration_error / wanted.acceleration_tolerance)
 
 
-def _is_promising(errors: Sequence[float]) -> bool:
-    """Tell whether four more doublings may bring an error to one, if it falls as it did by the last one."""
-    if len(errors) < 2:
-        return True
-    return errors[-1] * (errors[-1] / errors[-2]) ** 4 <= 1.0
+def _is_promising(tried: Sequence[tuple[int, float]]) -> bool:
+    """Tell whether the most vibrations may bring an error to one, from the numbers tried and the errors they left."""
+    count, error = tried[-1]
+    if len(tried) < 2 or count >= _MOST:
+        return count < _MOST
+    before, larger = tried[-2]
+    order = np.log(larger / error) / np.log(count / before) if count > before else 0.0
+    return bool(error <= (_MOST / count) ** order)
+
+
+def _next_count(count: int, excess: float) -> int:
+    """Return how many vibrations to try after some that left `excess` times the error: it falls about like 1/count."""
+    times = 2.0 ** np.ceil(np.log2(max(excess, 2.0)))
+    return int(min(count * min(times, _MOST_TIMES), max(_MOST, count)))
 
 
 def _attempt(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Marched, ResidualCheck]:

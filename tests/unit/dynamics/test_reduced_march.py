@@ -60,7 +60,7 @@ def test_a_history_says_which_basis_it_has():
     assert fs.simulate(deep_push_and_slide()).attrs["basis"] == "full"
 
 
-def test_vibrations_are_doubled_until_they_suffice(monkeypatch):
+def test_vibrations_are_added_until_they_suffice(monkeypatch):
     monkeypatch.setattr(reduced_march, "_FEWEST", 4)
     loose = fs.simulate(with_basis(0.5)).attrs
     tight = fs.simulate(with_basis(0.3 * loose["basis_error"])).attrs
@@ -74,10 +74,27 @@ def test_a_tolerance_that_is_not_reached_leaves_the_mesh(caplog):
 
 
 @pytest.mark.parametrize(
-    ("errors", "promising"), [([1e9], True), ([1e5, 0.9e4], True), ([1e5, 1.1e4], False), ([2.0, 2.0], False)]
+    ("tried", "promising"),
+    [
+        ([(20, 1e9)], True),
+        ([(20, 32.0), (40, 7.9)], True),
+        ([(20, 32.0), (40, 8.1)], True),
+        ([(20, 16.1), (40, 8.1)], False),
+        ([(20, 2.0), (40, 2.0)], False),
+        ([(30, 2.0), (30, 2.0)], False),
+        ([(320, 1.1)], False),
+        ([(20, 1e3), (320, 1.1)], False),
+    ],
 )
-def test_doubling_goes_on_while_it_may_help(errors, promising):
-    assert reduced_march._is_promising(errors) is promising
+def test_more_vibrations_are_tried_while_they_may_help(tried, promising):
+    assert reduced_march._is_promising(tried) is promising
+
+
+@pytest.mark.parametrize(
+    ("count", "excess", "wanted"), [(20, 1.1, 40), (20, 3.0, 80), (20, 1e6, 160), (160, 5.0, 320), (320, 2.0, 320)]
+)
+def test_the_next_number_of_vibrations_follows_the_error(count, excess, wanted):
+    assert reduced_march._next_count(count, excess) == wanted
 
 
 def test_a_body_that_supports_do_not_hold_stays_on_the_mesh(caplog):
