@@ -42,6 +42,7 @@ from .model import (
     QuasiStatic as QuasiStatic,
     Ramp as Ramp,
     Recording as Recording,
+    ReducedBasis as ReducedBasis,
     TimeStepping as TimeStepping,
     Traction as Traction,
 )

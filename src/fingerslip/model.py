@@ -38,6 +38,7 @@ __all__ = [
     "QuasiStatic",
     "Ramp",
     "Recording",
+    "ReducedBasis",
     "TimeStepping",
     "Timing",
     "Traction",
@@ -45,6 +46,7 @@ __all__ = [
 
 Component = Literal["x", "y", "z"]
 NumericalDamping = Annotated[Number, pydantic.Field(ge=-0.5, le=0.0)]
+Tolerance = Annotated[Number, pydantic.Field(gt=0.0, lt=1.0)]
 
 _A_COUNTERFACE = pydantic.PlainValidator(conforms(Counterface, "a counterface, such as Plane, Cylinder or Sphere"))
 _A_LAW = pydantic.PlainValidator(conforms(FrictionLaw, "a friction law, such as Coulomb(0.5)"))
@@ -203,6 +205,26 @@ class QuasiStatic:
 
 
 @parameters
+class ReducedBasis:
+    """A reduced basis in place of the mesh: static responses of contact and sites, exactly, and a few vibrations.
+
+    The lowest vibrations are taken, as many as the tolerance needs. Where they do not suffice, the motion is computed
+    on the mesh. See docs/theory.md.
+
+    Parameters
+    ----------
+    tolerance : float
+        Largest error that the vibrations left out may leave in the displacement, estimated during the motion, over the
+        largest displacement.
+    acceleration_tolerance : float
+        The same of accelerations, in the root of the mean square over the body.
+    """
+
+    tolerance: Tolerance = 1e-4
+    acceleration_tolerance: Tolerance = 5e-3
+
+
+@parameters
 class Recording:
     """What is recorded beside the contact nodes, forces and energies.
 
@@ -262,6 +284,8 @@ class Model:
         node, for linear triangles and tetrahedra that do not lock.
     record : Recording
         What is recorded.
+    basis : ReducedBasis, optional
+        The reduced basis in which the motion is computed; without it on the mesh.
     gravity : tuple of float, optional
         Acceleration of gravity on the deformable body [m/s^2], one value per component.
     initial_velocity : tuple of float, optional
@@ -280,6 +304,7 @@ class Model:
     damping: RayleighDamping = RayleighDamping()
     integration: Integration = "selective"
     record: Recording = Recording()
+    basis: ReducedBasis | None = None
     gravity: tuple[float, ...] | None = None
     initial_velocity: tuple[float, ...] | None = None
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.candidates import check_outsiders
+from fingerslip.dynamics.outside import OutsideCheck
 from fingerslip.dynamics.recorder import Recorder
 from fingerslip.dynamics.sharing import first_alike, same_motion
 from fingerslip.dynamics.state import State, first_state
@@ -19,6 +19,7 @@ from fingerslip.linear.threads import Mapper, side_by_side
 __all__ = ["march"]
 
 Array = NDArray[np.float64]
+Inspect = Callable[[Sequence[int], Sequence[State], Sequence[State]], None]
 
 
 def march(
@@ -29,6 +30,7 @@ def march(
     watch: Stopwatch,
     progress: Callable[[float], None] | None = None,
     threads: int = 1,
+    inspect: Inspect | None = None,
 ) -> None:
     """Step through time and record every state of every motion.
 
@@ -46,6 +48,8 @@ def march(
         Called after every step with the fraction that is done.
     threads : int, optional
         Threads that solve the contacts of different motions side by side.
+    inspect : callable, optional
+        Called after every step with the numbers of the motions that took it, and the states of all before and after.
     """
     counterfaces = [_displacements(stepper.system, own) for stepper, own in zip(steppers, times, strict=True)]
     alike = first_alike([stepper.system for stepper in steppers], same_motion)
@@ -54,18 +58,24 @@ def march(
     for recorder, state in zip(recorders, states, strict=True):
         recorder.record(state)
     last = max(own.size for own in times) - 1
+    outside = [OutsideCheck(stepper.system) for stepper in steppers]
     with side_by_side(min(threads, len(steppers))) as mapper:
         for step in range(1, last + 1):
             moving = [number for number, own in enumerate(times) if step < own.size]
             shifts = {number: counterfaces[number][step] for number in moving}
             time = float(times[moving[0]][step])
-            states = _advance_different(steppers, states, alike, shifts, time=time, watch=watch, mapper=mapper)
+            before = states
+            states = _advance_different(steppers, before, alike, shifts, time=time, watch=watch, mapper=mapper)
             with watch.part("recording"):
                 for number in moving:
-                    _check_outside(steppers[number].system, states[number])
+                    outside[number].look(states[number])
                     recorders[number].record(states[number])
+            if inspect is not None:
+                inspect(moving, before, states)
             if progress is not None:
                 progress(step / last)
+    for check in outside:
+        check.finish()
 
 
 def _advance_different(
@@ -100,11 +110,3 @@ def _displacements(system: System, times: Array) -> Array:
     if not system.motions:
         return np.zeros((times.size, 0, system.space.dim))
     return np.stack([motion.displacement(times) for motion in system.motions], axis=1)
-
-
-def _check_outside(system: System, state: State) -> None:
-    """Refuse penetration by boundary nodes that are no contact candidates."""
-    for outsiders, shape, shift in zip(system.outsiders, system.counterfaces.shapes, state.counterfaces, strict=True):
-        moved = (outsiders.relative @ state.displacement).reshape(outsiders.positions.shape) - shift
-        gaps = shape.gap(outsiders.positions + moved)
-        check_outsiders(gaps, outsiders.nodes, outsiders.positions, state.time)

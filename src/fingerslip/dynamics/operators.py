@@ -86,13 +86,14 @@ class Outsiders:
         Mesh nodes.
     positions : (k, dim) array
         Reference positions [m].
-    relative : sparse matrix, shape (k * dim, n)
-        Map from the unknowns to their displacement relative to what the counterface's drive adds to its motion.
+    relative : matrix, shape (k * dim, n)
+        Map from the first n unknowns, on a mesh all, to their displacement relative to what the counterface's drive
+        adds to its motion.
     """
 
     nodes: Indices
     positions: Array
-    relative: sparse.csr_matrix
+    relative: sparse.csr_matrix | Array
 
 
 def relative_operator(

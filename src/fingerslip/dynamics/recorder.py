@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.motion import phase_table
-from fingerslip.dynamics.operators import NodalComponents
 from fingerslip.dynamics.state import State
 from fingerslip.dynamics.steps import record_type, snapshot_steps
 from fingerslip.dynamics.system import System
@@ -76,20 +75,16 @@ class Recorder:
 
     def __init__(self, model: Model, system: System, times: Array, cells: CellFields | None = None) -> None:
         self._system, self._times, self._next = system, times, 0
-        unknowns, space = system.unknowns, system.space
-        self._at_sites = NodalComponents.of(unknowns, space.n_dofs, vector_dofs(system.site_nodes, space.dim).ravel())
-        self._at_candidates = NodalComponents.of(
-            unknowns, space.n_dofs, vector_dofs(system.candidates.nodes, space.dim).ravel()
-        )
+        coordinates, space = system.coordinates, system.space
+        self._at_sites = coordinates.components(vector_dofs(system.site_nodes, space.dim).ravel())
+        self._at_candidates = coordinates.components(vector_dofs(system.candidates.nodes, space.dim).ravel())
         self._sites = site_recovery(
             space, system.materials, system.site_nodes, [site.region for site in model.record.sites]
         )
-        strained = np.unique(self._sites.strain.indices)
-        self._at_strained = NodalComponents.of(unknowns, space.n_dofs, strained)
-        self._strain_map = self._sites.strain[:, strained]
-        self._strained = np.zeros((min(_STRAINED_AT_ONCE, times.size), strained.size))
+        self._at_strained, self._strain_map = coordinates.mapped(self._sites.strain)
+        self._strained = np.zeros((min(_STRAINED_AT_ONCE, times.size), self._strain_map.shape[1]))
         self._strains = np.zeros((times.size, len(model.record.sites), STRAIN_COMPONENTS[space.dim]))
-        self._drives = np.zeros((2, times.size, unknowns.driven.size))
+        self._drives = np.zeros((2, times.size, coordinates.drives.size))
         self._cells = cells or CellFields(system)
         snapshots = snapshot_steps(times, model.record.snapshots_every)
         self._snapshots = {step: number for number, step in enumerate(snapshots)}
@@ -144,7 +139,7 @@ class Recorder:
             self._complete_tractions(slice(start, start + at_once))
 
     def _record_motion(self, step: int, state: State) -> None:
-        values, n_free = self.values, self._system.free.size
+        values, drives = self.values, self._system.coordinates.drives
         fields = {"velocity": state.velocity, "acceleration": state.acceleration, "displacement": state.displacement}
         for name, field in fields.items():
             self._at_sites.take(field, values[name][step])
@@ -153,7 +148,7 @@ class Recorder:
         self._at_strained.take(state.displacement, self._strained[row])
         if row == len(self._strained) - 1:
             self._complete_strains()
-        self._drives[:, step] = state.displacement[n_free:], state.velocity[n_free:]
+        self._drives[:, step] = state.displacement[drives], state.velocity[drives]
 
     def _record_contact(self, step: int, state: State) -> None:
         """Record what the contact did; the arrays of tractions hold forces until they are completed."""
@@ -196,9 +191,7 @@ class Recorder:
 
     def _nodal(self, field: Array) -> Array:
         """Return a field on the unknowns (n,) at all nodes, shape (n_nodes, dim)."""
-        full = np.zeros(self._system.space.n_dofs)
-        full[self._system.free] = field[: self._system.free.size]
-        return full.reshape(-1, self._system.space.dim)
+        return self._system.coordinates.on_mesh(field).reshape(-1, self._system.space.dim)
 
     def _record_snapshot(self, number: int, state: State) -> None:
         values = self.values

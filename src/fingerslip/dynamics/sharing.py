@@ -13,7 +13,15 @@ from fingerslip.dynamics.system import System
 from fingerslip.errors import InputError
 from fingerslip.model import Contact, Model
 
-__all__ = ["check_same_matrix", "first_alike", "groups_to_share", "same_compliance", "same_matrix", "same_motion"]
+__all__ = [
+    "check_same_matrix",
+    "first_alike",
+    "groups_to_share",
+    "same_body",
+    "same_compliance",
+    "same_matrix",
+    "same_motion",
+]
 
 T = TypeVar("T")
 
@@ -21,10 +29,23 @@ T = TypeVar("T")
 _WORTH_SHARING = 15_000
 _MOST = 8
 
+# What of a model decides stiffness and mass, beside its mesh.
+_OF_BODY = ("materials", "formulation", "depth", "supports", "integration")
+
 
 def same_matrix(one: Model, other: Model) -> bool:
     """Tell whether two models have the same effective matrix, so that they can be simulated together."""
     return not _difference(one, other)
+
+
+def same_body(one: Model, other: Model) -> bool:
+    """Tell whether a reduced basis may serve two models: the same matrices, boundaries that may touch, and sites."""
+    return (
+        all(getattr(one, name) == getattr(other, name) for name in _OF_BODY)
+        and [contact.boundary for contact in one.contacts] == [contact.boundary for contact in other.contacts]
+        and one.record.sites == other.record.sites
+        and _same_mesh(one.mesh, other.mesh)
+    )
 
 
 def same_compliance(one: System, other: System) -> bool:
@@ -105,7 +126,7 @@ def _even_parts(group: list[int]) -> list[list[int]]:
 
 def _difference(one: Model, other: Model) -> str:
     """Return what keeps two models from having the same matrix; empty if nothing does."""
-    for name in ("materials", "formulation", "depth", "supports", "damping", "integration"):
+    for name in (*_OF_BODY, "damping", "basis"):
         if getattr(one, name) != getattr(other, name):
             return name
     if not _same_mesh(one.mesh, other.mesh):

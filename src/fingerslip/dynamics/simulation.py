@@ -13,16 +13,16 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.energy import made_energy
-from fingerslip.dynamics.march import march
-from fingerslip.dynamics.recorder import CellFields, Recorder
+from fingerslip.dynamics.motions import Marched, Motions, march_motions
+from fingerslip.dynamics.reduced_march import BasisStore, march_reduced
 from fingerslip.dynamics.sharing import check_same_matrix
-from fingerslip.dynamics.stepper import Stepper, Stopwatch, build_steppers
+from fingerslip.dynamics.stepper import Stopwatch
 from fingerslip.dynamics.steps import record_bytes, require_record_memory, step_times
 from fingerslip.dynamics.system import build_system
 from fingerslip.errors import InputError
 from fingerslip.history import make_history
-from fingerslip.linear.solver import LinearSolver
-from fingerslip.linear.threads import allowed_threads, limited_threads, single_dense_thread, suitable_threads
+from fingerslip.linear.solver import LinearSolver, preferred_solver
+from fingerslip.linear.threads import allowed_threads, limited_threads, suitable_threads
 from fingerslip.model import Model
 from fingerslip.parameters.protocols import describe
 
@@ -44,6 +44,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     threads: int | None = None,
     solver: LinearSolver | None = None,
+    bases: BasisStore | None = None,
 ) -> xr.Dataset:
     """Compute the motion of a model.
 
@@ -58,6 +59,8 @@ def simulate(
         of freedom, the algebra of a system takes one.
     solver : LinearSolver, optional
         What factorises the matrix; without it the preferred solver that is available, MKL PARDISO before SuperLU.
+    bases : BasisStore, optional
+        Where reduced bases are kept from run to run; without it they are made anew.
 
     Returns
     -------
@@ -74,7 +77,7 @@ def simulate(
         Where the boundary reaches a counterface at a node that is no candidate.
     """
     _require_model(model, "model")
-    return simulate_together([model], progress=progress, threads=threads, solver=solver)[0]
+    return simulate_together([model], progress=progress, threads=threads, solver=solver, bases=bases)[0]
 
 
 def simulate_together(
@@ -83,6 +86,7 @@ def simulate_together(
     progress: Callable[[float], None] | None = None,
     threads: int | None = None,
     solver: LinearSolver | None = None,
+    bases: BasisStore | None = None,
 ) -> tuple[xr.Dataset, ...]:
     """Compute the motions of models that differ in friction, programme or loads alone, step by step together.
 
@@ -99,6 +103,8 @@ def simulate_together(
     threads : int, optional
         As for :func:`simulate`; the contacts of several motions are solved side by side.
     solver : LinearSolver, optional
+        As for :func:`simulate`.
+    bases : BasisStore, optional
         As for :func:`simulate`.
 
     Returns
@@ -118,7 +124,7 @@ def simulate_together(
     times = [step_times(model) for model in models]
     allowed = allowed_threads(threads)
     with limited_threads(suitable_threads(models[0].mesh.dim() * models[0].mesh.nvertices, allowed)):
-        return _simulate(models, times, progress, threads=allowed, solver=solver)
+        return _simulate(models, times, progress, threads=allowed, solver=solver, bases=bases)
 
 
 def _require_model(value: Any, where: str) -> None:
@@ -141,6 +147,7 @@ def _simulate(
     *,
     threads: int,
     solver: LinearSolver | None,
+    bases: BasisStore | None,
 ) -> tuple[xr.Dataset, ...]:
     watch = Stopwatch()
     with watch.part("assembly"):
@@ -149,32 +156,23 @@ def _simulate(
         counts = ((len(own.space.positions), len(own.candidates.nodes)) for own in systems)
         needed = sum(record_bytes(model, *own) for model, own in zip(models, counts, strict=True))
         require_record_memory(models[0], needed)
-        cells = CellFields(systems[0])
-        recorders = [
-            Recorder(model, system, own, cells) for model, system, own in zip(models, systems, times, strict=True)
-        ]
-    with watch.part("factorisation"):
-        reserved = sum(own.nbytes for own in recorders)
-        steppers = build_steppers(systems, models[0].time, models[0].damping, solver=solver, reserved_bytes=reserved)
-    _logger.info("%s, %s", steppers[0].solver.name, steppers[0].condensed.description)
-    with watch.part("stepping"), single_dense_thread():
-        march(steppers, recorders, times, watch=watch, progress=progress, threads=threads)
-        with watch.part("recording"):
-            for recorder in recorders:
-                recorder.complete()
-    return tuple(
-        _history(stepper, recorder, own, len(models), watch)
-        for stepper, recorder, own in zip(steppers, recorders, times, strict=True)
-    )
+    chosen = solver or preferred_solver()
+    motions = Motions(tuple(models), tuple(systems), tuple(times), chosen, watch, progress, threads)
+    basis = models[0].basis
+    marched = march_reduced(motions, basis, bases) if basis else None
+    if marched is None:
+        marched = march_motions(motions, systems, {"basis": "full"})
+    _logger.info("%s, %s", marched.steppers[0].solver.name, marched.steppers[0].condensed.description)
+    return tuple(_history(marched, number, own, watch) for number, own in enumerate(times))
 
 
-def _history(stepper: Stepper, recorder: Recorder, times: Array, count: int, watch: Stopwatch) -> xr.Dataset:
-    system = stepper.system
+def _history(marched: Marched, number: int, times: Array, watch: Stopwatch) -> xr.Dataset:
+    recorder, system = marched.recorders[number], marched.steppers[number].system
     if system.motions:
         recorder.values["counterface_velocity"] += np.stack(
             [motion.velocity(times) for motion in system.motions], axis=1
         )
-    history = make_history(recorder.values, _provenance(stepper, count, watch))
+    history = make_history(recorder.values, _provenance(marched, number, watch))
     _warn_of_made_energy(history)
     return history
 
@@ -190,8 +188,9 @@ def _warn_of_made_energy(history: xr.Dataset) -> None:
         )
 
 
-def _provenance(stepper: Stepper, count: int, watch: Stopwatch) -> dict[str, object]:
-    """Return what made the history: versions, solver, sizes and seconds."""
+def _provenance(marched: Marched, number: int, watch: Stopwatch) -> dict[str, object]:
+    """Return what made the history: versions, solver, basis, sizes and seconds."""
+    stepper = marched.steppers[number]
     system = stepper.system
     return {
         "title": "fingerslip history",
@@ -199,7 +198,8 @@ def _provenance(stepper: Stepper, count: int, watch: Stopwatch) -> dict[str, obj
         "python_version": platform.python_version(),
         "linear_solver": stepper.solver.name,
         "condensation": stepper.condensed.description,
-        "n_simulated_together": count,
+        **marched.basis,
+        "n_simulated_together": len(marched.steppers),
         "element": system.space.element,
         "regions": ", ".join(system.space.mesh.subdomains or {}),
         "n_degrees_of_freedom": len(system.free),

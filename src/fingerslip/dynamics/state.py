@@ -13,7 +13,6 @@ from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.energy import Energies
 from fingerslip.dynamics.release import Release
 from fingerslip.dynamics.stepper import Stepper
-from fingerslip.linear.factorisation import factorise
 
 __all__ = ["State", "first_state"]
 
@@ -105,5 +104,5 @@ def _acceleration(stepper: Stepper, inertia: Array) -> Array:
     """Solve M a = `inertia` (n,) [N], shape (n,) [m/s^2]."""
     if not inertia.any():
         return np.zeros_like(inertia)
-    factor = factorise(stepper.system.mass, stepper.solver)
+    factor = stepper.system.coordinates.factorise(stepper.system.mass, stepper.solver)
     return factor.backward(factor.forward(inertia))

@@ -14,7 +14,7 @@ from scipy import sparse
 
 from fingerslip.contact.frames import tangent_lengths
 from fingerslip.contact.solve.compliance import Compliance
-from fingerslip.dynamics.condensation import Condensed, condense
+from fingerslip.dynamics.condensation import Condensed
 from fingerslip.dynamics.scheme import Scheme, make_scheme
 from fingerslip.dynamics.sharing import first_alike, same_compliance
 from fingerslip.dynamics.system import System
@@ -146,7 +146,8 @@ def build_steppers(
     local, rows = _joint_rows(systems)
     anchoring = _anchoring(systems[0])
     effective = _effective_matrix(systems[0], scheme, damping) + anchoring * systems[0].mass
-    condensed, compliance = condense(sparse.csr_matrix(effective), local, solver, reserved_bytes)
+    matrix = sparse.csr_matrix(effective)
+    condensed, compliance = systems[0].coordinates.condense(matrix, local, solver, reserved_bytes)
     # A force at the end of the step has the end weight, a unit of the unknown the displacement factor.
     factor = scheme.end_weight * scheme.displacement_factor
     first = first_alike(systems, same_compliance)

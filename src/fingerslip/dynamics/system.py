@@ -10,6 +10,7 @@ from scipy import sparse
 
 from fingerslip.contact.candidates import Candidates, Counterfaces, join_candidates
 from fingerslip.dynamics.checks import CheckedModel, checked
+from fingerslip.dynamics.coordinates import Coordinates, MeshCoordinates
 from fingerslip.dynamics.loads import Load
 from fingerslip.dynamics.motion import Motion
 from fingerslip.dynamics.operators import Outsiders, Unknowns, relative_operator
@@ -25,7 +26,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class System:
-    """A model's discrete system of n unknowns.
+    """A model's discrete system of n unknowns: those of the mesh, or the coordinates of a reduced body.
 
     Parameters
     ----------
@@ -35,6 +36,8 @@ class System:
         Material of every cell.
     unknowns : Unknowns
         Free degrees of freedom and driven counterfaces.
+    coordinates : Coordinates
+        What the unknowns are and how fields are read from them.
     is_held : bool
         Whether inertia or supports leave no rigid motion to the contact.
     stiffness, mass : sparse matrix, shape (n, n)
@@ -60,6 +63,7 @@ class System:
     space: Space
     materials: CellMaterials
     unknowns: Unknowns
+    coordinates: Coordinates
     is_held: bool
     stiffness: sparse.csr_matrix
     mass: sparse.csr_matrix
@@ -74,7 +78,7 @@ class System:
 
     @property
     def free(self) -> NDArray[np.int64]:
-        """Free degrees of freedom of the mesh, shape (n_free,): the first unknowns."""
+        """Free degrees of freedom of the mesh, shape (n_free,)."""
         return self.unknowns.free
 
     def load(self, time: float) -> Array:
@@ -128,6 +132,7 @@ def build_system(model: Model, twin: System | None = None) -> System:
         space=known.space,
         materials=known.materials,
         unknowns=unknowns,
+        coordinates=MeshCoordinates(unknowns, known.space.n_dofs),
         is_held=known.is_held,
         stiffness=stiffness,
         mass=mass,

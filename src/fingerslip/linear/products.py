@@ -1,4 +1,4 @@
-"""Products of sparse matrices with vectors, whose cost is reading the matrix."""
+"""Products of matrices with vectors, whose cost is reading the matrix."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-__all__ = ["add_columns", "long_product", "two_products"]
+__all__ = ["add_columns", "add_rows", "long_product", "two_products"]
 
 Array = NDArray[np.float64]
 
@@ -39,6 +39,19 @@ def add_columns(vector: Array, matrix: sparse.csc_matrix, weights: Array) -> Arr
     """Return a vector (n,) plus a matrix (n, m) times weights (m,), for which columns without weight are not read."""
     total = vector.copy()
     _add_columns(*_parts(matrix), weights, total)
+    return total
+
+
+def add_rows(vector: Array, matrix: Array, weights: Array) -> Array:
+    """Return a vector (n,) plus weights (m,) times a dense matrix (m, n), for which rows without weight are not read.
+
+    Examples
+    --------
+    >>> add_rows(np.ones(2), np.array([[1.0, 2.0], [5.0, 6.0]]), np.array([10.0, 0.0])).tolist()
+    [11.0, 21.0]
+    """
+    total = vector.copy()
+    _add_rows(matrix, weights, total)
     return total
 
 
@@ -77,3 +90,10 @@ def _add_columns(starts, rows, values, weights, total):  # type: ignore[no-untyp
             weight = weights[column]
             for entry in range(starts[column], starts[column + 1]):
                 total[rows[entry]] += weight * values[entry]
+
+
+@numba.njit(cache=True, nogil=True)
+def _add_rows(matrix, weights, total):  # type: ignore[no-untyped-def]
+    for row in range(weights.size):
+        if weights[row] != 0.0:
+            total += weights[row] * matrix[row]

@@ -16,6 +16,7 @@ from fingerslip.verification import (
     impact,
     line,
     locking,
+    reduced,
     resting,
     sphere,
 )
@@ -27,6 +28,7 @@ PROBLEMS: tuple[Problem, ...] = (
     *elements.PROBLEMS,
     *locking.PROBLEMS,
     *condensed.PROBLEMS,
+    *reduced.PROBLEMS,
     *dynamics.PROBLEMS,
     *impact.PROBLEMS,
     *blocks.PROBLEMS,

@@ -35,7 +35,7 @@ def simulated(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Replace the simulation by a known history; the list holds the friction coefficients it was called with."""
     calls: list[float] = []
 
-    def fake(model: Model, *, progress: Callable[[float], None], threads: int | None) -> xr.Dataset:
+    def fake(model: Model, *, progress: Callable[[float], None], threads: int | None, bases: Any) -> xr.Dataset:
         friction = model.contacts[0].friction.coefficient
         calls.append(friction)
         progress(0.5)

@@ -21,6 +21,11 @@ _ATTRIBUTES: Mapping[str, str] = MappingProxyType(
         "tangential_penalty": "mean tangential penalty [Pa/m]",
         "linear_solver": "linear solver",
         "condensation": "contact response by",
+        "basis": "basis",
+        "basis_static_responses": "static responses of the basis",
+        "basis_vibrations": "vibrations of the basis",
+        "basis_error": "estimated error of displacement by the basis",
+        "basis_acceleration_error": "estimated error of acceleration by the basis",
     }
 )
 

@@ -22,7 +22,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "Contact and friction": ("contact", "contacts"),
     "Programme": ("programme",),
     "Supports and loads": ("supports", "tractions", "gravity", "initial_velocity"),
-    "Time": ("time",),
+    "Time": ("time", "dynamics"),
     "Recording": ("record",),
     "Other values": (),
 }

@@ -20,7 +20,7 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.file import MeshFile
 from fingerslip.mesh.scan.build import SurfaceMesh
 from fingerslip.mesh.source import MeshSource, choose_source
-from fingerslip.model import Drive, NumericalDamping, QuasiStatic, TimeStepping, Traction
+from fingerslip.model import Drive, NumericalDamping, QuasiStatic, ReducedBasis, TimeStepping, Tolerance, Traction
 from fingerslip.parameters import (
     Duration,
     NonNegativeNumber,
@@ -40,6 +40,7 @@ from fingerslip.study.definition.choices import choice_of, chosen
 __all__ = [
     "ContactSettings",
     "CounterfaceChoice",
+    "DynamicsSettings",
     "FrictionChoice",
     "MeshSettings",
     "ProgrammeEntry",
@@ -191,6 +192,32 @@ class TimeSettings:
         if self.scheme == "quasi_static":
             return QuasiStatic(self.step, self.end)
         return TimeStepping(self.step, self.alpha, self.end)
+
+
+@parameters
+class DynamicsSettings:
+    """In which coordinates motions are computed.
+
+    Parameters
+    ----------
+    basis : {'full', 'reduced', 'automatic'}
+        The mesh; a reduced basis of it, kept on disk for other runs; or the basis where so many runs of the study share
+        a body that it saves time, and the mesh elsewhere.
+    tolerance : float
+        Of the reduced basis: largest error of the displacement, estimated during the motion, over the largest
+        displacement.
+    acceleration_tolerance : float
+        The same of accelerations, in the root of the mean square over the body.
+    """
+
+    basis: Literal["full", "reduced", "automatic"] = "full"
+    tolerance: Tolerance = ReducedBasis().tolerance
+    acceleration_tolerance: Tolerance = ReducedBasis().acceleration_tolerance
+
+    @property
+    def reduced(self) -> ReducedBasis | None:
+        """The basis of the model; None for the mesh, and as long as it is not decided."""
+        return ReducedBasis(self.tolerance, self.acceleration_tolerance) if self.basis == "reduced" else None
 
 
 @parameters

@@ -36,6 +36,7 @@ from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.study.definition.relations import mistakes_between
 from fingerslip.study.definition.settings import (
     ContactSettings,
+    DynamicsSettings,
     MeshSettings,
     ProgrammeEntry,
     RecordSettings,
@@ -49,6 +50,7 @@ from fingerslip.study.definition.yaml import line_numbers, read_mapping
 __all__ = [
     "NOT_OF_A_RUN",
     "ContactSettings",
+    "DynamicsSettings",
     "ProgrammeEntry",
     "RecordSettings",
     "RefinementSettings",
@@ -103,6 +105,8 @@ class Study(SpecimenChoice):
         How the dilatational part is integrated; see :class:`~fingerslip.model.Model`.
     record : RecordSettings
         What is recorded.
+    dynamics : DynamicsSettings
+        Whether motions are computed on the mesh or in a reduced basis of it.
     materials : mapping of str to Elastic
         Materials by region; they replace those of the specimen.
     supports : mapping of str to tuple of {'x', 'y', 'z'}
@@ -137,6 +141,7 @@ class Study(SpecimenChoice):
     damping: RayleighDamping = RayleighDamping()
     integration: Integration = "selective"
     record: RecordSettings = RecordSettings()
+    dynamics: DynamicsSettings = DynamicsSettings()
     materials: Mapping[str, Elastic] = pydantic.Field(default_factory=dict)
     supports: Mapping[str, tuple[Component, ...]] = pydantic.Field(default_factory=dict)
     tractions: Mapping[str, TractionSettings] = pydantic.Field(default_factory=dict)

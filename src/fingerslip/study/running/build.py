@@ -145,6 +145,7 @@ def _model(run: Run, mesh: Any) -> Model:
         damping=study.damping,
         integration=study.integration,
         record=_recording(study, specimen.sites(study.record.groups, dim)),
+        basis=study.dynamics.reduced,
         gravity=study.gravity,
         initial_velocity=study.initial_velocity,
     )

@@ -16,9 +16,13 @@ from fingerslip.files import new_folder, writing
 from fingerslip.model import Model
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import located
+from fingerslip.study.storage.bases import BasisFolder
 from fingerslip.study.storage.store import write_run
 
-__all__ = ["Job", "compute", "compute_together"]
+__all__ = ["BASES", "Job", "compute", "compute_together"]
+
+#: Folder of the reduced bases in the results of a study.
+BASES = ".bases"
 
 _LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 _logger = logging.getLogger("fingerslip.study")
@@ -98,10 +102,11 @@ def compute_together(jobs: Sequence[Job], progress: Callable[[float], None], thr
 
 
 def _simulate(jobs: Sequence[Job], progress: Callable[[float], None], threads: int | None) -> Sequence[Any]:
+    bases = BasisFolder(jobs[0].folder.parent / BASES)
     try:
         if len(jobs) == 1:
-            return [simulate(jobs[0].model, progress=progress, threads=threads)]
-        return simulate_together([job.model for job in jobs], progress=progress, threads=threads)
+            return [simulate(jobs[0].model, progress=progress, threads=threads, bases=bases)]
+        return simulate_together([job.model for job in jobs], progress=progress, threads=threads, bases=bases)
     except InputError as error:
         raise located(error, jobs[0].run.where, jobs[0].run.study) from None
 

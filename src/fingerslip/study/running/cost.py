@@ -7,13 +7,24 @@ from typing import Any
 from fingerslip.linear.memory import require_memory
 from fingerslip.mesh.source import MeshSource
 
-__all__ = ["estimated_bytes", "estimated_seconds", "require_mesh_memory"]
+__all__ = ["basis_saves", "estimated_bytes", "estimated_seconds", "require_mesh_memory"]
 
 # From the shipped studies alone, by the dimension of space. In the plane about 10,000 unknowns and 600 steps take 1.5
 # to 3.4 s, two runs side by side; in space 19,000 unknowns and 300 steps 16 s, 73,000 unknowns 57 s, on two cores.
 _SECONDS_AT_START = 1.0
 _SECONDS_PER_UNKNOWN = {2: 0.0, 3: 2e-4}
 _SECONDS_PER_UNKNOWN_AND_STEP = {2: 2.5e-7, 3: 2e-6}
+
+# CPU seconds of a reduced basis, measured with the shipped studies by tests/benchmarks/bench_basis.py: for every
+# unknown of the mesh and static response, for the cube of the static responses (eigenvectors), and for every unknown
+# (vibrations). CPU seconds of a step by which mesh and basis differ, for every unknown and for the square of the
+# responses. Only an estimate that is half as large again counts as a saving.
+_SECONDS_PER_RESPONSE = {2: 5e-8, 3: 2.3e-7}
+_SECONDS_PER_CUBE = 6e-10
+_SECONDS_OF_VIBRATIONS = {2: 1e-5, 3: 2e-4}
+_SECONDS_OF_SUBSTITUTION = {2: 1.5e-7, 3: 1.5e-6}
+_SECONDS_PER_SQUARE = 1.3e-9
+_MARGIN = 1.5
 
 # What assembly takes at its peak for every entry of a cell's stiffness matrix: measured 35 to 42 bytes in all kinds.
 _BYTES_PER_ENTRY = 42
@@ -36,6 +47,26 @@ def estimated_seconds(unknowns: int, steps: int, dim: int = 2) -> float:
     """
     per_unknown = _SECONDS_PER_UNKNOWN[dim] + _SECONDS_PER_UNKNOWN_AND_STEP[dim] * steps
     return _SECONDS_AT_START + per_unknown * unknowns
+
+
+def basis_saves(unknowns: int, interface: int, steps: int, dim: int = 2) -> bool:
+    """Tell whether a reduced basis saves time, made once for so many steps of all runs that share it.
+
+    Parameters
+    ----------
+    unknowns : int
+        Degrees of freedom of the mesh.
+    interface : int
+        Those of contact candidates and sites among them, whose static responses make the basis.
+    steps : int
+        Steps of all runs together.
+    dim : int, optional
+        Dimension of space.
+    """
+    made = _SECONDS_PER_RESPONSE[dim] * unknowns * interface + _SECONDS_PER_CUBE * interface**3
+    on_mesh = _SECONDS_OF_SUBSTITUTION[dim] * unknowns
+    in_basis = _SECONDS_PER_SQUARE * interface**2
+    return steps * (on_mesh - in_basis) > _MARGIN * (made + _SECONDS_OF_VIBRATIONS[dim] * unknowns)
 
 
 def estimated_bytes(cells: float, element: str) -> float:

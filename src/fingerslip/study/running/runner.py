@@ -15,6 +15,7 @@ from fingerslip.parameters.protocols import require_kind
 from fingerslip.results import RunResult, StudyResult, flatten, stored_result
 from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.sweep import Run
+from fingerslip.study.running.bases import choose_bases
 from fingerslip.study.running.build import build_mesh, build_model, located, mesh_key
 from fingerslip.study.running.compute import Job
 from fingerslip.study.running.plan import Plan, plan_studies
@@ -69,7 +70,7 @@ def prepare(plan: Plan, runs: Sequence[Run]) -> tuple[Job, ...]:
         Where a mesh cannot be built or a model cannot be simulated.
     """
     meshes: dict[str, Any] = {}
-    return tuple(_job(plan, run, meshes) for run in runs)
+    return choose_bases([_job(plan, run, meshes) for run in runs])
 
 
 def run_study(

@@ -34,7 +34,7 @@ def called(monkeypatch: pytest.MonkeyPatch) -> list[Model]:
     """Replace the simulation: slip is overall 8 ms later with the full step, and less so with finer ones."""
     calls: list[Model] = []
 
-    def fake(model: Model, *, progress: Callable[[float], None], threads: int | None) -> xr.Dataset:
+    def fake(model: Model, *, progress: Callable[[float], None], threads: int | None, bases: Any) -> xr.Dataset:
         calls.append(model)
         progress(1.0)
         return synthetic.make(synthetic.Process(centre=1.7 + 0.1 * model.time.step / STEP))
@@ -157,7 +157,7 @@ def test_a_run_that_is_not_there_is_named_before_anything_is_computed(write_stud
 
 @pytest.mark.usefixtures("reports")
 def test_a_level_that_fails_fails_the_refinement(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    def fake(model: Model, *, progress: Callable[[float], None], threads: int | None) -> xr.Dataset:
+    def fake(model: Model, *, progress: Callable[[float], None], threads: int | None, bases: Any) -> xr.Dataset:
         progress(1.0)
         if model.time.step < STEP:
             raise ConvergenceError(0.1, 3, 1.0, 1e-10, "try")

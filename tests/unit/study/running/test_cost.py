@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.study.running.cost import estimated_bytes, estimated_seconds, require_mesh_memory
+from fingerslip.study.running.cost import basis_saves, estimated_bytes, estimated_seconds, require_mesh_memory
 
 
 def test_estimate_grows_with_unknowns_times_steps() -> None:
@@ -47,3 +47,17 @@ def test_a_mesh_that_will_not_fit_is_refused_with_its_size(monkeypatch: pytest.M
 def test_a_mesh_of_unknown_size_is_let_through(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("fingerslip.linear.memory.available_memory", lambda: 1)
     require_mesh_memory(source(None, None), None)
+
+
+@pytest.mark.parametrize(
+    ("case", "saves"),
+    [
+        ((11_858, 606, 4 * 600, 2), True),  # four runs of the paper's section
+        ((11_858, 606, 600, 2), False),  # one of them
+        ((70_197, 4_089, 300, 3), False),  # a run of the paper's fingertip in space
+        ((70_197, 4_089, 64 * 300, 3), True),  # a large sweep of it
+        ((70_197, 13_000, 64 * 300, 3), False),  # with a contact three times as fine
+    ],
+)
+def test_a_basis_saves_time_where_many_steps_share_it(case: tuple[int, int, int, int], saves: bool) -> None:
+    assert basis_saves(*case) is saves

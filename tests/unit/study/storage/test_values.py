@@ -75,6 +75,7 @@ OTHER = {
     "mesh.element": {"Q4": "T3", "T4": "T10"},
     "integration": {"selective": "full", "nodal": "full"},
     "contact.boundary": "pad",
+    "dynamics.basis": "automatic",
     "time.scheme": None,
     "record.receptors.0": "FA-II",
     "record.receptors.1": "SA-II",

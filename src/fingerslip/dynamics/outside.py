@@ -1,0 +1,51 @@
+"""The check that no boundary node outside the candidates reaches its counterface."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fingerslip.contact.candidates import check_outsiders
+from fingerslip.dynamics.state import State
+from fingerslip.dynamics.system import System
+
+__all__ = ["OutsideCheck"]
+
+
+class OutsideCheck:
+    """Looks at every state of a motion; at several at once where reading the operators is what costs.
+
+    Parameters
+    ----------
+    system : System
+        The discrete system.
+    """
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        self._waiting: list[State] = []
+
+    def look(self, state: State) -> None:
+        """Check a state, now or with some that follow.
+
+        Raises
+        ------
+        SlipOutsideContactError
+            Where a node that is no candidate has reached its counterface.
+        """
+        self._waiting.append(state)
+        if len(self._waiting) >= self._system.coordinates.checks_at_once:
+            self.finish()
+
+    def finish(self) -> None:
+        """Check the states that wait; errors as of :meth:`look`."""
+        waiting, self._waiting = self._waiting, []
+        if not waiting:
+            return
+        for number, outsiders in enumerate(self._system.outsiders):
+            size = outsiders.relative.shape[1]
+            moved = outsiders.relative @ np.stack([state.displacement[:size] for state in waiting], axis=1)
+            shape = self._system.counterfaces.shapes[number]
+            for state, own in zip(waiting, moved.T, strict=True):
+                shifted = own.reshape(outsiders.positions.shape) - state.counterfaces[number]
+                gaps = shape.gap(outsiders.positions + shifted)
+                check_outsiders(gaps, outsiders.nodes, outsiders.positions, state.time)

@@ -1,0 +1,265 @@
+"""A reduced basis of a linear body: its static responses to motion of some unknowns, and its lowest vibrations.
+
+The unknowns are split into the interface b, where forces act and motion is read, and the inner ones i. The basis is ::
+
+    u = T u_b + V q,    T = [1; -K_ii^-1 K_ib],    V = [0; fixed-interface modes and static responses to loads]
+
+after Craig & Bampton (1968). T moves the interface and lets the inside follow statically, so every static response to
+forces on the interface is exact. With K_ii V_i = M_ii V_i diag(w^2), the modes add what inertia does inside. Stiffness
+and mass of the reduced body are ::
+
+    K_r = [S, 0; 0, V^T K V],    M_r = [T^T M T, T^T M V; V^T M T, V^T M V]
+
+with the Schur complement S of K on the interface. The eigenvectors Y of (K_r, M_r), all of them, make both diagonal:
+in the coordinates z with [u_b; q] = Y z, the mass is the identity and the stiffness diag(eigenvalues).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import linalg, sparse
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from fingerslip.linear.solver import LinearSolver, SchurFactor
+
+__all__ = ["CraigBampton", "StaticResponses", "Vibrations", "craig_bampton", "static_responses", "vibrations"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+_COLUMNS_AT_ONCE = 64
+# What is left of a load's response beside the modes, below which it adds nothing but rounding.
+_NOTHING_NEW = 1e-8
+
+
+@dataclass(frozen=True)
+class StaticResponses:
+    """A body and what it does when its interface is moved, statically.
+
+    Parameters
+    ----------
+    stiffness, mass : sparse matrix, shape (n, n)
+        K [N/m] and M [kg].
+    interface : (p,) array
+        The unknowns of the interface, ascending.
+    solver : LinearSolver
+        What factorises.
+    """
+
+    stiffness: sparse.csr_matrix
+    mass: sparse.csr_matrix
+    interface: Indices
+    solver: LinearSolver
+
+    @cached_property
+    def _factorised(self) -> tuple[SchurFactor, Array]:
+        """The factors of K_ii, and S, shape (p, p) [N/m]."""
+        empty = self._without_stiffness
+        held = sparse.csr_matrix(self.stiffness + sparse.diags(empty.astype(float)))
+        factor, schur = self.solver.factorise_around(held, self.interface)
+        schur = 0.5 * (schur + schur.T)
+        schur.flat[:: len(schur) + 1] -= empty[self.interface]
+        return factor, schur
+
+    @property
+    def _without_stiffness(self) -> NDArray[np.bool_]:
+        """Which unknowns nothing resists, such as driven counterfaces; they have to be of the interface."""
+        found: NDArray[np.bool_] = self.stiffness.diagonal() == 0.0
+        return found
+
+    @property
+    def schur(self) -> Array:
+        """S, the Schur complement of K on the interface, shape (p, p) [N/m]."""
+        return self._factorised[1]
+
+    def follow(self, moved: Array) -> Array:
+        """Return the displacement T u_b of all unknowns, (n,) or (n, k) [m], for u_b, (p,) or (p, k) [m]."""
+        halfway = np.zeros((self.stiffness.shape[0], *moved.shape[1:]), order="F")
+        halfway[self.interface] = moved
+        return self._factorised[0].backward(halfway)
+
+    def gather(self, forces: Array) -> Array:
+        """Return the forces T^T f on the interface, (p,) or (p, k) [N], with the work of f, (n,) or (n, k) [N]."""
+        gathered: Array = self._factorised[0].forward(np.asfortranarray(forces))[self.interface]
+        return gathered
+
+    def give_way(self, forces: Array) -> Array:
+        """Return the displacement, (n,) or (n, k) [m], under forces of that shape [N] while the interface is held."""
+        halfway = np.asfortranarray(self._factorised[0].forward(np.asfortranarray(forces)))
+        halfway[self.interface] = 0.0
+        return self._factorised[0].backward(halfway)
+
+
+def static_responses(
+    body: StaticResponses, rows: Indices, *, columns_at_once: int = _COLUMNS_AT_ONCE
+) -> tuple[Array, Array]:
+    """Return the mass of the static responses, T^T M T (p, p) [kg], and T at the unknowns `rows`, (r, p) [-].
+
+    All columns of T exist only some at a time, so that memory stays small: T^T M T is gathered from M T.
+    """
+    size = body.interface.size
+    mass, at_rows = np.empty((size, size)), np.empty((rows.size, size))
+    for start in range(0, size, columns_at_once):
+        some = slice(start, min(start + columns_at_once, size))
+        responses = body.follow(np.eye(size)[:, some])
+        mass[:, some] = body.gather(body.mass @ responses)
+        at_rows[:, some] = responses[rows]
+    return 0.5 * (mass + mass.T), at_rows
+
+
+@dataclass(frozen=True)
+class Vibrations:
+    """Vibrations of a body while its interface is held.
+
+    Parameters
+    ----------
+    frequencies : (s,) array
+        Angular frequencies, ascending [rad/s].
+    shapes : (n, s) array
+        Their shapes, orthonormal in the mass, zero at the interface [kg^-1/2].
+    """
+
+    frequencies: Array
+    shapes: Array
+
+
+def vibrations(body: StaticResponses, count: int) -> Vibrations:
+    """Return the lowest vibrations while the interface is held: shift-invert Lanczos.
+
+    Parameters
+    ----------
+    body : StaticResponses
+        The body and its interface.
+    count : int
+        How many; less where the inside has fewer unknowns.
+    """
+    inner = np.setdiff1d(np.arange(body.stiffness.shape[0]), body.interface)
+    count = min(count, inner.size - 1)
+    if count <= 0:
+        return Vibrations(np.zeros(0), np.zeros((body.stiffness.shape[0], 0)))
+
+    def solve(forces: Array) -> Array:
+        given = np.zeros(body.stiffness.shape[0])
+        given[inner] = forces.ravel()
+        moved: Array = body.give_way(given)[inner]
+        return moved
+
+    stiffness, mass = (sparse.csr_matrix(matrix[inner][:, inner]) for matrix in (body.stiffness, body.mass))
+    inverse = LinearOperator(stiffness.shape, matvec=solve, dtype=np.float64)
+    # A fixed start makes the same basis every time.
+    start = np.random.default_rng(0).standard_normal(inner.size)
+    squares, vectors = eigsh(stiffness, count, M=mass, sigma=0.0, OPinv=inverse, v0=start)
+    shapes = np.zeros((body.stiffness.shape[0], count), order="F")
+    shapes[inner] = vectors
+    return Vibrations(np.sqrt(squares), shapes)
+
+
+@dataclass(frozen=True)
+class CraigBampton:
+    """The reduced body in its own coordinates z, of which there are m.
+
+    Parameters
+    ----------
+    eigenvalues : (m,) array
+        Stiffness over mass, ascending [1/s^2]; the mass is one.
+    interface : (p,) array
+        The unknowns of the interface.
+    at_interface : (p, m) array
+        Displacement of the interface per coordinate [kg^-1/2].
+    rows : (r,) array
+        Further unknowns, ascending, whose displacement is known without that of all others.
+    at_rows : (r, m) array
+        Displacement of these per coordinate [kg^-1/2].
+    shapes : (n, s) array
+        V.
+    of_shapes : (s, m) array
+        q per coordinate.
+    frequencies : (s',) array
+        Angular frequencies of the vibrations among the shapes [rad/s].
+    """
+
+    eigenvalues: Array
+    interface: Indices
+    at_interface: Array
+    rows: Indices
+    at_rows: Array
+    shapes: Array
+    of_shapes: Array
+    frequencies: Array
+
+    def field(self, body: StaticResponses, coordinates: Array) -> Array:
+        """Return the displacement of all unknowns, (n,) or (n, k) [m], for coordinates z, (m,) or (m, k)."""
+        field: Array = body.follow(self.at_interface @ coordinates) + self.shapes @ (self.of_shapes @ coordinates)
+        return field
+
+    def project(self, body: StaticResponses, forces: Array) -> Array:
+        """Return the forces on the coordinates, (m,) or (m, k), of forces on all unknowns, (n,) or (n, k) [N]."""
+        found: Array = self.at_interface.T @ body.gather(forces) + self.of_shapes.T @ (self.shapes.T @ forces)
+        return found
+
+
+def craig_bampton(
+    body: StaticResponses,
+    known: tuple[Array, Array],
+    vibrations: Vibrations,
+    rows: Indices,
+    further: Sequence[Array] = (),
+) -> CraigBampton:
+    """Reduce a body.
+
+    Parameters
+    ----------
+    body : StaticResponses
+        The body and its interface.
+    known : tuple of array
+        What :func:`static_responses` returns.
+    vibrations : Vibrations
+        Those that are kept.
+    rows : (r,) array
+        The rows of `known`.
+    further : sequence of (n,) array
+        Further shapes that the basis has to hold, such as the responses to loads; only their inner part counts.
+    """
+    shapes = _with_further(body, vibrations.shapes, further)
+    stiff, heavy = body.stiffness @ shapes, body.mass @ shapes
+    mass, at_rows = known
+    size = body.interface.size
+    coupling = body.gather(heavy) if shapes.shape[1] else np.zeros((size, 0))
+    stiffness = linalg.block_diag(body.schur, shapes.T @ stiff)
+    whole = np.block([[mass, coupling], [coupling.T, shapes.T @ heavy]])
+    squares, vectors = linalg.eigh(stiffness, whole, overwrite_a=True, overwrite_b=True, check_finite=False)
+    of_shapes = np.ascontiguousarray(vectors[size:])
+    return CraigBampton(
+        eigenvalues=np.maximum(squares, 0.0),
+        interface=body.interface,
+        at_interface=np.ascontiguousarray(vectors[:size]),
+        rows=rows,
+        at_rows=at_rows @ vectors[:size] + shapes[rows] @ of_shapes,
+        shapes=shapes,
+        of_shapes=of_shapes,
+        frequencies=vibrations.frequencies,
+    )
+
+
+def _with_further(body: StaticResponses, shapes: Array, further: Sequence[Array]) -> Array:
+    """Return shapes (n, s) and what further ones (n,) add to them, orthonormal in the mass."""
+    for field in further:
+        inner = np.array(field)
+        inner[body.interface] = 0.0
+        whole = _size(body, inner)
+        # The second time removes what rounding left.
+        for _ in range(2):
+            inner -= shapes @ (shapes.T @ (body.mass @ inner))
+        left = _size(body, inner)
+        if left > _NOTHING_NEW * whole:
+            shapes = np.column_stack([shapes, inner / left])
+    return shapes
+
+
+def _size(body: StaticResponses, field: Array) -> float:
+    return float(np.sqrt(field @ (body.mass @ field)))

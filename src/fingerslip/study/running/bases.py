@@ -1,0 +1,59 @@
+"""Which runs of a study are computed in a reduced basis, where the study leaves it open."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+from fingerslip.dynamics.checks import checked
+from fingerslip.dynamics.sharing import first_alike, same_body
+from fingerslip.dynamics.steps import step_count
+from fingerslip.model import Model
+from fingerslip.study.running.compute import Job
+from fingerslip.study.running.cost import basis_saves
+
+__all__ = ["choose_bases"]
+
+
+def choose_bases(jobs: Sequence[Job]) -> tuple[Job, ...]:
+    """Decide where a study says ``basis: automatic``: for a reduced basis where the runs that share it save time.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        What to compute.
+
+    Returns
+    -------
+    tuple of Job
+        The same jobs. What is decided stands in their runs, so that ``run.yaml`` repeats it.
+    """
+    first = first_alike([job.model for job in jobs], same_body)
+    members = {kind: [job.model for job, own in zip(jobs, first, strict=True) if own == kind] for kind in set(first)}
+    saves = {
+        kind: _saves(models)
+        for kind, models in members.items()
+        if any(_is_open(job) for job, own in zip(jobs, first, strict=True) if own == kind)
+    }
+    return tuple(
+        _decided(job, reduced=saves[own]) if _is_open(job) else job for job, own in zip(jobs, first, strict=True)
+    )
+
+
+def _is_open(job: Job) -> bool:
+    return job.run.study.dynamics.basis == "automatic"
+
+
+def _saves(models: Sequence[Model]) -> bool:
+    """Tell whether a basis saves time in all motions of a body together."""
+    known = checked(models[0])
+    nodes = {*known.site_nodes.tolist(), *(node for own in known.candidates for node in own.nodes.tolist())}
+    steps = sum(map(step_count, models))
+    return basis_saves(known.free.size, known.space.dim * len(nodes), steps, known.space.dim)
+
+
+def _decided(job: Job, *, reduced: bool) -> Job:
+    dynamics = dataclasses.replace(job.run.study.dynamics, basis="reduced" if reduced else "full")
+    study = dataclasses.replace(job.run.study, dynamics=dynamics)
+    model = dataclasses.replace(job.model, basis=dynamics.reduced)
+    return dataclasses.replace(job, run=dataclasses.replace(job.run, study=study), model=model)

@@ -1,0 +1,48 @@
+"""Nodes that are no candidates must not reach a counterface, whether states are checked one by one or together."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.dynamics.coordinates import MeshCoordinates
+from fingerslip.dynamics.outside import OutsideCheck
+from fingerslip.dynamics.state import first_state
+from fingerslip.dynamics.system import build_system
+from fingerslip.verification.reference import make_stepper
+from problems.pushed import push_and_slide
+
+MODEL = push_and_slide(contacts=(fs.Contact("bottom", search_distance=1e-6),))
+
+
+class SeveralAtOnce(MeshCoordinates):
+    checks_at_once = 3
+
+
+def raised(height):
+    """Return a state in which the counterface has come nearer [m]."""
+    return dataclasses.replace(first_state(make_stepper(MODEL)), counterfaces=np.array([[0.0, height]]), time=height)
+
+
+def test_a_state_is_checked_at_once_on_the_mesh():
+    check = OutsideCheck(build_system(MODEL))
+    check.look(raised(1e-9))
+    with pytest.raises(fs.SlipOutsideContactError, match=r"t = 0.001 s: node \d+ .* is no contact candidate"):
+        check.look(raised(1e-3))
+
+
+def test_several_states_are_checked_together_and_the_rest_at_the_end():
+    system = build_system(MODEL)
+    system = dataclasses.replace(system, coordinates=SeveralAtOnce(system.unknowns, system.space.n_dofs))
+    check = OutsideCheck(system)
+    check.look(raised(1e-3))
+    check.look(raised(2e-3))
+    with pytest.raises(fs.SlipOutsideContactError, match=r"t = 0.001 s"):
+        check.look(raised(1e-9))
+    check.finish()
+    check.look(raised(1e-3))
+    with pytest.raises(fs.SlipOutsideContactError, match=r"t = 0.001 s"):
+        check.finish()

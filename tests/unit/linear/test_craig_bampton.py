@@ -1,0 +1,134 @@
+"""Static responses are exact, vibrations are those with the interface held, and the coordinates are diagonal."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import linalg, sparse
+
+from fingerslip.dynamics.system import build_system
+from fingerslip.linear.craig_bampton import (
+    StaticResponses,
+    Vibrations,
+    craig_bampton,
+    static_responses,
+    vibrations,
+)
+from problems.matrices import SOLVERS
+from problems.pushed import push_and_slide
+
+INTERFACE, ROWS = np.array([0, 3, 4, 20, 41]), np.array([1, 2, 10])
+
+
+@pytest.fixture(scope="module", params=SOLVERS)
+def body(request):
+    system = build_system(push_and_slide())
+    return StaticResponses(system.stiffness, system.mass, INTERFACE, request.param)
+
+
+def inner(body):
+    return np.setdiff1d(np.arange(body.stiffness.shape[0]), body.interface)
+
+
+def dense_responses(body):
+    """Return T by dense algebra."""
+    others, stiffness = inner(body), body.stiffness.toarray()
+    found = np.zeros((len(stiffness), INTERFACE.size))
+    found[INTERFACE] = np.eye(INTERFACE.size)
+    found[others] = -np.linalg.solve(stiffness[np.ix_(others, others)], stiffness[np.ix_(others, INTERFACE)])
+    return found
+
+
+def all_vibrations(body):
+    """Return every vibration, which Lanczos's method cannot find."""
+    others = inner(body)
+    stiffness, mass = (matrix.toarray()[np.ix_(others, others)] for matrix in (body.stiffness, body.mass))
+    squares, vectors = linalg.eigh(stiffness, mass)
+    shapes = np.zeros((body.stiffness.shape[0], others.size))
+    shapes[others] = vectors
+    return Vibrations(np.sqrt(squares), shapes)
+
+
+def test_the_inside_follows_the_interface_statically(body):
+    exact = dense_responses(body)
+    np.testing.assert_allclose(body.follow(np.eye(INTERFACE.size)), exact, atol=1e-12)
+    forces = np.random.default_rng(1).normal(size=(body.mass.shape[0], 2))
+    np.testing.assert_allclose(body.gather(forces), exact.T @ forces, atol=1e-11)
+    np.testing.assert_allclose(body.schur, exact.T @ body.stiffness @ exact, atol=1e-9 * np.abs(body.schur).max())
+
+
+def test_the_inside_gives_way_to_forces_while_the_interface_is_held(body):
+    forces = np.random.default_rng(2).normal(size=body.mass.shape[0])
+    moved, others = body.give_way(forces), inner(body)
+    np.testing.assert_array_equal(moved[INTERFACE], 0.0)
+    np.testing.assert_allclose((body.stiffness @ moved)[others], forces[others], atol=1e-10)
+
+
+@pytest.mark.parametrize("columns_at_once", [2, 64])
+def test_mass_of_static_responses_is_gathered_some_columns_at_a_time(body, columns_at_once):
+    exact = dense_responses(body)
+    mass, at_rows = static_responses(body, ROWS, columns_at_once=columns_at_once)
+    np.testing.assert_allclose(mass, exact.T @ body.mass @ exact, atol=1e-12 * mass.max())
+    np.testing.assert_allclose(at_rows, exact[ROWS], atol=1e-12)
+
+
+def test_vibrations_are_the_lowest_ones(body):
+    found, every = vibrations(body, 6), all_vibrations(body)
+    np.testing.assert_allclose(found.frequencies, every.frequencies[:6], rtol=1e-9)
+    np.testing.assert_allclose(found.shapes.T @ (body.mass @ found.shapes), np.eye(6), atol=1e-10)
+    np.testing.assert_array_equal(found.shapes[INTERFACE], 0.0)
+
+
+def test_no_vibrations_where_nothing_is_inside(body):
+    whole = StaticResponses(body.stiffness, body.mass, np.arange(body.mass.shape[0]), body.solver)
+    assert vibrations(whole, 5).frequencies.size == 0
+
+
+def test_stiffness_and_mass_are_diagonal_in_the_coordinates(body):
+    basis = craig_bampton(body, static_responses(body, ROWS), vibrations(body, 6), ROWS)
+    field = basis.field(body, np.eye(basis.eigenvalues.size))
+    assert field.shape == (body.mass.shape[0], 11)
+    np.testing.assert_allclose(field.T @ body.mass @ field, np.eye(11), atol=1e-10)
+    stiffness = field.T @ body.stiffness @ field
+    np.testing.assert_allclose(stiffness, np.diag(basis.eigenvalues), atol=1e-9 * basis.eigenvalues.max())
+    np.testing.assert_allclose(basis.at_interface, field[INTERFACE], atol=1e-9)
+    np.testing.assert_allclose(basis.at_rows, field[ROWS], atol=1e-9)
+    forces = np.random.default_rng(3).normal(size=body.mass.shape[0])
+    np.testing.assert_allclose(basis.project(body, forces), field.T @ forces, atol=1e-9 * np.abs(field).max())
+
+
+def test_static_responses_to_forces_on_the_interface_are_exact_without_any_vibration(body):
+    basis = craig_bampton(body, static_responses(body, ROWS), vibrations(body, 0), ROWS)
+    force = np.zeros(body.mass.shape[0])
+    force[INTERFACE] = [1.0, -2.0, 0.5, 3.0, 1.0]
+    exact = np.linalg.solve(body.stiffness.toarray(), force)
+    found = basis.field(body, basis.project(body, force) / basis.eigenvalues)
+    np.testing.assert_allclose(found, exact, atol=1e-9 * np.abs(exact).max())
+
+
+def test_further_shapes_are_held_and_what_adds_nothing_is_left_out(body):
+    load = np.random.default_rng(5).normal(size=body.mass.shape[0])
+    response = body.give_way(load)
+    few = vibrations(body, 3)
+    basis = craig_bampton(body, static_responses(body, ROWS), few, ROWS, [response, 2.0 * response, few.shapes[:, 0]])
+    assert basis.eigenvalues.size == INTERFACE.size + 3 + 1
+    exact = np.linalg.solve(body.stiffness.toarray(), load)
+    found = basis.field(body, basis.project(body, load) / basis.eigenvalues)
+    np.testing.assert_allclose(found, exact, atol=1e-9 * np.abs(exact).max())
+
+
+def test_all_vibrations_make_the_basis_the_whole_body(body):
+    basis = craig_bampton(body, static_responses(body, ROWS), all_vibrations(body), ROWS)
+    exact = linalg.eigh(body.stiffness.toarray(), body.mass.toarray(), eigvals_only=True)
+    np.testing.assert_allclose(basis.eigenvalues, exact, rtol=1e-8)
+
+
+def test_an_unknown_without_stiffness_is_part_of_the_interface(body):
+    """A driven counterface has mass alone."""
+    stiffness = sparse.block_diag([body.stiffness, [[0.0]]], format="csr")
+    mass = sparse.block_diag([body.mass, [[4.0]]], format="csr")
+    driven = StaticResponses(stiffness, mass, np.append(INTERFACE, body.mass.shape[0]), body.solver)
+    assert driven.schur[-1, -1] == pytest.approx(0.0, abs=1e-12)
+    basis = craig_bampton(driven, static_responses(driven, ROWS), vibrations(driven, 2), ROWS)
+    assert basis.eigenvalues[0] == pytest.approx(0.0, abs=1e-6 * basis.eigenvalues[1])
+    np.testing.assert_allclose(np.abs(basis.at_interface[-1, 0]), 0.5, rtol=1e-9)

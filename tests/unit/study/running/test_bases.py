@@ -1,0 +1,94 @@
+"""Where a study leaves it open, runs take a reduced basis where that saves time, and say so."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import fingerslip as fs
+from fingerslip.study.definition.yaml import read_mapping
+from fingerslip.study.running import bases
+from fingerslip.study.running.compute import BASES
+from fingerslip.study.running.plan import plan_study
+from fingerslip.study.running.runner import prepare, run_study
+from unit.study.block import block_values
+
+Write = Callable[..., Path]
+
+
+def values(basis: str, **changes: Any) -> dict[str, Any]:
+    return block_values() | {"dynamics": {"basis": basis, "tolerance": 0.01}} | changes
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, ...]]:
+    """Return what is asked of the estimate, which says that a basis saves from 60 steps on."""
+    asked = []
+
+    def saves(*sizes: int) -> bool:
+        asked.append(sizes)
+        return sizes[2] > 60
+
+    monkeypatch.setattr(bases, "basis_saves", saves)
+    return asked
+
+
+def chosen(path: Path, tmp_path: Path) -> list[str]:
+    plan = plan_study(path, tmp_path)
+    jobs = prepare(plan, plan.runs)
+    assert all((job.model.basis is not None) == (job.run.study.dynamics.basis == "reduced") for job in jobs)
+    return [job.run.study.dynamics.basis for job in jobs]
+
+
+def test_runs_that_share_a_body_are_counted_together(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
+    path = write_study(values("automatic"))
+    assert chosen(path, tmp_path) == ["reduced"] * 3
+    ((unknowns, interface, steps, dim),) = asked
+    assert (unknowns, steps, dim) == (72, 3 * 30, 2)
+    assert 0 < interface < unknowns
+    alone = values("automatic", sweep={"materials.block.poisson_ratio": [0.2, 0.3]})
+    assert set(chosen(write_study(alone), tmp_path)) == {"full"}
+    assert len(asked) == 3
+
+
+@pytest.mark.parametrize(("basis", "wanted"), [("full", "full"), ("reduced", "reduced")])
+def test_what_a_study_says_is_done(
+    write_study: Write, tmp_path: Path, asked: list[Any], basis: str, wanted: str
+) -> None:
+    assert chosen(write_study(values(basis)), tmp_path) == [wanted] * 3
+    assert asked == []
+
+
+@pytest.mark.usefixtures("asked")
+def test_run_yaml_says_what_was_decided_and_the_basis_is_kept(write_study: Write, tmp_path: Path) -> None:
+    path = write_study(values("automatic"))
+    result = run_study(path, results_dir=tmp_path / "results", workers=1)
+    for run in result.runs:
+        assert read_mapping(result.folder / run.name / "run.yaml")["dynamics"] == {
+            "basis": "reduced",
+            "tolerance": 0.01,
+        }
+        attrs = fs.read_history(result.folder / run.name / "history.nc").attrs
+        assert attrs["basis"] == "reduced"
+    assert len(list((result.folder / BASES).glob("*.basis"))) == 1
+    again = run_study(path, results_dir=tmp_path / "results", workers=1)
+    assert len(again.unchanged) == 3
+
+
+def test_a_basis_of_another_study_file_serves_no_other_body(write_study: Write, tmp_path: Path) -> None:
+    path = write_study(values("reduced", sweep={"materials.block.density": ["900 kg/m^3", "1000 kg/m^3"]}))
+    result = run_study(path, results_dir=tmp_path / "results", workers=1)
+    assert len(list((result.folder / BASES).glob("*.basis"))) == 2
+
+
+def test_decisions_leave_everything_else_as_it_was(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
+    plan = plan_study(write_study(values("automatic")), tmp_path)
+    jobs = prepare(plan, plan.runs)
+    assert asked
+    for job, run in zip(jobs, plan.runs, strict=True):
+        assert job.identity == plan.identities[run.name]
+        assert dataclasses.replace(job.run.study, dynamics=run.study.dynamics) == run.study
