@@ -43,6 +43,7 @@ from .model import (
     Ramp as Ramp,
     Recording as Recording,
     ReducedBasis as ReducedBasis,
+    SupportMotion as SupportMotion,
     TimeStepping as TimeStepping,
     Traction as Traction,
 )

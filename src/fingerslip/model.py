@@ -23,6 +23,7 @@ from fingerslip.parameters import (
     Number,
     PositiveDuration,
     PositiveLength,
+    SignedLength,
     SignedPressure,
     Stiffness,
     parameters,
@@ -39,6 +40,7 @@ __all__ = [
     "Ramp",
     "Recording",
     "ReducedBasis",
+    "SupportMotion",
     "TimeStepping",
     "Timing",
     "Traction",
@@ -93,6 +95,32 @@ class Traction:
 
     value: tuple[SignedPressure, ...]
     ramp: Ramp
+
+
+@parameters
+class SupportMotion:
+    """The prescribed motion of a support: a displacement that grows and falls with a factor over time.
+
+    Parameters
+    ----------
+    displacement : tuple of float
+        Displacement at factor one [m], one value per component; 0 in those that the support leaves free.
+    ramp : Ramp
+        Its factor over time, 0 at the start.
+    """
+
+    displacement: tuple[SignedLength, ...]
+    ramp: Ramp
+
+    def __post_init__(self) -> None:
+        if self.ramp.at(0.0):
+            found = f"starts from a factor of {self.ramp.at(0.0):g}"
+            raise InputError("ramp", found, "needs 0 at the start", "write 0 s and a factor of 0 first")
+
+    @property
+    def largest(self) -> float:
+        """The largest displacement [m]."""
+        return float(np.linalg.norm(self.displacement) * np.abs(self.ramp.factors).max())
 
 
 @parameters
@@ -267,6 +295,8 @@ class Model:
         Out-of-plane depth [m], so that forces are newtons; not in space.
     supports : mapping of str to tuple of {'x', 'y', 'z'}
         Boundaries, or whole regions, that are fixed, and in which components.
+    support_motions : mapping of str to SupportMotion
+        Supports that move as prescribed, by name.
     tractions : mapping of str to tuple of float or Traction
         Dead loads on boundaries [Pa], constant from the start on or changing over time.
     contacts : tuple of Contact
@@ -298,6 +328,7 @@ class Model:
     time: Annotated[Timing, _A_TIMING]
     depth: PositiveLength = 1.0
     supports: Mapping[str, tuple[Component, ...]] = pydantic.Field(default_factory=dict)
+    support_motions: Mapping[str, SupportMotion] = pydantic.Field(default_factory=dict)
     tractions: Mapping[str, tuple[float, ...] | Traction] = pydantic.Field(default_factory=dict)
     contacts: tuple[Contact, ...] = ()
     programme: tuple[Phase, ...] = ()
@@ -327,6 +358,6 @@ class Model:
 
     @property
     def is_loaded(self) -> bool:
-        """Whether anything but prescribed motion may bring the body into contact."""
+        """Whether anything but prescribed motion of counterfaces may bring the body into contact."""
         driven = any(contact.drive for contact in self.contacts)
-        return bool(self.tractions or driven or self.gravity or self.initial_velocity)
+        return bool(self.tractions or driven or self.gravity or self.initial_velocity or self.support_motions)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,8 +51,10 @@ class CheckedModel:
         Displacement space of the mesh.
     materials : CellMaterials
         Material of every cell.
+    held : mapping of str to (k,) array
+        Degrees of freedom that each support holds.
     free : (n_free,) array
-        Degrees of freedom that are not supported.
+        Those that none holds.
     is_held : bool
         Whether inertia or supports leave no rigid motion to the contact.
     loads : tuple of Load
@@ -68,6 +71,7 @@ class CheckedModel:
 
     space: Space
     materials: CellMaterials
+    held: Mapping[str, NDArray[np.int64]]
     free: NDArray[np.int64]
     is_held: bool
     loads: tuple[Load, ...]
@@ -118,12 +122,16 @@ def checked(model: Model, space: Space | None = None) -> CheckedModel:
     )
     _check_order(model, counterfaces, motions, candidates)
     require_record_memory(model, record_bytes(model, len(space.positions), sum(len(own.nodes) for own in candidates)))
-    free = _free_dofs(model, space)
+    held = _held_dofs(model, space)
+    _check_support_motions(model, space)
+    free = _free_dofs(held, space)
     is_held = bool(make_scheme(model.time).inertia_factor) or not _unheld(model, space, free, candidates)
-    _check_depth(model, space, counterfaces, motions, free)
+    if not model.support_motions:
+        _check_depth(model, space, counterfaces, motions, free)
     return CheckedModel(
         space=space,
         materials=materials,
+        held=held,
         free=free,
         is_held=is_held,
         loads=model_loads(model, space, materials),
@@ -170,8 +178,8 @@ def _motions(model: Model) -> tuple[Motion, ...]:
     )
 
 
-def _free_dofs(model: Model, space: Space) -> NDArray[np.int64]:
-    fixed = [np.zeros(0, dtype=np.int64)]
+def _held_dofs(model: Model, space: Space) -> dict[str, NDArray[np.int64]]:
+    held = {}
     for name, components in model.supports.items():
         beyond = [component for component in components if component not in "xyz"[: space.dim]]
         if beyond:
@@ -179,8 +187,30 @@ def _free_dofs(model: Model, space: Space) -> NDArray[np.int64]:
         is_region = name not in (space.mesh.boundaries or {}) and name in (space.mesh.subdomains or {})
         nodes = region_nodes(space, name) if is_region else boundary_nodes(space, name)
         axes = ["xyz".index(component) for component in components]
-        fixed.append(vector_dofs(nodes, space.dim)[:, axes].ravel())
-    free = np.setdiff1d(np.arange(space.n_dofs), np.concatenate(fixed))
+        held[name] = vector_dofs(nodes, space.dim)[:, axes].ravel()
+    return held
+
+
+def _check_support_motions(model: Model, space: Space) -> None:
+    """Refuse motion of what is no support, and in components that a support leaves free."""
+    for name, motion in model.support_motions.items():
+        where = f"support_motions.{name}"
+        if name not in model.supports:
+            known = ", ".join(model.supports) or "none"
+            raise InputError(where, "moves what is no support", f"the supports are: {known}")
+        if len(motion.displacement) != space.dim:
+            found = f"got {len(motion.displacement)} components"
+            raise InputError(f"{where}.displacement", found, f"needs {space.dim}")
+        for component, moved in zip("xyz", motion.displacement, strict=False):
+            if moved and component not in model.supports[name]:
+                found, allowed = f"moves along {component}", f"the support holds {', '.join(model.supports[name])}"
+                repair = f"hold {component} as well, or write 0 there"
+                raise InputError(f"{where}.displacement", found, allowed, repair)
+
+
+def _free_dofs(held: Mapping[str, NDArray[np.int64]], space: Space) -> NDArray[np.int64]:
+    none = np.zeros(0, dtype=np.int64)
+    free = np.setdiff1d(np.arange(space.n_dofs), np.concatenate([none, *held.values()]))
     if not free.size:
         raise InputError("supports", "fix every degree of freedom", "something has to be free to move")
     return free

@@ -61,7 +61,7 @@ class MeshCoordinates:
     Parameters
     ----------
     unknowns : Unknowns
-        Free degrees of freedom, then driven counterfaces.
+        Free degrees of freedom, then driven counterfaces and moving supports.
     n_dofs : int
         Degrees of freedom of the mesh.
     """
@@ -72,7 +72,7 @@ class MeshCoordinates:
 
     @property
     def drives(self) -> Indices:
-        """The last unknowns."""
+        """The unknowns behind the free ones."""
         return self.unknowns.free.size + np.arange(self.unknowns.driven.size)
 
     def components(self, dofs: Indices) -> NodalComponents:
@@ -88,6 +88,8 @@ class MeshCoordinates:
         """Return a field (n,) on all of the mesh, shape (n_dofs,)."""
         full = np.zeros(self.n_dofs)
         full[self.unknowns.free] = field[: self.unknowns.free.size]
+        for unknown, dofs in zip(self.unknowns.moving, self.unknowns.carried, strict=True):
+            full[dofs] = field[unknown]
         return full
 
     def factorise(self, matrix: sparse.csr_matrix, solver: LinearSolver) -> Factor:

@@ -22,7 +22,7 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Unknowns:
-    """The unknowns of a system: free degrees of freedom of the mesh, then one for each driven counterface.
+    """The unknowns of a system: free degrees of freedom, driven counterfaces, then supports that move as prescribed.
 
     Parameters
     ----------
@@ -30,14 +30,42 @@ class Unknowns:
         Free degrees of freedom among all of the mesh.
     driven : (n_driven,) array
         Indices of the counterfaces that a force drives.
+    carried : tuple of (k,) arrays
+        Degrees of freedom of the mesh that move as one with each component of a moving support.
     """
 
     free: Indices
     driven: Indices
+    carried: tuple[Indices, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """How many there are, n."""
+        return self.free.size + self.driven.size + len(self.carried)
+
+    @property
+    def moving(self) -> Indices:
+        """Where the moving supports stand among them: at the end."""
+        return self.free.size + self.driven.size + np.arange(len(self.carried))
+
+    def rows(self, n_dofs: int) -> Indices:
+        """Return the unknown of each of the mesh's degrees of freedom, shape (n_dofs,); -1 for those at rest."""
+        rows = np.full(n_dofs, -1, dtype=np.int64)
+        rows[self.free] = np.arange(self.free.size)
+        for unknown, dofs in zip(self.moving, self.carried, strict=True):
+            rows[dofs] = unknown
+        return rows
+
+    def expansion(self, n_dofs: int) -> sparse.csr_matrix:
+        """Return the map from the unknowns to the mesh's degrees of freedom, shape (n_dofs, n) [-]."""
+        rows = self.rows(n_dofs)
+        moving = np.flatnonzero(rows >= 0)
+        return sparse.csr_matrix((np.ones(moving.size), (moving, rows[moving])), shape=(n_dofs, self.count))
 
     def restrict(self, forces: Array) -> Array:
-        """Return nodal forces (n_dofs,) [N] on the unknowns, shape (n,), zero for driven counterfaces."""
-        return np.concatenate([forces[self.free], np.zeros(self.driven.size)])
+        """Return nodal forces (n_dofs,) [N] on the unknowns, shape (n,): zero for counterfaces, sums for supports."""
+        sums = [forces[dofs].sum() for dofs in self.carried]
+        return np.concatenate([forces[self.free], np.zeros(self.driven.size), sums])
 
 
 @dataclass(frozen=True)
@@ -58,9 +86,7 @@ class NodalComponents:
     @classmethod
     def of(cls, unknowns: Unknowns, n_dofs: int, components: Indices) -> NodalComponents:
         """Find `components` (k,), degrees of freedom among the `n_dofs` of the mesh."""
-        rows = np.full(n_dofs, -1, dtype=np.int64)
-        rows[unknowns.free] = np.arange(unknowns.free.size)
-        found = rows[components]
+        found = unknowns.rows(n_dofs)[components]
         return cls(np.maximum(found, 0), found < 0)
 
     def take(self, field: Array, out: Array) -> None:
@@ -119,9 +145,12 @@ def relative_operator(
     sparse matrix, shape (k * dim, n)
         Node by node.
     """
+    of_mesh = sparse.csr_matrix(node_operator(nodes, space.dim, space.n_dofs) @ unknowns.expansion(space.n_dofs))
+    if not unknowns.driven.size:
+        return of_mesh
     columns = [
         -((counterface == number)[:, None] * shapes[number].unit_normal[None, :]).reshape(-1, 1)
         for number in unknowns.driven
     ]
-    of_mesh = node_operator(nodes, space.dim, space.n_dofs)[:, unknowns.free]
-    return sparse.csr_matrix(sparse.hstack([of_mesh, *(sparse.csr_matrix(column) for column in columns)]))
+    first, last = of_mesh[:, : unknowns.free.size], of_mesh[:, unknowns.free.size + unknowns.driven.size :]
+    return sparse.csr_matrix(sparse.hstack([first, *(sparse.csr_matrix(column) for column in columns), last]))

@@ -37,6 +37,8 @@ class Prediction:
         Displacement of the candidates relative to their counterfaces there [m].
     right_hand_side : (n,) array
         Right-hand side of the step without contact forces [N].
+    prescribed : (n,) array, optional
+        Acceleration of moving supports at the end, zero elsewhere [m/s^2]; without it none moves.
     anchor : (n,) array, optional
         Where the springs of the stepper pull to, relative to `free` [m]; without it to `free`.
     """
@@ -48,6 +50,7 @@ class Prediction:
     free: Predictor
     moved: Array
     right_hand_side: Array
+    prescribed: Array | None = None
     anchor: Array | None = None
 
     def anchored(self, stepper: Stepper, anchor: Array) -> Prediction:
@@ -77,6 +80,7 @@ def predict(stepper: Stepper, before: State, time: float, counterfaces: Array) -
     """
     free = stepper.scheme.predict(before.displacement, before.velocity, before.acceleration)
     load = stepper.system.load(time)
+    free, prescribed = _carried(stepper, free, time)
     return Prediction(
         before=before,
         time=time,
@@ -84,11 +88,28 @@ def predict(stepper: Stepper, before: State, time: float, counterfaces: Array) -
         load=load,
         free=free,
         moved=stepper.system.moved(free.displacement, counterfaces),
-        right_hand_side=_right_hand_side(stepper, before, free, load),
+        right_hand_side=_right_hand_side(stepper, before, free, load, prescribed),
+        prescribed=prescribed,
     )
 
 
-def _right_hand_side(stepper: Stepper, before: State, free: Predictor, load: Array) -> Array:
+def _carried(stepper: Stepper, free: Predictor, time: float) -> tuple[Predictor, Array | None]:
+    """Take the moving supports to the end of the step; return their acceleration, too.
+
+    Their unknowns follow from the prescribed displacement, so that they move by the scheme like all others.
+    """
+    moving, scheme = stepper.system.unknowns.moving, stepper.scheme
+    if not moving.size:
+        return free, None
+    displacement, velocity, acceleration = free.displacement.copy(), free.velocity.copy(), np.zeros_like(free.velocity)
+    unknown = (stepper.system.prescribed(time) - displacement[moving]) / scheme.displacement_factor
+    displacement[moving] += scheme.displacement_factor * unknown
+    velocity[moving] += scheme.velocity_factor * unknown
+    acceleration[moving] = scheme.inertia_factor * unknown
+    return Predictor(displacement, velocity), acceleration
+
+
+def _right_hand_side(stepper: Stepper, before: State, free: Predictor, load: Array, prescribed: Array | None) -> Array:
     system, damping, scheme = stepper.system, stepper.damping, stepper.scheme
     strained = free.displacement
     if damping.stiffness:
@@ -99,4 +120,7 @@ def _right_hand_side(stepper: Stepper, before: State, free: Predictor, load: Arr
     total: Array = scheme.end_weight * (load - force) + scheme.start_weight * before.unbalance
     if before.release is not None:
         total += system.relative.T @ fading_forces(scheme, before.release).ravel()
+    if prescribed is not None:
+        total -= system.mass @ prescribed
+        total[system.unknowns.moving] = 0.0
     return total

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.motion import phase_table
+from fingerslip.dynamics.scheme import make_scheme
 from fingerslip.dynamics.state import State
 from fingerslip.dynamics.steps import record_type, snapshot_steps
 from fingerslip.dynamics.system import System
@@ -84,6 +85,8 @@ class Recorder:
         self._at_strained, self._strain_map = coordinates.mapped(self._sites.strain)
         self._strained = np.zeros((min(_STRAINED_AT_ONCE, times.size), self._strain_map.shape[1]))
         self._strains = np.zeros((times.size, len(model.record.sites), STRAIN_COMPONENTS[space.dim]))
+        self._scheme, self._damping = make_scheme(model.time), model.damping
+        self._held = np.zeros((2, times.size, system.supports.contact.shape[0]))
         self._drives = np.zeros((2, times.size, coordinates.drives.size))
         self._cells = cells or CellFields(system)
         snapshots = snapshot_steps(times, model.record.snapshots_every)
@@ -95,6 +98,7 @@ class Recorder:
             "component": system.space.dim,
             "stress_component": len(stress_components(system.space.dim)),
             "counterface": len(model.contacts),
+            "support": len(model.supports),
             "snapshot_time": len(self._snapshots),
             "node": len(system.space.positions),
             "cell": system.space.mesh.nelements,
@@ -120,6 +124,7 @@ class Recorder:
         step, self._next = self._next, self._next + 1
         self._record_motion(step, state)
         self._record_contact(step, state)
+        self._record_supports(step, state)
         for name, attribute in _ENERGIES.items():
             self.values[name][step] = getattr(state.energies, attribute)
         self.values["contact_iterations"][step] = state.iterations
@@ -133,6 +138,7 @@ class Recorder:
         self.values["stress"][:] = self._sites.stresses(self._strains)
         self.values["strain_energy_density"][:] = self._sites.energy_densities(self._strains)
         self._complete_counterfaces()
+        self._complete_supports()
         candidates = self._system.candidates
         at_once = max(1, _AT_ONCE // max(1, len(candidates.nodes)))
         for start in range(0, len(self._times), at_once):
@@ -159,6 +165,30 @@ class Recorder:
         values["slip_distance"][step] = interface.slip_distance
         values["contact_state"][step] = interface.state
         values["counterface_displacement"][step] = state.counterfaces
+
+    def _record_supports(self, step: int, state: State) -> None:
+        """Keep what acts on what supports hold, but for their own forces, and its inertia."""
+        supports = self._system.supports
+        if not supports.contact.shape[0]:
+            return
+        strained = state.displacement
+        if self._damping.stiffness:
+            strained = strained + self._damping.stiffness * state.velocity
+        force = supports.stiffness @ strained - supports.load(state.time)
+        if self._damping.mass:
+            force += self._damping.mass * (supports.mass @ state.velocity)
+        self._held[0, step] = force - supports.contact @ state.contact_forces.ravel()
+        self._held[1, step] = self._scheme.inertia_factor * (supports.mass @ state.acceleration)
+
+    def _complete_supports(self) -> None:
+        """Compute the forces of the supports; see :mod:`fingerslip.dynamics.supports`."""
+        force, inertia = self._held
+        found = self.values["support_force"].reshape(force.shape)
+        unbalance = -inertia[0]
+        for step in range(len(force)):
+            if step:
+                unbalance = (self._scheme.start_weight * unbalance - inertia[step]) / self._scheme.end_weight
+            found[step] = force[step] - unbalance
 
     def _complete_strains(self) -> None:
         """Compute the strains of the last steps, whose displacements are kept."""
@@ -244,6 +274,7 @@ def _coordinates(model: Model, system: System, times: Array, snapshot_times: Arr
         "site_region": np.array([site.region or "" for site in sites], dtype=str),
         "site_position": positions[system.site_nodes],
         "counterface": np.array([contact.boundary for contact in model.contacts], dtype=str),
+        "support": np.array(list(model.supports), dtype=str),
         "counterface_normal": np.reshape([counterface.unit_normal for counterface in counterfaces], (-1, dim)),
         "counterface_friction_coefficient": np.array([own.friction.coefficient for own in model.contacts], dtype=float),
         "contact_node": candidates.nodes,

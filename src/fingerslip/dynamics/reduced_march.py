@@ -128,6 +128,8 @@ def _require_suitable(motions: Motions) -> None:
     system = motions.systems[0]
     if free_pieces(system.space, system.free):
         raise _UnsuitableError("supports leave rigid motions free")
+    if system.moving_supports:
+        raise _UnsuitableError("supports move")
     interface = interface_unknowns(motions.systems)
     if not interface.size or interface.size >= system.mass.shape[0] - 1:
         raise _UnsuitableError(f"{interface.size} of {system.mass.shape[0]} unknowns are those of contact and sites")

@@ -164,6 +164,11 @@ def reduced_system(system: System, body: StaticResponses, basis: CraigBampton) -
         else _none(basis),
         relative=_behind(system.relative, basis),
         outsiders=tuple(_reduced_outsiders(own, coordinates) for own in system.outsiders),
+        supports=replace(
+            system.supports,
+            stiffness=_reduced_rows(system.supports.stiffness, body, basis),
+            mass=_reduced_rows(system.supports.mass, body, basis),
+        ),
     )
 
 
@@ -171,6 +176,12 @@ def _of_nodes(system: System, nodes: Indices) -> Indices:
     """Return the unknowns of mesh nodes (k,)."""
     found = system.coordinates.components(vector_dofs(nodes, system.space.dim).ravel())
     return found.rows[~found.held]
+
+
+def _reduced_rows(rows: sparse.csr_matrix | Array, body: StaticResponses, basis: CraigBampton) -> Array:
+    """Return a linear map (r, n) of the mesh's unknowns as one of coordinates and interface, shape (r, m + p)."""
+    found = basis.project(body, np.asarray(sparse.csr_matrix(rows).T.todense()))
+    return np.hstack([found.T, np.zeros((rows.shape[0], basis.interface.size))])
 
 
 def _none(basis: CraigBampton) -> Array:

@@ -30,7 +30,7 @@ _WORTH_SHARING = 15_000
 _MOST = 8
 
 # What of a model decides stiffness and mass, beside its mesh.
-_OF_BODY = ("materials", "formulation", "depth", "supports", "integration")
+_OF_BODY = ("materials", "formulation", "depth", "supports", "support_motions", "integration")
 
 
 def same_matrix(one: Model, other: Model) -> bool:

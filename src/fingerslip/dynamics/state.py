@@ -12,7 +12,7 @@ from fingerslip.contact.solve.pieces import Piece
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.energy import Energies
 from fingerslip.dynamics.release import Release
-from fingerslip.dynamics.stepper import Stepper
+from fingerslip.dynamics.stepper import Stepper, with_known
 
 __all__ = ["State", "first_state"]
 
@@ -76,21 +76,23 @@ class State:
 
 
 def first_state(stepper: Stepper) -> State:
-    """Return the state at time zero, with the acceleration that loads and damping give it."""
+    """Return the state at time zero, with the acceleration that loads and damping give it; supports are at rest."""
     system, candidates = stepper.system, stepper.system.candidates
     velocity, load = system.initial_velocity, system.load(0.0)
     damped, kinetic = stepper.damping_force(velocity), stepper.kinetic_energy(velocity)
-    inertia = (load - damped) * stepper.scheme.inertia_factor
+    acceleration, inertia = _acceleration(stepper, (load - damped) * stepper.scheme.inertia_factor)
+    unbalance, moving = damped - load, system.unknowns.moving
+    unbalance[moving] = -inertia[moving]
     none = np.zeros((len(candidates.nodes), system.space.dim))
     return State(
         time=0.0,
         displacement=np.zeros_like(velocity),
         velocity=velocity,
-        acceleration=_acceleration(stepper, inertia),
+        acceleration=acceleration,
         inertia=inertia,
         load=load,
-        unbalance=damped - load,
-        unbalance_before=damped - load,
+        unbalance=unbalance,
+        unbalance_before=unbalance,
         counterfaces=np.zeros((len(system.motions), system.space.dim)),
         moved=none,
         contact_forces=none,
@@ -100,9 +102,13 @@ def first_state(stepper: Stepper) -> State:
     )
 
 
-def _acceleration(stepper: Stepper, inertia: Array) -> Array:
-    """Solve M a = `inertia` (n,) [N], shape (n,) [m/s^2]."""
-    if not inertia.any():
-        return np.zeros_like(inertia)
-    factor = stepper.system.coordinates.factorise(stepper.system.mass, stepper.solver)
-    return factor.backward(factor.forward(inertia))
+def _acceleration(stepper: Stepper, forces: Array) -> tuple[Array, Array]:
+    """Return the acceleration (n,) [m/s^2] under forces (n,) [N], and the mass times it; moving supports have none."""
+    system, moving = stepper.system, stepper.system.unknowns.moving
+    given = forces.copy()
+    given[moving] = 0.0
+    if not given.any():
+        return given, np.zeros_like(given)
+    factor = system.coordinates.factorise(with_known(system.mass, moving), stepper.solver)
+    acceleration = factor.backward(factor.forward(given))
+    return acceleration, (system.mass @ acceleration if moving.size else given)

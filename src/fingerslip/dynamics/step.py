@@ -102,6 +102,8 @@ def _finish(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: 
     displacement = start.free.displacement + scheme.displacement_factor * unknown
     velocity = start.free.velocity + scheme.velocity_factor * unknown
     acceleration = scheme.inertia_factor * unknown
+    if start.prescribed is not None:
+        acceleration += start.prescribed
     inertia, momentum = _mass_times(stepper, acceleration, velocity)
     unbalance = scheme.start_weight * before.unbalance - inertia
     if stepper.anchoring:
@@ -198,9 +200,13 @@ def _damped(stepper: Stepper, before: State, after: State) -> float:
 
 
 def _external_work(stepper: Stepper, before: State, after: State) -> float:
-    """Return the work of loads and counterfaces in a step, by the mean of the forces at both ends [J]."""
+    """Return the work of loads, counterfaces and moving supports in a step, by the mean of the forces [J]."""
     work = 0.5 * float((before.load + after.load) @ (after.displacement - before.displacement))
     if after.counterfaces.size:
         travel = (after.counterfaces - before.counterfaces)[stepper.system.candidates.counterface]
         work += float(np.sum(_mean_forces(before, after) * travel))
+    moving = stepper.system.unknowns.moving
+    if moving.size:
+        forces = stepper.support_force(before) + stepper.support_force(after)
+        work += 0.5 * float(forces @ (after.displacement - before.displacement)[moving])
     return work

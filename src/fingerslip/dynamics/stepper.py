@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,13 +23,37 @@ from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.model import Timing
 
-__all__ = ["Stepper", "Stopwatch", "build_steppers"]
+__all__ = ["Forces", "Stepper", "Stopwatch", "build_steppers", "with_known"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 # Stiffness of the springs to an anchor over that of all contact.
 _SOFT = 1e-4
+
+
+class Forces(Protocol):
+    """What of a state the forces of moving supports follow from; see :class:`fingerslip.dynamics.state.State`."""
+
+    @property
+    def displacement(self) -> Array:
+        """Displacement, shape (n,) [m]."""
+
+    @property
+    def velocity(self) -> Array:
+        """Velocity, shape (n,) [m/s]."""
+
+    @property
+    def load(self) -> Array:
+        """Loads, shape (n,) [N]."""
+
+    @property
+    def unbalance(self) -> Array:
+        """Unbalanced force, shape (n,) [N]."""
+
+    @property
+    def contact_forces(self) -> Array:
+        """Contact forces in global components, shape (n_c, dim) [N]."""
 
 
 @dataclass
@@ -104,6 +129,16 @@ class Stepper:
             total += self.damping.stiffness * (self.system.stiffness @ velocity)
         return total
 
+    def support_force(self, state: Forces) -> Array:
+        """Return the forces of the moving supports on the body, shape (k,) [N]: what their equations lack."""
+        system, moving = self.system, self.system.unknowns.moving
+        strained = state.displacement + self.damping.stiffness * state.velocity
+        force = system.stiffness[moving] @ strained - state.load[moving] - state.unbalance[moving]
+        if self.damping.mass:
+            force += self.damping.mass * (system.mass[moving] @ state.velocity)
+        found: Array = force - (system.relative[:, moving].T @ state.contact_forces.ravel())
+        return found
+
     def kinetic_energy(self, velocity: Array) -> float:
         """Return the kinetic energy at a velocity (n,) [m/s], in J; none where nothing has inertia."""
         return 0.5 * self.scheme.inertia_factor * float(velocity @ (self.system.mass @ velocity))
@@ -146,7 +181,8 @@ def build_steppers(
     local, rows = _joint_rows(systems)
     anchoring = _anchoring(systems[0])
     effective = _effective_matrix(systems[0], scheme, damping) + anchoring * systems[0].mass
-    matrix = sparse.csr_matrix(effective)
+    matrix = with_known(sparse.csr_matrix(effective), systems[0].unknowns.moving)
+    local = _without(local, systems[0].unknowns.moving)
     condensed, compliance = systems[0].coordinates.condense(matrix, local, solver, reserved_bytes)
     # A force at the end of the step has the end weight, a unit of the unknown the displacement factor.
     factor = scheme.end_weight * scheme.displacement_factor
@@ -164,6 +200,27 @@ def _effective_matrix(system: System, scheme: Scheme, damping: RayleighDamping) 
     mass_part = scheme.inertia_factor + scheme.end_weight * scheme.velocity_factor * damping.mass
     effective = mass_part * system.mass + scheme.end_weight * stiffness_part * system.stiffness
     return sparse.csr_matrix(effective)
+
+
+def with_known(matrix: sparse.csr_matrix, known: Indices) -> sparse.csr_matrix:
+    """Return a matrix (n, n) in whose equations the unknowns `known` (k,) are zero."""
+    if not known.size:
+        return matrix
+    kept = np.ones(matrix.shape[0])
+    kept[known] = 0.0
+    there = sparse.diags(kept)
+    return sparse.csr_matrix(there @ matrix @ there + sparse.diags((1.0 - kept) * matrix.diagonal().mean()))
+
+
+def _without(local: sparse.csr_matrix, known: Indices) -> sparse.csr_matrix:
+    """Return a map (m, n) that does not read the unknowns `known` (k,)."""
+    if not known.size:
+        return local
+    kept = np.ones(local.shape[1])
+    kept[known] = 0.0
+    found = sparse.csr_matrix(local @ sparse.diags(kept))
+    found.eliminate_zeros()
+    return found
 
 
 def _anchoring(system: System) -> float:

@@ -101,6 +101,7 @@ def record_bytes(model: Model, nodes: int, candidates: int) -> int:
         "component": dim,
         "stress_component": STRAIN_COMPONENTS[dim] + (dim == 2),
         "counterface": len(model.contacts),
+        "support": len(model.supports),
         "snapshot_time": snapshots,
         "node": nodes,
         "cell": model.mesh.nelements,

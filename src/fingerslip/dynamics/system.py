@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from fingerslip.dynamics.coordinates import Coordinates, MeshCoordinates
 from fingerslip.dynamics.loads import Load
 from fingerslip.dynamics.motion import Motion
 from fingerslip.dynamics.operators import Outsiders, Unknowns, relative_operator
+from fingerslip.dynamics.supports import MovingComponent, Supports, held_rows, moving_components, supports_of
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.forms import mass_matrix, stiffness_matrix
 from fingerslip.fe.space import Space, carrying_nodes
@@ -58,6 +60,10 @@ class System:
         Prescribed motion of each counterface.
     site_nodes : (n_sites,) array
         Mesh nodes of the recorded sites.
+    supports : Supports
+        What acts on what supports hold.
+    moving_supports : tuple of MovingComponent
+        The components of supports that move as prescribed, the last unknowns.
     """
 
     space: Space
@@ -75,6 +81,8 @@ class System:
     outsiders: tuple[Outsiders, ...]
     motions: tuple[Motion, ...]
     site_nodes: NDArray[np.int64]
+    supports: Supports
+    moving_supports: tuple[MovingComponent, ...] = ()
 
     @property
     def free(self) -> NDArray[np.int64]:
@@ -87,6 +95,10 @@ class System:
         for load in self.loads:
             total += load.ramp.at(time) * load.forces
         return total
+
+    def prescribed(self, time: float) -> Array:
+        """Return the displacements of the moving supports at a time [s], the last unknowns, shape (k,) [m]."""
+        return np.array([component.at(time) for component in self.moving_supports])
 
     def constant_frames(self) -> Array | None:
         """Return the candidates' frames (n_c, dim, dim) [-] where they never turn; None where they do."""
@@ -125,8 +137,10 @@ def build_system(model: Model, twin: System | None = None) -> System:
     """
     known = checked(model, twin.space if twin else None)
     driven = [number for number, contact in enumerate(model.contacts) if contact.drive]
-    unknowns = Unknowns(known.free, np.array(driven, dtype=np.int64))
-    stiffness, mass = (twin.stiffness, twin.mass) if twin else _matrices(model, known)
+    rows = held_rows(known.held, known.space)
+    moving = tuple(moving_components(model.support_motions, rows, list(known.held)))
+    unknowns = Unknowns(known.free, np.array(driven, dtype=np.int64), tuple(own.dofs for own in moving))
+    (stiffness, mass), held = _taken_over(twin) if twin else _matrices(model, known, unknowns, rows)
     candidates = join_candidates(list(known.candidates), known.space.dim)
     return System(
         space=known.space,
@@ -144,6 +158,8 @@ def build_system(model: Model, twin: System | None = None) -> System:
         outsiders=tuple(_outsiders(model, known, unknowns, number) for number in range(len(model.contacts))),
         motions=known.motions,
         site_nodes=known.site_nodes,
+        supports=supports_of(rows, held, known.loads, candidates.nodes, known.space.dim),
+        moving_supports=moving,
     )
 
 
@@ -151,31 +167,52 @@ def _drives(model: Model) -> list[Drive]:
     return [contact.drive for contact in model.contacts if contact.drive]
 
 
-def _matrices(model: Model, known: CheckedModel) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
-    """Assemble stiffness and mass of the unknowns."""
+_Pair: TypeAlias = tuple[sparse.csr_matrix, sparse.csr_matrix]
+
+
+def _taken_over(twin: System) -> tuple[_Pair, _Pair]:
+    """Return stiffness and mass of a system on the mesh, and their rows at what supports hold."""
+    held = twin.supports
+    return (twin.stiffness, twin.mass), (sparse.csr_matrix(held.stiffness), sparse.csr_matrix(held.mass))
+
+
+def _matrices(model: Model, known: CheckedModel, unknowns: Unknowns, rows: sparse.csr_matrix) -> tuple[_Pair, _Pair]:
+    """Assemble stiffness and mass of the unknowns, and their rows at what supports hold."""
     space, free, drives = known.space, known.free, _drives(model)
-    mass = mass_matrix(space, known.materials, model.depth)[free][:, free]
-    stiffness = stiffness_matrix(space, known.materials, model.depth, model.integration)[free][:, free]
-    return (
+    of_mesh = (
+        stiffness_matrix(space, known.materials, model.depth, model.integration),
+        mass_matrix(space, known.materials, model.depth),
+    )
+    expansion = unknowns.expansion(space.n_dofs)
+    held = tuple(sparse.csr_matrix((rows @ matrix) @ expansion) for matrix in of_mesh)
+    if unknowns.carried:
+        stiffness, mass = (sparse.csr_matrix(expansion.T @ matrix @ expansion) for matrix in of_mesh)
+        driven = unknowns.free.size + np.arange(len(drives))
+        masses = np.array([drive.mass for drive in drives])
+        mass += sparse.csr_matrix((masses, (driven, driven)), shape=mass.shape)
+        return (stiffness, mass), (held[0], held[1])
+    stiffness, mass = (matrix[free][:, free] for matrix in of_mesh)
+    drawn = (
         sparse.block_diag([stiffness, *(sparse.csr_matrix((1, 1)) for _ in drives)], format="csr"),
         sparse.block_diag([mass, *([[drive.mass]] for drive in drives)], format="csr"),
     )
+    return drawn, (held[0], held[1])
 
 
 def _loads(model: Model, known: CheckedModel, unknowns: Unknowns) -> tuple[Load, ...]:
     """Return the loads on the unknowns: those on the mesh, then the forces of the drives."""
     on_mesh = [Load(unknowns.restrict(load.forces), load.ramp) for load in known.loads]
-    drives, none = _drives(model), np.zeros(known.free.size)
+    drives, first = _drives(model), unknowns.free.size
     on_drives = [
-        Load(np.concatenate([none, drive.force * unit]), drive.ramp)
-        for drive, unit in zip(drives, np.eye(len(drives)), strict=True)
+        Load(drive.force * np.eye(1, unknowns.count, first + number)[0], drive.ramp)
+        for number, drive in enumerate(drives)
     ]
     return (*on_mesh, *on_drives)
 
 
 def _initial_velocity(model: Model, space: Space, unknowns: Unknowns) -> Array:
-    velocity = model.initial_velocity or (0.0,) * space.dim
-    return unknowns.restrict(np.tile(velocity, len(space.positions)))
+    velocity = np.tile(model.initial_velocity or (0.0,) * space.dim, len(space.positions))
+    return np.concatenate([velocity[unknowns.free], np.zeros(unknowns.count - unknowns.free.size)])
 
 
 def _outsiders(model: Model, known: CheckedModel, unknowns: Unknowns, number: int) -> Outsiders:

@@ -14,7 +14,7 @@ from fingerslip.fe.integration import Integration
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
-from fingerslip.model import Component
+from fingerslip.model import Component, SupportMotion
 from fingerslip.parameters import (
     PositiveLength,
     SignedAcceleration,
@@ -112,6 +112,8 @@ class Study(SpecimenChoice):
     supports : mapping of str to tuple of {'x', 'y', 'z'}
         Fixed components by boundary or region; without them the specimen's, such as the phalanx of a
         fingertip.
+    support_motions : mapping of str to SupportMotion
+        Supports that move as prescribed, by name.
     tractions : mapping of str to tuple of float or Traction
         Dead loads on boundaries [Pa], constant, or `value` with a `ramp` over time.
     gravity : tuple of float, optional
@@ -144,6 +146,7 @@ class Study(SpecimenChoice):
     dynamics: DynamicsSettings = DynamicsSettings()
     materials: Mapping[str, Elastic] = pydantic.Field(default_factory=dict)
     supports: Mapping[str, tuple[Component, ...]] = pydantic.Field(default_factory=dict)
+    support_motions: Mapping[str, SupportMotion] = pydantic.Field(default_factory=dict)
     tractions: Mapping[str, TractionSettings] = pydantic.Field(default_factory=dict)
     gravity: tuple[SignedAcceleration, ...] | None = None
     initial_velocity: tuple[SignedSpeed, ...] | None = None

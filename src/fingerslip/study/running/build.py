@@ -138,6 +138,7 @@ def _model(run: Run, mesh: Any) -> Model:
         formulation=formulation,
         depth=study.depth or (1.0 if formulation == "solid" else specimen.depth),
         supports=_supports(study, specimen, dim),
+        support_motions=dict(study.support_motions),
         tractions=dict(study.tractions),
         contacts=tuple(_contact(settings, dim) for settings in study.all_contacts),
         programme=_phases(study.programme),
