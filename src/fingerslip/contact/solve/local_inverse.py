@@ -21,7 +21,7 @@ Single = NDArray[np.float32]
 Indices = NDArray[np.int64]
 
 # Nodes of a local matrix, and change of the projection's derivative or of frames from which it is made again [-].
-_COUPLED, _CHANGE = 16, 0.1
+_COUPLED, _CHANGE = 16, 0.3
 _ROWS_AT_ONCE = 256
 
 
