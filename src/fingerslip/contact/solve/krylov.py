@@ -1,8 +1,8 @@
-"""Newton's method for hundreds of touching nodes: GMRES directions with a local preconditioner.
+"""Newton's method for hundreds of touching nodes: GMRES directions with a preconditioner in two levels.
 
 The Newton matrix I - G (I - rho W) of :mod:`fingerslip.contact.solve.newton` is never made. GMRES needs products with
-W, and its preconditioner (:mod:`fingerslip.contact.solve.local_inverse`) follows the nodes that change their state.
-Where GMRES does not get there, the matrix is made and factorised after all.
+W, and its preconditioner follows the nodes that change their state (:mod:`fingerslip.contact.solve.local_inverse`,
+:mod:`fingerslip.contact.solve.coarse`). Where GMRES does not get there, the matrix is made and factorised after all.
 
 All products here are in single precision, so the solution is only as good as that. What a direction does to the slip
 is known from GMRES without another product. The caller computes the residual of the forces in double precision, over
@@ -125,7 +125,7 @@ def _direction(
     size = float(np.linalg.norm(residual))
     right = (-residual.ravel() / size).astype(np.float32)
     working_set = working_set.renewed(slopes)
-    found, moved, reached = _gmres(working_set, single, right, exactness, working_set.inverse.solve)
+    found, moved, reached = _gmres(working_set, single, right, exactness, working_set.preconditioner(single))
     if not reached:
         factors = factorise_dense(_newton_matrix(single, working_set.scaled()))
         found, moved, _ = _gmres(working_set, single, right, exactness, factors.solve)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import blas
 
+from fingerslip.contact.solve.coarse import CoarseSpace, groups, unit_forces
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.dense import symmetric_product
 from fingerslip.contact.solve.local_inverse import LocalInverse, coupled_nodes
@@ -43,6 +46,8 @@ class WorkingSet:
         For all candidates those to which the body couples them most.
     inverse : LocalInverse
         Preconditioner.
+    coarse : CoarseSpace
+        What the preconditioner has beside it; in frames that turn, from when the nodes were gathered.
     before : (n_c, dim) array, optional
         Forces of all candidates one step before the last [N].
     """
@@ -55,6 +60,7 @@ class WorkingSet:
     factor: float
     coupled: Indices
     inverse: LocalInverse
+    coarse: CoarseSpace
     before: Array | None = None
 
     def in_step(self, compliance: Compliance, scale: Array) -> WorkingSet:
@@ -70,6 +76,17 @@ class WorkingSet:
         found: Single = _scaled(self._frames, moved.reshape(given.shape), given, *self._weights)
         return found.ravel()
 
+    def preconditioner(self, slopes: Single) -> Callable[[Single], Single]:
+        """Return what solves roughly with the Newton matrix of slopes G (k, dim, dim), for a vector (k * dim,)."""
+        coarse = self.coarse.inverse(slopes)
+
+        def solve(vector: Single) -> Single:
+            solved, left = coarse.split(vector)
+            found: Single = solved + self.inverse.solve(left)
+            return found
+
+        return solve
+
     def renewed(self, slopes: Array) -> WorkingSet:
         """Return the working set with a preconditioner for the derivative G of the projection, (k, dim, dim) [-]."""
         marks = np.concatenate([slopes, self.frames], axis=1)
@@ -78,8 +95,16 @@ class WorkingSet:
 
     def scaled(self) -> Single:
         """Return rho W among the nodes, shape (k * dim, k * dim)."""
-        unit = np.eye(self.scale.size, dtype=np.float32)
-        return np.stack([self.product(column) for column in unit], axis=1)
+        return self.products(np.eye(self.scale.size, dtype=np.float32))
+
+    def products(self, vectors: Single) -> Single:
+        """Return rho W times vectors (k * dim, q), same shape."""
+        given = vectors.reshape(*self.scale.shape, -1)
+        turned = np.einsum("imk,imq->ikq", self._frames, given).reshape(vectors.shape)
+        moved = blas.ssymm(1.0, self.body.T, np.asfortranarray(turned)).reshape(given.shape)
+        body, penalty = self._weights
+        found = body[..., None] * np.einsum("ikm,imq->ikq", self._frames, moved) + penalty[..., None] * given
+        return np.asarray(found.reshape(vectors.shape))
 
     @cached_property
     def _frames(self) -> Single:
@@ -110,7 +135,8 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
     coupled = coupled_nodes(compliance.body, count) if old is None else old.coupled
     position = np.full(count, -1)
     position[nodes] = np.arange(nodes.size)
-    return WorkingSet(
+    group = unit_forces(groups(compliance.body, nodes, dim), dim)
+    made = WorkingSet(
         nodes=nodes,
         scale=scale[nodes],
         body=_lower_triangle(compliance.body, nodes, dim),
@@ -119,8 +145,10 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
         factor=compliance.factor,
         coupled=coupled,
         inverse=_taken_over(LocalInverse.empty(position[coupled[nodes]], (nodes.size, 2 * dim, dim)), position, old),
+        coarse=CoarseSpace(group, group),
         before=None if old is None else old.before,
     )
+    return replace(made, coarse=CoarseSpace(group, made.products(group)))
 
 
 def _taken_over(inverse: LocalInverse, position: Indices, old: WorkingSet | None) -> LocalInverse:

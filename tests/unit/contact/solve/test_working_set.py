@@ -34,6 +34,7 @@ def test_a_working_set_multiplies_with_the_scaled_compliance_among_its_nodes(tur
     vector = np.random.default_rng(3).normal(size=9).astype(np.float32)
     np.testing.assert_allclose(made.product(vector), exact @ vector, atol=1e-5 * np.abs(exact).max())
     np.testing.assert_allclose(made.scaled(), exact, atol=1e-5 * np.abs(exact).max())
+    np.testing.assert_allclose(made.coarse.moved, exact @ made.coarse.forces, atol=1e-5 * np.abs(exact).max())
     assert made.product(vector).dtype == made.body.dtype == np.float32
 
 
@@ -56,3 +57,12 @@ def test_an_old_working_set_hands_on_its_rows_and_its_forces():
     np.testing.assert_array_equal(made.inverse.rows[[0, 2]], old.inverse.rows[[1, 2]])
     marks = np.concatenate([STICK[:3], made.frames], axis=1)
     np.testing.assert_array_equal(made.inverse.stale(marks), [False, True, False])
+
+
+@pytest.mark.parametrize("turning", [True, False])
+def test_among_few_nodes_the_preconditioner_is_the_inverse(turning):
+    made = gather(compliance(turning), SCALE, np.arange(COUNT), None).renewed(STICK)
+    matrix = SCALE.reshape(-1, 1) * compliance(turning).matrix
+    vector = np.random.default_rng(4).normal(size=COUNT * DIM)
+    found = made.preconditioner(STICK.astype(np.float32))((matrix @ vector).astype(np.float32))
+    np.testing.assert_allclose(matrix @ found, matrix @ vector, atol=1e-4 * np.abs(matrix @ vector).max())
