@@ -1,23 +1,37 @@
-"""Time a press and slide in space of paper size: one motion, eight directions, eight friction coefficients.
+"""Time press and slide in space: the shipped fingertip, a fine contact, eight directions, eight friction coefficients.
 
-Run it as it is: ``python tests/benchmarks/bench_solid.py [--nodes 34000] [--steps 300] [--cases one ...]``.
-Every case runs in a process of its own, after a short run for the compiled code, so that its peak memory is its
-own. `cpu s` is processor time of all threads: where other programs run beside, it says more than the clock.
+Run it as it is: ``python tests/benchmarks/bench_solid.py [--nodes 34000] [--steps 300] [--cases shipped ...]``. The
+cases `shipped`, `fine`, `coarse` and `eight` run on the fingertip of the preset: on the mesh of
+studies/wang2014_3d.yaml, on one with thousands of touching nodes, and in one and in eight directions on that of
+studies/directions_3d.yaml. The others run on a stand-in of any number of nodes. Every case runs in a process of its
+own, after a short run for the compiled code, so that its peak memory is its own. Below the seconds by the clock stand
+those of the processor, of all threads, which say more where other programs run beside; then both as they were before,
+where ``results/reference/benchmark_solid.json`` has the case. ``--write FILE`` writes such a file.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import multiprocessing
 import resource
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from pathlib import Path
 
 import numpy as np
 
-CASES = ("one", "directions", "frictions", "fallback")
+# Size along the skin that can touch, size of the bulk and height up to which the skin is fine [m].
+SIZES = {
+    "shipped": (0.45e-3, 0.55e-3, 1.5e-3),
+    "fine": (0.27e-3, 1.3e-3, 3e-3),
+    "coarse": (0.6e-3, 1.3e-3, 1.5e-3),
+    "eight": (0.6e-3, 1.3e-3, 1.5e-3),
+}
+CASES = (*SIZES, "one", "directions", "frictions", "fallback")
 TOGETHER = 8
+REFERENCE = Path(__file__).parents[2] / "results" / "reference" / "benchmark_solid.json"
 
 
 @dataclass(frozen=True)
@@ -26,10 +40,16 @@ class Case:
     nodes: int
     steps: int
 
+    @property
+    def is_finger(self) -> bool:
+        return self.name in SIZES or not self.nodes
+
 
 @dataclass(frozen=True)
 class Timing:
-    case: Case
+    """What a case took: seconds of each part and of all by the clock and by the processor, and its peak memory [GB]."""
+
+    name: str
     solver: str
     nodes: int
     degrees: int
@@ -37,35 +57,54 @@ class Timing:
     touching: int
     mesh: float
     seconds: dict[str, float]
-    total: float
-    processor: float
+    processor: dict[str, float]
     peak: float
 
     @property
+    def total(self) -> float:
+        return self.seconds["all"]
+
+    @property
     def row(self) -> str:
-        parts = [self.seconds[name] for name in PARTS]
-        return (
-            f"{self.case.name:<10} {self.solver:<11} {self.nodes:>7} {self.degrees:>7} {self.candidates:>5} "
-            f"{self.touching:>5} {self.mesh:>6.1f} " + " ".join(f"{value:>7.2f}" for value in parts) + " "
-            f"{self.total:>7.1f} {self.processor:>7.1f} {self.peak:>6.2f}"
+        """The case and its seconds by the clock, then those of the processor."""
+        case = (
+            f"{self.name:<10} {self.solver:<11} {self.nodes:>7} {self.degrees:>7} {self.candidates:>5} "
+            f"{self.touching:>5} {self.mesh:>6.1f}"
         )
+        return f"{case} {split(self.seconds)} {self.peak:>6.2f}\n{'processor':>{len(case)}} {split(self.processor)}"
+
+
+def split(seconds: dict[str, float]) -> str:
+    return " ".join(f"{seconds[name]:>7.2f}" for name in (*PARTS, "all"))
+
+
+def before(name: str) -> str:
+    """Return the rows of a case in the reference, empty without."""
+    known = json.loads(REFERENCE.read_text(encoding="utf-8"))["cases"] if REFERENCE.exists() else {}
+    if name not in known:
+        return ""
+    width = len(HEADER.partition(" assem.")[0])
+    seconds, processor = (split(known[name][kind]) for kind in ("seconds", "processor"))
+    return f"{'before':>{width}} {seconds} {known[name]['peak']:>6.2f}\n{'processor':>{width}} {processor}\n"
 
 
 PARTS = ("assembly", "factorisation", "stepping", "substitution", "contact", "recording")
 HEADER = (
     f"{'case':<10} {'solver':<11} {'nodes':>7} {'dof':>7} {'cand.':>5} {'touch':>5} {'mesh':>6} {'assem.':>7} "
-    f"{'factor':>7} {'steps':>7} {'subst.':>7} {'contact':>7} {'record':>7} {'total':>7} {'cpu s':>7} {'GB':>6}"
+    f"{'factor':>7} {'steps':>7} {'subst.':>7} {'contact':>7} {'record':>7} {'all':>7} {'GB':>6}"
 )
 
 
 def models(case: Case, mesh, steps: int):
     from solids import model
 
-    if case.name == "directions":
-        return [model(mesh, steps=steps, direction=2 * np.pi * k / TOGETHER) for k in range(TOGETHER)]
+    integration = "nodal" if case.name in {"coarse", "eight"} else "selective"
+    if case.name in {"directions", "eight"}:
+        angles = 2 * np.pi * np.arange(TOGETHER) / TOGETHER
+        return [model(mesh, steps=steps, direction=angle, integration=integration) for angle in angles]
     if case.name == "frictions":
         return [model(mesh, steps=steps, friction=0.2 + 0.1 * k) for k in range(TOGETHER)]
-    return [model(mesh, steps=steps)]
+    return [model(mesh, steps=steps, integration=integration)]
 
 
 def measure(case: Case) -> Timing:
@@ -78,7 +117,7 @@ def measure(case: Case) -> Timing:
     solver = SuperLU() if case.name == "fallback" else None
     fs.simulate_together(models(case, pad_mesh(4000), 5), solver=solver)
     start = time.perf_counter()
-    mesh = pad_mesh(case.nodes) if case.nodes else finger_mesh()
+    mesh = finger_mesh(*SIZES.get(case.name, SIZES["shipped"])) if case.is_finger else pad_mesh(case.nodes)
     meshed = time.perf_counter() - start
     given = models(case, mesh, case.steps)
     start, processor = time.perf_counter(), time.process_time()
@@ -86,31 +125,36 @@ def measure(case: Case) -> Timing:
     total, processor = time.perf_counter() - start, time.process_time() - processor
     known = history.attrs
     return Timing(
-        case=case,
+        name=case.name,
         solver=known["linear_solver"],
         nodes=known["n_nodes"],
         degrees=known["n_degrees_of_freedom"],
         candidates=known["n_contact_candidates"],
         touching=int((history.contact_state.values > 0).sum(axis=1).max()),
         mesh=meshed,
-        seconds={name: known[f"seconds_{name}"] for name in PARTS},
-        total=total,
-        processor=processor,
+        seconds={name: known[f"seconds_{name}"] for name in PARTS} | {"all": total},
+        processor={name: known[f"cpu_seconds_{name}"] for name in PARTS} | {"all": processor},
         peak=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2,
     )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--nodes", type=int, default=34_000, help="of the stand-in; 0 for the fingertip of the preset")
+    parser.add_argument("--nodes", type=int, default=34_000, help="of the stand-in; 0 for the shipped mesh")
     parser.add_argument("--steps", type=int, default=300, help="steps of 5 ms; the first 100 press")
-    parser.add_argument("--cases", choices=CASES, nargs="+", default=list(CASES))
+    parser.add_argument("--cases", choices=CASES, nargs="+", default=list(SIZES))
+    parser.add_argument("--write", type=Path, metavar="FILE", help="write the numbers, to compare with later")
     options = parser.parse_args()
     sys.stdout.write(HEADER + "\n")
+    found = {}
     with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as pool:
         for timing in pool.imap(measure, [Case(name, options.nodes, options.steps) for name in options.cases]):
-            sys.stdout.write(timing.row + "\n")
+            found[timing.name] = asdict(timing)
+            sys.stdout.write(timing.row + "\n" + before(timing.name))
             sys.stdout.flush()
+    if options.write:
+        kept = {"state": "which version", "machine": "which machine", "cases": found}
+        options.write.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -27,14 +27,17 @@ def pad_mesh(nodes: int) -> skfem.MeshTet1:
     return mesh.with_subdomains({"pulp": np.arange(mesh.nelements)})
 
 
-def finger_mesh() -> skfem.MeshTet1:
-    """Return the fingertip of the preset `wang2014-3d` at its default sizes, 130,000 linear tetrahedra."""
+def finger_mesh(contact_size: float, bulk_size: float, contact_reach: float) -> skfem.MeshTet1:
+    """Return the fingertip of the preset `wang2014-3d` in linear tetrahedra, of given sizes [m]."""
     import fingerslip as fs
 
-    return fs.build_solid(fs.preset("wang2014-3d"))
+    finger = fs.preset("wang2014-3d")
+    return fs.build_solid(finger, contact_size=contact_size, bulk_size=bulk_size, contact_reach=contact_reach)
 
 
-def model(mesh: skfem.MeshTet1, *, steps: int, direction: float = 0.0, friction: float = 0.6):
+def model(
+    mesh: skfem.MeshTet1, *, steps: int, direction: float = 0.0, friction: float = 0.6, integration: str = "selective"
+):
     """Return the model: press by 2 mm in 100 steps of 5 ms, then slide at 5 mm/s in a direction [rad]."""
     import fingerslip as fs
 
@@ -47,8 +50,9 @@ def model(mesh: skfem.MeshTet1, *, steps: int, direction: float = 0.0, friction:
         mesh=mesh,
         materials={"pulp": fs.Elastic(34e3, 0.48, 1000.0)} if is_pad else fs.preset("wang2014-3d").materials,
         formulation="solid",
+        integration=integration,
         supports={"top" if is_pad else "phalanx_dorsal": ("x", "y", "z")},
         contacts=(fs.Contact("skin", fs.Plane((0.0, 0.0, 1.0) if is_pad else (0.0, 1.0, 0.0)), fs.Coulomb(friction)),),
         programme=(fs.Press(PRESS_DEPTH, PRESS_SPEED), slide),
-        time=fs.TimeStepping(5e-3, end=5e-3 * steps),
+        time=fs.TimeStepping(5e-3, -0.05 if is_pad else -0.41421, end=5e-3 * steps),
     )

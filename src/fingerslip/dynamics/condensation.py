@@ -40,8 +40,8 @@ _SPARSE_BELOW = 0.25
 # rows of A are shorter and columns fill less, this many times larger.
 _COLUMNS_UP_TO, _IN_PLANE = 6_000_000, 12
 _ROW_IN_PLANE = 30
-# Copies of the compliance that exist at once: as it is, in frames, and what Newton's method takes of it.
-_COPIES = 5
+# Sizes of the compliance that exist at once: itself, on the contact rows, and the working sets in single precision.
+_COPIES = 3
 
 
 @dataclass(frozen=True)

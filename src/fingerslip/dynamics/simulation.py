@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import logging
 import platform
 from collections.abc import Callable, Sequence
@@ -14,12 +15,13 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.energy import made_energy
 from fingerslip.dynamics.motions import Marched, Motions, march_motions
+from fingerslip.dynamics.narrowing import narrowed
 from fingerslip.dynamics.reduced_march import BasisStore, march_reduced
 from fingerslip.dynamics.sharing import check_same_matrix
 from fingerslip.dynamics.stepper import Stopwatch
 from fingerslip.dynamics.steps import record_bytes, require_record_memory, step_times
 from fingerslip.dynamics.system import build_system
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, SlipOutsideContactError
 from fingerslip.history import make_history
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.threads import allowed_threads, limited_threads, suitable_threads
@@ -124,7 +126,24 @@ def simulate_together(
     times = [step_times(model) for model in models]
     allowed = allowed_threads(threads)
     with limited_threads(suitable_threads(models[0].mesh.dim() * models[0].mesh.nvertices, allowed)):
-        return _simulate(models, times, progress, threads=allowed, solver=solver, bases=bases)
+        run = functools.partial(_simulate, times=times, progress=progress, threads=allowed, solver=solver, bases=bases)
+        return _in_two_stages(models, run)
+
+
+def _in_two_stages(
+    models: Sequence[Model], run: Callable[[Sequence[Model]], tuple[xr.Dataset, ...]]
+) -> tuple[xr.Dataset, ...]:
+    """Simulate with few contact candidates, and with all where these are too few."""
+    near = list(map(narrowed, models))
+    if all(one is other for one, other in zip(near, models, strict=True)):
+        return run(models)
+    try:
+        return run(near)
+    except InputError as error:
+        # What else is wrong, such as a counterface that is too far away, the second stage says.
+        if isinstance(error, SlipOutsideContactError):
+            _logger.info("%s: starts again with more contact candidates", error)
+    return run(models)
 
 
 def _require_model(value: Any, where: str) -> None:
@@ -142,9 +161,9 @@ def _require_models(values: Any) -> None:
 
 def _simulate(
     models: Sequence[Model],
+    *,
     times: Sequence[Array],
     progress: Callable[[float], None] | None,
-    *,
     threads: int,
     solver: LinearSolver | None,
     bases: BasisStore | None,

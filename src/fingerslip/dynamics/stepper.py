@@ -95,7 +95,7 @@ class Stepper:
     compliance : Compliance
         Compliance of a step on the own candidates.
     constant_frames : (n_c, dim, dim) array or None
-        Frames of the candidates where they never turn; `compliance` is in them then.
+        Frames of the candidates where they never turn; those of `compliance` then.
     anchoring : float
         Stiffness per mass of springs between the body and an anchor [1/s^2], where only contact holds it; else 0.
     """
@@ -257,6 +257,5 @@ def _own_compliance(system: System, joint: Array, rows: Indices, factor: float) 
     candidates = system.candidates
     stiffness = [candidates.normal_stiffness] + [candidates.tangential_stiffness] * (system.space.dim - 1)
     own = joint if rows.size == len(joint) else joint[np.ix_(rows, rows)]
-    compliance = Compliance(factor * own, 1.0 / np.column_stack(stiffness))
     frames = system.constant_frames()
-    return (compliance, None) if frames is None else (compliance.in_frames(frames), frames)
+    return Compliance(own, 1.0 / np.column_stack(stiffness), frames, factor), frames

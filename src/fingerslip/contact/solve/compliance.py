@@ -10,10 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.frames import rotate_compliance
+from fingerslip.contact.solve.dense import symmetric_product
 
 __all__ = ["Compliance", "active_product"]
 
 Array = NDArray[np.float64]
+
+# Share of nodes with a force from which reading half of the symmetric matrix is faster than reading their rows.
+_MOSTLY = 0.3
 
 
 @dataclass(frozen=True)
@@ -23,20 +27,19 @@ class Compliance:
     Parameters
     ----------
     body : (n_c * dim, n_c * dim) array
-        Compliance of the body, symmetric, node by node [m/N].
+        Symmetric, node by node; `factor` times it is the compliance of the body [m/N].
     penalty : (n_c, dim) array
         Compliance of the contact penalties in the nodes' frames [m/N].
     frames : (n_c, dim, dim) array, optional
         Frames of the nodes [-] where `body` is in global components; without them `body` is in the frames already.
+    factor : float
+        What makes a compliance of `body`, which large matrices share.
     """
 
     body: Array
     penalty: Array
     frames: Array | None = None
-
-    def in_frames(self, frames: Array) -> Compliance:
-        """Return the same compliance [m/N] with `body` in constant frames (n_c, dim, dim) [-]."""
-        return Compliance(rotate_compliance(self.body, frames), self.penalty)
+    factor: float = 1.0
 
     @cached_property
     def diagonal(self) -> Array:
@@ -44,11 +47,11 @@ class Compliance:
         count, dim = self.penalty.shape
         nodes = np.arange(count)
         blocks = self.body.reshape(count, dim, count, dim)[nodes, :, nodes, :]
-        if self.frames is not None:
-            rotated: Array = np.einsum("aij,ajk,aik->ai", self.frames, blocks, self.frames) + self.penalty
-            return rotated
-        diagonal: Array = np.diagonal(blocks, axis1=1, axis2=2) + self.penalty
-        return diagonal
+        if self.frames is None:
+            diagonal: Array = self.factor * np.diagonal(blocks, axis1=1, axis2=2) + self.penalty
+            return diagonal
+        rotated = np.einsum("aij,ajk,aik->ai", self.frames, blocks, self.frames)
+        return np.asarray(self.factor * rotated + self.penalty)
 
     @cached_property
     def matrix(self) -> Array:
@@ -59,7 +62,7 @@ class Compliance:
         """Return the part of W among `nodes` (k,), shape (k * dim, k * dim) [m/N]."""
         dim = self.penalty.shape[1]
         unknowns = (nodes[:, None] * dim + np.arange(dim)).ravel()
-        block = self.body[np.ix_(unknowns, unknowns)]
+        block = self.factor * self.body[np.ix_(unknowns, unknowns)]
         if self.frames is not None:
             block = rotate_compliance(block, self.frames[nodes])
         block.flat[:: unknowns.size + 1] += self.penalty[nodes].ravel()
@@ -68,11 +71,17 @@ class Compliance:
     def response(self, forces: Array) -> Array:
         """Return the body's displacement (n_c, dim) [m] under `forces` (n_c, dim) [N], without the penalties'."""
         if self.frames is None:
-            moved: Array = active_product(self.body, np.ascontiguousarray(forces))
-            return moved
+            return self._product(np.ascontiguousarray(forces))
         given = np.einsum("cij,ci->cj", self.frames, forces)
-        rotated: Array = np.einsum("cij,cj->ci", self.frames, active_product(self.body, given))
+        rotated: Array = np.einsum("cij,cj->ci", self.frames, self._product(given))
         return rotated
+
+    def _product(self, forces: Array) -> Array:
+        if np.count_nonzero(forces.any(axis=1)) < _MOSTLY * len(forces):
+            moved: Array = active_product(self.body, forces)
+        else:
+            moved = symmetric_product(self.body, forces.ravel()).reshape(forces.shape)
+        return self.factor * moved
 
 
 @numba.njit(cache=True, nogil=True)

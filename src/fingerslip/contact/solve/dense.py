@@ -1,7 +1,7 @@
-"""LU factors of dense matrices, by SciPy's LAPACK, called so that threads run side by side.
+"""LU factors and products of dense matrices, by SciPy's LAPACK and BLAS, called so that threads run side by side.
 
 SciPy's Python functions hold Python's lock while LAPACK works, and change the pivots during a call. Through the
-addresses that SciPy gives to compiled code, motions in several threads can share a factor without waiting for each
+addresses that SciPy gives to compiled code, motions in several threads can share a matrix without waiting for each
 other.
 """
 
@@ -16,11 +16,12 @@ import numpy as np
 from numba.extending import get_cython_function_address
 from numpy.typing import NDArray
 
-__all__ = ["DenseFactor", "factorise_dense"]
+__all__ = ["DenseFactor", "factorise_dense", "symmetric_product"]
 
 T = TypeVar("T", np.float32, np.float64)
 
-_ARGUMENTS = {"getrf": 6, "getrs": 9}
+_ARGUMENTS = {"getrf": 6, "getrs": 9, "symv": 10}
+_REAL = {np.dtype(np.float32): ctypes.c_float, np.dtype(np.float64): ctypes.c_double}
 _PRECISION = {np.dtype(np.float32): "s", np.dtype(np.float64): "d"}
 
 
@@ -46,7 +47,8 @@ class DenseFactor(Generic[T]):
         arrays = (self.factors.ctypes, self.pivots.ctypes, found.ctypes)
         matrix, pivots, given = (array.data_as(ctypes.c_void_p) for array in arrays)
         # LAPACK reads our rows as columns, that is, the transpose: its transposed problem is ours.
-        _call("getrs", self.factors.dtype, ctypes.c_char(b"T"), size, one, matrix, stride, pivots, given, stride)
+        given_as = (ctypes.c_char(b"T"), size, one, matrix, stride, pivots, given, stride, ctypes.c_int(0))
+        _call("getrs", self.factors.dtype, *given_as)
         return found
 
 
@@ -61,20 +63,45 @@ def factorise_dense(matrix: NDArray[T]) -> DenseFactor[T]:
     pivots = np.zeros(len(matrix), dtype=np.int32)
     size, stride = ctypes.c_int(len(matrix)), ctypes.c_int(max(1, len(matrix)))
     memory, swapped = (array.ctypes.data_as(ctypes.c_void_p) for array in (matrix, pivots))
-    _call("getrf", matrix.dtype, size, size, memory, stride, swapped)
+    _call("getrf", matrix.dtype, size, size, memory, stride, swapped, ctypes.c_int(0))
     # The factors precondition, or what they solve is checked: with ones for zero pivots they stay finite.
     diagonal = np.einsum("ii->i", matrix)
     diagonal[diagonal == 0.0] = 1.0
     return DenseFactor(matrix, pivots)
 
 
+def symmetric_product(matrix: NDArray[T], vector: NDArray[T]) -> NDArray[T]:
+    """Return a symmetric matrix (n, n) times a vector (n,) of the same precision, for which half of it is read.
+
+    Parameters
+    ----------
+    matrix : (n, n) array
+        The matrix in C order; what is above its diagonal is not read.
+    vector : (n,) array
+        The vector.
+
+    Examples
+    --------
+    >>> symmetric_product(np.array([[2.0, np.nan], [1.0, 3.0]]), np.array([1.0, 2.0])).tolist()
+    [4.0, 7.0]
+    """
+    found, given = np.zeros(len(vector), dtype=matrix.dtype), np.ascontiguousarray(vector)
+    size, one, real = ctypes.c_int(found.size), ctypes.c_int(1), _REAL[matrix.dtype]
+    memory, read, written = (array.ctypes.data_as(ctypes.c_void_p) for array in (matrix, given, found))
+    # BLAS reads our rows as columns: the lower triangle is its upper one.
+    sides = (read, one, real(0.0), written, one)
+    _call("symv", matrix.dtype, ctypes.c_char(b"U"), size, real(1.0), memory, size, *sides)
+    return found
+
+
 def _call(name: str, precision: np.dtype[Any], *given: Any) -> None:
-    """Call a function of LAPACK; values that are not addresses are passed by reference."""
+    """Call a function of LAPACK or BLAS; values that are not addresses are passed by reference."""
     passed = [value if isinstance(value, ctypes.c_void_p) else ctypes.byref(value) for value in given]
-    _lapack(_PRECISION[precision] + name)(*passed, ctypes.byref(ctypes.c_int(0)))
+    _function(_PRECISION[precision] + name)(*passed)
 
 
 @functools.cache
-def _lapack(name: str) -> Any:
-    address = get_cython_function_address("scipy.linalg.cython_lapack", name)
+def _function(name: str) -> Any:
+    library = "blas" if name[1:] == "symv" else "lapack"
+    address = get_cython_function_address(f"scipy.linalg.cython_{library}", name)
     return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * _ARGUMENTS[name[1:]])(address)

@@ -160,9 +160,7 @@ def _initial_working_set(problem: _Problem, found: _Check, old: WorkingSet | Non
     """Return the working set with which a step begins: the old one, with the compliance of the present frames."""
     if old is None:
         return _chosen(problem, found, None)
-    if problem.compliance.frames is None:
-        return old
-    return gather(problem.compliance, problem.scale, old.nodes, old)
+    return old.in_step(problem.compliance, problem.scale)
 
 
 def _extrapolated(before: Array | None, last: Array) -> Array:

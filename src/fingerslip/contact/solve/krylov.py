@@ -1,8 +1,8 @@
-"""Newton's method for hundreds of touching nodes: GMRES directions with a preconditioner that serves many steps.
+"""Newton's method for hundreds of touching nodes: GMRES directions with a preconditioner in two levels.
 
-The Newton matrix I - G (I - rho W) of :mod:`fingerslip.contact.solve.newton` changes little from one iteration, and
-from one time step, to the next: a few nodes begin to touch or to slip. Its LU factors are therefore kept as a
-preconditioner, in single precision, until the additional iterations have cost as much as new factors.
+The Newton matrix I - G (I - rho W) of :mod:`fingerslip.contact.solve.newton` is never made. GMRES needs products with
+W, and its preconditioner follows the nodes that change their state (:mod:`fingerslip.contact.solve.local_inverse`,
+:mod:`fingerslip.contact.solve.coarse`). Where GMRES does not get there, the matrix is made and factorised after all.
 
 All products here are in single precision, so the solution is only as good as that. What a direction does to the slip
 is known from GMRES without another product. The caller computes the residual of the forces in double precision, over
@@ -11,7 +11,8 @@ all candidates, and calls again where that residual is still too large.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numba
 import numpy as np
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.solve.dense import factorise_dense
 from fingerslip.contact.solve.line_search import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough
 from fingerslip.contact.solve.projection import derivative, project
-from fingerslip.contact.solve.working_set import Preconditioner, WorkingSet
+from fingerslip.contact.solve.working_set import WorkingSet
 
 __all__ = ["Start", "newton_krylov"]
 
@@ -28,8 +29,6 @@ Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 
 _KRYLOV_LIMIT = 60
-# Iterations of one solution with fresh factors, and the unknowns per iteration that a factorisation costs.
-_FRESH, _UNKNOWNS_PER_ITERATION = 3, 50
 _ROUGHEST, _FINEST = 0.1, 1e-5
 # Share of the initial residual that single precision can reach.
 _REACHABLE = 1e-6
@@ -121,56 +120,51 @@ def _direction(
     working_set: WorkingSet, friction: Array, trial: Array, residual: Array, exactness: float
 ) -> tuple[Array, Array, WorkingSet]:
     """Solve (I - G (I - rho W)) d = -residual to a relative `exactness`; return d and the change of the trial force."""
-    slopes = _slopes(trial, friction).astype(np.float32)
+    slopes = _slopes(trial, friction)
+    single = slopes.astype(np.float32)
     size = float(np.linalg.norm(residual))
     right = (-residual.ravel() / size).astype(np.float32)
-    if working_set.preconditioner is None or working_set.lost * _UNKNOWNS_PER_ITERATION > right.size:
-        working_set = _with_fresh_factors(working_set, slopes)
-    found, moved, used = _gmres(working_set, slopes, right, exactness)
-    if used == _KRYLOV_LIMIT and working_set.lost:
-        working_set = _with_fresh_factors(working_set, slopes)
-        found, moved, used = _gmres(working_set, slopes, right, exactness)
+    working_set = working_set.renewed(slopes)
+    found, moved, reached = _gmres(working_set, single, right, exactness, working_set.preconditioner(single))
+    if not reached:
+        factors = factorise_dense(_newton_matrix(single, working_set.scaled()))
+        found, moved, _ = _gmres(working_set, single, right, exactness, factors.solve)
     direction = size * found.astype(np.float64).reshape(residual.shape)
     # An open node loses its force exactly.
     is_open = trial[:, 0] <= 0.0
     direction[is_open] = -residual[is_open]
     change = direction - size * moved.astype(np.float64).reshape(residual.shape)
-    return direction, change, replace(working_set, lost=working_set.lost + max(used - _FRESH, 0))
+    return direction, change, working_set
 
 
-def _with_fresh_factors(working_set: WorkingSet, slopes: Single) -> WorkingSet:
-    dense = factorise_dense(_newton_matrix(slopes, working_set.scaled))
-    size = len(working_set.scaled)
-    preconditioner = Preconditioner(dense, working_set.nodes, np.ones(size, dtype=bool), np.arange(size))
-    return replace(working_set, preconditioner=preconditioner, lost=0)
-
-
-def _gmres(working_set: WorkingSet, slopes: Single, right: Single, exactness: float) -> tuple[Single, Single, int]:
+def _gmres(
+    working_set: WorkingSet, slopes: Single, right: Single, exactness: float, inverse: Callable[[Single], Single]
+) -> tuple[Single, Single, bool]:
     """Solve by GMRES, preconditioned from the right so that its residual is the true one; `right` has length one.
 
-    Returns the solution d, rho W d, and the number of iterations.
+    Returns the solution d, rho W d, and whether it is as exact as it should be.
     """
-    assert working_set.preconditioner is not None
     basis = np.zeros((_KRYLOV_LIMIT + 1, right.size), dtype=np.float32)
     ready, moved = (np.zeros((_KRYLOV_LIMIT, right.size), dtype=np.float32) for _ in range(2))
     columns = np.zeros((_KRYLOV_LIMIT + 1, _KRYLOV_LIMIT))
     target = np.eye(_KRYLOV_LIMIT + 1, 1).ravel()
     basis[0] = right
     weights: Array = np.zeros(0)
-    used = 0
+    used, reached = 0, False
     for used in range(1, _KRYLOV_LIMIT + 1):
-        ready[used - 1] = working_set.preconditioner.solve(basis[used - 1])
-        moved[used - 1] = working_set.scaled @ ready[used - 1]
+        ready[used - 1] = inverse(basis[used - 1])
+        moved[used - 1] = working_set.product(ready[used - 1])
         image = _image(slopes, ready[used - 1], moved[used - 1])
         columns[:used, used - 1] = _orthogonalise(image, basis[:used])
         columns[used, used - 1] = length = float(np.linalg.norm(image))
         equations = columns[: used + 1, :used]
         weights = np.asarray(np.linalg.lstsq(equations, target[: used + 1], rcond=None)[0], dtype=np.float64)
-        if np.linalg.norm(target[: used + 1] - equations @ weights) <= exactness or length <= 1e-6:
+        reached = bool(np.linalg.norm(target[: used + 1] - equations @ weights) <= exactness or length <= 1e-6)
+        if reached:
             break
         basis[used] = image / np.float32(length)
     shares = weights.astype(np.float32)
-    return shares @ ready[:used], shares @ moved[:used], used
+    return shares @ ready[:used], shares @ moved[:used], reached
 
 
 def _orthogonalise(image: Single, basis: Single) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -35,12 +37,15 @@ def test_block_diagonal_and_response_are_those_of_the_matrix(dim, turning):
     np.testing.assert_allclose(moved.ravel(), exact @ forces.ravel(), rtol=1e-11)
 
 
-@pytest.mark.parametrize("dim", [2, 3])
-def test_frames_that_stay_may_be_turned_into_once(dim):
-    compliance, exact, frames = example(dim, turning=True)
-    turned = Compliance(compliance.body, compliance.penalty).in_frames(frames)
-    assert turned.frames is None
-    np.testing.assert_allclose(turned.matrix, exact, rtol=1e-12, atol=1e-12)
+@pytest.mark.parametrize("turning", [True, False])
+def test_a_factor_scales_the_body_alone(turning):
+    compliance, exact, _ = example(3, turning)
+    scaled = replace(compliance, body=compliance.body / 8.0, factor=8.0)
+    np.testing.assert_allclose(scaled.matrix, exact, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(scaled.diagonal, compliance.diagonal, rtol=1e-12)
+    for touching in (1, 9):
+        forces = np.where(np.arange(9)[:, None] < touching, 1.0, 0.0) * np.ones(3)
+        np.testing.assert_allclose(scaled.response(forces), compliance.response(forces), rtol=1e-11, atol=1e-12)
 
 
 def test_taking_a_block_leaves_the_body_as_it_was():

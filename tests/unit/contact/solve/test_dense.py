@@ -1,4 +1,4 @@
-"""Dense factors in single precision: solutions, shared by threads."""
+"""Dense factors and products: those of the matrix, shared by threads."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from fingerslip.contact.solve.dense import factorise_dense
+from fingerslip.contact.solve.dense import factorise_dense, symmetric_product
 
 
 def well_conditioned(size: int, seed: int = 0) -> np.ndarray:
@@ -46,3 +46,15 @@ def test_a_singular_matrix_leaves_finite_solutions() -> None:
     matrix = well_conditioned(6)
     matrix[:, 2] = 0.0
     assert np.isfinite(factorise_dense(matrix).solve(np.ones(6, dtype=np.float32))).all()
+
+
+@pytest.mark.parametrize("precision", [np.float32, np.float64])
+@pytest.mark.parametrize("size", [1, 3, 150])
+def test_a_symmetric_product_reads_the_lower_triangle_alone(size: int, precision: type) -> None:
+    rng = np.random.default_rng(size)
+    root = rng.normal(size=(size, size))
+    matrix, vector = (root + root.T).astype(precision), rng.normal(size=2 * size)[::2].astype(precision)
+    half = np.where(np.tri(size, dtype=bool), matrix, np.nan).astype(precision)
+    found = symmetric_product(half, vector)
+    assert found.dtype == precision
+    np.testing.assert_allclose(found, matrix @ vector, rtol=1e-4 if precision is np.float32 else 1e-11, atol=1e-5)

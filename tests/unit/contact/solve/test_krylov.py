@@ -1,4 +1,4 @@
-"""Newton with GMRES directions: the directions are Newton's, and an old factor serves as well as a new one."""
+"""Newton with GMRES directions: the directions are Newton's, whatever the preconditioner is worth."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from fingerslip.contact.solve import krylov
+from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.krylov import Start, newton_krylov
 from fingerslip.contact.solve.newton import solve_friction
 from fingerslip.contact.solve.projection import project, step_lengths
-from fingerslip.contact.solve.working_set import WorkingSet
+from fingerslip.contact.solve.working_set import gather
 from problems.contact import friction_residual
 
 
@@ -20,7 +21,7 @@ def problem(seed, count, dim=3, friction=0.5):
     root = rng.normal(size=(count * dim, count * dim))
     block = root @ root.T / (count * dim) + 0.3 * np.eye(count * dim)
     scale = step_lengths(np.diag(block).reshape(count, dim).copy())
-    working_set = WorkingSet(np.arange(count), scale, (scale.reshape(-1, 1) * block).astype(np.float32))
+    working_set = gather(Compliance(block, np.zeros((count, dim))), scale, np.arange(count), None)
     return Problem(block, rng.normal(size=(count, dim)) - np.eye(1, dim), np.full(count, friction)), working_set
 
 
@@ -92,35 +93,27 @@ def test_directions_are_newtons_own_and_tell_what_they_do_to_the_trial_forces():
 
 
 def count_factors(monkeypatch):
-    made, factorised = [], krylov._with_fresh_factors
-    monkeypatch.setattr(krylov, "_with_fresh_factors", lambda *given: made.append(None) or factorised(*given))
+    made, factorised = [], krylov.factorise_dense
+    monkeypatch.setattr(krylov, "factorise_dense", lambda matrix: made.append(len(matrix)) or factorised(matrix))
     return made
 
 
-def test_a_factor_is_kept_until_the_iterations_it_loses_have_cost_as_much_as_a_new_one(monkeypatch):
+def test_nothing_is_factorised_where_the_local_inverse_is_good(monkeypatch):
     made = count_factors(monkeypatch)
     given, working_set = problem(0, 30)
-    _, working_set, _, _ = given.solve(working_set)
-    first = len(made)
-    assert first >= 1
-    assert working_set.lost * krylov._UNKNOWNS_PER_ITERATION <= 90
-    moved = replace(given, free=given.free + 1e-3)
-    moved.solve(replace(working_set, lost=0))
-    assert len(made) == first
-    moved.solve(replace(working_set, lost=90))
-    assert len(made) > first
-
-
-def test_the_factor_of_other_nodes_serves_for_those_that_stay(monkeypatch):
-    """Of 30 nodes the factor knows 25, and five others that have left."""
-    given, working_set = problem(0, 30)
-    _, known, _, _ = given.solve(working_set)
-    monkeypatch.setattr(krylov, "_UNKNOWNS_PER_ITERATION", 1)
-    old = replace(known.preconditioner, nodes=np.where(np.arange(30) < 5, np.arange(30) + 100, np.arange(30)))
-    made = count_factors(monkeypatch)
-    forces, *_ = given.solve(replace(working_set, preconditioner=old.moved_to(np.arange(30), 3)))
+    assert given.solve(working_set)[2]
     assert not made
-    np.testing.assert_allclose(forces, given.solve(working_set)[0], atol=1e-8 * np.abs(forces).max())
+
+
+def test_where_gmres_does_not_get_there_the_matrix_is_factorised(monkeypatch):
+    made = count_factors(monkeypatch)
+    given, working_set = problem(0, 30)
+    exact = given.solve(working_set)[0]
+    monkeypatch.setattr(krylov, "_KRYLOV_LIMIT", 3)
+    forces, _, solved, _ = given.solve(working_set)
+    assert solved
+    assert made
+    np.testing.assert_allclose(forces, exact, atol=1e-8 * np.abs(exact).max())
 
 
 def test_a_solution_needs_no_iterations():

@@ -7,61 +7,62 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fingerslip.contact.frames import contact_frames
 from fingerslip.contact.solve.compliance import Compliance
-from fingerslip.contact.solve.dense import factorise_dense
-from fingerslip.contact.solve.working_set import Preconditioner, WorkingSet, gather
+from fingerslip.contact.solve.working_set import gather
 
 DIM, COUNT = 3, 8
 
 
-def compliance() -> Compliance:
+def compliance(turning: bool = False, seed: int = 1) -> Compliance:
     root = np.random.default_rng(0).normal(size=(COUNT * DIM, COUNT * DIM))
-    return Compliance(root @ root.T, np.full((COUNT, DIM), 0.5))
+    normals = np.random.default_rng(seed).normal(size=(COUNT, DIM))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    frames = contact_frames(normals, np.array([1.0, 0.0, 0.0])) if turning else None
+    return Compliance(root @ root.T, np.full((COUNT, DIM), 0.5), frames, 2.0)
 
 
-def preconditioner(nodes: np.ndarray) -> tuple[Preconditioner, np.ndarray]:
-    """Return factors for some nodes, and the matrix that they are of."""
-    size = nodes.size * DIM
-    matrix = (np.eye(size) + 0.1 * np.random.default_rng(1).normal(size=(size, size))).astype(np.float32)
-    factors = factorise_dense(matrix.copy())
-    return Preconditioner(factors, nodes, np.ones(size, dtype=bool), np.arange(size)), matrix
+SCALE = np.random.default_rng(2).uniform(1.0, 2.0, (COUNT, DIM))
+STICK = np.broadcast_to(np.eye(DIM), (COUNT, DIM, DIM))
 
 
-def test_a_working_set_has_the_scaled_compliance_among_its_nodes():
-    nodes, scale = np.array([1, 4, 6]), np.random.default_rng(2).uniform(1.0, 2.0, (COUNT, DIM))
-    made = gather(compliance(), scale, nodes, None)
-    np.testing.assert_array_equal(made.nodes, nodes)
-    exact = scale[nodes].reshape(-1, 1) * compliance().block(nodes)
-    np.testing.assert_allclose(made.scaled, exact, rtol=1e-6)
-    assert made.scaled.dtype == np.float32
-    assert made.preconditioner is None
+@pytest.mark.parametrize("turning", [True, False])
+def test_a_working_set_multiplies_with_the_scaled_compliance_among_its_nodes(turning):
+    nodes = np.array([1, 4, 6])
+    made = gather(compliance(turning), SCALE, nodes, None)
+    exact = SCALE[nodes].reshape(-1, 1) * compliance(turning).block(nodes)
+    vector = np.random.default_rng(3).normal(size=9).astype(np.float32)
+    np.testing.assert_allclose(made.product(vector), exact @ vector, atol=1e-5 * np.abs(exact).max())
+    np.testing.assert_allclose(made.scaled(), exact, atol=1e-5 * np.abs(exact).max())
+    np.testing.assert_allclose(made.coarse.moved, exact @ made.coarse.forces, atol=1e-5 * np.abs(exact).max())
+    assert made.product(vector).dtype == made.body.dtype == np.float32
 
 
-def test_an_old_working_set_hands_on_its_preconditioner_and_its_forces():
-    scale, before = np.ones((COUNT, DIM)), np.ones((COUNT, DIM))
-    old = gather(compliance(), scale, np.array([1, 4]), None)
-    assert gather(compliance(), scale, np.array([4, 5]), replace(old, before=before)).before is None
-    full = replace(old, preconditioner=preconditioner(old.nodes)[0], lost=7, before=before)
-    made = gather(compliance(), scale, np.array([4, 5]), full)
-    assert isinstance(made, WorkingSet)
-    assert (made.lost, made.before is before) == (7, True)
-    np.testing.assert_array_equal(made.preconditioner.unknowns, [0, 1, 2])
-    np.testing.assert_array_equal(made.preconditioner.kept, [False] * 3 + [True] * 3)
+def test_frames_that_turn_are_taken_along_without_gathering_again():
+    old = gather(compliance(turning=True), SCALE, np.array([1, 4, 6]), None)
+    later = compliance(turning=True, seed=5)
+    made = old.in_step(later, SCALE)
+    assert made.body is old.body
+    exact = SCALE[old.nodes].reshape(-1, 1) * later.block(old.nodes)
+    vector = np.ones(9, dtype=np.float32)
+    np.testing.assert_allclose(made.product(vector), exact @ vector, atol=1e-5 * np.abs(exact).max())
+    assert gather(compliance(), SCALE, old.nodes, None).in_step(compliance(), SCALE).frames.shape == (3, 3, 3)
 
 
-@pytest.mark.parametrize("nodes", [[2, 5, 7], [0, 2, 3, 5, 6, 7], [5, 9], [9, 10]])
-def test_a_moved_preconditioner_solves_for_kept_nodes_and_passes_new_ones(nodes):
-    made, matrix = preconditioner(np.array([2, 5, 7]))
-    vector = np.random.default_rng(3).normal(size=len(nodes) * DIM).astype(np.float32)
-    found = made.moved_to(np.array(nodes), DIM).solve(vector)
-    given = np.zeros(9)
-    places = {node: slice(DIM * i, DIM * i + DIM) for i, node in enumerate(nodes)}
-    for i, node in enumerate((2, 5, 7)):
-        if node in places:
-            given[DIM * i : DIM * i + DIM] = vector[places[node]]
-    solved = np.linalg.solve(matrix, given)
-    for i, node in enumerate((2, 5, 7)):
-        if node in places:
-            np.testing.assert_allclose(found[places[node]], solved[DIM * i : DIM * i + DIM], atol=1e-5)
-    for node in set(nodes) - {2, 5, 7}:
-        np.testing.assert_array_equal(found[places[node]], vector[places[node]])
+def test_an_old_working_set_hands_on_its_rows_and_its_forces():
+    old = gather(compliance(), SCALE, np.array([1, 4, 6]), None).renewed(STICK[:3])
+    before = np.ones((COUNT, DIM))
+    made = gather(compliance(), SCALE, np.array([4, 5, 6]), replace(old, before=before))
+    assert made.before is before
+    np.testing.assert_array_equal(made.inverse.rows[[0, 2]], old.inverse.rows[[1, 2]])
+    marks = np.concatenate([STICK[:3], made.frames], axis=1)
+    np.testing.assert_array_equal(made.inverse.stale(marks), [False, True, False])
+
+
+@pytest.mark.parametrize("turning", [True, False])
+def test_among_few_nodes_the_preconditioner_is_the_inverse(turning):
+    made = gather(compliance(turning), SCALE, np.arange(COUNT), None).renewed(STICK)
+    matrix = SCALE.reshape(-1, 1) * compliance(turning).matrix
+    vector = np.random.default_rng(4).normal(size=COUNT * DIM)
+    found = made.preconditioner(STICK.astype(np.float32))((matrix @ vector).astype(np.float32))
+    np.testing.assert_allclose(matrix @ found, matrix @ vector, atol=1e-4 * np.abs(matrix @ vector).max())

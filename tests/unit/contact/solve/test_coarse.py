@@ -1,0 +1,55 @@
+"""Coarse spaces: groups of coupled nodes, and the inverse of the Newton matrix on forces that these bear as one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fingerslip.contact.solve.coarse import CoarseSpace, groups, unit_forces
+
+DIM = 3
+
+
+def line(count):
+    """Return a compliance that falls with the distance along a line."""
+    distance = np.abs(np.arange(count)[:, None] - np.arange(count))
+    return np.kron(1.0 / (1.0 + distance), np.eye(DIM) + 0.1)
+
+
+def test_groups_are_neighbours_and_all_nodes_are_in_one():
+    nodes = np.arange(5, 65)
+    group = groups(line(70), nodes, DIM)
+    assert set(group) == set(range(6))
+    assert np.count_nonzero(np.diff(group)) == 5
+    assert np.bincount(group).min() >= 4
+
+
+@pytest.mark.parametrize(("count", "expected"), [(0, 0), (1, 1), (19, 1), (20, 2), (1000, 20)])
+def test_few_nodes_make_few_groups(count, expected):
+    found = groups(np.eye(count * DIM) + 0.1, np.arange(count), DIM)
+    assert found.size == count
+    assert len(set(found)) <= expected
+    assert unit_forces(found, DIM).shape == (count * DIM, DIM * (max(found, default=-1) + 1))
+
+
+def test_what_the_space_can_solve_is_solved_and_nothing_of_it_is_left():
+    rng = np.random.default_rng(0)
+    forces = unit_forces(np.repeat(np.arange(3), 4), DIM)
+    scaled = (line(12) + 0.5 * np.eye(36)).astype(np.float32)
+    slopes = np.tile(np.eye(DIM, dtype=np.float32), (12, 1, 1))
+    slopes[::3] = [[1.0, 0.0, 0.0], [0.5, 0.3, 0.1], [0.2, 0.1, 0.4]]
+    slopes[5] = 0.0
+    gradient = np.zeros((36, 36))
+    for node in range(12):
+        gradient[3 * node : 3 * node + 3, 3 * node : 3 * node + 3] = slopes[node]
+    matrix = np.eye(36) - gradient @ (np.eye(36) - scaled)
+    inverse = CoarseSpace(forces, scaled @ forces).inverse(slopes)
+    np.testing.assert_allclose(inverse.images, matrix @ forces, atol=1e-5)
+    inside = forces @ rng.normal(size=9).astype(np.float32)
+    solved, left = inverse.split((matrix @ inside).astype(np.float32))
+    np.testing.assert_allclose(solved, inside, atol=1e-4)
+    np.testing.assert_allclose(left, 0.0, atol=1e-4)
+    residual = rng.normal(size=36).astype(np.float32)
+    solved, left = inverse.split(residual)
+    np.testing.assert_allclose(left, residual - matrix @ solved, atol=1e-4)
+    np.testing.assert_allclose(forces.T @ left, 0.0, atol=1e-4)
