@@ -137,7 +137,7 @@ def checked(model: Model, space: Space | None = None) -> CheckedModel:
 
 
 def _placed(number: int, contact: Contact, skin: NDArray[np.float64]) -> Counterface:
-    """Return the counterface of a contact at its start: without a given one, `clearance` away from `skin` (n, dim) [m]."""
+    """Return the counterface of a contact at its start: where none is given at the clearance from `skin` (n, dim)."""
     away = contact.clearance * contact.counterface.unit_normal
     placed = contact.counterface.placed(skin - away)
     if contact.clearance > 0.0 and placed is contact.counterface:

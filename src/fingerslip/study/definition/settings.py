@@ -154,10 +154,7 @@ class ContactSettings:
         if self.counterface is None:
             _check_plane(self)
         if self.clearance > 0.0 and _start_is_given(self.rigid_counterface):
-            found, repair = (
-                "is given with offset or centre",
-                "leave out the other: the clearance follows from where it starts",
-            )
+            found, repair = "is given with offset or centre", "leave out one of them"
             raise InputError("clearance", found, "needs a counterface without a given start", repair)
 
     @property

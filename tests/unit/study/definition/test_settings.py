@@ -127,8 +127,10 @@ def test_resolved_run_reads_back_the_same() -> None:
         ),
         (
             {"friction": DROP, "clearance": "1 mm", "offset": "-8 mm"},
-            "contact.clearance: is given with offset or centre, needs a counterface without a given start; leave out the "
-            "other: the clearance follows from where it starts",
+            (
+                "contact.clearance: is given with offset or centre, needs a counterface without a given start; "
+                "leave out one of them"
+            ),
         ),
         (
             {"friction": DROP, "normal": [0, 0]},
