@@ -118,7 +118,7 @@ def published_intervals(runs: Sequence[RunResult], references: Sequence[Publishe
     runs : sequence of RunResult
         The samples; `values` has to hold what the conditions of the published times name.
     references : sequence of PublishedSet
-        Published values; what is no time, or holds for none of the runs, is left out.
+        Published values; what is no time, or holds for none of the runs whatever was sampled, is left out.
     """
     found: dict[tuple[object, ...], PublishedInterval] = {}
     for value in (value for reference in references for value in reference.values):
@@ -130,7 +130,8 @@ def published_intervals(runs: Sequence[RunResult], references: Sequence[Publishe
 
 
 def _intervals(runs: Sequence[RunResult], value: PublishedValue) -> Iterator[PublishedInterval]:
-    members = [run for run in runs if value.holds_for(run.all_values)]
+    # A condition on a sampled value is what the samples leave open.
+    members = [run for run in runs if value.unmet(run.all_values).keys() <= run.sampled.keys()]
     if value.value is None or value.quantity not in TIMES or not members:
         return
     for reading in (value.reading,) if value.reading else _LIKELY_READINGS:

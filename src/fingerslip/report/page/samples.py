@@ -74,12 +74,15 @@ def published_times(
     members = {repr(dict(group)): own for group, own in groups_of(runs)}
     found = {}
     for number, fit in enumerate(fits):
-        values = members[repr(dict(fit.group))][0].all_values
+        first = members[repr(dict(fit.group))][0]
+        values, sampled = first.all_values, first.sampled.keys()
         ends = [
             end
             for reference in references
             for value in reference.values
-            if value.quantity == fit.time and value.reading in ("", fit.reading) and value.holds_for(values)
+            if value.quantity == fit.time
+            and value.reading in ("", fit.reading)
+            and value.unmet(values).keys() <= sampled
             for end in value.span or (value.value,)
             if end is not None
         ]
