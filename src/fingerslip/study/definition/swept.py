@@ -79,7 +79,8 @@ def with_values(mapping: Mapping[str, Any], swept: Mapping[str, Any]) -> dict[st
     LookupError
         Where a path leads through a scalar, or to an item that a list does not have.
     """
-    changed = copy.deepcopy({**mapping, "sweep": {}, "sample": None})
+    kept = {name: value for name, value in mapping.items() if name != "sample"}
+    changed = copy.deepcopy({**kept, "sweep": {}})
     for path, value in swept.items():
         assign(changed, path, copy.deepcopy(value))
     return changed
