@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -9,7 +10,7 @@ from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.report.labels import path_label, short_labels, swept_text
 from fingerslip.report.tables.table import Cell, Column, Missing, Table
 from fingerslip.results import RefusedRun, RunResult, StudyResult
-from fingerslip.sampling import Fit, Interval, fits_of, groups_of, interval_of, published_intervals
+from fingerslip.sampling import Effect, Fit, Interval, fits_of, groups_of, interval_of, published_intervals
 from fingerslip.slip.names import READINGS, TIMES, event_label, is_defined
 
 __all__ = [
@@ -115,7 +116,7 @@ def sensitivity_table(fit: Fit) -> Table:
             labels[effect.path],
             _quantity(effect.low, effect.unit),
             _quantity(effect.high, effect.unit),
-            f"{effect.slope:+.3f} ± {effect.error:.3f} s{f'/{effect.unit}' if effect.unit else ''}",
+            _slope_text(effect),
             f"{1e3 * effect.change:+.0f} ± {1e3 * effect.change_error:.0f}",
             effect.standardised,
             effect.rank,
@@ -165,6 +166,13 @@ def refused_table(refused: Sequence[RefusedRun]) -> Table:
 
 def _holds(value: PublishedValue, condition: tuple[str, Any]) -> bool:
     return condition in value.conditions.items()
+
+
+def _slope_text(effect: Effect) -> str:
+    """Write a slope with its error, to two digits of the error but no fewer than three decimals."""
+    decimals = min(max(1 - math.floor(math.log10(effect.error or 1.0)), 3), 6)
+    unit = f"s/{effect.unit}" if effect.unit else "s"
+    return f"{effect.slope:+.{decimals}f} ± {effect.error:.{decimals}f} {unit}"
 
 
 def _quantity(value: float, unit: str) -> str:

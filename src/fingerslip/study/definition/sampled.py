@@ -100,7 +100,7 @@ def drawn(settings: SampleSettings) -> tuple[dict[str, Any], ...]:
     Examples
     --------
     >>> drawn(SampleSettings({"time.step": ("1 ms", "3 ms")}, count=2))
-    ({'time.step': '2.5118 ms'}, {'time.step': '1.0495 ms'})
+    ({'time.step': '1.4882 ms'}, {'time.step': '2.0495 ms'})
     """
     cube = qmc.LatinHypercube(len(settings.ranges), seed=settings.seed).random(settings.count)
     return tuple(

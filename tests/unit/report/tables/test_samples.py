@@ -60,10 +60,24 @@ def test_sensitivities_have_units_errors_and_changes() -> None:
     table = sensitivity_table(fit)
     assert table.title == "What moves overall slip (accumulated slip), phalanx original"
     first = texts(table)[0]
-    assert first[:5] == ["clearance", "0 mm", "0.4 mm", "-0.500 ± 0.000 s/mm", "-200 ± 0"]
+    assert first[:3] == ["clearance", "0 mm", "0.4 mm"]
+    assert first[3] == "-0.500000 ± 0.000000 s/mm", "six decimals at most"
+    assert first[4] == "-200 ± 0"
     assert texts(table)[2][0] == "poisson ratio"
     assert texts(table)[2][3].endswith(" s")
     assert table.note.startswith("Linear regression over 12 samples, ± standard error: 1.700 s in the middle")
+
+
+def test_slopes_have_two_digits_of_their_errors() -> None:
+    (fit,) = (fit for fit in fits_of(study_of()) if fit.time == "overall")
+    clearance = fit.effects[0]
+    noisy = [dataclasses.replace(clearance, error=error) for error in (0.0456, 0.000321, 2.3)]
+    table = sensitivity_table(dataclasses.replace(fit, effects=tuple(noisy)))
+    assert [row[3] for row in texts(table)] == [
+        "-0.500 ± 0.046 s/mm",
+        "-0.50000 ± 0.00032 s/mm",
+        "-0.500 ± 2.300 s/mm",
+    ]
 
 
 def test_rows_for_programs_have_all_digits() -> None:
