@@ -20,6 +20,7 @@ from fingerslip.parameters import (
     Duration,
     Force,
     Mass,
+    NonNegativeLength,
     Number,
     PositiveDuration,
     PositiveLength,
@@ -167,6 +168,9 @@ class Contact:
         The counterface's own motion; without it the model's programme.
     drive : Drive, optional
         A force that moves the counterface along its normal, on top of the prescribed motion.
+    clearance : float
+        Gap that is left at the start, along the normal, by a counterface whose start is not given [m]; the first
+        part of a press closes it.
     """
 
     RENAMED: ClassVar[Mapping[str, str]] = MappingProxyType({"body": "counterface", "reach": "search_distance"})
@@ -179,6 +183,7 @@ class Contact:
     search_distance: PositiveLength | None = None
     programme: tuple[Phase, ...] | None = None
     drive: Drive | None = None
+    clearance: NonNegativeLength = 0.0
 
 
 class Timing(Protocol):

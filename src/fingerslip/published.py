@@ -72,7 +72,11 @@ class PublishedValue:
 
     def holds_for(self, values: Mapping[str, Any]) -> bool:
         """Tell whether the dotted `values` of a run meet every condition; a value that is missing does not."""
-        return all(path in values and values[path] == value for path, value in self.conditions.items())
+        return not self.unmet(values)
+
+    def unmet(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the conditions that the dotted `values` of a run do not meet: paths, and what would be needed."""
+        return {path: value for path, value in self.conditions.items() if path not in values or values[path] != value}
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,9 @@ __all__ = [
     "HISTORY",
     "RESULT",
     "RUN",
+    "SAMPLE",
     "Quantity",
+    "RefusedRun",
     "RunResult",
     "StudyResult",
     "flatten",
@@ -40,6 +42,9 @@ __all__ = [
 #: Files in the folder of a run.
 HISTORY, RESULT, RUN = "history.nc", "events.json", "run.yaml"
 
+#: What the number of a sample is called among the swept values of a run.
+SAMPLE = "sample"
+
 _REPAIR = "run the study again"
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
@@ -54,7 +59,7 @@ class RunResult:
     name : str
         Name of the run and of its folder.
     swept : mapping of str to object
-        The swept values by dotted path, as the study file writes them.
+        The swept values by dotted path, as the study file writes them; the number of a sample under ``sample``.
     events : Events
         Its slip events.
     peaks : tuple of Peak
@@ -78,6 +83,8 @@ class RunResult:
     uncertainty : mapping of str to float
         Numerical uncertainty of its times and numbers [SI], as far as it was studied, by key: ``slip.overall``, or the
         key of a measure.
+    sampled : mapping of str to object
+        The values of its sample by dotted path; empty in a study without samples.
     """
 
     name: str
@@ -93,6 +100,7 @@ class RunResult:
     versions: Mapping[str, str] = field(default_factory=lambda: _EMPTY)
     values: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
     uncertainty: Mapping[str, float] = field(default_factory=lambda: _EMPTY)
+    sampled: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
 
     @property
     def label(self) -> str:
@@ -103,7 +111,7 @@ class RunResult:
     @property
     def all_values(self) -> dict[str, Any]:
         """Every known value by dotted path."""
-        return {**self.values, **self.swept}
+        return {**self.values, **self.swept, **self.sampled}
 
 
 def result_of(history: xr.Dataset, name: str, swept: Mapping[str, Any]) -> RunResult:
@@ -129,6 +137,26 @@ def result_of(history: xr.Dataset, name: str, swept: Mapping[str, Any]) -> RunRe
 
 
 @dataclass(frozen=True)
+class RefusedRun:
+    """A sample whose values do not fit together, so that it was not computed.
+
+    Parameters
+    ----------
+    name : str
+        Name of the run.
+    swept, sampled : mapping of str to object
+        Its values by dotted path, as those of a :class:`RunResult`.
+    reason : str
+        What is wrong.
+    """
+
+    name: str
+    swept: Mapping[str, Any]
+    sampled: Mapping[str, Any]
+    reason: str
+
+
+@dataclass(frozen=True)
 class StudyResult:
     """The results of a study.
 
@@ -144,6 +172,10 @@ class StudyResult:
         Names of the runs that were computed, and of those that were there already.
     title : str
         What the study shows.
+    ranges : mapping of str to tuple
+        Smallest and largest value of what was sampled, by dotted path; empty in a study without samples.
+    refused : tuple of RefusedRun
+        Samples that were not computed.
     """
 
     folder: Path
@@ -152,6 +184,8 @@ class StudyResult:
     computed: tuple[str, ...] = ()
     unchanged: tuple[str, ...] = ()
     title: str = ""
+    ranges: Mapping[str, tuple[Any, ...]] = field(default_factory=lambda: _EMPTY)
+    refused: tuple[RefusedRun, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -211,6 +245,7 @@ def result_mapping(result: RunResult) -> dict[str, Any]:
         "run": result.name,
         "identity": result.identity,
         "swept": dict(result.swept),
+        **({"sampled": dict(result.sampled)} if result.sampled else {}),
         "events_s": events_mapping(result.events),
         "acceleration_peaks": [
             {"time_s": peak.time, "height_m_per_s2": peak.height, "prominence_m_per_s2": peak.prominence}
@@ -249,6 +284,7 @@ def result_from_mapping(values: Mapping[str, Any]) -> RunResult:
         mesh_size=values["mesh_size"],
         seconds=values["wall_time_s"],
         versions=dict(values["versions"]),
+        sampled=dict(values.get("sampled", {})),
     )
 
 

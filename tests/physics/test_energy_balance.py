@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fingerslip.mesh.file import MeshFile
+from fingerslip.results import SAMPLE
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key
@@ -46,9 +47,9 @@ def coarse(run):
 
 
 def models(path, change):
-    """Yield name and model of every run of a study, each changed; runs share meshes."""
-    meshes = {}
-    for run in map(change, expand(read_study(path), path)):
+    """Yield name and model of every run of a study, of samples the first, each changed; runs share meshes."""
+    meshes, runs = {}, expand(read_study(path), path)
+    for run in map(change, [run for run in runs if run.swept.get(SAMPLE, 1) == 1]):
         key = mesh_key(run)
         if key not in meshes:
             meshes[key] = build_mesh(run)

@@ -67,11 +67,11 @@ def print_results(results: Iterable[StudyResult]) -> None:
     results : iterable of StudyResult
         The results; a study without finished runs prints nothing.
     """
-    from fingerslip.study.storage.reporting import event_tables
+    from fingerslip.study.storage.reporting import study_tables
 
     for result in results:
         if result.runs:
-            print_tables(event_tables(result.runs, result.compare))
+            print_tables(study_tables(result))
             typer.echo(f"report: {result.folder / 'report.html'}")
 
 

@@ -18,22 +18,37 @@ def validate(
     ),
     results: Results = Path("results"),
     workers: Workers = 2,
+    *,
+    geometry: Annotated[
+        bool, typer.Option("--geometry", help="Run the samples of the unknown geometry too, about an hour.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
     markdown: Markdown = False,
 ) -> None:
     """Compare with every published number: runs the shipped studies where needed and prints one table.
 
-    Misses stay in the table and are no error. The first time takes some minutes.
+    Misses stay in the table and are no error. The first time takes some minutes. A second table says which times the
+    unknown geometry allows: stored ones, unless --geometry computes them; JSON and Markdown have it only then.
     """
     import json
 
     from fingerslip import validation
+    from fingerslip.report.tables.table import to_markdown
 
     stop_on_termination()
     rows = validation.validate(studies, results, workers, screen_progress())
+    if geometry:
+        allowed, origin = validation.run_geometry(studies, results, workers, screen_progress()), ""
+    else:
+        allowed, origin = validation.stored_geometry(studies, results)
+    table = validation.geometry_table(allowed, origin)
     if as_json:
-        typer.echo(json.dumps(validation.rows_mapping(rows), indent=2))
+        found = validation.rows_mapping(rows)
+        both = {"rows": found, "geometry": validation.geometry_mapping(allowed)}
+        typer.echo(json.dumps(both if geometry else found, indent=2))
     elif markdown:
         typer.echo(validation.rows_markdown(rows), nl=False)
+        if geometry:
+            typer.echo(f"\n## {table.title}\n\n{table.note}\n\n{to_markdown(table)}", nl=False)
     else:
-        print_tables([validation.rows_table(rows)])
+        print_tables([validation.rows_table(rows), table])

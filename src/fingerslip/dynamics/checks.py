@@ -23,7 +23,7 @@ from fingerslip.fe.space import Space, boundary_nodes, build_space, nodal_areas,
 from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.model import Contact, Model
 from fingerslip.programme import Slide
-from fingerslip.units import coordinates
+from fingerslip.units import coordinates, millimetres
 
 __all__ = ["CheckedModel", "check_model", "checked"]
 
@@ -114,7 +114,9 @@ def checked(model: Model, space: Space | None = None) -> CheckedModel:
     _check_contacts(model, space)
     _check_initial_velocity(model, space)
     skins = [space.positions[boundary_nodes(space, contact.boundary)] for contact in model.contacts]
-    counterfaces = tuple(contact.counterface.placed(skin) for contact, skin in zip(model.contacts, skins, strict=True))
+    counterfaces = tuple(
+        _placed(number, contact, skin) for number, (contact, skin) in enumerate(zip(model.contacts, skins, strict=True))
+    )
     motions = _motions(model)
     candidates = tuple(
         _candidates(model, space, number, counterface, motion)
@@ -140,6 +142,17 @@ def checked(model: Model, space: Space | None = None) -> CheckedModel:
         candidates=candidates,
         site_nodes=site_nodes(model.mesh, model.record.sites),
     )
+
+
+def _placed(number: int, contact: Contact, skin: NDArray[np.float64]) -> Counterface:
+    """Return the counterface of a contact at its start: where none is given at the clearance from `skin` (n, dim)."""
+    away = contact.clearance * contact.counterface.unit_normal
+    placed = contact.counterface.placed(skin - away)
+    if contact.clearance > 0.0 and placed is contact.counterface:
+        found = f"got {millimetres(contact.clearance)} for a counterface whose start is given"
+        repair = "leave out its offset or centre, or the clearance"
+        raise InputError(f"contacts.{number}.clearance", found, "needs a counterface without a given start", repair)
+    return placed
 
 
 def _check_contacts(model: Model, space: Space) -> None:

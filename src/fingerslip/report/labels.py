@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from fingerslip.results import RunResult
 
-__all__ = ["path_label", "path_labels", "run_title", "swept_text"]
+__all__ = ["path_label", "path_labels", "run_title", "short_labels", "swept_text"]
 
 
 def path_label(path: str) -> str:
@@ -24,6 +24,26 @@ def path_labels(paths: Sequence[str]) -> dict[str, str]:
     """Return dotted paths in words that tell them apart: the whole path where the words of two are the same."""
     labels = {path: path_label(path) for path in paths}
     return {path: label if list(labels.values()).count(label) == 1 else path for path, label in labels.items()}
+
+
+def short_labels(paths: Sequence[str]) -> dict[str, str]:
+    """Return dotted paths in words, with as many of their last parts as tell them apart.
+
+    Examples
+    --------
+    >>> list(short_labels(["a.sagittal.half_height", "a.bone.half_width", "a.skin.half_width"]).values())
+    ['half height', 'bone half width', 'skin half width']
+    """
+    count = dict.fromkeys(paths, 1)
+    for _ in range(max((path.count(".") for path in paths), default=0)):
+        labels = {path: _ending(path, count[path]) for path in paths}
+        twins = [path for path in paths if list(labels.values()).count(labels[path]) > 1]
+        count |= {path: count[path] + 1 for path in twins}
+    return {path: _ending(path, count[path]) for path in paths}
+
+
+def _ending(path: str, count: int) -> str:
+    return " ".join(path.split(".")[-count:]).replace("_", " ")
 
 
 def swept_text(value: object) -> str | float | int | bool | None:

@@ -32,6 +32,7 @@ __all__ = [
     "VARIANTS",
     "Evidence",
     "gather",
+    "solid_measures",
 ]
 
 TABLE2 = "wang2014_table2"
@@ -178,3 +179,8 @@ def _meets(values: Mapping[str, object], conditions: Mapping[str, object]) -> bo
 def _range(values: Sequence[float | None]) -> float | None:
     numbers = [value for value in values if value is not None]
     return max(numbers) - min(numbers) if numbers and len(numbers) == len(values) else None
+
+
+def solid_measures(folder: Path, run: RunResult) -> Measures:
+    """Measure a run of a fingertip in space as `validate` does, from the history in its folder."""
+    return _measured_in_space(folder, run)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.checks import check_model
+from fingerslip.dynamics.checks import check_model, checked
 from fingerslip.dynamics.system import build_system
 from fingerslip.errors import InputError, MeshError
 from problems.pushed import pad, push_and_slide
@@ -36,6 +36,17 @@ def contact(**changes):
         (
             {"contacts": contact(counterface=fs.Plane(normal=(0, 0, 1)))},
             "contacts.0.counterface.normal: got 3 components, needs 2",
+        ),
+        (
+            {"contacts": contact(counterface=fs.Plane(offset=-1e-3), clearance=0.2e-3)},
+            "contacts.0.clearance: got 0.2 mm for a counterface whose start is given, needs a counterface without",
+        ),
+        (
+            {
+                "contacts": contact(clearance=0.3e-3),
+                "programme": (fs.Press(0.25e-3, 1e-3), fs.Slide(1e-3, 1e-3)),
+            },
+            "slides before the counterface touches",
         ),
         (
             {"programme": (fs.Press(4.5e-3, 1e-3),)},
@@ -107,3 +118,22 @@ def test_a_slide_after_a_press_that_is_too_short_is_refused():
         check_model(
             push_and_slide(programme=programme, contacts=contact(counterface=counterface, search_distance=1e-3))
         )
+
+
+@pytest.mark.parametrize("counterface", [fs.Plane(), fs.Cylinder(8e-3), fs.Plane(normal=(0.1, 1.0))])
+def test_a_clearance_is_the_gap_along_the_normal_at_the_start(counterface):
+    touching, apart = (
+        checked(push_and_slide(contacts=contact(counterface=counterface, clearance=clearance)))
+        for clearance in (0.0, 0.35e-3)
+    )
+    skin = touching.space.positions[touching.candidates[0].nodes]
+    assert touching.counterfaces[0].gap(skin).min() == pytest.approx(0.0, abs=1e-12)
+    moved = skin + 0.35e-3 * counterface.unit_normal
+    np.testing.assert_allclose(apart.counterfaces[0].gap(skin), touching.counterfaces[0].gap(moved), atol=1e-12)
+
+
+def test_a_clearance_leaves_less_of_a_press():
+    deep = (fs.Press(4.2e-3, 1e-3),)
+    check_model(push_and_slide(programme=deep, contacts=contact(clearance=0.35e-3)))
+    with pytest.raises(InputError, match=r"presses 4.1 mm deep"):
+        check_model(push_and_slide(programme=deep, contacts=contact(clearance=0.1e-3)))

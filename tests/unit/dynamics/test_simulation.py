@@ -266,3 +266,19 @@ def test_nodes_that_a_slide_leaves_at_the_limit_stick_while_nothing_moves():
     assert (kinds["hold"][:, touching] == 1).all(), "and is at rest in the hold"
     force = history["counterface_force"].values[-1, 0]
     assert abs(force[0] / force[1]) == pytest.approx(0.4), "although friction is still at its limit"
+
+
+def test_a_press_first_closes_the_clearance():
+    apart, touching = (
+        fs.simulate(
+            push_and_slide(
+                programme=(fs.Press(depth, 4e-3),),
+                time=fs.QuasiStatic(5e-3),
+                contacts=(fs.Contact(boundary="bottom", friction=fs.Coulomb(0.4), clearance=clearance),),
+            )
+        )
+        for depth, clearance in ((0.4e-3, 0.1e-3), (0.3e-3, 0.0))
+    )
+    forces = [history["counterface_force"].values[:, 0, 1] for history in (apart, touching)]
+    np.testing.assert_allclose(forces[0][:6], 0.0, atol=1e-12)
+    np.testing.assert_allclose(forces[0][5:], forces[1], rtol=1e-6, atol=1e-9)

@@ -16,6 +16,7 @@ from fingerslip.report.page.definitions import definitions
 from fingerslip.report.page.page import Picture, Report, ReportSection
 from fingerslip.report.page.pictures import RunToDraw
 from fingerslip.report.page.run import has_receptors, picture_set, run_section
+from fingerslip.report.page.samples import sample_sections
 from fingerslip.report.tables.compare import compare_table, statements_table
 from fingerslip.report.tables.convergence import convergence_table
 from fingerslip.report.tables.events import events_table, swept_paths
@@ -41,8 +42,11 @@ def study_report(content: ReportContent) -> Report:
     Report
         Sections: slip events and how they are defined, comparison with published values, numerical uncertainty where it
         was studied, the runs side by side, the model, all values with their sources, and each run in detail (folded,
-        the first twelve).
+        the first twelve). Of a study with samples: the intervals of the slip times, what moves them, all samples and
+        all values.
     """
+    if content.study.ranges:
+        return _assembled(content, (*sample_sections(content), _values_section(content)))
     runs = [
         run_section(run, content.histories[run.name], content.titles[run.name], content.settings.peaks)
         for run in content.drawn
@@ -56,6 +60,10 @@ def study_report(content: ReportContent) -> Report:
         _values_section(content),
         *runs,
     )
+    return _assembled(content, sections)
+
+
+def _assembled(content: ReportContent, sections: Sequence[ReportSection]) -> Report:
     shown = tuple(section for section in sections if section.tables or section.pictures)
     return Report(content.title, shown, content.provenance)
 

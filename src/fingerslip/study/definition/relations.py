@@ -9,7 +9,9 @@ from typing import Any
 from fingerslip.errors import InputError, Mistakes
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
+from fingerslip.parameters.dotted import is_below
 from fingerslip.specimens.choice import SPECIMENS, check_mesh, given_specimen
+from fingerslip.study.definition.sampled import SampleSettings
 from fingerslip.study.definition.settings import ContactSettings, MeshSettings, RecordSettings
 
 __all__ = ["mistakes_between"]
@@ -42,6 +44,15 @@ def _one_contact_or_several(contact: ContactSettings | None, contacts: tuple[Con
         raise InputError("contacts", "is given with contact", "needs one of the two", "move contact into contacts")
 
 
+def _sampled_apart_from_swept(sweep: Mapping[str, tuple[Any, ...]], sample: SampleSettings | None) -> None:
+    for path in () if sample is None else (*sample.ranges, *sample.equal):
+        shared = next((other for other in sweep if is_below(path, other) or is_below(other, path)), None)
+        if shared is not None:
+            raise InputError(
+                f"sample.ranges.{path}", f"is swept too, by '{shared}'", "needs paths apart from the sweep"
+            )
+
+
 def _materials_of_a_body(specimen: str | None, mesh: MeshSettings, materials: Mapping[str, Elastic]) -> None:
     _check_body("materials", materials, specimen, mesh)
 
@@ -68,6 +79,7 @@ def _no_reference_nodes_of_a_body(specimen: str | None, mesh: MeshSettings, reco
 # The arguments of a check are named like the fields that it needs; `specimen` is the key of the one that is given.
 _CHECKS: tuple[Callable[..., None], ...] = (
     _one_contact_or_several,
+    _sampled_apart_from_swept,
     check_mesh,
     _materials_of_a_body,
     _formulation_of_a_body,

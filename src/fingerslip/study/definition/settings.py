@@ -23,6 +23,7 @@ from fingerslip.mesh.source import MeshSource, choose_source
 from fingerslip.model import Drive, NumericalDamping, QuasiStatic, ReducedBasis, TimeStepping, Tolerance, Traction
 from fingerslip.parameters import (
     Duration,
+    NonNegativeLength,
     NonNegativeNumber,
     Number,
     PositiveDuration,
@@ -123,6 +124,9 @@ class ContactSettings:
         The counterface's own motion; without it that of the study.
     drive : Drive, optional
         A force that moves the counterface along its normal, on top of the prescribed motion.
+    clearance : float
+        Gap that is left at the start, along the normal, by a counterface without `offset` or `centre` [m]; the first
+        part of a press closes it.
     """
 
     RENAMED: ClassVar[Mapping[str, str]] = MappingProxyType({"body": "counterface", "reach": "search_distance"})
@@ -138,6 +142,7 @@ class ContactSettings:
     search_distance: PositiveLength | None = None
     programme: tuple[ProgrammeEntry, ...] | None = None
     drive: Drive | None = None
+    clearance: NonNegativeLength = 0.0
 
     def __post_init__(self) -> None:
         if self.friction_coefficient is None and self.friction is None:
@@ -149,6 +154,9 @@ class ContactSettings:
             raise InputError("counterface", found, "needs them inside it", "move them into counterface")
         if self.counterface is None:
             _check_plane(self)
+        if self.clearance > 0.0 and _start_is_given(self.rigid_counterface):
+            found, repair = "is given with offset or centre", "leave out one of them"
+            raise InputError("clearance", found, "needs a counterface without a given start", repair)
 
     @property
     def law(self) -> FrictionLaw:
@@ -275,6 +283,10 @@ TractionSettings = Annotated[
     Annotated[Traction, pydantic.Tag("Traction")] | Annotated[tuple[SignedPressure, ...], pydantic.Tag("Components")],
     pydantic.Discriminator(_traction_kind),
 ]
+
+
+def _start_is_given(counterface: Counterface) -> bool:
+    return any(getattr(counterface, name, None) is not None for name in ("offset", "centre"))
 
 
 def _check_plane(settings: ContactSettings) -> None:

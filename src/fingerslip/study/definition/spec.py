@@ -34,6 +34,7 @@ from fingerslip.results import flatten
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.study.definition.relations import mistakes_between
+from fingerslip.study.definition.sampled import SampleSettings, sample_mistakes
 from fingerslip.study.definition.settings import (
     ContactSettings,
     DynamicsSettings,
@@ -65,7 +66,7 @@ __all__ = [
 ]
 
 #: The fields of a study that do not belong to a single run.
-NOT_OF_A_RUN = ("sweep", "compare", "converge")
+NOT_OF_A_RUN = ("sweep", "sample", "compare", "converge")
 
 
 def _check_published(name: str) -> str:
@@ -126,6 +127,8 @@ class Study(SpecimenChoice):
         Out-of-plane depth [m], not in space; without it that of the specimen.
     sweep : mapping of str to tuple
         Values by dotted path; the runs are all combinations, the first path varies slowest.
+    sample : SampleSettings, optional
+        Samples of values that are known by their ranges only; every combination of the sweep is run with every sample.
     compare : tuple of str
         Published tables with which the results are compared.
     converge : RefinementSettings
@@ -153,6 +156,7 @@ class Study(SpecimenChoice):
     formulation: Formulation | None = None
     depth: PositiveLength | None = None
     sweep: Sweep = pydantic.Field(default_factory=dict)
+    sample: SampleSettings | None = None
     compare: tuple[PublishedName, ...] = ()
     converge: RefinementSettings = RefinementSettings()
 
@@ -181,8 +185,8 @@ def read_study(path: str | Path) -> Study:
     Raises
     ------
     InputError
-        For all mistakes in the file, in its order and with their lines: those of the study, of its specimen and of
-        every run of its sweep.
+        For all mistakes in the file, in its order and with their lines: those of the study, of its specimen, of
+        every run of its sweep, and of the ends of the ranges of its samples.
     """
     path = Path(path)
     mapping = read_mapping(path)
@@ -191,7 +195,7 @@ def read_study(path: str | Path) -> Study:
 
 
 def given_paths(path: str | Path) -> tuple[str, ...]:
-    """Return the dotted paths of all values that a study file gives, in its order; swept paths stand at the end.
+    """Return the dotted paths of all values that a study file gives, in its order; swept and sampled ones at the end.
 
     Parameters
     ----------
@@ -199,8 +203,10 @@ def given_paths(path: str | Path) -> tuple[str, ...]:
         A study file without mistakes.
     """
     mapping = read_mapping(Path(path))
-    written = flatten({key: value for key, value in mapping.items() if key != "sweep"})
-    return tuple(current_path(Study, str(one)) for one in (*written, *(mapping.get("sweep") or {})))
+    written = flatten({key: value for key, value in mapping.items() if key not in ("sweep", "sample")})
+    sample = mapping.get("sample") or {}
+    changing = (*(mapping.get("sweep") or {}), *sample.get("ranges", {}), *(sample.get("equal") or {}))
+    return tuple(current_path(Study, str(one)) for one in (*written, *changing))
 
 
 def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
@@ -227,6 +233,8 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     mistakes = _mistakes_of(mapping)
     if mapping.get("sweep"):
         mistakes += swept_mistakes(_completed(mapping), mistakes, known_paths(mapping), _mistakes_of)
+    if isinstance(mapping.get("sample"), Mapping):
+        mistakes += sample_mistakes(_completed(mapping), mistakes, known_paths(mapping), _mistakes_of)
     if mistakes:
         error = Mistakes(in_order(mistakes, walk(mapping))).error()
         raise error.moved(lambda where: f"{source}: {where}" if where else str(source))
@@ -257,7 +265,11 @@ def _mistakes_of(mapping: Mapping[str, Any]) -> list[InputError]:
 
 def _completed(mapping: Mapping[str, Any]) -> dict[str, Any]:
     """Return a study as plain data with all defaults and new names in the fields that are right."""
-    return {**mapping, **plain_fields(Study, valid_fields(Study, mapping)), "sweep": mapping["sweep"]}
+    return {
+        **mapping,
+        **plain_fields(Study, valid_fields(Study, mapping)),
+        **{name: mapping[name] for name in ("sweep", "sample") if name in mapping},
+    }
 
 
 def known_paths(mapping: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:

@@ -1,19 +1,23 @@
-"""Sweeps: the runs of a study, each with all its values and a name for its folder."""
+"""Sweeps and samples: the runs of a study, each with all its values and a name for its folder."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
+from fingerslip.errors import InputError
 from fingerslip.parameters import as_mapping
+from fingerslip.results import SAMPLE, RefusedRun
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.names import run_names
+from fingerslip.study.definition.sampled import SampleSettings, drawn
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study, parse_study, study_mapping
 from fingerslip.study.definition.swept import combinations, with_values
 
-__all__ = ["Run", "expand"]
+__all__ = ["Expansion", "Run", "expand", "expand_samples"]
 
 
 @dataclass(frozen=True)
@@ -23,15 +27,17 @@ class Run:
     Parameters
     ----------
     name : str
-        Name of its folder, from the swept values.
+        Name of its folder, from the swept values and the number of the sample.
     where : str
-        Its name in errors: the study file, and the swept values.
+        Its name in errors: the study file, the swept values and the number of the sample.
     swept : mapping of str to object
-        The swept values by dotted path, as the study file writes them.
+        The swept values by dotted path, as the study file writes them; the number of the sample under ``sample``.
     study : Study
-        The study with these values, without a sweep.
+        The study with these values, without a sweep and without samples.
     specimen : Specimen or None
         The specimen with all its values.
+    sampled : mapping of str to object
+        The sampled values by dotted path; empty in a study without samples.
     """
 
     name: str
@@ -39,6 +45,7 @@ class Run:
     swept: Mapping[str, Any]
     study: Study
     specimen: Specimen | None
+    sampled: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def resolved(self) -> dict[str, Any]:
         """Return everything that makes the run as plain data, which is a study file of its own."""
@@ -52,8 +59,38 @@ class Run:
         return result
 
 
+@dataclass(frozen=True)
+class _Named:
+    """What tells a run from the others."""
+
+    name: str
+    swept: Mapping[str, Any]
+    sampled: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+
+
+@dataclass(frozen=True)
+class Expansion:
+    """The runs that a study makes.
+
+    Parameters
+    ----------
+    runs : tuple of Run
+        The runs, all of them checked.
+    refused : tuple of RefusedRun
+        Samples whose values do not fit together.
+    """
+
+    runs: tuple[Run, ...]
+    refused: tuple[RefusedRun, ...] = ()
+
+
 def expand(study: Study, source: Path) -> tuple[Run, ...]:
-    """Return the runs of a study, all of them checked; the first swept path varies slowest.
+    """Return the runs of a study, all of them checked, without refused samples; see :func:`expand_samples`."""
+    return expand_samples(study, source).runs
+
+
+def expand_samples(study: Study, source: Path) -> Expansion:
+    """Return the runs of a study; the first swept path varies slowest, samples vary fastest.
 
     Parameters
     ----------
@@ -65,18 +102,40 @@ def expand(study: Study, source: Path) -> tuple[Run, ...]:
     Raises
     ------
     InputError
-        For all swept paths that do not exist, and all values that do not fit there.
+        For all swept paths that do not exist, and all values that do not fit there; for the last sample where all of
+        them are refused.
     """
     parse_study(study_mapping(study), source)
     swept = combinations(study.sweep)
-    return tuple(_run(study, values, name, source) for values, name in zip(swept, run_names(swept), strict=True))
+    if study.sample is None:
+        named = [_Named(name, values) for values, name in zip(swept, run_names(swept), strict=True)]
+        return Expansion(tuple(_run(study, one.swept, source, one) for one in named))
+    return _with_samples(study, study.sample, swept, source)
 
 
-def _run(study: Study, swept: Mapping[str, Any], name: str, source: Path) -> Run:
-    one = parse_study(with_values(study_mapping(study), swept), source)
-    values = ", ".join(f"{path} = {value}" for path, value in swept.items())
-    where = f"{source} ({values})" if swept else str(source)
-    return Run(name, where, dict(swept), one, one.specimen(str(source)))
+def _with_samples(study: Study, settings: SampleSettings, swept: list[dict[str, Any]], source: Path) -> Expansion:
+    samples = tuple(enumerate(drawn(settings), start=1))
+    digits = len(str(settings.count))
+    parts = [(values, number, sampled) for values in swept for number, sampled in samples]
+    names = run_names([{**values, SAMPLE: f"{number:0{digits}}"} for values, number, _ in parts])
+    runs: list[Run] = []
+    refused: list[RefusedRun] = []
+    for (values, number, sampled), name in zip(parts, names, strict=True):
+        one = _Named(name, {**values, SAMPLE: number}, sampled)
+        try:
+            runs.append(_run(study, {**values, **settings.values(sampled)}, source, one))
+        except InputError as error:
+            refused.append(RefusedRun(name, one.swept, sampled, str(error)))
+            if len(refused) == len(parts):
+                raise
+    return Expansion(tuple(runs), tuple(refused))
+
+
+def _run(study: Study, changed: Mapping[str, Any], source: Path, named: _Named) -> Run:
+    one = parse_study(with_values(study_mapping(study), changed), source)
+    values = ", ".join(f"{path} = {value}" for path, value in named.swept.items())
+    where = f"{source} ({values})" if named.swept else str(source)
+    return Run(named.name, where, dict(named.swept), one, one.specimen(str(source)), dict(named.sampled))
 
 
 def _without_empty(value: Any) -> Any:

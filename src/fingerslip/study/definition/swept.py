@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import copy
 import itertools
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from fingerslip.errors import InputError, Mistakes
 from fingerslip.parameters.dotted import assign, is_below, joined, nearest
 
-__all__ = ["check_sweep", "combinations", "swept_mistakes", "with_values"]
+__all__ = ["check_sweep", "combinations", "swept_mistakes", "unknown_paths", "with_values"]
 
 _Check = Callable[[Mapping[str, Any]], Sequence[InputError]]
 
@@ -65,7 +65,7 @@ def combinations(sweep: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
 
 
 def with_values(mapping: Mapping[str, Any], swept: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of a study as plain data with other values and without a sweep.
+    """Return a copy of a study as plain data with other values, without a sweep and without samples.
 
     Parameters
     ----------
@@ -79,7 +79,8 @@ def with_values(mapping: Mapping[str, Any], swept: Mapping[str, Any]) -> dict[st
     LookupError
         Where a path leads through a scalar, or to an item that a list does not have.
     """
-    changed = copy.deepcopy({**mapping, "sweep": {}})
+    kept = {name: value for name, value in mapping.items() if name != "sample"}
+    changed = copy.deepcopy({**kept, "sweep": {}})
     for path, value in swept.items():
         assign(changed, path, copy.deepcopy(value))
     return changed
@@ -112,7 +113,7 @@ def swept_mistakes(
         return []
     wrong_fields = {mistake.where.partition(".")[0] for mistake in known_mistakes} - known_paths.keys()
     judged = [path for path in study["sweep"] if path.partition(".")[0] not in wrong_fields]
-    unknown = list(_unknown_paths(judged, [path for paths in known_paths.values() for path in paths]))
+    unknown = unknown_paths(judged, known_paths, "sweep")
     misnamed = {mistake.where.removeprefix("sweep.") for mistake in unknown}
     sweep = {
         path: values
@@ -139,12 +140,15 @@ def _mistakes_of_runs(
     return found.values()
 
 
-def _unknown_paths(paths: Sequence[str], known: Sequence[str]) -> Iterator[InputError]:
-    for path in paths:
-        if path not in known:
-            near = nearest(path, known)
-            repair = f"did you mean '{near}'?" if near else "fingerslip show STUDY lists all paths"
-            yield InputError(f"sweep.{path}", "is not known", "needs the dotted path of a value of the study", repair)
+def unknown_paths(paths: Sequence[str], known_paths: Mapping[str, Sequence[str]], group: str) -> list[InputError]:
+    """Return a mistake for each of `paths`, which stand in `group` of a study, that leads to no value of the study."""
+    known = [path for own in known_paths.values() for path in own]
+    return [_unknown(path, nearest(path, known), group) for path in paths if path not in known]
+
+
+def _unknown(path: str, near: str | None, group: str) -> InputError:
+    repair = f"did you mean '{near}'?" if near else "fingerslip show STUDY lists all paths"
+    return InputError(f"{group}.{path}", "is not known", "needs the dotted path of a value of the study", repair)
 
 
 def _can_be_assigned(study: Mapping[str, Any], path: str, values: Sequence[Any]) -> bool:

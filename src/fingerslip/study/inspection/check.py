@@ -11,7 +11,7 @@ from fingerslip.model import Model
 from fingerslip.report.tables.table import Column, Table
 from fingerslip.study.running.cost import estimated_seconds
 from fingerslip.study.running.plan import Plan, plan_studies
-from fingerslip.study.running.runner import prepare
+from fingerslip.study.running.runner import prepare_samples
 
 __all__ = ["check_studies"]
 
@@ -55,9 +55,13 @@ def check_studies(paths: Sequence[str | Path], results_dir: str | Path = "result
 
 def _rows(plan: Plan) -> list[tuple[str, str, str, int, int, float]]:
     finished = plan.finished()
+    prepared = prepare_samples(plan, plan.runs)
     return [
-        (plan.source.name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job.model))
-        for job in prepare(plan, plan.runs)
+        *(
+            (plan.source.name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job.model))
+            for job in prepared.jobs
+        ),
+        *((plan.source.name, sample.name, f"refused: {sample.reason}", 0, 0, 0.0) for sample in prepared.refused),
     ]
 
 

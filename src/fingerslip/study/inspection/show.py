@@ -16,7 +16,7 @@ from fingerslip.specimens.fingertip import preset_header, preset_names, preset_t
 from fingerslip.study.definition.spec import given_paths, read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.inspection.draw import draw_fingertip
-from fingerslip.study.storage.reporting import event_tables, read_stored, read_stored_run
+from fingerslip.study.storage.reporting import read_stored, read_stored_run, study_tables
 from fingerslip.study.storage.values import Specified, value_rows
 
 __all__ = ["presets_table", "show"]
@@ -85,8 +85,7 @@ def _study_table(path: Path) -> Table:
 
 def _show_result(folder: Path) -> tuple[Table, ...]:
     if not (folder / RESULT).exists():
-        stored = read_stored(folder)
-        return event_tables(stored.runs, stored.compare)
+        return study_tables(read_stored(folder))
     result = read_stored_run(folder)
     versions = ", ".join(f"{name} {version}" for name, version in result.versions.items())
     measures = measures_table([result], ["value"])

@@ -250,6 +250,7 @@ def _contact(settings: ContactSettings, dim: int) -> Contact:
         search_distance=settings.search_distance,
         programme=None if settings.programme is None else _phases(settings.programme),
         drive=settings.drive,
+        clearance=settings.clearance,
     )
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fingerslip.errors import InputError, Mistakes
-from fingerslip.results import RunResult, read_result
+from fingerslip.results import RefusedRun, RunResult, read_result
 from fingerslip.study.definition.spec import Study, given_paths, read_study
-from fingerslip.study.definition.sweep import Run, expand
+from fingerslip.study.definition.sweep import Run, expand_samples
 from fingerslip.study.definition.yaml import line_numbers
 from fingerslip.study.storage.store import identity
 
@@ -34,6 +34,8 @@ class Plan:
         Hash of the inputs of every run, by its name.
     given : tuple of str
         Dotted paths of the values that the file gives; the others are the preset's or defaults.
+    refused : tuple of RefusedRun
+        Samples whose values do not fit together, which make no run.
     """
 
     source: Path
@@ -42,6 +44,7 @@ class Plan:
     runs: tuple[Run, ...]
     identities: Mapping[str, str]
     given: tuple[str, ...] = ()
+    refused: tuple[RefusedRun, ...] = ()
 
     def finished(self) -> dict[str, RunResult]:
         """Return the results of the runs that are finished with these inputs, by their names."""
@@ -60,9 +63,11 @@ def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
     source = Path(path)
     study = read_study(source)
     with line_numbers(source):
-        runs = expand(study, source)
+        expansion = expand_samples(study, source)
+    runs = expansion.runs
     identities = {run.name: identity(run) for run in runs}
-    return Plan(source, study, Path(results_dir) / source.stem, runs, identities, given_paths(source))
+    folder = Path(results_dir) / source.stem
+    return Plan(source, study, folder, runs, identities, given_paths(source), expansion.refused)
 
 
 def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results") -> tuple[Plan, ...]:

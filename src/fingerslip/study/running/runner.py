@@ -12,7 +12,7 @@ from fingerslip.dynamics.checks import check_model
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
 from fingerslip.files import clean_stale, remove_empty
 from fingerslip.parameters.protocols import require_kind
-from fingerslip.results import RunResult, StudyResult, flatten, stored_result
+from fingerslip.results import RefusedRun, RunResult, StudyResult, flatten, stored_result
 from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.bases import choose_bases
@@ -22,13 +22,15 @@ from fingerslip.study.running.plan import Plan, plan_studies
 from fingerslip.study.running.pool import compute_all
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
 from fingerslip.study.storage.reporting import REPORT, report_key, write_report
-from fingerslip.study.storage.summary import MANIFEST, SUMMARY, read_manifest, write_manifest, write_summary
+from fingerslip.study.storage.summary import read_manifest, refused_in, write_manifest, write_sensitivity, write_summary
 
 __all__ = [
+    "Prepared",
     "StudyFailedError",
     "StudyResult",
     "compute_jobs",
     "prepare",
+    "prepare_samples",
     "run_studies",
     "run_study",
     "write_up",
@@ -59,6 +61,43 @@ class StudyFailedError(FingerslipError):
         if len(self.errors) < total:
             lines.append(f"{len(self.errors)} of {total} runs failed, the others are finished")
         return "\n".join(lines)
+
+
+@dataclasses.dataclass(frozen=True)
+class Prepared:
+    """Runs that are ready to be computed, and samples that are not.
+
+    Parameters
+    ----------
+    jobs : tuple of Job
+        The runs with their models.
+    refused : tuple of RefusedRun
+        All samples that make no model.
+    """
+
+    jobs: tuple[Job, ...]
+    refused: tuple[RefusedRun, ...] = ()
+
+
+def prepare_samples(plan: Plan, runs: Sequence[Run]) -> Prepared:
+    """Build and check the models of runs as :func:`prepare`, but go on where the values of a sample make no model.
+
+    Raises
+    ------
+    InputError
+        For a run that is no sample; for the last sample where none of the study makes a model.
+    """
+    meshes: dict[str, Any] = {}
+    jobs: list[Job] = []
+    refused = list(plan.refused)
+    for run in runs:
+        try:
+            jobs.append(_job(plan, run, meshes))
+        except InputError as error:
+            refused.append(RefusedRun(run.name, run.swept, run.sampled, str(error)))
+            if not run.sampled or len(refused) == len(plan.runs) + len(plan.refused):
+                raise
+    return Prepared(tuple(jobs), tuple(refused))
 
 
 def prepare(plan: Plan, runs: Sequence[Run]) -> tuple[Job, ...]:
@@ -131,12 +170,12 @@ def run_studies(
         raise InputError("workers", f"got {workers}", "needs a number >= 1")
     plans = plan_studies(paths, results_dir)
     finished = [{} if force else plan.finished() for plan in plans]
-    jobs = [
-        prepare(plan, [run for run in plan.runs if run.name not in there])
+    prepared = [
+        prepare_samples(plan, [run for run in plan.runs if run.name not in there])
         for plan, there in zip(plans, finished, strict=True)
     ]
     with progress or SilentProgress() as shown:
-        outcomes = [_execute(plan, todo, workers, shown) for plan, todo in zip(plans, jobs, strict=True)]
+        outcomes = [_execute(plan, todo, workers, shown) for plan, todo in zip(plans, prepared, strict=True)]
     results = tuple(result for result, _ in outcomes)
     errors = {name: error for _, failures in outcomes for name, error in failures.items()}
     if errors:
@@ -145,20 +184,24 @@ def run_studies(
 
 
 def _execute(
-    plan: Plan, jobs: Sequence[Job], workers: int, progress: StudyProgress
+    plan: Plan, prepared: Prepared, workers: int, progress: StudyProgress
 ) -> tuple[StudyResult, dict[str, FingerslipError]]:
     """Compute what is to be computed of one study, and write it up."""
+    jobs, refused = prepared.jobs, prepared.refused
     to_compute = tuple(job.run.name for job in jobs)
-    unchanged = tuple(run.name for run in plan.runs if run.name not in to_compute)
+    left_out = {*to_compute, *(sample.name for sample in refused)}
+    unchanged = tuple(run.name for run in plan.runs if run.name not in left_out)
+    for sample in refused:
+        progress.say(f"{plan.source.stem}/{sample.name}: refused: {sample.reason}")
     for name in unchanged:
         progress.say(f"{plan.source.stem}/{name}: unchanged")
     try:
         failures = compute_jobs(plan, jobs, workers, progress)
     except KeyboardInterrupt:
-        _write_tables(plan, plan.finished(), report="")
+        _write_tables(plan, plan.finished(), refused, report="")
         raise
     computed = tuple(name for name in to_compute if name not in failures)
-    result = dataclasses.replace(write_up(plan), computed=computed, unchanged=unchanged)
+    result = dataclasses.replace(write_up(plan, refused), computed=computed, unchanged=unchanged)
     return result, {f"{plan.source.stem}/{name}": error for name, error in failures.items()}
 
 
@@ -216,13 +259,15 @@ def _say_damaged(plan: Plan, job: Job, progress: StudyProgress) -> None:
         pass
 
 
-def write_up(plan: Plan) -> StudyResult:
+def write_up(plan: Plan, refused: tuple[RefusedRun, ...] | None = None) -> StudyResult:
     """Write summary, report and manifest of the runs that are finished.
 
     Parameters
     ----------
     plan : Plan
         The study.
+    refused : tuple of RefusedRun, optional
+        Its samples that make no model; without them those that were found so when the study was run last.
 
     Returns
     -------
@@ -234,26 +279,33 @@ def write_up(plan: Plan) -> StudyResult:
     ResultError
         Where something cannot be written.
     """
-    finished = plan.finished()
+    finished, manifest = plan.finished(), read_manifest(plan.folder)
+    refused = refused_in(manifest) if refused is None else refused
     identities = {name: plan.identities[name] for name in finished}
     known = read_uncertainties(plan.folder, identities)
     key = report_key(plan.study.title, plan.study.compare, identities, known, plan.given)
-    current = read_manifest(plan.folder).get("report") == key and (plan.folder / REPORT).is_file()
-    result = _write_tables(plan, finished, report=key if current else "")
+    current = manifest.get("report") == key and (plan.folder / REPORT).is_file()
+    result = _write_tables(plan, finished, refused, report=key if current else "")
     if result.runs and not current:
         write_report(result)
-        _write_tables(plan, finished, report=key)
+        _write_tables(plan, finished, refused, report=key)
     return result
 
 
-def _write_tables(plan: Plan, finished: Mapping[str, RunResult], report: str) -> StudyResult:
+def _write_tables(
+    plan: Plan, finished: Mapping[str, RunResult], refused: tuple[RefusedRun, ...], report: str
+) -> StudyResult:
     known = read_uncertainties(plan.folder, plan.identities)
     runs = tuple(
         dataclasses.replace(finished[run.name], values=flatten(run.resolved()), uncertainty=known.get(run.name, {}))
         for run in plan.runs
         if run.name in finished
     )
+    ranges = plan.study.sample.ranges if plan.study.sample else {}
+    study = StudyResult(plan.folder, plan.study.compare, runs, title=plan.study.title, ranges=ranges, refused=refused)
     if runs:
-        write_summary(runs, plan.folder / SUMMARY)
-        write_manifest(plan.source, plan.study, runs, report, plan.folder / MANIFEST, given=plan.given)
-    return StudyResult(plan.folder, plan.study.compare, runs, title=plan.study.title)
+        write_summary(study)
+        if ranges:
+            write_sensitivity(study)
+        write_manifest(plan.source, study, report, given=plan.given)
+    return study

@@ -18,6 +18,7 @@ from fingerslip.report.page.content import ReportContent
 from fingerslip.report.page.page import write_page
 from fingerslip.report.tables.compare import compare_table
 from fingerslip.report.tables.events import events_table
+from fingerslip.report.tables.samples import sample_tables
 from fingerslip.report.tables.table import Table
 from fingerslip.results import HISTORY, RunResult, StudyResult
 from fingerslip.study.convergence.storage import read_convergences, read_uncertainties
@@ -25,10 +26,19 @@ from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh
 from fingerslip.study.storage.store import RUN, read_run
-from fingerslip.study.storage.summary import identities, read_manifest, stored_manifest
+from fingerslip.study.storage.summary import identities, read_manifest, refused_in, stored_manifest
 from fingerslip.study.storage.values import read_specified, value_rows
 
-__all__ = ["REPORT", "event_tables", "read_stored", "read_stored_run", "report_again", "report_key", "write_report"]
+__all__ = [
+    "REPORT",
+    "event_tables",
+    "read_stored",
+    "read_stored_run",
+    "report_again",
+    "report_key",
+    "study_tables",
+    "write_report",
+]
 
 #: File in the folder of a study.
 REPORT = "report.html"
@@ -51,7 +61,15 @@ def read_stored(folder: str | Path) -> StudyResult:
     manifest = stored_manifest(folder)
     known = read_uncertainties(folder, identities(manifest))
     runs = tuple(read_run(folder / name, known.get(name, {})) for name in manifest["runs"])
-    return StudyResult(folder, tuple(manifest["compare"]), runs, (), tuple(manifest["runs"]), manifest["title"])
+    return StudyResult(
+        folder,
+        tuple(manifest["compare"]),
+        runs,
+        unchanged=tuple(manifest["runs"]),
+        title=manifest["title"],
+        ranges={path: tuple(ends) for path, ends in manifest.get("ranges", {}).items()},
+        refused=refused_in(manifest),
+    )
 
 
 def read_stored_run(folder: str | Path) -> RunResult:
@@ -74,6 +92,13 @@ def read_stored_run(folder: str | Path) -> RunResult:
     run = read_run(folder, {})
     known = read_uncertainties(folder.parent, {folder.name: run.identity})
     return dataclasses.replace(run, uncertainty=known.get(folder.name, {}))
+
+
+def study_tables(study: StudyResult) -> tuple[Table, ...]:
+    """Return the tables that the command line prints of a study: its events, or what its samples come to."""
+    if study.ranges:
+        return sample_tables(study, [published(name) for name in study.compare])
+    return event_tables(study.runs, study.compare)
 
 
 def event_tables(runs: Sequence[RunResult], compare: Sequence[str]) -> tuple[Table, ...]:
@@ -101,7 +126,7 @@ def report_again(folder: str | Path) -> tuple[Table, ...]:
     Returns
     -------
     tuple of Table
-        The events of its runs, alone and beside published ones.
+        The events of its runs, alone and beside published ones; of samples their intervals and sensitivities.
 
     Raises
     ------
@@ -110,7 +135,7 @@ def report_again(folder: str | Path) -> tuple[Table, ...]:
     """
     stored = read_stored(folder)
     write_report(stored)
-    return event_tables(stored.runs, stored.compare)
+    return study_tables(stored)
 
 
 def report_key(
@@ -149,10 +174,11 @@ def _content(study: StudyResult) -> ReportContent:
     manifest = read_manifest(study.folder)
     found = read_convergences(study.folder, identities(manifest))
     specified = [read_specified(study.folder / run.name / RUN) for run in study.runs]
+    drawn = () if study.ranges else study.runs
     return ReportContent(
         study=study,
-        histories={run.name: read_history(study.folder / run.name / HISTORY) for run in study.runs},
-        meshes=_meshes(study),
+        histories={run.name: read_history(study.folder / run.name / HISTORY) for run in drawn},
+        meshes={} if study.ranges else _meshes(study),
         references=tuple(published(name) for name in study.compare),
         values=value_rows(specified, manifest.get("given") or None),
         provenance=_provenance(manifest),

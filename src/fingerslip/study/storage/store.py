@@ -79,6 +79,7 @@ def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh:
         mesh_size=mesh_size(mesh),
         seconds=seconds,
         versions=versions(),
+        sampled=run.sampled,
     )
     _log_result(result, history.attrs)
     write_history(history, folder / HISTORY)

@@ -8,19 +8,31 @@ from typing import Any
 
 from fingerslip.errors import DamagedError, ResultError
 from fingerslip.files import read_json, write_json, write_text
+from fingerslip.report.tables.samples import sensitivity_rows
 from fingerslip.report.tables.summary import summary_table
 from fingerslip.report.tables.table import to_csv
-from fingerslip.results import RunResult
-from fingerslip.study.definition.spec import Study
+from fingerslip.results import RefusedRun, RunResult, StudyResult
+from fingerslip.sampling import fits_of
 from fingerslip.study.storage.provenance import commit, versions
 
-__all__ = ["MANIFEST", "SUMMARY", "identities", "read_manifest", "stored_manifest", "write_manifest", "write_summary"]
+__all__ = [
+    "MANIFEST",
+    "SENSITIVITY",
+    "SUMMARY",
+    "identities",
+    "read_manifest",
+    "refused_in",
+    "stored_manifest",
+    "write_manifest",
+    "write_sensitivity",
+    "write_summary",
+]
 
 #: Files in the folder of a study.
-MANIFEST, SUMMARY = "manifest.json", "summary.csv"
+MANIFEST, SUMMARY, SENSITIVITY = "manifest.json", "summary.csv", "sensitivity.csv"
 
 
-def write_summary(runs: Sequence[RunResult], path: Path) -> None:
+def write_summary(study: StudyResult) -> None:
     """Write one row per run as comma-separated values, see :func:`~fingerslip.report.tables.summary.summary_table`.
 
     Raises
@@ -28,26 +40,31 @@ def write_summary(runs: Sequence[RunResult], path: Path) -> None:
     ResultError
         Where the file cannot be written.
     """
-    write_text(path, to_csv(summary_table(runs)))
+    write_text(study.folder / SUMMARY, to_csv(summary_table(study.runs, study.refused)))
 
 
-def write_manifest(
-    source: Path, study: Study, results: Sequence[RunResult], report: str, path: Path, *, given: Sequence[str] = ()
-) -> None:
+def write_sensitivity(study: StudyResult) -> None:
+    """Write what each sampled value does to each slip time: a row for each time and value, see `sensitivity_rows`.
+
+    Raises
+    ------
+    ResultError
+        Where the file cannot be written.
+    """
+    write_text(study.folder / SENSITIVITY, to_csv(sensitivity_rows(fits_of(study))))
+
+
+def write_manifest(source: Path, study: StudyResult, report: str, *, given: Sequence[str] = ()) -> None:
     """Write what made the results of a study.
 
     Parameters
     ----------
     source : Path
         The study file.
-    study : Study
-        What it holds.
-    results : sequence of RunResult
-        The finished runs.
+    study : StudyResult
+        The results.
     report : str
         Hash of what the report shows; empty where there is none yet.
-    path : Path
-        The file.
     given : sequence of str, optional
         Dotted paths of the values that the study file gives.
 
@@ -61,13 +78,35 @@ def write_manifest(
         "title": study.title,
         "compare": list(study.compare),
         "given": list(given),
+        **_samples(study),
         "versions": versions(),
         "commit": commit(),
-        "wall_time_s": round(sum(result.seconds for result in results), 3),
+        "wall_time_s": round(sum(run.seconds for run in study.runs), 3),
         "report": report,
-        "runs": {result.name: _entry(result) for result in results},
+        "runs": {run.name: _entry(run) for run in study.runs},
     }
-    write_json(path, manifest)
+    write_json(study.folder / MANIFEST, manifest)
+
+
+def _samples(study: StudyResult) -> dict[str, Any]:
+    """Return what was sampled, and the samples that were not computed; nothing for a study without samples."""
+    if not study.ranges:
+        return {}
+    return {
+        "ranges": {path: list(ends) for path, ends in study.ranges.items()},
+        "refused": {
+            one.name: {"swept": dict(one.swept), "sampled": dict(one.sampled), "reason": one.reason}
+            for one in study.refused
+        },
+    }
+
+
+def refused_in(manifest: Mapping[str, Any]) -> tuple[RefusedRun, ...]:
+    """Return the samples that were not computed."""
+    return tuple(
+        RefusedRun(name, dict(one["swept"]), dict(one["sampled"]), one["reason"])
+        for name, one in manifest.get("refused", {}).items()
+    )
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:

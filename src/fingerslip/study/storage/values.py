@@ -14,15 +14,18 @@ from fingerslip.parameters import Leaf, walk_values
 from fingerslip.report.tables.parameters import NOT_USED, ShownValue
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.specimens.protocol import ModelUse, Specimen
-from fingerslip.study.definition.spec import Study, read_study
+from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study, read_study
 from fingerslip.units import Unit
 
 __all__ = ["DEFAULT", "STUDY_FILE", "SWEPT", "Specified", "read_specified", "value_rows"]
 
 STUDY_FILE, SWEPT, DEFAULT = "study file", "study file, swept", "default"
 
+# Values of a sweep that a cell of a table shows.
+_MOST_VALUES = 12
+
 # Keys of a study file that describe the study and no run.
-_ABOUT = ("title", "sweep", "compare", "converge")
+_ABOUT = ("title", *NOT_OF_A_RUN)
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,12 @@ def _merged(rows: Sequence[_Row], runs: int) -> ShownValue:
         return first
     partly = f"in {len(rows)} of {runs} runs" if len(rows) < runs else ""
     notes = dict.fromkeys(text for text in (partly, *(row.shown.note for row in rows)) if text)
-    return ShownValue(first.path, ", ".join(texts), SWEPT, "; ".join(notes))
+    return ShownValue(first.path, _listed(texts), SWEPT, "; ".join(notes))
+
+
+def _listed(texts: Sequence[str]) -> str:
+    """Return some values one after the other, of many the first and how many there are."""
+    return ", ".join(texts) if len(texts) <= _MOST_VALUES else f"{texts[0]}, … ({len(texts)} values)"
 
 
 def _rows(run: Specified, given: Collection[str] | None) -> Iterator[_Row]:

@@ -118,6 +118,21 @@ def test_resolved_run_reads_back_the_same() -> None:
             "contact.counterface: is given with normal or offset, needs them inside it; move them into counterface",
         ),
         (
+            {"friction": DROP, "clearance": 0.35},
+            "contact.clearance: '0.35' has no unit, needs a unit of [m]; write '0.35 mm' or '0.35 m'",
+        ),
+        (
+            {"friction": DROP, "clearance": "-1 mm"},
+            "contact.clearance: got '-1 mm', needs a value >= 0",
+        ),
+        (
+            {"friction": DROP, "clearance": "1 mm", "offset": "-8 mm"},
+            (
+                "contact.clearance: is given with offset or centre, needs a counterface without a given start; "
+                "leave out one of them"
+            ),
+        ),
+        (
             {"friction": DROP, "normal": [0, 0]},
             "contact.normal: got (0.0, 0.0), needs two or three components, not all zero",
         ),

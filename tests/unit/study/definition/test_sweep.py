@@ -12,7 +12,7 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.file import MeshFile
 from fingerslip.study.definition import sweep
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.definition.sweep import expand
+from fingerslip.study.definition.sweep import expand, expand_samples
 from unit.study.block import block_values
 
 SOURCE = Path("studies/x.yaml")
@@ -128,3 +128,51 @@ def test_resolved_run_has_every_value_of_the_fingertip() -> None:
     assert "sweep" not in resolved
     (again,) = expand(parse_study(resolved, SOURCE), SOURCE)
     assert again.specimen == run.specimen
+
+
+def sampled(**sample: Any) -> dict[str, Any]:
+    ranges = {"fingertip.sagittal.half_height": ["6 mm", "7 mm"]}
+    return finger() | {"sample": {"count": 12, "ranges": ranges} | sample}
+
+
+def test_every_combination_is_run_with_every_sample() -> None:
+    values = sampled() | {"sweep": {"fingertip.phalanx.variant": ["original", "scaled"]}}
+    runs = expand(parse_study(values, SOURCE), SOURCE)
+    assert len(runs) == 24
+    assert [runs[0].name, runs[-1].name] == ["variant-original_sample-01", "variant-scaled_sample-12"]
+    assert runs[12].swept == {"fingertip.phalanx.variant": "scaled", "sample": 1}
+    assert runs[0].sampled == runs[12].sampled
+    height = float(str(runs[0].sampled["fingertip.sagittal.half_height"]).split()[0])
+    assert runs[0].specimen.sagittal.half_height == pytest.approx(1e-3 * height)  # type: ignore[union-attr]
+    assert runs[0].where == "studies/x.yaml (fingertip.phalanx.variant = original, sample = 1)"
+
+
+def test_a_sampled_run_is_a_study_file_of_its_own() -> None:
+    run = expand(parse_study(sampled(), SOURCE), SOURCE)[3]
+    assert "sample" not in run.resolved()
+    (again,) = expand(parse_study(run.resolved(), SOURCE), SOURCE)
+    assert again.specimen == run.specimen
+
+
+def test_equal_values_change_together() -> None:
+    equal = {"fingertip.transverse.half_height": "fingertip.sagittal.half_height"}
+    for run in expand(parse_study(sampled(equal=equal), SOURCE), SOURCE):
+        assert run.specimen is not None
+        assert run.specimen.transverse.half_height == run.specimen.sagittal.half_height  # type: ignore[attr-defined]
+
+
+def test_samples_that_do_not_fit_together_are_refused_and_the_others_stay() -> None:
+    """Each of the ends is right on its own, but a thin skin has no room for a thick epidermis."""
+    ranges = {
+        "fingertip.layers.skin_thickness": ["0.7 mm", "2 mm"],
+        "fingertip.layers.epidermis_thickness": ["0.3 mm", "1.2 mm"],
+    }
+    expansion = expand_samples(parse_study(sampled(ranges=ranges), SOURCE), SOURCE)
+    assert len(expansion.runs) + len(expansion.refused) == 12
+    assert expansion.refused
+    for one in expansion.refused:
+        thickness = {path: float(str(value).split()[0]) for path, value in one.sampled.items()}
+        skin, epidermis = thickness.values()
+        assert epidermis >= skin or "skin" in one.reason
+        assert one.name == f"sample-{one.swept['sample']:02}"
+    assert "fingertip.layers.epidermis_thickness: got " in expansion.refused[0].reason

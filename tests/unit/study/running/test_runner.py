@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +17,7 @@ from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.progress import SilentProgress
 from fingerslip.study.running.runner import StudyFailedError, run_studies, run_study
 from fingerslip.study.storage import store
+from fingerslip.study.storage.reporting import read_stored
 from fingerslip.study.storage.summary import read_manifest
 from unit.study.block import FRICTIONS, block_values, changed
 
@@ -264,3 +266,60 @@ def test_a_damaged_manifest_is_written_again(write_study: Write, content: bytes)
     manifest.write_bytes(content)
     assert run(path).unchanged == tuple(NAMES)
     assert list(read_manifest(manifest.parent)["runs"]) == NAMES
+
+
+def sampled(ranges: dict[str, Any], count: int = 5) -> dict[str, Any]:
+    """Return the study of the block with samples."""
+    return block_values() | {"sweep": {}, "sample": {"count": count, "ranges": ranges}}
+
+
+@pytest.mark.usefixtures("simulated", "reports")
+def test_samples_are_run_like_a_sweep_and_said_to_move_the_events(write_study: Write) -> None:
+    """The history that stands for the simulation slips as a whole at 1.4 s + 0.5 s times the friction."""
+    result = run(write_study(sampled({"contact.friction_coefficient": [0.2, 0.8]})))
+    assert result.computed == tuple(f"sample-{number}" for number in range(1, 6))
+    assert [one.swept for one in result.runs] == [{"sample": number} for number in range(1, 6)]
+    lines = (result.folder / "summary.csv").read_text().splitlines()
+    assert lines[0].startswith("sample,contact.friction_coefficient,incipient_s")
+    assert lines[0].endswith(",refused")
+    rows = list(csv.DictReader((result.folder / "sensitivity.csv").read_text().splitlines()))
+    (overall,) = (row for row in rows if (row["reading"], row["time"]) == ("slip", "overall"))
+    assert float(overall["slope_s_per_unit"]) == pytest.approx(0.5, abs=0.02)
+
+
+@pytest.mark.usefixtures("reports")
+def test_finished_samples_are_not_computed_again(write_study: Write, simulated: list[float]) -> None:
+    path = write_study(sampled({"contact.friction_coefficient": [0.2, 0.8]}))
+    run(path)
+    again = run(path)
+    assert (again.computed, len(again.unchanged), len(simulated)) == ((), 5, 5)
+
+
+@pytest.mark.usefixtures("simulated", "reports")
+def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_study: Write) -> None:
+    """The block is 5 mm high, so samples in the last part of the range are pressed through it."""
+    said = Said()
+    path = write_study(sampled({"programme.0.press.depth": ["0.1 mm", "6 mm"]}))
+    result = run(path, progress=said)
+    assert (len(result.runs), len(result.refused)) == (4, 1)
+    (refused,) = result.refused
+    assert "programme: presses " in refused.reason
+    assert said.messages == [f"block/{refused.name}: refused: {refused.reason}"]
+    last = (result.folder / "summary.csv").read_text().splitlines()[-1]
+    assert last.startswith(f"{refused.swept['sample']},{refused.sampled['programme.0.press.depth']},")
+    assert "presses" in last
+    assert read_stored(result.folder).refused == result.refused
+    assert run(path).refused == result.refused, "they are refused again where nothing is left to compute"
+
+
+def test_a_study_whose_samples_are_all_refused_is_wrong(write_study: Write, simulated: list[float]) -> None:
+    with pytest.raises(InputError, match="presses"):
+        run(write_study(sampled({"programme.0.press.depth": ["5.5 mm", "6 mm"]})))
+    assert simulated == []
+
+
+def test_runs_that_are_no_samples_are_not_refused_alone(write_study: Write, simulated: list[float]) -> None:
+    values = block_values() | {"sweep": {"programme.0.press.depth": ["0.1 mm", "6 mm"]}}
+    with pytest.raises(InputError, match="presses"):
+        run(write_study(values))
+    assert simulated == []

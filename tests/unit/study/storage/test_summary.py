@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import dataclasses
 import json
 from collections.abc import Callable
 from pathlib import Path
@@ -13,11 +14,19 @@ import pytest
 
 from fingerslip import results
 from fingerslip.errors import ResultError
-from fingerslip.results import RunResult
+from fingerslip.results import RefusedRun, RunResult, StudyResult
 from fingerslip.slip import MEASURES, Events, SlipEvents
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.runner import run_study
-from fingerslip.study.storage.summary import identities, read_manifest, write_manifest, write_summary
+from fingerslip.study.storage.summary import (
+    identities,
+    read_manifest,
+    refused_in,
+    write_manifest,
+    write_sensitivity,
+    write_summary,
+)
+from unit.sampled import study_of
 from unit.study.block import FRICTIONS
 
 Write = Callable[..., Path]
@@ -75,7 +84,7 @@ def stored(name: str, seconds: float) -> RunResult:
 def test_manifest_adds_up_the_seconds_and_keeps_what_tells_runs_apart(write_study: Write, tmp_path: Path) -> None:
     plan = plan_study(write_study())
     runs = (stored("a", 1.25), stored("b", 2.5))
-    write_manifest(plan.source, plan.study, runs, "key", tmp_path / "manifest.json")
+    write_manifest(plan.source, StudyResult(tmp_path, (), runs), "key")
     manifest = json.loads((tmp_path / "manifest.json").read_text())
     assert manifest["wall_time_s"] == 3.75
     assert manifest["report"] == "key"
@@ -86,7 +95,7 @@ def test_manifest_adds_up_the_seconds_and_keeps_what_tells_runs_apart(write_stud
 
 def test_a_summary_that_cannot_be_written_says_so(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match=r"summary\.csv: cannot be written"):
-        write_summary([], tmp_path / "missing" / "summary.csv")
+        write_summary(StudyResult(tmp_path / "missing", (), ()))
 
 
 @pytest.mark.parametrize("text", [None, "", "{broken", "{}"])
@@ -98,5 +107,25 @@ def test_a_folder_without_a_manifest_has_an_empty_one(tmp_path: Path, text: str 
 
 def test_identities_are_those_of_the_manifest(write_study: Write, tmp_path: Path) -> None:
     plan = plan_study(write_study())
-    write_manifest(plan.source, plan.study, (stored("a", 1.0), stored("b", 2.0)), "", tmp_path / "manifest.json")
+    write_manifest(plan.source, StudyResult(tmp_path, (), (stored("a", 1.0), stored("b", 2.0))), "")
     assert identities(read_manifest(tmp_path)) == {"a": "id 1.0", "b": "id 2.0"}
+
+
+def test_a_manifest_keeps_what_was_sampled_and_refused(tmp_path: Path) -> None:
+    refused = (RefusedRun("sample-3", {"sample": 3}, {"a": "1 mm"}, "a: too large"),)
+    study = StudyResult(tmp_path, (), (stored("sample-1", 1.0),), ranges={"a": ("0 mm", "1 mm")}, refused=refused)
+    write_manifest(tmp_path / "x.yaml", study, "")
+    manifest = read_manifest(tmp_path)
+    assert manifest["ranges"] == {"a": ["0 mm", "1 mm"]}
+    assert refused_in(manifest) == refused
+    assert refused_in({}) == ()
+
+
+def test_sensitivities_are_written_with_a_row_for_each_time_and_value(tmp_path: Path) -> None:
+    write_sensitivity(dataclasses.replace(study_of(), folder=tmp_path))
+    rows = list(csv.DictReader((tmp_path / "sensitivity.csv").read_text().splitlines()))
+    assert {row["time"] for row in rows} == {"incipient", "overall"}, "latency is the same in all samples"
+    (clearance,) = (row for row in rows if row["time"] == "overall" and row["value"] == "contact.clearance")
+    assert (clearance["unit"], clearance["low"], clearance["high"]) == ("mm", "0", "0.4")
+    assert float(clearance["slope_s_per_unit"]) == pytest.approx(-0.5)
+    assert clearance["fingertip.phalanx.variant"] == "original"

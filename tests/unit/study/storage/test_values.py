@@ -76,6 +76,7 @@ OTHER = {
     "integration": {"selective": "full", "nodal": "full"},
     "contact.boundary": "pad",
     "dynamics.basis": "automatic",
+    "contact.clearance": None,  # may not be given with an offset; see below
     "time.scheme": None,
     "record.receptors.0": "FA-II",
     "record.receptors.1": "SA-II",
@@ -363,3 +364,9 @@ def model_of(mapping: dict[str, Any], folder: Path) -> tuple[Any, ...]:
     model = build_model(run)
     mesh = (model.mesh.p.tobytes(), model.mesh.t.tobytes())
     return (mesh, model.materials, model.formulation, model.depth, model.record)
+
+
+def test_a_clearance_is_shown(tmp_path: Path) -> None:
+    contact = {name: value for name, value in COMMON["contact"].items() if name != "offset"}
+    mapping = resolved(PLANE | {"contact": contact | {"clearance": "0.35 mm"}})
+    assert shown(mapping, tmp_path)["contact.clearance"].value == "0.35 mm"

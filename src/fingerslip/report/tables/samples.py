@@ -1,0 +1,185 @@
+"""Tables of a study with samples: intervals of slip times, sensitivities, and samples that were refused."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from fingerslip.published import PublishedSet, PublishedValue
+from fingerslip.report.labels import path_label, short_labels, swept_text
+from fingerslip.report.tables.table import Cell, Column, Missing, Table
+from fingerslip.results import RefusedRun, RunResult, StudyResult
+from fingerslip.sampling import Effect, Fit, Interval, fits_of, groups_of, interval_of, published_intervals
+from fingerslip.slip.names import READINGS, TIMES, event_label, is_defined
+
+__all__ = [
+    "group_text",
+    "interval_cells",
+    "intervals_table",
+    "published_table",
+    "refused_table",
+    "sample_tables",
+    "sensitivity_rows",
+    "sensitivity_table",
+]
+
+INTERVAL_COLUMNS = tuple(Column(name, "s", 3) for name in ("smallest", "5 %", "median", "95 %", "largest"))
+_WHERE = (
+    "Percentages are shares of the samples: 5 % of them are earlier than the time below '5 %', and a published time "
+    "'within, at 34 %' is later than 34 % of them."
+)
+
+
+def group_text(group: Mapping[str, Any]) -> str:
+    """Return what samples have in common in words, such as 'phalanx original'; empty where nothing is swept."""
+    return ", ".join(f"{path_label(path)} {swept_text(value)}" for path, value in group.items())
+
+
+def interval_cells(interval: Interval | None) -> tuple[Cell, ...]:
+    """Return the cells of :data:`INTERVAL_COLUMNS`."""
+    if interval is None:
+        return (Missing.NO_EVENT,) * len(INTERVAL_COLUMNS)
+    return (interval.smallest, *(interval.percentile(percent) for percent in (5, 50, 95)), interval.largest)
+
+
+def sample_tables(study: StudyResult, references: Sequence[PublishedSet]) -> tuple[Table, ...]:
+    """Return the tables of a study with samples: intervals beside published times, and what moves overall slip.
+
+    Parameters
+    ----------
+    study : StudyResult
+        The study, with the ranges of its samples.
+    references : sequence of PublishedSet
+        Published values to compare with.
+    """
+    overall = [sensitivity_table(fit) for fit in fits_of(study) if (fit.reading, fit.time) == ("slip", "overall")]
+    tables = (published_table(study.runs, references), intervals_table(study.runs), *overall)
+    return tuple(table for table in (*tables, refused_table(study.refused)) if table.rows)
+
+
+def published_table(runs: Sequence[RunResult], references: Sequence[PublishedSet]) -> Table:
+    """Show every published time, the interval of the samples, and where the published time lies in it."""
+    columns = (
+        *(Column(name) for name in ("time", "holds for", "published [s]")),
+        *INTERVAL_COLUMNS,
+        Column("published lies"),
+        Column("found in"),
+    )
+    found = published_intervals(runs, references)
+    shared = (
+        [item for item in found[0].value.conditions.items() if all(_holds(one.value, item) for one in found)]
+        if found
+        else []
+    )
+    rows = tuple(
+        (
+            f"{event_label(one.value.quantity)} ({READINGS[one.reading]})",
+            group_text(dict(item for item in one.value.conditions.items() if item not in shared)) or "all",
+            _span_text(one.value.span, one.value.value),
+            *interval_cells(one.interval),
+            one.where or Missing.NOT_DEFINED,
+            f"{0 if one.interval is None else len(one.interval.values)} of {one.samples}",
+        )
+        for one in found
+    )
+    return Table("Published times in the intervals of the samples", columns, rows, _WHERE)
+
+
+def intervals_table(runs: Sequence[RunResult]) -> Table:
+    """Show the interval of every slip time in every reading that was recorded."""
+    columns = (Column("samples"), Column("time"), *INTERVAL_COLUMNS, Column("found in"))
+    return Table("Slip times over the samples", columns, tuple(_interval_rows(runs)))
+
+
+def _interval_rows(runs: Sequence[RunResult]) -> Iterator[tuple[Cell, ...]]:
+    for group, members in groups_of(runs):
+        for reading, words in READINGS.items():
+            events = [run.events.reading(reading) for run in members]
+            for time in TIMES if any(event.recorded for event in events) else ():
+                interval = interval_of([event.time(time) for event in events])
+                if is_defined(reading, time):
+                    found = f"{0 if interval is None else len(interval.values)} of {len(members)}"
+                    name = f"{event_label(time)} ({words})"
+                    yield (group_text(group) or "all", name, *interval_cells(interval), found)
+
+
+def sensitivity_table(fit: Fit) -> Table:
+    """Show what each sampled value does to one slip time, the largest change over a range first."""
+    columns = (
+        *(Column(name) for name in ("value", "from", "to", "slope", "change over the range [ms]")),
+        *(Column(name, digits=2) for name in ("standardised", "rank correlation")),
+    )
+    labels = short_labels([effect.path for effect in fit.effects])
+    rows = tuple(
+        (
+            labels[effect.path],
+            _quantity(effect.low, effect.unit),
+            _quantity(effect.high, effect.unit),
+            _slope_text(effect),
+            f"{1e3 * effect.change:+.0f} ± {1e3 * effect.change_error:.0f}",
+            effect.standardised,
+            effect.rank,
+        )
+        for effect in fit.effects
+    )
+    named = group_text(fit.group)
+    title = f"What moves {event_label(fit.time)} ({READINGS[fit.reading]}){f', {named}' if named else ''}"
+    return Table(title, columns, rows, _fit_note(fit))
+
+
+def _fit_note(fit: Fit) -> str:
+    return (
+        f"Linear regression over {len(fit.interval.values)} samples, ± standard error: {fit.middle:.3f} s in the "
+        f"middle of all ranges, R² {fit.determination:.3f}, {fit.predicted:.3f} for samples that the fit has not "
+        f"seen, standard deviation from it {1e3 * fit.residual:.0f} ms. Standardised: slope in standard deviations. "
+        "Rank correlation: Spearman's, of each value alone."
+    )
+
+
+def sensitivity_rows(fits: Sequence[Fit]) -> Table:
+    """Put all fits into one table for other programs: a row for each time and value, in the units of the ranges."""
+    swept = tuple(dict.fromkeys(path for fit in fits for path in fit.group))
+    names = (
+        *("reading", "time", "samples", "middle_s", "r2", "r2_predicted", "residual_s", "value", "unit", "low", "high"),
+        *("slope_s_per_unit", "slope_standard_error", "change_s", "standardised", "rank_correlation"),
+    )
+    rows = tuple(
+        (
+            *(swept_text(fit.group.get(path)) for path in swept),
+            *(fit.reading, fit.time, len(fit.interval.values), fit.middle),
+            *(fit.determination, fit.predicted, fit.residual),
+            *(effect.path, effect.unit, effect.low, effect.high, effect.slope, effect.error),
+            *(effect.change, effect.standardised, effect.rank),
+        )
+        for fit in fits
+        for effect in fit.effects
+    )
+    return Table("Sensitivities", tuple(Column(name) for name in (*swept, *names)), rows)
+
+
+def refused_table(refused: Sequence[RefusedRun]) -> Table:
+    """Show the samples that were not computed, and why."""
+    rows = tuple((one.name, one.reason) for one in refused)
+    return Table("Samples whose values do not fit together", (Column("run"), Column("reason")), rows)
+
+
+def _holds(value: PublishedValue, condition: tuple[str, Any]) -> bool:
+    return condition in value.conditions.items()
+
+
+def _slope_text(effect: Effect) -> str:
+    """Write a slope with its error, to two digits of the error but no fewer than three decimals."""
+    decimals = min(max(1 - math.floor(math.log10(effect.error or 1.0)), 3), 6)
+    unit = f"s/{effect.unit}" if effect.unit else "s"
+    return f"{effect.slope:+.{decimals}f} ± {effect.error:.{decimals}f} {unit}"
+
+
+def _quantity(value: float, unit: str) -> str:
+    return f"{value:g} {unit}".strip()
+
+
+def _span_text(span: tuple[float, float] | None, value: float | None) -> str:
+    if span is not None:
+        return f"{span[0]:.2f} to {span[1]:.2f}"
+    return "" if value is None else f"{value:.2f}"
