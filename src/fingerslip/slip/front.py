@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import OPEN, is_solid, sites_of_kinds
+from fingerslip.sites import Site
 from fingerslip.slip.counterface import contact_forces, slide_tangent
 from fingerslip.slip.fractions import accumulated_slip
 from fingerslip.slip.settings import EventSettings
@@ -23,7 +24,11 @@ Floats = NDArray[np.float64]
 
 
 def front_arrivals(
-    history: xr.Dataset, kinds: Sequence[str] = ("FA-I",), settings: EventSettings | None = None, slide: int = 0
+    history: xr.Dataset,
+    kinds: Sequence[str] = ("FA-I",),
+    settings: EventSettings | None = None,
+    slide: int = 0,
+    sites: Sequence[Site] | None = None,
 ) -> xr.DataArray:
     """Return when the slip front arrives at the receptors above the contact of a section.
 
@@ -41,6 +46,9 @@ def front_arrivals(
         Tolerance, and how long the slip has to last.
     slide : int, optional
         Which of the slide phases, from 0.
+    sites : sequence of Site, optional
+        Receptors to take where they were meant to be, such as those of :func:`~fingerslip.receptor_sites`; without them
+        the recorded ones, which stand at the nearest nodes of the mesh. To compare meshes, give the sites.
 
     Returns
     -------
@@ -51,15 +59,15 @@ def front_arrivals(
     """
     settings = settings or EventSettings()
     window = slide_window(history, slide)
-    rows = sites_of_kinds(history, kinds)
-    if window is None or is_solid(history) or rows.size == 0:
+    names, positions = _receptors(history, kinds, sites)
+    if window is None or is_solid(history) or not names:
         return _arrivals((), np.empty(0))
     along, reached = _node_times(history, window, settings)
-    at = history["site_position"].values[rows] @ slide_tangent(history)
+    at = positions @ slide_tangent(history)
     inside = np.flatnonzero((at >= along[0]) & (at <= along[-1])) if along.size else np.empty(0, dtype=np.intp)
     order = inside[np.argsort(at[inside], kind="stable")]
-    names = [str(name) for name in history["site"].values[rows[order]]]
-    return _arrivals(names, np.interp(at[order], along, reached) if order.size else np.empty(0))
+    times = np.interp(at[order], along, reached) if order.size else np.empty(0)
+    return _arrivals([names[index] for index in order], times)
 
 
 def force_ratio_times(
@@ -101,6 +109,17 @@ def force_ratio_times(
     times, sustained = history["time"].values[window.records], (settings or EventSettings()).sustained
     share = contact_forces(history, counterface).ratio()[window.records] / coefficient
     return tuple(sustained_crossing(times, share, fraction, sustained) for fraction in fractions)
+
+
+def _receptors(history: xr.Dataset, kinds: Sequence[str], sites: Sequence[Site] | None) -> tuple[list[str], Floats]:
+    """Return names and positions (n, dim) of the receptors of some kinds."""
+    if sites is not None:
+        chosen = [site for site in sites if site.kind in kinds]
+        return [site.name for site in chosen], np.array([site.position for site in chosen], dtype=float)
+    rows = sites_of_kinds(history, kinds)
+    if rows.size == 0:
+        return [], np.empty((0, 2))
+    return [str(name) for name in history["site"].values[rows]], history["site_position"].values[rows]
 
 
 def _node_times(history: xr.Dataset, window: SlideWindow, settings: EventSettings) -> tuple[Floats, Floats]:
