@@ -1,9 +1,9 @@
 """Readings that belong to a point of the skin or to the whole contact converge with the mesh; single nodes do not.
 
 The fingertip section of the preset without ridges, on contact elements of 0.6, 0.3 and 0.15 mm; receptors at the same
-points on all of them. A front is where slip passes the tolerance, interpolated between nodes, so it changes at least as
-fast as the size of the elements. From one size to half of it the change has to halve, and to stay within a step of 5 ms,
-the resolution of the records.
+points on all of them. A front is where slip passes the tolerance, interpolated between nodes, so it changes at least
+as fast as the size of the elements. From one size to half of it the change has to halve, and to stay within a step of
+5 ms, the resolution of the records.
 """
 
 from __future__ import annotations
