@@ -63,7 +63,7 @@ def peaks_figure(study: Path) -> Figure:
     figure = Figure(figsize=(8.0, 5.6), layout="constrained")
     axes = figure.subplots(len(SIZES), 1, sharex=True, sharey=True)
     for axis, size in zip(axes, SIZES, strict=True):
-        history = history_of(study / f"contact_size-{size.replace(' ', '')}_alpha-0.41421")
+        history = history_of(study / f"contact_size-{size.replace(' ', '')}_alpha--0.41421")
         draw_peaks(axis, history)
         axis.set_title(f"contact elements of {size}", loc="left", fontsize=9)
     axes[1].set_ylabel("largest tangential acceleration of FA-I and SA-I [m/s²]")

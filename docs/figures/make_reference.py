@@ -9,6 +9,7 @@ docs/validation.md, docs/solid.md and README.md quotes has to be looked over by 
 from __future__ import annotations
 
 import json
+import shutil
 import sys
 from pathlib import Path
 
@@ -26,6 +27,12 @@ DETAILS = (
     *("wang2014_calibration", "wang2014_direction", "wang2014_peaks", "wang2014_accidents", "wang2014_thickness"),
     *("wang2014_damping", "stick_slip_friction", "slip_weakening", "wang2014_3d_tetrahedra", "wang2014_3d_patch"),
 )
+#: Figures of the study of Table 2 that the pages show, by their names in docs/figures.
+PICTURES = {
+    "section.png": "figures/section-variant-original.png",
+    "slip-maps.png": "figures/slip-maps.png",
+    "convergence-original.png": "convergence/figures/variant-original.png",
+}
 MADE = "fingerslip converge studies/wang2014_table2.yaml --markdown"
 
 
@@ -43,6 +50,8 @@ def main(results: Path) -> None:
     run_studies(tuple(STUDIES / f"{name}.yaml" for name in DETAILS), results_dir=results)
     make_details.main(results)
     make_figures.main(results)
+    for name, source in PICTURES.items():
+        shutil.copyfile(results / "wang2014_table2" / source, Path(__file__).with_name(name))
 
 
 def table_of(text: str, start: str) -> list[str]:
