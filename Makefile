@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 SUPPORTED := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
 
-.PHONY: help study test test-all lint format docs bench validate lock libraries clean
+.PHONY: help study test test-all lint format docs bench validate reference lock libraries clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -38,6 +38,9 @@ bench: $(READY)  ## measure the solver
 
 validate: $(READY)  ## compare with the published numbers
 	$(BIN)/fingerslip validate
+
+reference: $(READY)  ## make again what the documentation takes from runs (half an hour)
+	$(BIN)/python docs/figures/make_reference.py
 
 lock:  ## renew requirements.lock (needs uv)
 	uv pip compile --upgrade --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate \

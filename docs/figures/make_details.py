@@ -1,7 +1,9 @@
 """Write results/reference/validation-details.md: the numbers of docs/validation.md that are not in the table of rows.
 
+`python docs/figures/make_reference.py` runs what this needs, and this with it. By hand:
 First: fingerslip validate
-       fingerslip run studies/wang2014_{peaks,thickness,damping}.yaml studies/{stick_slip_friction,slip_weakening}.yaml
+       fingerslip run studies/wang2014_{calibration,direction,peaks,accidents,thickness,damping}.yaml
+       fingerslip run studies/{stick_slip_friction,slip_weakening,wang2014_3d_tetrahedra,wang2014_3d_patch}.yaml
 Then: python docs/figures/make_details.py [RESULTS]
 """
 
@@ -12,15 +14,24 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 from scipy.signal import find_peaks
 
 from fingerslip.history import OPEN, read_history
 from fingerslip.report.tables.events import events_table
 from fingerslip.report.tables.table import Cell, Column, Missing, Table, to_markdown
 from fingerslip.results import HISTORY
-from fingerslip.slip import EventSettings, find_events, peak_signal, slide_window, slipped_fraction
+from fingerslip.slip import (
+    EventSettings,
+    acceleration_peaks,
+    find_events,
+    peak_signal,
+    reference_events,
+    slide_window,
+    slipped_fraction,
+)
 from fingerslip.study.storage.reporting import read_stored
-from fingerslip.validation.measures import measure
+from fingerslip.validation.measures import NODE_TOLERANCES, REFERENCE_NODES, measure
 
 ROOT = Path(__file__).parents[2]
 SETTINGS = EventSettings()
@@ -29,13 +40,15 @@ BEFORE_OVERALL = (1.25, 1.66)
 # The same with friction that drops, where overall slip comes earlier [s].
 BEFORE_DROP = (1.25, 1.55)
 LEAST_PEAK = 0.01
-EVENTS_OF = ("formulation", "section", "friction", "fingerprint", "thickness")
+EVENTS_OF = ("calibration", "direction", "formulation", "section", "friction", "fingerprint", "thickness")
 MOMENTS = (1.48, 1.50, 1.53)
+PUBLISHED_INCIPIENT = {"original": 1.53, "flattened": 1.50, "scaled": 1.48}
+NODES = NODE_TOLERANCES
+AT_LIMIT = 0.99
 
 
-def main() -> None:
+def main(results: Path) -> None:
     """Write all tables."""
-    results = Path(sys.argv[1] if len(sys.argv) > 1 else "results")
     tables = (
         *(events(results / f"wang2014_{name}") for name in EVENTS_OF),
         fits(results / "wang2014_friction"),
@@ -49,6 +62,8 @@ def main() -> None:
         receptors(results / "wang2014_table2"),
         densities(results / "wang2014_table2"),
         vibrations(results),
+        accidents(results / "wang2014_accidents"),
+        nodes(results),
     )
     text = "".join(f"\n## {table.title}\n\n{to_markdown(table)}" for table in tables)
     path = ROOT / "results" / "reference" / "validation-details.md"
@@ -215,5 +230,63 @@ def vibrations(results: Path) -> Table:
     return Table("Noise, peak of overall slip, and vibration after it", columns, tuple(rows))
 
 
+def accidents(study: Path) -> Table:
+    """List the first peak, the one nearest to the published incipient time, and that of overall slip."""
+    columns = (
+        *(Column("contact elements"), Column("phalanx"), Column("peaks before overall slip")),
+        *(Column("first", "s", 4), Column("height", "m/s²", 3), Column("median step between peaks", "ms", 0)),
+        *(Column("nearest to the published time", "s", 4), Column("its height", "m/s²", 3)),
+        *(Column("overall", "s", 4), Column("height of overall", "m/s²", 2)),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for run in read_stored(study).runs:
+        found = acceleration_peaks(read_history(study / run.name / HISTORY))
+        assert found.largest is not None
+        before = [peak for peak in found.peaks if peak.time < found.largest.time]
+        published = PUBLISHED_INCIPIENT[str(run.swept["fingertip.phalanx.variant"])]
+        near = min(before, key=lambda peak: abs(peak.time - published))
+        steps = 1e3 * np.diff([peak.time for peak in before])
+        first = (before[0].time, before[0].height, float(np.median(steps)))
+        overall = (found.largest.time, found.largest.height)
+        rows.append((*run.swept.values(), len(before), *first, near.time, near.height, *overall))
+    return Table("Acceleration peaks on contact elements of 0.5 to 0.7 mm, steps of 2.5 ms", columns, tuple(rows))
+
+
+def nodes(results: Path) -> Table:
+    """List when the eight reference nodes leave the plate's line, and the size of the contact."""
+    columns = (
+        *(Column("study"), Column("run"), Column("nodes of the mesh")),
+        *(Column(f"{which} at {1e6 * tolerance:.0f} µm", "s", 3) for which in ("first", "last") for tolerance in NODES),
+        *(Column("10 % of the area", "s", 3), Column("all of it", "s", 3)),
+        *(Column("length of the contact", "mm", 1), Column("width", "mm", 1), Column("area at the limit", "%", 0)),
+        Column("stepping, CPU", "s", 0),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for name in ("wang2014_3d", "wang2014_3d_tetrahedra", "wang2014_3d_patch"):
+        for run in read_stored(results / name).runs:
+            history = read_history(results / name / run.name / HISTORY)
+            read = [reference_events(history, REFERENCE_NODES, EventSettings(displacement_tolerance=t)) for t in NODES]
+            times = (*(one.incipient for one in read), *(one.overall for one in read))
+            mesh = (name, run.name, history.sizes["node"])
+            events = run.events.slip
+            cost = float(history.attrs["cpu_seconds_stepping"])
+            rows.append((*mesh, *times, events.incipient, events.overall, *contact_size(history), cost))
+    title = "The fingertip in space: eight reference nodes, and the contact when the slide begins"
+    return Table(title, columns, tuple(rows))
+
+
+def contact_size(history: xr.Dataset) -> tuple[float, float, float]:
+    """Return length and width of the contact [mm] when the slide begins, and the share of its area at the limit [%]."""
+    window = slide_window(history)
+    assert window is not None
+    touching = history["contact_state"].values[window.first] != OPEN
+    along, _, across = np.ptp(history["contact_position"].values[touching], axis=0)
+    tangential = np.linalg.norm(history["tangential_traction"].values[window.first][touching], axis=-1)
+    friction = float(history["counterface_friction_coefficient"].values[0])
+    limit = friction * history["normal_traction"].values[window.first][touching]
+    area = history["contact_area"].values[touching]
+    return 1e3 * along, 1e3 * across, 100.0 * float(area[tangential > AT_LIMIT * limit].sum() / area.sum())
+
+
 if __name__ == "__main__":
-    main()
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "results"))

@@ -1,6 +1,7 @@
 """Draw the figures of docs/validation.md from stored results.
 
-First: fingerslip validate && fingerslip run studies/wang2014_peaks.yaml
+`python docs/figures/make_reference.py` runs what this needs, and this with it. By hand:
+First: fingerslip validate && fingerslip run studies/wang2014_peaks.yaml studies/wang2014_accidents.yaml
 Then: python docs/figures/make_figures.py [RESULTS]
 """
 
@@ -18,6 +19,7 @@ from matplotlib.figure import Figure
 from fingerslip.history import OPEN, read_history
 from fingerslip.slip import (
     EventSettings,
+    acceleration_peaks,
     find_events,
     peak_signal,
     relative_displacement,
@@ -30,16 +32,18 @@ FOLDER = Path(__file__).parent
 SETTINGS = EventSettings()
 VARIANTS = ("original", "flattened", "scaled")
 COLOURS = ("#0072b2", "#d55e00", "#009e73")
+PUBLISHED_INCIPIENT = {"original": 1.53, "flattened": 1.50, "scaled": 1.48}
 PUBLISHED_OVERALL = {"original": 1.71, "flattened": 1.72, "scaled": 1.77}
+COARSE = ("0.5", "0.55", "0.6", "0.65", "0.7")
 SIZES = ("0.6 mm", "0.3 mm", "0.12 mm")
 FRICTIONS = (0.2, 0.4, 0.6, 0.8)
 
 
-def main() -> None:
+def main(results: Path) -> None:
     """Draw all figures."""
-    results = Path(sys.argv[1] if len(sys.argv) > 1 else "results")
     mpl.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False})
     save(peaks_figure(results / "wang2014_peaks"), "validation-peaks.png")
+    save(accidents_figure(results / "wang2014_accidents"), "validation-accidents.png")
     save(models_figure(results), "validation-models.png")
     save(friction_figure(results / "wang2014_friction"), "validation-friction.png")
 
@@ -59,11 +63,30 @@ def peaks_figure(study: Path) -> Figure:
     figure = Figure(figsize=(8.0, 5.6), layout="constrained")
     axes = figure.subplots(len(SIZES), 1, sharex=True, sharey=True)
     for axis, size in zip(axes, SIZES, strict=True):
-        history = history_of(study / f"contact_size-{size.replace(' ', '')}_alpha-0.41421")
+        history = history_of(study / f"contact_size-{size.replace(' ', '')}_alpha--0.41421")
         draw_peaks(axis, history)
         axis.set_title(f"contact elements of {size}", loc="left", fontsize=9)
     axes[1].set_ylabel("largest tangential acceleration of FA-I and SA-I [m/s²]")
     axes[-1].set_xlabel("time [s]; ticks below: a contact node lets go")
+    return figure
+
+
+def accidents_figure(study: Path) -> Figure:
+    """Draw all acceleration peaks of the three phalanges over the size of the contact elements."""
+    figure = Figure(figsize=(8.0, 3.0), layout="constrained")
+    axes = figure.subplots(1, len(VARIANTS), sharey=True)
+    for axis, variant, colour in zip(axes, VARIANTS, COLOURS, strict=True):
+        for size in COARSE:
+            found = acceleration_peaks(history_of(study / f"contact_size-{size}mm_variant-{variant}"))
+            assert found.largest is not None
+            times = [peak.time for peak in found.peaks]
+            axis.plot(times[:-1], np.full(len(times) - 1, float(size)), "|", color=colour, markersize=11)
+            axis.plot(times[-1], float(size), "o", color=colour, markersize=4)
+        for moment in (PUBLISHED_INCIPIENT[variant], PUBLISHED_OVERALL[variant]):
+            axis.axvline(moment, color="0.3", linewidth=0.8, linestyle="--", zorder=0)
+        axis.set(xlim=(1.0, 1.85), xlabel="time [s]")
+        axis.set_title(variant, loc="left", fontsize=9)
+    axes[0].set(ylabel="contact elements [mm]", yticks=[float(size) for size in COARSE])
     return figure
 
 
@@ -133,4 +156,4 @@ def friction_figure(study: Path) -> Figure:
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else "results"))

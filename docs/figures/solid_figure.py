@@ -69,7 +69,7 @@ def draw_contact(axes, history) -> None:
     corners = 1e3 * patch.points[patch.triangles]
     colours = [LOOKS[int(state)][1] for state in states]
     axes.add_collection(PolyCollection(list(corners), facecolors=colours, edgecolors="face", linewidths=0.2))
-    axes.set(xlim=(-12.0, 6.5), ylim=(-6.0, 7.5), xticks=range(-10, 6, 5), aspect="equal")
+    axes.set(xlim=(-6.5, 12.0), ylim=(-6.0, 7.5), xticks=range(-5, 11, 5), aspect="equal")
     axes.set(xlabel="along the slide [mm]", ylabel="across the slide [mm]")
     axes.set_title(f"contact from below, t = {TIME:g} s", fontsize=10)
     axes.legend(handles=[Swatch(color=colour, label=name) for name, colour in LOOKS.values()], ncols=3, fontsize=8)

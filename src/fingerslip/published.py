@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import functools
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import resources
@@ -13,6 +14,7 @@ from typing import Any, Literal
 
 from fingerslip.errors import InputError, warn_renamed
 from fingerslip.parameters.yaml_text import parse_document
+from fingerslip.units import parse_quantity, split_quantity
 
 __all__ = ["PublishedSet", "PublishedValue", "published", "published_names"]
 
@@ -42,7 +44,9 @@ class PublishedValue:
     reading : str
         How the paper reads the event: 'slip', 'displacement' or 'acceleration'; empty where that is not said.
     conditions : mapping of str to object
-        Dotted paths of a study, and the values for which it holds.
+        Dotted paths of a study, and the values for which it holds; quantities as text with units.
+    programme : mapping of str to object
+        The same for what all runs of the paper have in common: how the plate moves, and how the finger is held.
     statement : str
         The statement in words.
     check : str
@@ -60,6 +64,7 @@ class PublishedValue:
     span: tuple[float, float] | None = None
     reading: str = ""
     conditions: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
+    programme: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     statement: str = ""
     check: str = ""
     note: str = ""
@@ -76,7 +81,8 @@ class PublishedValue:
 
     def unmet(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the conditions that the dotted `values` of a run do not meet: paths, and what would be needed."""
-        return {path: value for path, value in self.conditions.items() if path not in values or values[path] != value}
+        needed = {**self.conditions, **self.programme}
+        return {path: value for path, value in needed.items() if path not in values or not _same(values[path], value)}
 
 
 @dataclass(frozen=True)
@@ -138,6 +144,7 @@ def published(name: str) -> PublishedSet:
 def _value(row: Mapping[str, Any], group: Mapping[str, Any], document: Mapping[str, Any]) -> PublishedValue:
     span = tuple(row["range"]) if "range" in row else None
     shared = group.get("conditions", document["conditions"])
+    programme = group.get("programme", document["programme"])
     texts = {name: row.get(name, "") for name in ("unit", "reading", "statement", "check", "note")}
     return PublishedValue(
         id=row["id"],
@@ -147,8 +154,23 @@ def _value(row: Mapping[str, Any], group: Mapping[str, Any], document: Mapping[s
         value=sum(span) / 2.0 if span else row.get("value"),
         span=(float(span[0]), float(span[1])) if span else None,
         conditions=MappingProxyType({**shared, **row.get("conditions", {})}),
+        programme=MappingProxyType(dict(programme)),
         **texts,
     )
+
+
+def _same(value: object, needed: object) -> bool:
+    """Tell whether a value is the needed one; quantities and numbers may be written differently."""
+    if not isinstance(needed, str) or not isinstance(value, str):
+        return value == needed
+    quantity, given = split_quantity(needed), split_quantity(value)
+    if quantity is None or given is None:
+        return value == needed
+    number, unit = quantity
+    try:
+        return math.isclose(parse_quantity(value, unit), number, rel_tol=1e-9, abs_tol=1e-12)
+    except InputError:
+        return False
 
 
 def _folder() -> Traversable:

@@ -7,6 +7,13 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.published import published, published_names
 
+PROGRAMME = {
+    "programme.0.press.depth": "0.0015 m",
+    "programme.0.press.speed": "0.0015 m/s",
+    "programme.1.slide.speed": "0.003 m/s",
+    "programme.1.slide.direction.0": -1.0,
+    "programme.1.slide.direction.1": 0.0,
+}
 SETS = [published(name) for name in published_names()]
 
 
@@ -38,10 +45,36 @@ def test_conditions_are_those_of_group_and_row() -> None:
         "fingertip.phalanx.variant": "original",
         "fingertip.fingerprint.enabled": False,
         "contact.friction_coefficient": 0.6,
+        **PROGRAMME,
     }
     assert value.holds_for({**run, "time.step": "5 ms"})
     assert not value.holds_for({**run, "contact.friction_coefficient": 0.4})
     assert not value.holds_for({"fingertip.phalanx.variant": "original"})
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        ("programme.0.press.depth", "2 mm"),
+        ("programme.0.press.speed", "0.002 m/s"),
+        ("programme.1.slide.speed", "5 mm/s"),
+        ("programme.1.slide.speed", "3 mm"),
+        ("programme.1.slide.direction.0", 1.0),
+        ("programme.1.slide.direction.0", None),
+    ],
+)
+def test_times_hold_for_the_programme_of_the_paper_alone(path: str, value: object) -> None:
+    published_value = published("wang2014-table2").values[0]
+    run = {**published_value.conditions, **PROGRAMME}
+    assert published_value.unmet(run) == {}
+    assert list(published_value.unmet({**run, path: value})) == [path]
+
+
+def test_finger_in_space_at_an_angle_is_not_the_published_one() -> None:
+    value = published("wang2014-solid").values[0]
+    run = {**value.conditions, **value.programme}
+    assert value.holds_for({**run, "fingertip.solid.angle": "0.0 deg"})
+    assert list(value.unmet({**run, "fingertip.solid.angle": "-10 deg"})) == ["fingertip.solid.angle"]
 
 
 def test_range_has_its_middle_as_value() -> None:

@@ -22,6 +22,7 @@ from fingerslip.slip.fractions import (
     stick_ratio,
 )
 from fingerslip.slip.free_edge import EdgeContact, edge_contact
+from fingerslip.slip.front import force_ratio_times, front_arrivals
 from fingerslip.slip.measures import MEASURES, Measure, read_measures
 from fingerslip.slip.names import EVENTS, READINGS
 from fingerslip.slip.patch import Patch, contact_patch, patch_series, surface_strain_rates, surface_strains
@@ -32,6 +33,7 @@ from fingerslip.slip.receptors import (
     receptor_signals,
     receptors_in_areas,
 )
+from fingerslip.slip.reference import reference_events
 from fingerslip.slip.settings import EventSettings, PeakSettings
 from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing
 
@@ -63,11 +65,14 @@ __all__ = [
     "events_from_mapping",
     "events_mapping",
     "find_events",
+    "force_ratio_times",
+    "front_arrivals",
     "patch_series",
     "peak_signal",
     "read_measures",
     "receptor_signals",
     "receptors_in_areas",
+    "reference_events",
     "relative_displacement",
     "slide_tangent",
     "slide_window",

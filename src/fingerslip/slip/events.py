@@ -39,6 +39,7 @@ __all__ = [
     "displacement_events",
     "events_from_mapping",
     "events_mapping",
+    "events_of_leaving",
     "find_events",
     "slip_events",
 ]
@@ -212,7 +213,19 @@ def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int
     window = slide_window(history, slide)
     if window is None:
         return SlipEvents()
-    leaving = _leaving_times(history, window, settings)
+    return events_of_leaving(_leaving_times(history, window, settings), settings)
+
+
+def events_of_leaving(leaving: Sequence[float | None], settings: EventSettings) -> SlipEvents:
+    """Rank the times at which points left the plate's line: the first, 48 %, three quarters and the last of them.
+
+    Parameters
+    ----------
+    leaving : sequence of float or None
+        A time for each point [s]; None for one that never left.
+    settings : EventSettings
+        The shares that count.
+    """
     finite = sorted(time for time in leaving if time is not None)
     shares = (0.0, settings.noticed_fraction, settings.three_quarter_fraction, 1.0)
     ranks = (max(math.ceil(share * len(leaving)), 1) for share in shares)
@@ -229,9 +242,9 @@ def acceleration_events(history: xr.Dataset, settings: PeakSettings | None = Non
     Parameters
     ----------
     history : xarray.Dataset
-        A two-dimensional history.
+        A history with receptors, or with the sites that `settings` name.
     settings : PeakSettings, optional
-        How peaks are distinguished from noise.
+        What is read, and how peaks are distinguished from noise.
     slide : int, optional
         Which of the slide phases, from 0.
 
@@ -241,7 +254,7 @@ def acceleration_events(history: xr.Dataset, settings: PeakSettings | None = Non
         `noticed` is always None: no peak belongs to it. A history without such receptors has no recorded events.
     """
     settings = settings or PeakSettings()
-    if not has_receptors(history, settings.kinds):
+    if not has_receptors(history, settings):
         return SlipEvents(recorded=False)
     window = slide_window(history, slide)
     table = acceleration_peaks(history, settings, slide)

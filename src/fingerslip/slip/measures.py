@@ -17,6 +17,7 @@ from fingerslip.slip.counterface import contact_forces
 from fingerslip.slip.events import acceleration_events, slip_events
 from fingerslip.slip.fractions import contact_area
 from fingerslip.slip.free_edge import edge_distance
+from fingerslip.slip.front import force_ratio_times, front_arrivals
 from fingerslip.slip.peaks import acceleration_peaks
 from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.windows import slide_window
@@ -137,6 +138,22 @@ def _slip_margin_incipient(history: xr.Dataset) -> Number:
     return float(1.0 - used / ratio[touching].max())
 
 
+def _front_arrival_median(history: xr.Dataset) -> Number:
+    """Return the median arrival of the slip front at FA-I; None where it does not arrive at half of them."""
+    arrivals = front_arrivals(history).values if _has_candidates(history) else np.empty(0)
+    ordered = np.sort(np.nan_to_num(arrivals, nan=np.inf))
+    median = float(np.median(ordered)) if ordered.size else np.inf
+    return median if np.isfinite(median) else None
+
+
+def _half_of_friction(history: xr.Dataset) -> Number:
+    return force_ratio_times(history, (0.5,))[0]
+
+
+def _nine_tenths_of_friction(history: xr.Dataset) -> Number:
+    return force_ratio_times(history, (0.9,))[0]
+
+
 def _contact_area_max(history: xr.Dataset) -> Number:
     return float(contact_area(history).max()) if _has_candidates(history) else None
 
@@ -221,6 +238,9 @@ MEASURES: tuple[Measure, ...] = (
         _slip_margin_incipient,
         reading="slip",
     ),
+    Measure("front_arrival_median", "median arrival of the slip front at FA-I", _front_arrival_median, Unit("s")),
+    Measure("force_ratio_half", "friction force reaches half of its limit", _half_of_friction, Unit("s")),
+    Measure("force_ratio_nine_tenths", "friction force reaches 0.9 of its limit", _nine_tenths_of_friction, Unit("s")),
     Measure("contact_area_max", "largest contact area", _contact_area_max, Unit("m^2", "mm^2")),
     Measure("normal_traction_max", "largest contact pressure", _normal_traction_max, Unit("Pa", "kPa")),
     Measure("slip_distance_max", "largest slip distance", _slip_distance_max, Unit("m", "mm")),

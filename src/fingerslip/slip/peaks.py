@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
-from fingerslip.history import sites_of_kinds
+from fingerslip.history import site_rows, sites_of_kinds
 from fingerslip.slip.counterface import slide_tangent
 from fingerslip.slip.receptors import receptor_rows, tangential_acceleration
 from fingerslip.slip.settings import PeakSettings
@@ -144,15 +143,21 @@ def peak_signal(history: xr.Dataset, settings: PeakSettings, slide: int = 0) -> 
     return xr.DataArray(values, times, ("time",), "peak_signal", meaning)
 
 
-def has_receptors(history: xr.Dataset, kinds: Sequence[str]) -> bool:
-    """Tell whether the acceleration of any site of these kinds is recorded."""
-    return "acceleration" in history and sites_of_kinds(history, kinds).size > 0
+def has_receptors(history: xr.Dataset, settings: PeakSettings) -> bool:
+    """Tell whether the acceleration of the named sites, or else of any site of these kinds, is recorded."""
+    if "acceleration" not in history:
+        return False
+    if settings.sites:
+        return set(history["site"].values.tolist()).issuperset(settings.sites)
+    return sites_of_kinds(history, settings.kinds).size > 0
 
 
 def slide_receptors(history: xr.Dataset, window: SlideWindow, settings: PeakSettings) -> NDArray[np.intp]:
     """Return the rows of the sites whose acceleration is read in a slide, shape (n_sites,)."""
-    if not has_receptors(history, settings.kinds):
+    if not has_receptors(history, settings):
         return np.empty(0, dtype=np.intp)
+    if settings.sites:
+        return site_rows(history, settings.sites)
     return receptor_rows(history, settings.kinds, settings.per_area, float(history["time"].values[window.first]))
 
 

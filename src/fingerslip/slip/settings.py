@@ -44,6 +44,8 @@ class PeakSettings:
         The transient is over once the signal stays within the noise for this long [s].
     followed : float
         After overall slip the skin follows less than this share of the plate's travel [-].
+    sites : tuple of str
+        Names of the sites to read instead of the receptors around the edges, such as reference nodes.
     """
 
     kinds: tuple[str, ...] = ("FA-I", "SA-I")
@@ -54,6 +56,7 @@ class PeakSettings:
     transient: Fraction = 0.1
     quiet: Duration = 0.02
     followed: Fraction = 0.5
+    sites: tuple[str, ...] = ()
 
 
 @parameters

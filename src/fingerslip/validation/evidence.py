@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,13 +10,12 @@ from types import MappingProxyType
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.results import HISTORY, RunResult
-from fingerslip.slip import PeakSettings, acceleration_events
 from fingerslip.study.convergence.converge import converge, level_folders
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies
 from fingerslip.study.storage.store import read_run
-from fingerslip.validation.measures import Measures, measure
+from fingerslip.validation.measures import Measures, measure, measure_in_space
 
 __all__ = [
     "FINGERPRINT",
@@ -48,6 +46,7 @@ REFINED: Mapping[str, Mapping[str, object]] = MappingProxyType(
         TABLE2: {},
         FORMULATION: {"fingertip.formulation": "plane_strain"},
         SECTION: {"fingertip.section": "transverse"},
+        SOLID: {},
     }
 )
 VARIANT = "fingertip.phalanx.variant"
@@ -66,10 +65,13 @@ class Evidence:
         The runs by name of the study.
     refined : tuple of tuple of Measures
         The runs of Table 2 once more, with another mesh, step, contact stiffness or numerical damping in each tuple.
+    refined_solid : tuple of Measures
+        The same for the fingertip in space.
     """
 
     measured: Mapping[str, tuple[Measures, ...]]
     refined: tuple[tuple[Measures, ...], ...] = ()
+    refined_solid: tuple[Measures, ...] = ()
 
     def select(self, study: str, conditions: Mapping[str, object]) -> tuple[Measures, ...]:
         """Return the runs of a study whose values, by dotted path, are these."""
@@ -142,13 +144,16 @@ def gather(
     }
     solid = outcomes[STUDIES.index(SOLID)]
     measured[SOLID] = tuple(_measured_in_space(solid.folder / run.name, run) for run in solid.runs)
-    return Evidence(measured, _refined(paths[TABLE2], results))
+    refined_solid = _refined(paths[SOLID], results, _measured_in_space)
+    return Evidence(measured, _refined(paths[TABLE2], results, _measured), tuple(one for (one,) in refined_solid))
 
 
-def _refined(study: Path, results: str | Path) -> tuple[tuple[Measures, ...], ...]:
+def _refined(
+    study: Path, results: str | Path, measured: Callable[[Path, RunResult], Measures]
+) -> tuple[tuple[Measures, ...], ...]:
     """Measure the refined runs of a study, level by level."""
     return tuple(
-        tuple(_measured(folder, read_run(folder, {})) for folder in folders)
+        tuple(measured(folder, read_run(folder, {})) for folder in folders)
         for folders in level_folders(study, results).values()
     )
 
@@ -158,10 +163,7 @@ def _measured(folder: Path, run: RunResult) -> Measures:
 
 
 def _measured_in_space(folder: Path, run: RunResult) -> Measures:
-    """Measure a run in space, whose acceleration peaks the paper reads at the reference nodes of the skin."""
-    history = read_history(folder / HISTORY)
-    peaks = acceleration_events(history, PeakSettings(kinds=("skin surface",)))
-    return Measures(dataclasses.replace(run, events=dataclasses.replace(run.events, acceleration=peaks)))
+    return measure_in_space(run, read_history(folder / HISTORY))
 
 
 def _study_file(folder: Path, name: str) -> Path:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -17,10 +18,14 @@ from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import (
     EventSettings,
     Peak,
+    PeakSettings,
     PeakTable,
     SlideWindow,
+    SlipEvents,
+    acceleration_events,
     acceleration_peaks,
     receptor_signals,
+    reference_events,
     relative_displacement,
     slide_window,
     sustained_crossing,
@@ -29,15 +34,23 @@ from fingerslip.slip.counterface import counterface_normal, slide_tangent
 from fingerslip.slip.receptors import receptor_rows, tangential_acceleration
 
 __all__ = [
+    "NODE_TOLERANCES",
+    "REFERENCE_NODES",
     "Densities",
     "Measures",
     "centre_after_edge",
     "densities",
     "largest_accelerations",
     "measure",
+    "measure_in_space",
     "rms_after",
     "travel_over_friction_depth",
 ]
+
+#: The reference nodes that the paper says are in contact, on the skin.
+REFERENCE_NODES = tuple(f"skin-{line}{number}" for line in "hv" for number in (2, 3, 4, 5))
+#: Distances from which a node may be said to have left the plate's line [m]; the middle one is in use.
+NODE_TOLERANCES = (20e-6, 50e-6, 100e-6)
 
 # The release itself lasts a few steps and is no vibration after it [s].
 _RELEASE = 0.02
@@ -84,6 +97,9 @@ class Measures:
         Root mean square acceleration in the 0.1 s after overall slip and its release [m/s^2].
     travel : float or None
         Travel of the plate at overall slip over friction coefficient times indentation [-].
+    node_tolerances : mapping of float to SlipEvents
+        Events of the reference nodes of a fingertip in space by the distance from which a node has left the plate's
+        line [m], the one in use among them; empty for a section.
     """
 
     run: RunResult
@@ -93,6 +109,7 @@ class Measures:
     densities: Densities | None = None
     rms_after: float | None = None
     travel: float | None = None
+    node_tolerances: Mapping[float, SlipEvents] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def incipient_peak(self) -> Peak | None:
@@ -111,6 +128,15 @@ class Measures:
         if first is None or last is None:
             return 0
         return sum(first.time < peak.time < last.time for peak in self.peaks.peaks)
+
+    def node_range(self, name: str) -> float | None:
+        """Return how far a time of the nodes moves at most over the tolerances [s]; None where it is missing."""
+        times = [events.time(name) for events in self.node_tolerances.values()]
+        ours = self.run.events.displacement.time(name)
+        known = [time for time in times if time is not None]
+        if ours is None or not known or len(known) < len(times):
+            return None
+        return max(abs(time - ours) for time in known)
 
     def _peak_at(self, time: float | None) -> Peak | None:
         return next((peak for peak in self.peaks.peaks if peak.time == time), None)
@@ -140,6 +166,26 @@ def measure(run: RunResult, history: xr.Dataset) -> Measures:
         rms_after=None if overall is None else rms_after(history, window, overall + _RELEASE),
         travel=None if overall is None else travel_over_friction_depth(history, window, overall),
     )
+
+
+def measure_in_space(run: RunResult, history: xr.Dataset) -> Measures:
+    """Read the numbers of a run in space, whose displacements and accelerations the paper reads at reference nodes.
+
+    Parameters
+    ----------
+    run : RunResult
+        The run.
+    history : xarray.Dataset
+        Its history, which records the reference nodes.
+    """
+    readings = {
+        tolerance: reference_events(history, REFERENCE_NODES, EventSettings(displacement_tolerance=tolerance))
+        for tolerance in NODE_TOLERANCES
+    }
+    peaks = acceleration_events(history, PeakSettings(sites=REFERENCE_NODES))
+    displacement = readings[EventSettings().displacement_tolerance]
+    events = dataclasses.replace(run.events, displacement=displacement, acceleration=peaks)
+    return Measures(dataclasses.replace(run, events=events), node_tolerances=MappingProxyType(readings))
 
 
 def largest_accelerations(history: xr.Dataset, window: SlideWindow, start: float) -> Mapping[str, float]:
@@ -201,11 +247,14 @@ def rms_after(history: xr.Dataset, window: SlideWindow, start: float) -> float |
 
 
 def travel_over_friction_depth(history: xr.Dataset, window: SlideWindow, time: float) -> float:
-    """Return the travel of the plate from the start of the slide to `time` [s], over friction times indentation [-]."""
+    """Return the travel of the plate from the start of the slide to `time` [s], over friction times indentation [-].
+
+    The travel is positive whichever way the plate slides.
+    """
     times = history["time"].values
     along = history["counterface_displacement"].values[:, 0] @ slide_tangent(history)
     normal = history["counterface_displacement"].values[window.first, 0] @ counterface_normal(history)
-    travel = float(np.interp(time, times, along) - np.interp(window.start, times, along))
+    travel = abs(float(np.interp(time, times, along) - np.interp(window.start, times, along)))
     return travel / (float(history["counterface_friction_coefficient"].values[0]) * float(normal))
 
 

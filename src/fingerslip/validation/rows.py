@@ -24,9 +24,9 @@ __all__ = [
 ]
 
 Basis = Literal["calibrated", "predicted"]
-Verdict = Literal["agrees", "misses", "not found", "not judged", "holds", "fails"]
+Verdict = Literal["agrees", "misses", "not found", "not judged", "not comparable", "holds", "fails"]
 
-#: All published times are multiples of this [s].
+#: All published times are printed to two decimals: one unit of the last one [s].
 TIME_RESOLUTION = 0.010
 
 # Decimal numbers such as 1.72 s are not exact in binary.
@@ -34,9 +34,11 @@ _ROUNDING = 1e-9
 _COMMAND = "fingerslip validate --markdown > results/reference/validation.md"
 _NOTE = (
     "Difference is ours less published. Uncertainty is the numerical one of ours over meshes, time steps, contact "
-    "stiffness and numerical damping (fingerslip converge), for a statement the range over these. A number "
-    "agrees when it differs by no more than the larger of the published resolution (10 ms) and the uncertainty; peak "
-    "heights are not judged, because they depend on mesh, step and numerical damping."
+    "stiffness and numerical damping (fingerslip converge), for a statement the range over these; for reference nodes "
+    "it includes how far a node has to leave the plate's line (20 to 100 um). A number agrees when it differs by no "
+    "more than the larger of one unit of the last printed decimal (10 ms) and the uncertainty. Peak heights are not "
+    "judged, because they depend on mesh, step and numerical damping. Incipient slip and latency of the section by "
+    "accumulated slip, and statements on that latency, are not comparable: the paper reads acceleration peaks."
 )
 
 
@@ -59,8 +61,9 @@ class Row:
     uncertainty : float or None
         Numerical uncertainty of ours, for a statement its range over the refinements; None where it was not measured,
         or the event did not happen in all of these runs.
-    verdict : {'agrees', 'misses', 'not found', 'not judged', 'holds', 'fails'}
-        Verdict by the rule in the note of the table; 'not found' where the event did not happen here.
+    verdict : {'agrees', 'misses', 'not found', 'not judged', 'not comparable', 'holds', 'fails'}
+        Verdict by the rule in the note of the table; 'not found' where the event did not happen here, 'not comparable'
+        where ours is another quantity than the published one.
     basis : {'calibrated', 'predicted'}
         Whether the geometry was calibrated on this value.
     unit : str
@@ -89,6 +92,7 @@ def number_row(
     *,
     resolution: float | None,
     basis: Basis = "predicted",
+    comparable: bool = True,
 ) -> Row:
     """Compare a number with the published one.
 
@@ -104,19 +108,24 @@ def number_row(
         Resolution of the published value; None for one that is not judged.
     basis : {'calibrated', 'predicted'}, optional
         Whether the geometry was calibrated on it.
+    comparable : bool, optional
+        Whether ours is the same quantity as the published one.
     """
     if value.value is None:
         raise ValueError(f"{value.id} is no number")
     difference = None if ours is None else difference_from(ours, value.span or (value.value, value.value))
-    verdict = _verdict(difference, uncertainty, resolution)
+    verdict = _verdict(difference, uncertainty, resolution) if comparable else "not comparable"
     return Row(
         quantity, value.source, value.span or value.value, ours, difference, uncertainty, verdict, basis, value.unit
     )
 
 
-def statement_row(value: PublishedValue, ours: float | None, uncertainty: float | None, holds: bool | None) -> Row:
+def statement_row(
+    value: PublishedValue, ours: float | None, uncertainty: float | None, holds: bool | None, *, comparable: bool = True
+) -> Row:
     """Compare a published statement with the number of its check; `holds` is None where there is no number."""
-    verdict: Verdict = "not found" if holds is None else "holds" if holds else "fails"
+    judged: Verdict = "not found" if holds is None else "holds" if holds else "fails"
+    verdict: Verdict = judged if comparable else "not comparable"
     return Row(
         value.check, value.source, None, ours, None, uncertainty, verdict, "predicted", value.unit, value.statement
     )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from fingerslip.published import PublishedValue, published
 from fingerslip.results import RunResult
-from fingerslip.slip.names import LATENCY, MAIN_EVENTS, READINGS
+from fingerslip.slip.names import LATENCY, READINGS
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.validation.checks import CHECKS, PHALANX_CHECKS, Finding
 from fingerslip.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, VARIANT, Evidence, gather
@@ -18,8 +19,15 @@ __all__ = ["rows_of", "validate"]
 # Travel of the plate in one published resolution at 3 mm/s, over a friction coefficient of 0.6 times 1.5 mm.
 _TRAVEL_RESOLUTION = TIME_RESOLUTION * 3.0 / (0.6 * 1.5)
 _TRAVEL_PER_SECOND = _TRAVEL_RESOLUTION / TIME_RESOLUTION
-# Latency and travel of the original phalanx are arithmetic on the calibrated times, so they are no predictions either.
-_CALIBRATED = (*MAIN_EVENTS, LATENCY, "overall_travel_over_friction_depth")
+# The travel of the plate is arithmetic on the calibrated time of overall slip, so it is no prediction either.
+_CALIBRATED = ("overall", "overall_travel_over_friction_depth")
+# The paper reads these from acceleration peaks of the section, which are no share of slipped area.
+_PEAKS_ONLY = ("incipient", LATENCY)
+_SOLID_READINGS = {
+    "slip": "slip map: accumulated slip of a tenth and of all of the area",
+    "displacement": "eight reference nodes leave the plate's line by 50 um",
+    "acceleration": "acceleration peaks at the eight reference nodes",
+}
 _OTHER_MODELS = (
     (FORMULATION, "fingertip.formulation", "plane_strain"),
     (SECTION, "fingertip.section", "transverse"),
@@ -86,7 +94,8 @@ def _event_rows(evidence: Evidence, reading: str) -> Iterator[Row]:
         basis = _basis(value) if reading == "slip" else "predicted"
         run = evidence.one(TABLE2, {VARIANT: variant}).run
         name = f"{_words(value.quantity)}, {variant} ({READINGS[reading]})"
-        yield _event_row(name, value, run, reading, basis)
+        comparable = reading == "acceleration" or value.quantity not in _PEAKS_ONLY
+        yield _event_row(name, value, run, reading, basis=basis, comparable=comparable)
 
 
 def _travel_rows(evidence: Evidence) -> Iterator[Row]:
@@ -120,21 +129,52 @@ def _other_model_rows(evidence: Evidence, study: str, path: str, choice: str) ->
         variant = value.conditions[VARIANT]
         run = evidence.one(study, {VARIANT: variant, path: choice}).run
         name = f"overall slip, {variant}, {choice.replace('_', ' ')} (accumulated slip)"
-        yield _event_row(name, value, run, "slip", "predicted")
+        yield _event_row(name, value, run, "slip")
 
 
 def _solid_rows(evidence: Evidence) -> Iterator[Row]:
     """Yield the times of the fingertip in space, each in the reading of the paper."""
     (measures,) = evidence.measured[SOLID]
     for value in published("wang2014-solid").values:
-        name = f"{_words(value.quantity)}, fingertip in space ({READINGS[value.reading]})"
-        yield _event_row(name, value, measures.run, value.reading, "predicted")
+        name = f"{_words(value.quantity)}, fingertip in space ({_SOLID_READINGS[value.reading]})"
+        ours = measures.run.events.reading(value.reading).time(value.quantity)
+        uncertainty = _solid_uncertainty(evidence, value)
+        yield number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION)
 
 
-def _event_row(name: str, value: PublishedValue, run: RunResult, reading: str, basis: Basis) -> Row:
+def _solid_uncertainty(evidence: Evidence, value: PublishedValue) -> float | None:
+    """Return the numerical uncertainty, for reference nodes together with that of the distance they have to leave.
+
+    `fingerslip converge` knows no reference nodes; what is read at them has the largest change over its runs instead.
+    """
+    (measures,) = evidence.measured[SOLID]
+    if value.reading == "slip":
+        return measures.run.uncertainty.get(f"slip.{value.quantity}")
+    reading = measures.node_range(value.quantity) if value.reading == "displacement" else None
+    known = [part for part in (_largest_change(evidence, value), reading) if part is not None]
+    return math.hypot(*known) if known else None
+
+
+def _largest_change(evidence: Evidence, value: PublishedValue) -> float | None:
+    """Return the largest change of a time of the fingertip in space over its refinements [s]; None if one lacks it."""
+    runs = (*evidence.measured[SOLID], *evidence.refined_solid)
+    times = [one.run.events.reading(value.reading).time(value.quantity) for one in runs]
+    known = [time for time in times if time is not None]
+    return max(abs(time - known[0]) for time in known) if 1 < len(known) == len(times) else None
+
+
+def _event_row(
+    name: str,
+    value: PublishedValue,
+    run: RunResult,
+    reading: str,
+    *,
+    basis: Basis = "predicted",
+    comparable: bool = True,
+) -> Row:
     ours = run.events.reading(reading).time(value.quantity)
     uncertainty = run.uncertainty.get(f"{reading}.{value.quantity}")
-    return number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION, basis=basis)
+    return number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION, basis=basis, comparable=comparable)
 
 
 def _statement_rows(evidence: Evidence) -> Iterator[Row]:
@@ -142,7 +182,7 @@ def _statement_rows(evidence: Evidence) -> Iterator[Row]:
         check = CHECKS[value.id]
         finding = check(evidence)
         uncertainty = evidence.spread_of(_number_of(check)) if value.id in PHALANX_CHECKS else None
-        yield statement_row(value, finding.number, uncertainty, finding.holds)
+        yield statement_row(value, finding.number, uncertainty, finding.holds, comparable=finding.comparable)
 
 
 def _number_of(check: Callable[[Evidence], Finding]) -> Callable[[Evidence], float | None]:

@@ -22,7 +22,7 @@ _SIZES = (0.12e-3, 0.28e-3)
 _MESHES = (1.0, 2.0 / 3.0, 0.5)
 _STEPS = (1.0, 0.5, 0.25)
 _COMPLIANCES = (1.0, 0.25, 0.0625)
-# All published slip times are multiples of this [s].
+# All published slip times are printed to two decimals [s].
 _RESOLUTION = 0.010
 
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 
 import pytest
 
 from fingerslip.results import RunResult
-from fingerslip.slip import find_events
+from fingerslip.slip import SlipEvents, find_events
 from fingerslip.validation.evidence import FINGERPRINT, FRICTION, VARIANT, VARIANTS, Evidence
-from fingerslip.validation.measures import Measures, measure
+from fingerslip.validation.measures import NODE_TOLERANCES, Measures, measure
 from unit import synthetic
 
 UNCERTAINTY = {"slip.overall": 0.01, "overall_peak_height_m_per_s2": 2.0}
@@ -18,6 +19,14 @@ UNCERTAINTY = {"slip.overall": 0.01, "overall_peak_height_m_per_s2": 2.0}
 def run(swept: dict[str, object], uncertainty: Mapping[str, float] | None = None, **process: float) -> Measures:
     history = synthetic.make(synthetic.Process(**process))  # type: ignore[arg-type]
     return measure(RunResult("run", swept, find_events(history), uncertainty=uncertainty or {}), history)
+
+
+def in_space(*incipient: float) -> Measures:
+    """Return a run of the fingertip in space whose first reference node leaves the line at these times."""
+    readings = dict(zip(NODE_TOLERANCES, (SlipEvents(time, None, None, 1.24) for time in incipient), strict=True))
+    measures = run({})
+    events = dataclasses.replace(measures.run.events, displacement=readings[NODE_TOLERANCES[1]])
+    return Measures(dataclasses.replace(measures.run, events=events), node_tolerances=readings)
 
 
 @pytest.fixture(scope="module")
@@ -38,10 +47,11 @@ def evidence() -> Evidence:
             "wang2014_formulation": tuple(
                 run({"fingertip.formulation": "plane_strain", VARIANT: variant}) for variant in VARIANTS
             ),
-            "wang2014_3d": (run({}),),
+            "wang2014_3d": (in_space(0.68, 0.79, 0.90),),
             "wang2014_section": tuple(
                 run({"fingertip.section": "transverse", VARIANT: variant}) for variant in VARIANTS
             ),
         },
         (other, same),
+        (in_space(0.70, 0.81, 0.92),),
     )

@@ -138,6 +138,11 @@ def test_check_fails_for_the_opposite(name: str) -> None:
     assert CHECKS[name](FAILING[name]).holds is False
 
 
+def test_density_may_be_larger_at_either_edge_but_at_the_same_one_for_all_types() -> None:
+    swapped = {(kind, "A" if area == "B" else "B"): value for (kind, area), value in DENSITIES.mean_after.items()}
+    assert CHECKS["density-larger-in-b"](with_densities(mean_after=swapped)).holds is True
+
+
 @pytest.mark.parametrize("name", ["flattened-without-middle-peaks", "scaled-middle-peaks-merge"])
 def test_absent_peaks_prove_nothing_where_the_original_has_none_either(name: str) -> None:
     assert CHECKS[name](with_peaks("table2", 0, {1.53: 0.054, 1.71: 0.637})).holds is False

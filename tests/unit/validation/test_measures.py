@@ -9,10 +9,12 @@ import xarray as xr
 from fingerslip.results import RunResult
 from fingerslip.slip import EventSettings, SlideWindow, find_events, slide_window
 from fingerslip.validation.measures import (
+    REFERENCE_NODES,
     centre_after_edge,
     densities,
     largest_accelerations,
     measure,
+    measure_in_space,
     rms_after,
     travel_over_friction_depth,
 )
@@ -87,6 +89,33 @@ def test_density_that_falls_after_overall_slip_has_a_range() -> None:
 def test_travel_is_counted_in_friction_times_indentation() -> None:
     history, window = prepared()
     assert travel_over_friction_depth(history, window, 1.71) == pytest.approx(0.71 * 3.0 / (0.6 * 1.5))
+
+
+def test_travel_is_positive_whichever_way_the_plate_slides() -> None:
+    history, window = prepared()
+    way = history["counterface_displacement"] * xr.DataArray([-1.0, 1.0], dims="component")
+    back = history.assign(counterface_displacement=way.transpose(*history["counterface_displacement"].dims))
+    assert travel_over_friction_depth(back, window, 1.71) == pytest.approx(0.71 * 3.0 / (0.6 * 1.5))
+
+
+def test_run_in_space_is_read_at_the_eight_reference_nodes() -> None:
+    history, _ = prepared(synthetic.Process(jump=False))
+    names = [f"skin-{line}{number}" for line in "hv" for number in range(1, 8)]
+    # Sites of the synthetic history from the 6th of FA-I on; the reference nodes 2 to 5 of both lines follow the plate
+    # up to a time of their own, the others never do.
+    sites = [*history["site"].values[:5], *names, *history["site"].values[19:]]
+    displacement = history["displacement"].values.copy()
+    plate = history["counterface_displacement"].values[:, 0, 0]
+    for number, name in enumerate(names):
+        until = 1.2 + 0.05 * number if name in REFERENCE_NODES else 1.0
+        displacement[:, 5 + number, 0] = np.minimum(plate, 3e-3 * (until - 1.0))
+    named = history.assign_coords(site=sites).assign(displacement=(history["displacement"].dims, displacement))
+    found = measure_in_space(RunResult("run", {}, find_events(history)), named)
+    first, last = 1.2 + 0.05, 1.2 + 0.05 * 11
+    assert found.run.events.displacement.incipient == pytest.approx(first + 50e-6 / 3e-3, abs=1e-3)
+    assert found.run.events.displacement.overall == pytest.approx(last + 50e-6 / 3e-3, abs=1e-3)
+    assert found.node_range("incipient") == pytest.approx(50e-6 / 3e-3, abs=1e-3)
+    assert found.run.events.acceleration.recorded
 
 
 def test_vibration_counts_only_within_its_time() -> None:

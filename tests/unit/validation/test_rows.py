@@ -40,6 +40,12 @@ def test_number_agrees_within_resolution_or_uncertainty(
     assert verdict(ours, uncertainty) == expected
 
 
+def test_number_of_another_quantity_is_shown_and_not_compared() -> None:
+    row = number_row("q", TIME, 1.72, None, resolution=0.01, comparable=False)
+    assert (row.verdict, row.ours, row.difference) == ("not comparable", 1.72, pytest.approx(0.0))
+    assert statement_row(STATEMENT, 0.02, None, True, comparable=False).verdict == "not comparable"
+
+
 def test_number_without_resolution_is_not_judged() -> None:
     assert verdict(1.72, 9.0, None) == "not judged"
     assert verdict(None, None, None) == "not found"

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
@@ -23,11 +25,37 @@ def test_every_published_value_of_the_section_has_a_row(evidence: Evidence) -> N
     assert len(rows) - len(statements) == 2 * 10 + 3 + 6 + 2 * 3 + 9
 
 
-def test_only_the_original_row_from_accumulated_slip_is_calibrated(evidence: Evidence) -> None:
+def test_only_overall_slip_of_the_original_row_is_calibrated(evidence: Evidence) -> None:
     calibrated = [row.quantity for row in rows_of(evidence) if row.basis == "calibrated"]
-    assert len(calibrated) == 5
-    assert all("original" in name and "accumulated slip" in name for name in calibrated)
-    assert [row.basis for row in rows_of(evidence)[:5]] == ["calibrated"] * 5
+    assert len(calibrated) == 2
+    assert all("overall slip, original (accumulated slip)" in name for name in [calibrated[0]])
+    assert calibrated[1].startswith("travel of the plate at overall slip")
+    assert [row.basis for row in rows_of(evidence)[:2]] == ["calibrated"] * 2
+
+
+def test_what_the_paper_reads_from_peaks_is_not_compared_with_shares_of_area(evidence: Evidence) -> None:
+    rows = {row.quantity: row for row in rows_of(evidence)}
+    for variant in ("original", "flattened", "scaled"):
+        for name in ("incipient slip", "latency"):
+            row = rows[f"{name}, {variant} (accumulated slip)"]
+            assert row.verdict == "not comparable"
+            assert row.ours is not None
+            assert rows[f"{name}, {variant} (acceleration peaks)"].verdict != "not comparable"
+        assert rows[f"overall slip, {variant} (accumulated slip)"].verdict != "not comparable"
+    latencies = [row for row in rows_of(evidence) if row.statement.startswith("Latency")]
+    assert {row.verdict for row in latencies} == {"not comparable"}
+    assert len(latencies) == 3
+
+
+def test_reference_nodes_have_the_tolerance_and_the_refinements_in_their_uncertainty(evidence: Evidence) -> None:
+    row = next(row for row in rows_of(evidence) if row.quantity.startswith("incipient slip, fingertip in space (eight"))
+    assert row.ours == pytest.approx(0.79)
+    # 0.11 s from 50 to 100 um, 0.02 s from the refinement.
+    assert row.uncertainty == pytest.approx(np.hypot(0.11, 0.02))
+    assert row.verdict == "agrees"
+    alone = dataclasses.replace(evidence, refined_solid=())
+    row = next(row for row in rows_of(alone) if row.quantity.startswith("incipient slip, fingertip in space (eight"))
+    assert row.uncertainty == pytest.approx(0.11)
 
 
 def test_rows_have_our_values_and_their_uncertainty(evidence: Evidence) -> None:

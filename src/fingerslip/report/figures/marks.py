@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -18,6 +18,7 @@ from fingerslip.slip.names import EVENTS, MAIN_EVENTS
 __all__ = [
     "EVENT_COLOURS",
     "event_keys",
+    "happened",
     "limit_to_slides",
     "mark_events",
     "mark_run",
@@ -156,6 +157,12 @@ def shown_until(windows: Sequence[SlideWindow], events: Sequence[SlipEvents | No
     if len(overall) < len(events):
         return end
     return min(end, max(overall) + _SHOWN_AFTER * (max(overall) - start))
+
+
+def happened(events: Iterable[SlipEvents], names: Sequence[str] = MAIN_EVENTS) -> tuple[str, ...]:
+    """Return those of the named events that happened in any of some runs, so that legends have keys for no others."""
+    runs = tuple(events)
+    return tuple(name for name in names if any(run.time(name) is not None for run in runs))
 
 
 def event_keys(names: Sequence[str] = MAIN_EVENTS) -> dict[str, Artist]:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fingerslip.history import sites_of_kinds
-from fingerslip.report.figures.marks import event_keys, limit_to_slides, mark_run, name_run
+from fingerslip.report.figures.marks import event_keys, happened, limit_to_slides, mark_run, name_run
 from fingerslip.report.figures.style import (
     AREA_COLOURS,
     BLACK,
@@ -91,17 +91,17 @@ def acceleration_overview_figure(
     settings = settings or PeakSettings()
     title = f"Largest acceleration at {' and '.join(settings.kinds)}"
     figure, panels = run_panels(tuple(histories), title, ("time [s]", "acceleration along the plate [m/s²]"))
+    read = {name: own.acceleration for name in histories if (own := events.get(name)) is not None}
     for axes, (name, history) in zip(panels, histories.items(), strict=True):
         _draw_peak_signal(axes, history, settings)
-        own = events.get(name)
-        mark_run(axes, history, own.acceleration if own else None)
+        mark_run(axes, history, read.get(name))
     limit_to_slides(panels[0], histories, events)
     keys: dict[str, Artist] = {
         "largest over the receptors": Line2D([], [], color=BLUE, linewidth=1.0),
         "peak that counts": Line2D([], [], color=BLACK, marker="o", markersize=4, linestyle=""),
         "height that a peak needs": Line2D([], [], color=GREY, linewidth=1.0),
     }
-    add_legend(figure, {**keys, **event_keys()})
+    add_legend(figure, {**keys, **event_keys(happened(read.values()))})
     return figure
 
 

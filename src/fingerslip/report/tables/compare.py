@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from fingerslip.published import PublishedSet, PublishedValue
-from fingerslip.report.labels import swept_text
+from fingerslip.report.labels import run_title, swept_text
 from fingerslip.report.tables.events import run_notes, swept_cells, swept_columns, swept_paths, time_cell
 from fingerslip.report.tables.table import Cell, Column, Missing, Table
 from fingerslip.results import RunResult
@@ -19,8 +19,9 @@ _TIMES = (*MAIN_EVENTS, LATENCY)
 def compare_table(runs: Sequence[RunResult], reference: PublishedSet) -> Table:
     """Put slip events beside published ones.
 
-    A published time is shown for every run that meets its conditions, with our time in each reading and the
-    difference; one that no run meets has a row that says so.
+    A published time is shown for every run that meets its conditions (friction, programme, direction, angle of the
+    finger), with our time in each reading and the difference; one that no run meets has a row that says so. The note
+    says which runs are not compared, and what differs.
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ def compare_table(runs: Sequence[RunResult], reference: PublishedSet) -> Table:
         for value in values
         if not any(value.holds_for(run.all_values) for run in runs)
     ]
-    return Table(reference.title, columns, (*compared, *others), _note(runs, reference))
+    return Table(reference.title, columns, (*compared, *others), _note(runs, reference, values))
 
 
 def statements_table(reference: PublishedSet) -> Table:
@@ -61,11 +62,29 @@ def statements_table(reference: PublishedSet) -> Table:
     return Table(reference.title, columns, rows, f"Published: {reference.citation}")
 
 
-def _note(runs: Sequence[RunResult], reference: PublishedSet) -> str:
+def _note(runs: Sequence[RunResult], reference: PublishedSet, values: Sequence[PublishedValue]) -> str:
     return (
         f"Our times from accumulated slip, displacement and acceleration peaks, and how much later they are than the "
-        f"published ones. Published: {reference.citation} {run_notes(runs)}"
+        f"published ones. Published: {reference.citation} {_left_out(runs, values)}{run_notes(runs)}"
     ).rstrip()
+
+
+def _left_out(runs: Sequence[RunResult], values: Sequence[PublishedValue]) -> str:
+    """Say which runs are compared with nothing, and in what they differ from the paper; empty where there are none."""
+    reasons: dict[str, list[str]] = {}
+    for run in runs:
+        missed = min((value.unmet(run.all_values) for value in values), key=len, default={})
+        if missed:
+            reasons.setdefault(_differences(run, missed), []).append(run_title(run, run.name))
+    texts = [f"{', '.join(names)} ({reason})" for reason, names in reasons.items()]
+    return f"Not compared: {'; '.join(texts)}. " if texts else ""
+
+
+def _differences(run: RunResult, missed: Mapping[str, object]) -> str:
+    known = run.all_values
+    return ", ".join(
+        f"{path} is {known.get(path, 'not known')}, published for {needed}" for path, needed in missed.items()
+    )
 
 
 def _reading_columns() -> Iterator[Column]:

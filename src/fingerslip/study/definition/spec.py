@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
@@ -33,6 +34,7 @@ from fingerslip.published import published
 from fingerslip.results import flatten
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
+from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.relations import mistakes_between
 from fingerslip.study.definition.sampled import SampleSettings, sample_mistakes
 from fingerslip.study.definition.settings import (
@@ -92,8 +94,9 @@ class Study(SpecimenChoice):
     title : str
         What the study shows.
     mesh : MeshSizes, SolidSizes, MeshFile or SurfaceMesh
-        Element sizes of the section; with `element` T4 or T10 those of the fingertip in space; or `file` for a mesh
-        that is read, or `skin` and more for one built from the surfaces of a scan.
+        Element sizes of the section, with `element` T4 or T10 those of the fingertip in space; without `element` it is
+        the specimen's: a solid where its preset has a shape in space. Or `file` for a mesh that is read, or `skin` and
+        more for one built from the surfaces of a scan.
     contact : ContactSettings, optional
         Contact with one counterface, by default a plate.
     contacts : tuple of ContactSettings
@@ -229,7 +232,7 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     InputError
         For all mistakes, in the order of `mapping`.
     """
-    mapping = _with_current_sweep(mapping)
+    mapping = _with_element(_with_current_sweep(mapping))
     mistakes = _mistakes_of(mapping)
     if mapping.get("sweep"):
         mistakes += swept_mistakes(_completed(mapping), mistakes, known_paths(mapping), _mistakes_of)
@@ -240,6 +243,32 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
         raise error.moved(lambda where: f"{source}: {where}" if where else str(source))
     study = from_mapping(Study, mapping)
     return dataclasses.replace(study, mesh=study.mesh.beside(source.parent))
+
+
+def _with_element(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a study that says the kind of element, as its specimen has it, where it gives nothing but sizes.
+
+    Without this a preset in space would be meshed as a section, because only the kind of element tells them apart.
+    """
+    mesh = mapping.get("mesh", {})
+    specimen = _specimen_of(mapping)
+    if specimen is None or not isinstance(mesh, Mapping):
+        return mapping
+    source = specimen.default_mesh
+    sizes = {field.name for field in dataclasses.fields(source)}  # type: ignore[arg-type]
+    if source.element is None or "element" in mesh or not mesh.keys() <= sizes:
+        return mapping
+    return {**mapping, "mesh": {"element": source.element, **mesh}}
+
+
+def _specimen_of(mapping: Mapping[str, Any]) -> Specimen | None:
+    """Return the specimen of a study as plain data; None where there is none, or one with mistakes."""
+    for kind, presets in SPECIMENS.items():
+        if isinstance(mapping.get(kind), Mapping):
+            with contextlib.suppress(InputError):
+                specimen: Specimen = presets.changed(mapping[kind])
+                return specimen
+    return None
 
 
 def _with_current_sweep(mapping: Mapping[str, Any]) -> Mapping[str, Any]:

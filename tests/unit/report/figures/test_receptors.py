@@ -10,7 +10,7 @@ from fingerslip.report.figures.receptors import (
     acceleration_overview_figure,
     strain_energy_density_figure,
 )
-from fingerslip.slip import Events
+from fingerslip.slip import Events, SlipEvents
 from unit.report.figures.made import ALL, APART, BARE, EVENTS, HISTORIES, HISTORY, NO_SLIDE, marked, panels, words
 from unit.synthetic import PRESS_END, Process, make
 
@@ -79,6 +79,15 @@ def test_accelerations_are_marked_with_their_own_events() -> None:
     own = EVENTS.acceleration
     peaks = [PRESS_END, own.incipient, own.three_quarter, own.overall]
     assert marked(panels(acceleration_overview_figure({"a": HISTORY}, {"a": EVENTS}))[0]) == pytest.approx(peaks)
+
+
+def test_overview_has_keys_for_the_events_that_happened_alone() -> None:
+    def keys(events: Events) -> set[str]:
+        figure = acceleration_overview_figure({"a": HISTORY}, {"a": events})
+        return {text.get_text() for text in figure.legends[0].get_texts()} & {"incipient", "three-quarter", "overall"}
+
+    assert keys(EVENTS) == {"incipient", "three-quarter", "overall"}
+    assert keys(Events(acceleration=SlipEvents(overall=1.7))) == {"overall"}
 
 
 def test_the_label_of_a_single_low_panel_is_wrapped() -> None:

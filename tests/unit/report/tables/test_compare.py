@@ -14,6 +14,7 @@ from fingerslip.results import RunResult
 from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
 
 TABLE2 = published("wang2014-table2")
+SOLID = published("wang2014-solid")
 NOT_COMPARED = Missing.NOT_COMPARED
 
 
@@ -50,14 +51,26 @@ def test_run_whose_values_are_not_known_is_not_compared() -> None:
     assert first[0] is NOT_COMPARED, "a study without a sweep has no values to tell the rows apart"
 
 
+def test_runs_of_another_friction_programme_or_angle_are_left_out_and_the_note_says_why() -> None:
+    note = compare_table(RUNS, TABLE2).note
+    assert "Not compared: " in note
+    assert "contact.friction_coefficient is 0.8, published for 0.6" in note
+    assert "Not compared" not in compare_table(RUNS[:1], TABLE2).note
+    known = {**SOLID.values[0].conditions, **SOLID.values[0].programme}
+    for path, value in (("programme.1.slide.direction.0", 1.0), ("fingertip.solid.angle", "10 deg")):
+        table = compare_table([RunResult("run", {}, UNRECORDED, values={**known, path: value})], SOLID)
+        assert {cell for row in table.rows for cell in row[3:]} == {NOT_COMPARED}
+        assert f"{path} is {value}, published for {known[path]}" in table.note
+
+
 def test_readings_that_the_paper_does_not_print_are_told_from_events_that_did_not_happen() -> None:
     solid = RunResult(
         "run",
         {},
         UNRECORDED,
-        values={"contact.friction_coefficient": 0.6, "fingertip.phalanx.variant": "original"},
+        values={**SOLID.values[0].conditions, **SOLID.values[0].programme},
     )
-    rows = {row[:2]: row[2:] for row in compare_table([solid], published("wang2014-solid")).rows}
+    rows = {row[:2]: row[2:] for row in compare_table([solid], SOLID).rows}
     assert rows["incipient", "0.90"] == (1.5, pytest.approx(600.0), *[NOT_COMPARED] * 4)
     assert rows["incipient", "0.80"] == (*[NOT_COMPARED] * 2, *[Missing.NO_EVENT] * 2, *[NOT_COMPARED] * 2)
     assert rows["overall", "1.11"] == (*[NOT_COMPARED] * 4, *[Missing.NOT_RECORDED] * 2)

@@ -321,3 +321,25 @@ def test_examples_of_the_documentation_are_read(tmp_path: Path) -> None:
         whole |= part
     source = tmp_path / "x.yaml"
     assert len(expand(parse_study(whole, source), source)) == 8
+
+
+@pytest.mark.parametrize(
+    ("preset", "mesh", "element"),
+    [
+        ("wang2014-3d", None, "T4"),
+        ("wang2014-3d", {"contact_size": "1 mm", "bulk_size": "2 mm"}, "T4"),
+        ("wang2014-3d", {"element": "T10"}, "T10"),
+        ("wang2014-3d", {"element": "Q4"}, "Q4"),
+        ("wang2014-2d", None, "Q4"),
+        ("wang2014-2d", {"element": "T3"}, "T3"),
+    ],
+)
+def test_a_preset_in_space_is_meshed_in_space_unless_the_element_says_otherwise(
+    preset: str, mesh: dict[str, str] | None, element: str
+) -> None:
+    values = finger()
+    values["fingertip"] = {"preset": preset}
+    values["record"] = {}
+    values.pop("mesh")
+    study = parse_study(values if mesh is None else {**values, "mesh": mesh}, SOURCE)
+    assert study.mesh.element == element

@@ -1,0 +1,73 @@
+"""Make again all that the documentation takes from runs: results/reference, the tables in docs, the figures.
+
+python docs/figures/make_reference.py [RESULTS]
+
+Runs what is not in RESULTS yet; from nothing it takes about half an hour on two quiet cores. What the prose of
+docs/validation.md, docs/solid.md and README.md quotes has to be looked over by hand afterwards.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import make_details
+import make_figures
+
+from fingerslip.study.convergence.converge import converge
+from fingerslip.study.running.runner import run_studies
+from fingerslip.validation import rows_mapping, rows_markdown, validate
+
+ROOT = Path(__file__).parents[2]
+REFERENCE, STUDIES = ROOT / "results" / "reference", ROOT / "studies"
+#: Studies that the pages quote and `validate` does not run.
+DETAILS = (
+    *("wang2014_calibration", "wang2014_direction", "wang2014_peaks", "wang2014_accidents", "wang2014_thickness"),
+    *("wang2014_damping", "stick_slip_friction", "slip_weakening", "wang2014_3d_tetrahedra", "wang2014_3d_patch"),
+)
+#: Figures of the study of Table 2 that the pages show, by their names in docs/figures.
+PICTURES = {
+    "section.png": "figures/section-variant-original.png",
+    "slip-maps.png": "figures/slip-maps.png",
+    "convergence-original.png": "convergence/figures/variant-original.png",
+}
+MADE = "fingerslip converge studies/wang2014_table2.yaml --markdown"
+
+
+def main(results: Path) -> None:
+    """Run everything and write everything."""
+    rows = validate(STUDIES, results)
+    text = rows_markdown(rows)
+    (REFERENCE / "validation.md").write_text(text, encoding="utf-8")
+    (REFERENCE / "validation.json").write_text(json.dumps(rows_mapping(rows), indent=2) + "\n", encoding="utf-8")
+    replace_table(ROOT / "docs" / "validation.md", "| quantity | source |", table_of(text, "| quantity | source |"))
+    refined = converge(STUDIES / "wang2014_table2.yaml", results_dir=results).markdown
+    heading = f"# Numerical uncertainty of the slip events of Table 2\n\nMade by `{MADE}`.\n\n"
+    (REFERENCE / "convergence.md").write_text(f"{heading}{refined.rstrip()}\n", encoding="utf-8")
+    replace_table(ROOT / "docs" / "convergence.md", "| quantity | unit |", table_of(refined, "| quantity | unit |"))
+    run_studies(tuple(STUDIES / f"{name}.yaml" for name in DETAILS), results_dir=results)
+    make_details.main(results)
+    make_figures.main(results)
+    for name, source in PICTURES.items():
+        shutil.copyfile(results / "wang2014_table2" / source, Path(__file__).with_name(name))
+
+
+def table_of(text: str, start: str) -> list[str]:
+    """Return the lines of the first table in a text that begins with some words."""
+    lines = text.splitlines()
+    first = next(number for number, line in enumerate(lines) if line.startswith(start))
+    last = next((number for number in range(first, len(lines)) if not lines[number].startswith("|")), len(lines))
+    return lines[first:last]
+
+
+def replace_table(page: Path, start: str, table: list[str]) -> None:
+    """Put a table in the place of the first one on a page that begins with the same words."""
+    text = page.read_text(encoding="utf-8")
+    old = table_of(text, start)
+    page.write_text(text.replace("\n".join(old), "\n".join(table)), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "results"))
