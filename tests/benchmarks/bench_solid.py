@@ -115,7 +115,7 @@ def measure(case: Case) -> Timing:
     from fingerslip.linear.solvers.superlu import SuperLU
 
     solver = SuperLU() if case.name == "fallback" else None
-    fs.simulate_together(models(case, pad_mesh(4000), 5), solver=solver)
+    fs.simulate_together(models(case, pad_mesh(12_000), 5), solver=solver)
     start = time.perf_counter()
     mesh = finger_mesh(*SIZES.get(case.name, SIZES["shipped"])) if case.is_finger else pad_mesh(case.nodes)
     meshed = time.perf_counter() - start
