@@ -33,22 +33,13 @@ def validate(
     import json
 
     from fingerslip import validation
-    from fingerslip.report.tables.table import to_markdown
 
     stop_on_termination()
     rows = validation.validate(studies, results, workers, screen_progress())
-    if geometry:
-        allowed, origin = validation.run_geometry(studies, results, workers, screen_progress()), ""
-    else:
-        allowed, origin = validation.stored_geometry(studies, results)
-    table = validation.geometry_table(allowed, origin)
+    allowed = validation.allowed_geometry(studies, results, workers, screen_progress(), compute=geometry)
     if as_json:
-        found = validation.rows_mapping(rows)
-        both = {"rows": found, "geometry": validation.geometry_mapping(allowed)}
-        typer.echo(json.dumps(both if geometry else found, indent=2))
+        typer.echo(json.dumps(validation.rows_and_geometry_mapping(rows, allowed), indent=2))
     elif markdown:
-        typer.echo(validation.rows_markdown(rows), nl=False)
-        if geometry:
-            typer.echo(f"\n## {table.title}\n\n{table.note}\n\n{to_markdown(table)}", nl=False)
+        typer.echo(validation.rows_and_geometry_markdown(rows, allowed), nl=False)
     else:
-        print_tables([validation.rows_table(rows), table])
+        print_tables([validation.rows_table(rows), validation.geometry_table(allowed.rows, allowed.origin)])

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from fingerslip.validation.evidence import STUDIES
-from fingerslip.validation.geometry import geometry_mapping, geometry_table, run_geometry, stored_geometry
+from fingerslip.validation.geometry import (
+    allowed_geometry,
+    geometry_table,
+    rows_and_geometry_mapping,
+    rows_and_geometry_markdown,
+)
 from fingerslip.validation.rows import Row, rows_mapping, rows_markdown, rows_table
 from fingerslip.validation.validate import validate
 
 __all__ = [
     "STUDIES",
     "Row",
-    "geometry_mapping",
+    "allowed_geometry",
     "geometry_table",
+    "rows_and_geometry_mapping",
+    "rows_and_geometry_markdown",
     "rows_mapping",
     "rows_markdown",
     "rows_table",
-    "run_geometry",
-    "stored_geometry",
     "validate",
 ]

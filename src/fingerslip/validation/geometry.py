@@ -6,7 +6,7 @@ The samples of the geometry studies take long, so their intervals are stored, an
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -17,7 +17,7 @@ from fingerslip.errors import FingerslipError, ResultError
 from fingerslip.files import read_json, write_json
 from fingerslip.published import published
 from fingerslip.report.tables.samples import INTERVAL_COLUMNS
-from fingerslip.report.tables.table import Cell, Column, Missing, Table
+from fingerslip.report.tables.table import Cell, Column, Missing, Table, to_markdown
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.sampling import PublishedInterval, published_intervals
 from fingerslip.slip.names import READINGS, event_label
@@ -26,14 +26,19 @@ from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies
 from fingerslip.study.storage.provenance import versions
 from fingerslip.validation.evidence import VARIANT, solid_measures
+from fingerslip.validation.rows import Row, rows_mapping, rows_markdown
 
 __all__ = [
     "GEOMETRY",
     "GEOMETRY_FILE",
+    "AllowedGeometry",
     "GeometryRow",
+    "allowed_geometry",
     "geometry_mapping",
     "geometry_rows",
     "geometry_table",
+    "rows_and_geometry_mapping",
+    "rows_and_geometry_markdown",
     "run_geometry",
     "stored_geometry",
 ]
@@ -78,6 +83,51 @@ class GeometryRow:
     where: str
     found: int
     samples: int
+
+
+@dataclass(frozen=True)
+class AllowedGeometry:
+    """What the unknown geometry allows.
+
+    Parameters
+    ----------
+    rows : tuple of GeometryRow
+        A row for each published time; empty where nothing is stored.
+    origin : str
+        Where they come from, in a sentence; empty where they were computed.
+    computed : bool
+        Whether they were computed, or read back.
+    """
+
+    rows: tuple[GeometryRow, ...]
+    origin: str = ""
+    computed: bool = False
+
+
+def allowed_geometry(
+    studies: str | Path = "studies",
+    results: str | Path = "results",
+    workers: int = 2,
+    progress: StudyProgress | None = None,
+    *,
+    compute: bool = False,
+) -> AllowedGeometry:
+    """Return what the unknown geometry allows: computed by :func:`run_geometry` or read by :func:`stored_geometry`."""
+    if compute:
+        return AllowedGeometry(run_geometry(studies, results, workers, progress), computed=True)
+    return AllowedGeometry(*stored_geometry(studies, results))
+
+
+def rows_and_geometry_mapping(rows: Sequence[Row], allowed: AllowedGeometry) -> Any:
+    """Return the rows of the validation as plain data, under keys beside those of the geometry if it was computed."""
+    plain = rows_mapping(rows)
+    return {"rows": plain, "geometry": geometry_mapping(allowed.rows)} if allowed.computed else plain
+
+
+def rows_and_geometry_markdown(rows: Sequence[Row], allowed: AllowedGeometry) -> str:
+    """Write the rows of the validation as a page in Markdown, with those of the geometry where it was computed."""
+    page, table = rows_markdown(rows), geometry_table(allowed.rows)
+    return f"{page}\n## {table.title}\n\n{table.note}\n\n{to_markdown(table)}" if allowed.computed else page
 
 
 def run_geometry(

@@ -11,6 +11,7 @@ import pytest
 
 from fingerslip import validation
 from fingerslip.published import published
+from fingerslip.validation import geometry
 from fingerslip.validation.geometry import GeometryRow
 from fingerslip.validation.rows import number_row
 
@@ -21,8 +22,8 @@ def test_rows_come_as_table_json_and_markdown(invoke: Callable[..., Any], monkey
     asked: list[tuple[Path, Path, int]] = []
     monkeypatch.setattr(validation, "validate", lambda *given: asked.append(given[:3]) or rows)
     allowed = (GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50),)
-    monkeypatch.setattr(validation, "stored_geometry", lambda *_: (allowed, "Stored."))
-    monkeypatch.setattr(validation, "run_geometry", lambda *_: allowed)
+    monkeypatch.setattr(geometry, "stored_geometry", lambda *_: (allowed, "Stored."))
+    monkeypatch.setattr(geometry, "run_geometry", lambda *_: allowed)
     assert "overall slip" in invoke("validate", "--studies", "s", "--results", "r", "--workers", "1").stdout
     assert asked == [(Path("s"), Path("r"), 1)]
     assert json.loads(invoke("validate", "--json").stdout)[0]["ours"] == 1.75

@@ -312,10 +312,13 @@ def test_shipped_study_is_read_and_read_back(path: Path) -> None:
 
 
 def test_examples_of_the_documentation_are_read(tmp_path: Path) -> None:
-    """The page shows a study in parts: together they are one, and every one of its runs is right."""
+    """The page shows a study in parts: together they are one, and every one of its runs is right.
+
+    The short form of the contact and the samples are those of a fingertip.
+    """
     text = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
-    short, *parts = (yaml.safe_load(block) for block in re.findall(r"```yaml\n(.*?)```", text, re.DOTALL))
-    parse_study(finger() | short, SOURCE)
+    short, *parts, samples = (yaml.safe_load(block) for block in re.findall(r"```yaml\n(.*?)```", text, re.DOTALL))
+    assert len(expand(parse_study(finger() | short | samples, SOURCE), SOURCE)) == 2 * 60
     whole: dict[str, Any] = {}
     for part in parts:
         whole |= part
