@@ -35,7 +35,7 @@ def _model(mesh_factor: float = 1.0, step_factor: float = 1.0) -> Model:
         depth=finger.depth,
         supports={"phalanx": ("x", "y")},
         contacts=(Contact("skin", Plane(normal=(0.0, 1.0)), Coulomb(0.6)),),
-        programme=(Press(1.5e-3, 1.5e-3), Slide(distance=3e-3, speed=3e-3)),
+        programme=(Press(1.5e-3, 1.5e-3), Slide(distance=3e-3, speed=3e-3, direction=(-1.0, 0.0))),
         time=TimeStepping(5e-3 * step_factor, -0.41421),
     )
 
