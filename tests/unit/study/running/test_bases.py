@@ -20,8 +20,11 @@ from unit.study.block import block_values
 Write = Callable[..., Path]
 
 
+TOLERANCES = {"tolerance": 0.01, "acceleration_tolerance": 0.9}
+
+
 def values(basis: str, **changes: Any) -> dict[str, Any]:
-    return block_values() | {"dynamics": {"basis": basis, "tolerance": 0.01}} | changes
+    return block_values() | {"dynamics": {"basis": basis, **TOLERANCES}} | changes
 
 
 @pytest.fixture
@@ -68,10 +71,7 @@ def test_run_yaml_says_what_was_decided_and_the_basis_is_kept(write_study: Write
     path = write_study(values("automatic"))
     result = run_study(path, results_dir=tmp_path / "results", workers=1)
     for run in result.runs:
-        assert read_mapping(result.folder / run.name / "run.yaml")["dynamics"] == {
-            "basis": "reduced",
-            "tolerance": 0.01,
-        }
+        assert read_mapping(result.folder / run.name / "run.yaml")["dynamics"] == TOLERANCES | {"basis": "reduced"}
         attrs = fs.read_history(result.folder / run.name / "history.nc").attrs
         assert attrs["basis"] == "reduced"
     assert len(list((result.folder / BASES).glob("*.basis"))) == 1
