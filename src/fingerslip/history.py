@@ -112,6 +112,8 @@ VARIABLES: Mapping[str, Variable] = {
 }
 
 
+_OF_SNAPSHOTS = tuple(name for name, known in VARIABLES.items() if "snapshot_time" in known.dims)
+
 # Names in files of version 0.1.
 _RENAMED = {
     "body": "counterface",
@@ -202,8 +204,10 @@ def read_history(path: str | Path) -> xr.Dataset:
     except Exception as error:
         cause = shortened(str(error)) or type(error).__name__
         raise ResultError(f"{path}: cannot be read as a history ({cause}); run the study again") from error
-    if "time" not in history.coords:
-        raise ResultError(f"{path}: is no history (it has no time); needs a file written by fingerslip run")
+    needed = ["time", *(_OF_SNAPSHOTS if history.sizes.get("snapshot_time") else ())]
+    lacking = next((name for name in needed if name not in history.variables), None)
+    if lacking:
+        raise ResultError(f"{path}: is no history (it has no {lacking}); needs a file written by fingerslip run")
     return history.rename(
         {old: new for old, new in _RENAMED.items() if old in history.variables or old in history.dims}
     )

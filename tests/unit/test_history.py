@@ -104,6 +104,12 @@ def test_a_truncated_file_is_a_result_error(history, tmp_path):
         read_history(path)
 
 
+def test_snapshots_without_their_fields_are_no_history(tmp_path):
+    xr.Dataset(coords={"time": [0.0], "snapshot_time": [0.0]}).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
+    with pytest.raises(ResultError, match=r"other.nc: is no history \(it has no snapshot_displacement\)"):
+        read_history(tmp_path / "other.nc")
+
+
 def test_names_that_no_history_has_are_refused():
     with pytest.raises(KeyError, match="pressure"):
         make_history({"pressure": np.zeros(3)}, {})
