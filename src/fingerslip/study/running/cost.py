@@ -21,7 +21,7 @@ _SECONDS_PER_UNKNOWN_AND_STEP = {2: 2.5e-7, 3: 2e-6}
 # responses. Only an estimate that is half as large again counts as a saving.
 _SECONDS_PER_RESPONSE = {2: 5e-8, 3: 2.3e-7}
 _SECONDS_PER_CUBE = 6e-10
-_SECONDS_OF_VIBRATIONS = {2: 1e-5, 3: 2e-4}
+_SECONDS_OF_VIBRATIONS = {2: 1e-5, 3: 1e-3}
 _SECONDS_OF_SUBSTITUTION = {2: 1.5e-7, 3: 1.5e-6}
 _SECONDS_PER_SQUARE = 1.3e-9
 _MARGIN = 1.5
