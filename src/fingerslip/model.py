@@ -162,7 +162,7 @@ class Contact:
         and the size of its facets.
     search_distance : float, optional
         Nodes with a larger initial gap are no contact candidates [m]; without it one and a half times
-        the approach of the counterface (in space 1.1 times, as long as this is enough), and unlimited
+        the approach of the counterface (in space 1.25 times, as long as this is enough), and unlimited
         where loads may bring the body to it.
     programme : tuple of Press, Hold, Slide or Lift, optional
         The counterface's own motion; without it the model's programme.
