@@ -25,5 +25,5 @@ def test_section_alone_has_no_third_panel():
     figure = fingertip_figure(change(fingerprint={"enabled": True}))
     assert all(axes.name != "3d" for axes in figure.axes)
     ring = figure.axes[0].collections[0].get_paths()[0].vertices
-    assert ring[:, 1].min() == pytest.approx(-6.55, abs=0.01)
+    assert ring[:, 1].min() == pytest.approx(-7.05, abs=0.01)
     assert np.isfinite(ring).all()

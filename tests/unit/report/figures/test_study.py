@@ -27,7 +27,7 @@ def swept_runs() -> list[RunResult]:
             f"{variant} {friction}",
             {"fingertip.phalanx.variant": variant, "contact.friction_coefficient": friction},
             events(friction),
-            values={"fingertip.fingerprint.enabled": False},
+            values={**published("wang2014-table2").values[0].programme, "fingertip.fingerprint.enabled": False},
         )
         for variant in ("original", "scaled")
         for friction in (0.2, 0.6, 0.8)

@@ -25,7 +25,7 @@ from unit.fingers import change
         ),
         ({"receptors": {"sa_ii_height": "1 mm"}}, "receptors.sa_ii_height: got 1 mm, needs a value < 1 mm"),
         ({"receptors": {"fa_ii_depth": "1.5 mm"}}, "receptors.fa_ii_depth: got 1.5 mm, needs a value > 1.5 mm"),
-        ({"sagittal": {"pad_rise": "13 mm"}}, "pad_rise: got 13 mm, needs a value < 13 mm"),
+        ({"sagittal": {"pad_rise": "14 mm"}}, "pad_rise: got 14 mm, needs a value < 14 mm"),
         ({"sagittal": {"zone": {"fade": "10 mm"}}}, "sagittal.zone: zone from -12 mm to 7 mm with fade 10 mm"),
         ({"phalanx": {"sagittal": {"concavity_depth": "5 mm"}}}, "concavity_depth: got 5 mm, needs a value < 4.5 mm"),
         ({"phalanx": {"corner_radius": "2.5 mm"}}, "corner_radius: got 2.5 mm"),

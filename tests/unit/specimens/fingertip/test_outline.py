@@ -16,18 +16,19 @@ from unit.fingers import SECTIONS, change, shoelace
 
 @pytest.mark.parametrize("section", SECTIONS)
 def test_lowest_point_is_the_origin_of_arc_length(section):
-    curve = outline_curve(change(section=section))
+    finger = change(section=section)
+    curve = outline_curve(finger)
     lowest = int(curve.points[:, 1].argmin())
     assert curve.arc_length[lowest] == pytest.approx(0.0, abs=1e-12)
-    assert curve.points[lowest] == pytest.approx([0.0, -6.5e-3], abs=1e-9)
+    assert curve.points[lowest] == pytest.approx([0.0, -finger.outline.half_height], abs=1e-9)
 
 
 def test_sagittal_outline_goes_through_its_dimensions():
     curve = outline_curve(preset("wang2014-2d"))
     assert curve.points[:, 0].max() == pytest.approx(8e-3, abs=1e-9)
-    assert curve.points[:, 1].max() == pytest.approx(6.5e-3)
+    assert curve.points[:, 1].max() == pytest.approx(7e-3)
     palmar = curve.arc_length < 0
-    assert np.interp(-16e-3, *curve.points[palmar].T) == pytest.approx(-2.5e-3, abs=1e-8)
+    assert np.interp(-16e-3, *curve.points[palmar].T) == pytest.approx(-3e-3, abs=1e-8)
 
 
 def test_transverse_outline_has_the_area_of_its_ellipse():
@@ -90,7 +91,7 @@ def test_every_layer_meets_the_proximal_cut_at_both_ends(depth):
     ends = np.array(arc_length_at_cut(fingertip, curve, depth))
     points = at_depth(curve, ends, depth)
     assert points[:, 0] == pytest.approx(-16e-3, abs=1e-8)
-    assert points[1] == pytest.approx([-16e-3, 6.5e-3 - depth], abs=1e-8)
+    assert points[1] == pytest.approx([-16e-3, 7e-3 - depth], abs=1e-8)
     assert points[0, 1] < points[1, 1]
 
 

@@ -15,11 +15,11 @@ from unit.fingers import change
     ("changes", "room", "limit"),
     [
         ({}, 3e-3, "phalanx.sagittal.distal_end"),
-        ({"phalanx": {"sagittal": {"distal_end": "3 mm"}}}, 3.5e-3, "phalanx.sagittal.dorsal_level"),
-        ({"phalanx": {"sagittal": {"palmar_level": "-4 mm"}}}, 2.5e-3, "phalanx.sagittal.palmar_level"),
+        ({"phalanx": {"sagittal": {"distal_end": "3 mm"}}}, 4e-3, "phalanx.sagittal.dorsal_level"),
+        ({"phalanx": {"sagittal": {"palmar_level": "-4.5 mm"}}}, 2.5e-3, "phalanx.sagittal.palmar_level"),
         ({"section": "transverse"}, 2.5e-3, "phalanx.transverse.half_width"),
         ({"section": "transverse", "transverse": {"half_height": "5 mm"}}, 2e-3, "phalanx.transverse.half_height"),
-        ({"phalanx": {"variant": "scaled"}}, 6.5e-3, "sagittal.half_height"),
+        ({"phalanx": {"variant": "scaled"}}, 7e-3, "sagittal.half_height"),
     ],
 )
 def test_room_is_set_by_the_nearest_face(changes: dict[str, Any], room: float, limit: str) -> None:
