@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from fingerslip.published import published
 from fingerslip.results import SAMPLE, RunResult, StudyResult
 from fingerslip.slip import Events, SlipEvents
 from fingerslip.study.definition.sampled import SampleSettings, drawn
@@ -27,17 +28,27 @@ def study_of(
     count: int = 12,
     variants: tuple[str, ...] = ("original",),
     time: Callable[[float, float, float], float | None] = overall,
+    compare: str = "wang2014-table2",
 ) -> StudyResult:
-    """Return a study of samples with these times of overall slip; incipient slip is 0.2 s earlier."""
-    samples = drawn(SampleSettings(RANGES, count=count, seed=3))
+    """Return a study of samples with these times of overall slip; incipient slip is 0.2 s earlier.
+
+    The programme of its runs is that of the published values `compare`.
+    """
+    samples, programme = drawn(SampleSettings(RANGES, count=count, seed=3)), published(compare).values[0].programme
     runs = tuple(
-        _run(variant, number, sampled, time) for variant in variants for number, sampled in enumerate(samples, start=1)
+        _run(variant, number, sampled, time, programme)
+        for variant in variants
+        for number, sampled in enumerate(samples, start=1)
     )
-    return StudyResult(Path("study"), ("wang2014-table2",), runs, title="A study", ranges=RANGES)
+    return StudyResult(Path("study"), (compare,), runs, title="A study", ranges=RANGES)
 
 
 def _run(
-    variant: str, number: int, sampled: dict[str, Any], time: Callable[[float, float, float], float | None]
+    variant: str,
+    number: int,
+    sampled: dict[str, Any],
+    time: Callable[[float, float, float], float | None],
+    programme: Mapping[str, Any],
 ) -> RunResult:
     numbers = [float(str(value).split()[0]) for value in sampled.values()]
     last = time(*numbers)
@@ -46,6 +57,6 @@ def _run(
         f"variant-{variant}_sample-{number:02}",
         {VARIANT: variant, SAMPLE: number},
         Events(events, SlipEvents(recorded=False), SlipEvents(recorded=False)),
-        values={"contact.friction_coefficient": 0.6, "fingertip.fingerprint.enabled": False},
+        values={"contact.friction_coefficient": 0.6, "fingertip.fingerprint.enabled": False, **programme},
         sampled=sampled,
     )

@@ -68,7 +68,7 @@ def test_runs_in_space_are_read_at_the_reference_nodes(tmp_path: Path, monkeypat
         return type("Measured", (), {"run": run})
 
     monkeypatch.setattr(geometry, "solid_measures", fake)
-    study = dataclasses.replace(study_of(), folder=tmp_path / "wang2014_geometry_3d", compare=("wang2014-solid",))
+    study = dataclasses.replace(study_of(compare="wang2014-solid"), folder=tmp_path / "wang2014_geometry_3d")
     rows = geometry_rows(study)
     assert read == [study.folder / run.name for run in study.runs]
     assert rows[0].quantity == "incipient slip, in space (accumulated slip)"

@@ -97,7 +97,7 @@ def prepare_samples(plan: Plan, runs: Sequence[Run]) -> Prepared:
             refused.append(RefusedRun(run.name, run.swept, run.sampled, str(error)))
             if not run.sampled or len(refused) == len(plan.runs) + len(plan.refused):
                 raise
-    return Prepared(tuple(jobs), tuple(refused))
+    return Prepared(choose_bases(jobs), tuple(refused))
 
 
 def prepare(plan: Plan, runs: Sequence[Run]) -> tuple[Job, ...]:
