@@ -1,8 +1,9 @@
 """Table 2 of Wang, Chathuranga & Hirai (2014) from the shipped study, and what has to be true of any such slide.
 
-Tolerances: the published times are printed to two decimals; over meshes, steps, contact stiffness and damping our times of
-overall and three-quarter slip are known to less than 10 ms, and the smaller step of overall slip from one phalanx to
-the next moves by 1.2 ms (results/reference/convergence.md and validation.json, of `fingerslip converge` and `validate`).
+Tolerances: the published times are printed to two decimals; over meshes, steps, contact stiffness and damping our times
+of overall and three-quarter slip are known to less than 10 ms, and the smaller step of overall slip from one phalanx to
+the next moves by 1.2 ms (results/reference/convergence.md and validation.json, of `fingerslip converge` and
+`validate`).
 """
 
 from __future__ import annotations
