@@ -9,12 +9,15 @@ from .contact.friction import (
     StaticKinetic as StaticKinetic,
     TimeDependent as TimeDependent,
 )
+from .dynamics.commands import Command as Command
 from .dynamics.simulation import simulate as simulate, simulate_together as simulate_together
+from .dynamics.steering import Observation as Observation, Simulation as Simulation
 from .errors import (
     ConvergenceError as ConvergenceError,
     EquilibriumError as EquilibriumError,
     FingerslipError as FingerslipError,
     InputError as InputError,
+    InvertedCellError as InvertedCellError,
     MeshError as MeshError,
     ResultError as ResultError,
     SlipOutsideContactError as SlipOutsideContactError,
@@ -22,7 +25,13 @@ from .errors import (
 from .history import read_history as read_history, write_history as write_history
 from .materials.damping import RayleighDamping as RayleighDamping
 from .materials.elastic import Elastic as Elastic
+from .materials.library import material as material, material_names as material_names
+from .materials.mooney_rivlin import MooneyRivlin as MooneyRivlin
+from .materials.neo_hookean import NeoHookean as NeoHookean
+from .materials.ogden import Ogden as Ogden, OgdenTerm as OgdenTerm
+from .materials.prony import PronyTerm as PronyTerm
 from .mesh.io import read_mesh as read_mesh, write_mesh as write_mesh
+from .mesh.joining import join_meshes as join_meshes
 from .mesh.quality import quality_table as quality_table
 from .mesh.scan.build import ScanMesh as ScanMesh, SurfaceMesh as SurfaceMesh, mesh_scan as mesh_scan
 from .mesh.scan.layered import LayerSizes as LayerSizes, build_from_surfaces as build_from_surfaces
@@ -39,16 +48,20 @@ from .model import (
     Contact as Contact,
     Drive as Drive,
     Model as Model,
-    QuasiStatic as QuasiStatic,
-    Ramp as Ramp,
     Recording as Recording,
     ReducedBasis as ReducedBasis,
     SupportMotion as SupportMotion,
-    TimeStepping as TimeStepping,
     Traction as Traction,
 )
-from .programme import Hold as Hold, Lift as Lift, Press as Press, Slide as Slide
+from .programme import Hold as Hold, Lift as Lift, Press as Press, Ramp as Ramp, Slide as Slide
 from .results import StudyResult as StudyResult
+from .rigid_bodies import (
+    BodyLoad as BodyLoad,
+    BodyVelocity as BodyVelocity,
+    Dampers as Dampers,
+    RigidBody as RigidBody,
+    Springs as Springs,
+)
 from .sites import Site as Site
 from .slip import (
     Events as Events,
@@ -72,4 +85,5 @@ from .specimens.fingertip.solid_sites import (
 )
 from .study.definition.spec import Study as Study, read_study as read_study, study_schema as study_schema
 from .study.running.runner import StudyFailedError as StudyFailedError, run_study as run_study
+from .timing import Adaptive as Adaptive, QuasiStatic as QuasiStatic, TimeStepping as TimeStepping
 from .version import __version__ as __version__

@@ -13,6 +13,7 @@ __all__ = [
     "FingerslipError",
     "InputError",
     "InputErrors",
+    "InvertedCellError",
     "MeshError",
     "Mistakes",
     "ResultError",
@@ -193,7 +194,7 @@ class SlipOutsideContactError(InputError):
 
 
 class ConvergenceError(FingerslipError):
-    """The frictional contact problem of one time step was not solved.
+    """A time step was not solved: its frictional contact, or at large strain its equation of motion.
 
     Parameters
     ----------
@@ -207,16 +208,20 @@ class ConvergenceError(FingerslipError):
         Largest relative residual allowed [-].
     advice : str
         What to try.
+    problem : str, optional
+        What was not solved.
     """
 
-    def __init__(self, time: float, node: int, residual: float, tolerance: float, advice: str) -> None:
+    def __init__(  # noqa: PLR0917
+        self, time: float, node: int, residual: float, tolerance: float, advice: str, problem: str = "contact"
+    ) -> None:
         self.time, self.node, self.residual = time, node, residual
-        self.tolerance, self.advice = tolerance, advice
-        super().__init__(time, node, residual, tolerance, advice)
+        self.tolerance, self.advice, self.problem = tolerance, advice, problem
+        super().__init__(time, node, residual, tolerance, advice, problem)
 
     def __str__(self) -> str:
         return (
-            f"contact at t = {self.time:.6g} s, node {self.node}: residual {self.residual:.2e}, "
+            f"{self.problem} at t = {self.time:.6g} s, node {self.node}: residual {self.residual:.2e}, "
             f"needs <= {self.tolerance:.0e}; {self.advice}"
         )
 
@@ -228,14 +233,38 @@ class EquilibriumError(ConvergenceError):
     ----------
     time : float
         Time of the step [s].
+    bodies : tuple of str, optional
+        What only contact holds, one of which it does not; the body without it.
     """
 
-    def __init__(self, time: float) -> None:
+    def __init__(self, time: float, bodies: tuple[str, ...] = ()) -> None:
         super().__init__(time, -1, float("inf"), 0.0, "support it, let it touch more, or take TimeStepping")
-        self.args = (time,)
+        self.bodies = bodies
+        self.args = (time, bodies)
 
     def __str__(self) -> str:
-        return f"equilibrium at t = {self.time:.6g} s: contact alone does not hold the body; {self.advice}"
+        held = " or the ".join(self.bodies or ("body",))
+        return f"equilibrium at t = {self.time:.6g} s: contact alone does not hold the {held}; {self.advice}"
+
+
+class InvertedCellError(FingerslipError):
+    """A cell is turned inside out by a displacement.
+
+    Parameters
+    ----------
+    cell : int
+        The cell.
+    position : tuple of float
+        Its middle in the reference state [m].
+    """
+
+    def __init__(self, cell: int, position: tuple[float, ...]) -> None:
+        self.cell, self.position = cell, position
+        super().__init__(cell, position)
+
+    def __str__(self) -> str:
+        place = ", ".join(f"{1e3 * value:.6g}" for value in self.position)
+        return f"cell {self.cell} at ({place}) mm is turned inside out"
 
 
 class ResultError(FingerslipError):

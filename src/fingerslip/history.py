@@ -62,9 +62,12 @@ COORDINATES: Mapping[str, Variable] = {
     "counterface": Variable(("counterface",), "", "boundary that the counterface touches"),
     "counterface_normal": Variable(("counterface", "component"), "1", "outward unit normal of the counterface"),
     "counterface_friction_coefficient": Variable(("counterface",), "1", "friction coefficient"),
+    "rotation_axis": Variable(("rotation_axis",), "", "axis of rotations and moments"),
+    "rigid_body": Variable(("rigid_body",), "", "name of the rigid body"),
+    "rigid_body_centre": Variable(("rigid_body", "component"), "m", "centre of the rigid body at the start"),
     "support": Variable(("support",), "", "boundary or region that the support holds"),
     "contact_node": Variable(("contact_node",), "", "mesh node of the contact candidate"),
-    "contact_counterface": Variable(("contact_node",), "", "index of the body that the candidate may touch"),
+    "contact_counterface": Variable(("contact_node",), "", "index of the counterface that the candidate may touch"),
     "contact_position": Variable(("contact_node", "component"), "m", "reference position of the candidate"),
     "contact_area": Variable(("contact_node",), "m^2", "tributary area of the candidate"),
     "contact_edge_distance": Variable(("contact_node",), "m", "distance to the nearest free edge of the boundary"),
@@ -76,6 +79,7 @@ COORDINATES: Mapping[str, Variable] = {
 
 _SITE = ("time", "site")
 _CONTACT = ("time", "contact_node")
+_RIGID = ("time", "rigid_body")
 
 VARIABLES: Mapping[str, Variable] = {
     "displacement": Variable((*_SITE, "component"), "m", "displacement at the sites"),
@@ -94,12 +98,38 @@ VARIABLES: Mapping[str, Variable] = {
     "counterface_displacement": Variable(("time", "counterface", "component"), "m", "displacement of the counterface"),
     "counterface_velocity": Variable(("time", "counterface", "component"), "m/s", "velocity of the counterface"),
     "counterface_force": Variable(("time", "counterface", "component"), "N", "force on the deformable body"),
+    "counterface_moment": Variable(
+        ("time", "counterface", "rotation_axis"),
+        "N m",
+        "moment on the deformable body about the centre of the counterface's rigid body, else about the moved origin",
+    ),
+    "friction_utilisation": Variable(
+        ("time", "counterface"), "1", "friction force of the counterface over the largest that its normal forces bear"
+    ),
+    "largest_friction_utilisation": Variable(
+        ("time", "counterface"), "1", "largest friction force of a node over the largest that its normal force bears"
+    ),
+    "rigid_body_displacement": Variable((*_RIGID, "component"), "m", "displacement of the rigid body's centre"),
+    "rigid_body_velocity": Variable((*_RIGID, "component"), "m/s", "velocity of the rigid body's centre"),
+    "rigid_body_acceleration": Variable(
+        (*_RIGID, "component"), "m/s^2", "acceleration of the rigid body's centre along its free directions"
+    ),
+    "rigid_body_rotation": Variable((*_RIGID, "rotation_axis"), "rad", "rotation of the rigid body"),
+    "rigid_body_angular_velocity": Variable((*_RIGID, "rotation_axis"), "rad/s", "angular velocity of the rigid body"),
+    "rigid_body_angular_acceleration": Variable(
+        (*_RIGID, "rotation_axis"), "rad/s^2", "angular acceleration of the rigid body"
+    ),
+    "rigid_body_force": Variable((*_RIGID, "component"), "N", "force of all contacts on the rigid body"),
+    "rigid_body_moment": Variable(
+        (*_RIGID, "rotation_axis"), "N m", "moment of all contacts on the rigid body about its centre"
+    ),
     "support_force": Variable(("time", "support", "component"), "N", "force of the support on the deformable body"),
     "kinetic_energy": Variable(("time",), "J", "kinetic energy"),
-    "strain_energy": Variable(("time",), "J", "strain energy"),
+    "strain_energy": Variable(("time",), "J", "strain energy, that of springs of rigid bodies included"),
     "contact_energy": Variable(("time",), "J", "energy stored in the contact penalties"),
     "friction_dissipation": Variable(("time",), "J", "energy dissipated by friction"),
-    "damping_dissipation": Variable(("time",), "J", "energy dissipated by material damping"),
+    "damping_dissipation": Variable(("time",), "J", "energy dissipated by material damping and dampers"),
+    "viscous_dissipation": Variable(("time",), "J", "energy dissipated by the Prony terms of materials"),
     "numerical_dissipation": Variable(("time",), "J", "energy dissipated by the time integration"),
     "external_work": Variable(("time",), "J", "work done by the counterfaces, the moving supports and the loads"),
     "energy_imbalance": Variable(("time",), "J", "external work less all stored and dissipated energy"),

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
 from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Literal, Protocol
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 import pydantic
@@ -14,15 +13,14 @@ from fingerslip.contact.counterfaces import Counterface, Plane
 from fingerslip.contact.friction import Coulomb, FrictionLaw
 from fingerslip.errors import InputError
 from fingerslip.fe.integration import Integration
+from fingerslip.materials.choice import AnyMaterial
 from fingerslip.materials.damping import RayleighDamping
-from fingerslip.materials.material import Formulation, Material
+from fingerslip.materials.material import Formulation
 from fingerslip.parameters import (
     Duration,
     Force,
     Mass,
     NonNegativeLength,
-    Number,
-    PositiveDuration,
     PositiveLength,
     SignedLength,
     SignedPressure,
@@ -30,56 +28,34 @@ from fingerslip.parameters import (
     parameters,
 )
 from fingerslip.parameters.protocols import conforms, describe
-from fingerslip.programme import Phase, phase_duration
+from fingerslip.programme import CONSTANT, Phase, Ramp, phase_duration
+from fingerslip.rigid_bodies import RigidBody
 from fingerslip.sites import Site
+from fingerslip.timing import Adaptive, NumericalDamping, QuasiStatic, TimeStepping, Timing, Tolerance
 
 __all__ = [
+    "Adaptive",
     "Contact",
     "Drive",
+    "Kinematics",
     "Model",
+    "NumericalDamping",
     "QuasiStatic",
-    "Ramp",
     "Recording",
     "ReducedBasis",
     "SupportMotion",
     "TimeStepping",
     "Timing",
+    "Tolerance",
     "Traction",
 ]
 
 Component = Literal["x", "y", "z"]
-NumericalDamping = Annotated[Number, pydantic.Field(ge=-0.5, le=0.0)]
-Tolerance = Annotated[Number, pydantic.Field(gt=0.0, lt=1.0)]
+#: Strains and rotations as small, or as large as they are.
+Kinematics = Literal["small", "finite"]
 
 _A_COUNTERFACE = pydantic.PlainValidator(conforms(Counterface, "a counterface, such as Plane, Cylinder or Sphere"))
 _A_LAW = pydantic.PlainValidator(conforms(FrictionLaw, "a friction law, such as Coulomb(0.5)"))
-
-
-@parameters
-class Ramp:
-    """A factor over time: linear between given times, constant before the first and after the last.
-
-    Parameters
-    ----------
-    times : tuple of float
-        Ascending times [s].
-    factors : tuple of float
-        The factor at each [-].
-    """
-
-    times: tuple[Duration, ...]
-    factors: tuple[float, ...]
-
-    def __post_init__(self) -> None:
-        ascending = all(early < late for early, late in pairwise(self.times))
-        if not self.times or len(self.times) != len(self.factors) or not ascending:
-            raise InputError(
-                "times", f"got {self.times} and {self.factors}", "needs ascending times, a factor for each"
-            )
-
-    def at(self, time: float) -> float:
-        """Return the factor at a time [s]."""
-        return float(np.interp(time, self.times, self.factors))
 
 
 @parameters
@@ -140,7 +116,7 @@ class Drive:
 
     mass: Mass
     force: Force
-    ramp: Ramp = Ramp((0.0,), (1.0,))
+    ramp: Ramp = CONSTANT
 
 
 @parameters
@@ -168,6 +144,8 @@ class Contact:
         The counterface's own motion; without it the model's programme.
     drive : Drive, optional
         A force that moves the counterface along its normal, on top of the prescribed motion.
+    rigid_body : str, optional
+        Name of the rigid body that the counterface is a face of, among those of the model; it moves with that.
     clearance : float
         Gap that is left at the start, along the normal, by a counterface whose start is not given [m]; the first
         part of a press closes it.
@@ -183,59 +161,11 @@ class Contact:
     search_distance: PositiveLength | None = None
     programme: tuple[Phase, ...] | None = None
     drive: Drive | None = None
+    rigid_body: str | None = None
     clearance: NonNegativeLength = 0.0
 
 
-class Timing(Protocol):
-    """What a model needs to know of its time integration."""
-
-    @property
-    def step(self) -> float:
-        """Time step [s]."""
-
-    @property
-    def end(self) -> float | None:
-        """End of the simulation [s]; None for the end of the programme."""
-
-
-_A_TIMING = pydantic.PlainValidator(conforms(Timing, "the time integration: TimeStepping or QuasiStatic"))
-
-
-@parameters
-class TimeStepping:
-    """HHT-alpha time integration at a fixed step.
-
-    Parameters
-    ----------
-    step : float
-        Time step [s].
-    alpha : float
-        Numerical damping, from -1/2 to 0; 0 is the trapezoidal rule.
-    end : float, optional
-        End of the simulation [s], a multiple of the step; without it the end of the programme.
-    """
-
-    step: PositiveDuration
-    alpha: NumericalDamping = -0.05
-    end: PositiveDuration | None = None
-
-
-@parameters
-class QuasiStatic:
-    """Steps without inertia: every step is in equilibrium.
-
-    Supports or contact have to hold the body, and no counterface may be driven by a force.
-
-    Parameters
-    ----------
-    step : float
-        Time step [s].
-    end : float, optional
-        End of the simulation [s], a multiple of the step; without it the end of the programme.
-    """
-
-    step: PositiveDuration
-    end: PositiveDuration | None = None
+_A_TIMING = pydantic.PlainValidator(conforms(Timing, "the time integration: TimeStepping, QuasiStatic or Adaptive"))
 
 
 @parameters
@@ -292,9 +222,10 @@ class Model:
     mesh : skfem.Mesh
         Mesh with named subdomains (regions) and boundaries [m]: quadrilaterals (Q4), linear (T3) or quadratic
         triangles (T6), hexahedra (H8), linear (T4) or quadratic tetrahedra (T10).
-    materials : mapping of str to Material
-        The material of every region: :class:`~fingerslip.materials.elastic.Elastic`, or a law of one's own that
-        answers :class:`~fingerslip.materials.material.Material`.
+    materials : mapping of str to Material or FiniteMaterial
+        The material of every region: one of :data:`~fingerslip.materials.choice.LAWS`, or a law of one's own that
+        answers :class:`~fingerslip.materials.material.Material` or
+        :class:`~fingerslip.materials.finite.FiniteMaterial`.
     formulation : {'plane_strain', 'plane_stress', 'solid'}
         The two-dimensional assumption, or 'solid' in space.
     depth : float
@@ -307,9 +238,11 @@ class Model:
         Dead loads on boundaries [Pa], constant from the start on or changing over time.
     contacts : tuple of Contact
         Boundaries of the body with the counterfaces that they may touch.
+    bodies : mapping of str to RigidBody
+        Rigid bodies by name: what carries the counterfaces of the contacts that name it in `rigid_body`.
     programme : tuple of Press, Hold, Slide or Lift
-        The motion of all counterfaces without a programme of their own, phase after phase.
-    time : TimeStepping or QuasiStatic
+        The motion of all counterfaces without a programme of their own that are on no rigid body, phase after phase.
+    time : TimeStepping, QuasiStatic or Adaptive
         Time integration and its step, or any object with a `step`, an `end` and the members of
         :class:`~fingerslip.dynamics.scheme.Scheme`.
     damping : RayleighDamping
@@ -320,16 +253,19 @@ class Model:
         node, for linear triangles and tetrahedra that do not lock.
     record : Recording
         What is recorded.
+    kinematics : {'small', 'finite'}
+        Whether strains and rotations are taken as small, or as large as they are; then all materials need laws of
+        :class:`~fingerslip.materials.finite.FiniteMaterial`.
     basis : ReducedBasis, optional
         The reduced basis in which the motion is computed; without it on the mesh.
     gravity : tuple of float, optional
-        Acceleration of gravity on the deformable body [m/s^2], one value per component.
+        Acceleration of gravity on the deformable body and the rigid bodies [m/s^2], one value per component.
     initial_velocity : tuple of float, optional
         Velocity of the whole body at the start [m/s], except where it is supported.
     """
 
     mesh: Annotated[Any, pydantic.AfterValidator(_check_mesh)]
-    materials: Mapping[str, Material]
+    materials: Mapping[str, AnyMaterial]
     formulation: Formulation
     time: Annotated[Timing, _A_TIMING]
     depth: PositiveLength = 1.0
@@ -337,10 +273,12 @@ class Model:
     support_motions: Mapping[str, SupportMotion] = pydantic.Field(default_factory=dict)
     tractions: Mapping[str, tuple[float, ...] | Traction] = pydantic.Field(default_factory=dict)
     contacts: tuple[Contact, ...] = ()
+    bodies: Mapping[str, RigidBody] = pydantic.Field(default_factory=dict)
     programme: tuple[Phase, ...] = ()
     damping: RayleighDamping = RayleighDamping()
     integration: Integration = "selective"
     record: Recording = Recording()
+    kinematics: Kinematics = "small"
     basis: ReducedBasis | None = None
     gravity: tuple[float, ...] | None = None
     initial_velocity: tuple[float, ...] | None = None
@@ -348,8 +286,18 @@ class Model:
     def __post_init__(self) -> None:
         if self.formulation == "solid" and self.depth != 1.0:
             raise InputError("depth", f"got {self.depth:g} m for a solid", "may be given in two dimensions only")
+        for number, contact in enumerate(self.contacts):
+            _check_face(contact, self.bodies, f"contacts.{number}")
+        if self.basis is not None and isinstance(self.time, Adaptive):
+            found, allowed = "is given with steps that control their own error", "needs steps of a fixed length"
+            raise InputError("basis", found, allowed, "leave it out, or take TimeStepping or QuasiStatic")
         if not any(self.programmes) and self.time.end is None:
             raise InputError("time.end", "is missing, and there is no programme", "needs one of the two")
+
+    @property
+    def is_finite(self) -> bool:
+        """Whether strains and rotations are large."""
+        return self.kinematics == "finite"
 
     @property
     def end(self) -> float:
@@ -358,12 +306,30 @@ class Model:
 
     @property
     def programmes(self) -> tuple[tuple[Phase, ...], ...]:
-        """The programme of every contact, its own or the model's; the model's where there is no contact."""
-        own = (contact.programme for contact in self.contacts)
-        return tuple(self.programme if one is None else one for one in own) or (self.programme,)
+        """The programme of every contact: its body's, its own or the model's; the model's where there is no contact."""
+        return tuple(map(self._programme_of, self.contacts)) or (self.programme,)
 
     @property
     def is_loaded(self) -> bool:
         """Whether anything but prescribed motion of counterfaces may bring the body into contact."""
-        driven = any(contact.drive for contact in self.contacts)
+        driven = any(contact.drive for contact in self.contacts) or any(body.free for body in self.bodies.values())
         return bool(self.tractions or driven or self.gravity or self.initial_velocity or self.support_motions)
+
+    def _programme_of(self, contact: Contact) -> tuple[Phase, ...]:
+        if contact.rigid_body is not None:
+            return self.bodies[contact.rigid_body].programme
+        return self.programme if contact.programme is None else contact.programme
+
+
+def _check_face(contact: Contact, bodies: Mapping[str, RigidBody], where: str) -> None:
+    """Refuse a contact on a body that is not there, or one that says itself how its counterface moves."""
+    if contact.rigid_body is None:
+        return
+    if contact.rigid_body not in bodies:
+        raise InputError(
+            f"{where}.rigid_body", f"got '{contact.rigid_body}'", f"the bodies are: {', '.join(bodies) or 'none'}"
+        )
+    for name in ("programme", "drive"):
+        if getattr(contact, name) is not None:
+            repair = f"give the motion of body '{contact.rigid_body}' in bodies.{contact.rigid_body}"
+            raise InputError(f"{where}.{name}", "is given with rigid_body", "needs one of the two", repair)

@@ -1,10 +1,46 @@
-"""The programme: how counterfaces move, one phase after the other."""
+"""The programme: how counterfaces move, one phase after the other; and factors over time."""
 
 from __future__ import annotations
 
-from fingerslip.parameters import PositiveDuration, PositiveLength, SignedLength, Speed, parameters
+from itertools import pairwise
 
-__all__ = ["Hold", "Lift", "Phase", "Press", "Slide", "phase_duration", "phase_travel"]
+import numpy as np
+
+from fingerslip.errors import InputError
+from fingerslip.parameters import Duration, PositiveDuration, PositiveLength, SignedLength, Speed, parameters
+
+__all__ = ["CONSTANT", "Hold", "Lift", "Phase", "Press", "Ramp", "Slide", "phase_duration", "phase_travel"]
+
+
+@parameters
+class Ramp:
+    """A factor over time: linear between given times, constant before the first and after the last.
+
+    Parameters
+    ----------
+    times : tuple of float
+        Ascending times [s].
+    factors : tuple of float
+        The factor at each [-].
+    """
+
+    times: tuple[Duration, ...]
+    factors: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        ascending = all(early < late for early, late in pairwise(self.times))
+        if not self.times or len(self.times) != len(self.factors) or not ascending:
+            raise InputError(
+                "times", f"got {self.times} and {self.factors}", "needs ascending times, a factor for each"
+            )
+
+    def at(self, time: float) -> float:
+        """Return the factor at a time [s]."""
+        return float(np.interp(time, self.times, self.factors))
+
+
+#: The factor that is one at all times.
+CONSTANT = Ramp((0.0,), (1.0,))
 
 
 @parameters

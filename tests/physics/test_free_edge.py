@@ -38,7 +38,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
     path = folder / "angles.yaml"
     path.write_text(yaml.safe_dump(STUDY, sort_keys=False))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(runner, "write_report", lambda _: None)
+        patch.setattr(runner, "write_report", lambda *_: None)
         return run_study(path, results_dir=folder / "results", workers=1)
 
 

@@ -54,7 +54,7 @@ def _run(study: Path, results: Path, errors: Path) -> None:
         sys.exit(1)
 
 
-def _write_report(study: Any) -> None:
+def _write_report(study: Any, _: Any) -> None:
     (study.folder / "report.html").write_text("report")
 
 

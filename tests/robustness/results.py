@@ -48,7 +48,7 @@ def result_cases(folder: Path) -> Callable[[random.Random], None]:
     study = results / path.stem
     targets = [study / name for name in _IN_STUDY] + 2 * [study / run / name for run in _NAMES for name in _IN_RUN]
     verbs = {
-        "report": lambda: reporting._content(reporting.read_stored(study)),
+        "report": lambda: reporting._content(reporting.read_stored(study), {}),
         "show": lambda: show(str(study)),
         "show run": lambda: show(str(study / _NAMES[0])),
         "diff": lambda: diff_runs(*(study / name for name in _NAMES)),
@@ -142,8 +142,8 @@ def _slips(folder: Path) -> tuple[Any, ...]:
 def _nothing_drawn() -> Iterator[None]:
     """Read all that a report shows, and draw nothing."""
 
-    def write_report(study: Any) -> None:
-        reporting._content(study)
+    def write_report(study: Any, pictures: Any) -> None:
+        reporting._content(study, pictures or {})
         write_text(study.folder / "report.html", "report")
 
     with (

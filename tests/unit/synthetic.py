@@ -151,6 +151,7 @@ def _energies(times: NDArray[np.float64], plate: NDArray[np.float64]) -> dict[st
         "contact_energy": 0.02 * strain,
         "friction_dissipation": friction,
         "damping_dissipation": np.zeros(times.size),
+        "viscous_dissipation": np.zeros(times.size),
         "numerical_dissipation": 1e-3 * strain,
         "external_work": 1.021 * strain + friction,
         "energy_imbalance": np.full(times.size, 1e-12),

@@ -16,7 +16,7 @@ from places import ROOT
 SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
     "errors units parameters digest files sites",
-    "materials mesh specimens fe linear contact programme model history dynamics",
+    "materials mesh specimens fe linear contact programme rigid_bodies timing model history dynamics",
     "slip uncertainty published results sampling report",
     "verification study validation commands",
 )

@@ -51,6 +51,8 @@ class InterfaceState:
         Slip of the last step [m].
     state : (n_c,) array of int
         :data:`~fingerslip.contact.states.OPEN`, STICK or SLIP; without friction every closed node slips.
+    limit : (n_c,) array
+        Largest friction force that the node bears, in the direction of that which acts on it [N].
     """
 
     forces: Array
@@ -59,6 +61,7 @@ class InterfaceState:
     slip_since_contact: Array
     slip: Array
     state: NDArray[np.int8]
+    limit: Array
 
 
 @dataclass(frozen=True)
@@ -89,7 +92,7 @@ def rest_state(candidates: Candidates, gaps: Array) -> InterfaceState:
     relative = np.zeros((count, dim))
     relative[:, 0] = gaps
     none = np.zeros(count)
-    return InterfaceState(np.zeros((count, dim)), relative, none, none, none, np.full(count, OPEN, dtype=np.int8))
+    return InterfaceState(np.zeros((count, dim)), relative, none, none, none, np.full(count, OPEN, dtype=np.int8), none)
 
 
 def conditions(candidates: Candidates, before: InterfaceState, step: float, time: float) -> Conditions:
@@ -102,11 +105,12 @@ def conditions(candidates: Candidates, before: InterfaceState, step: float, time
     before : InterfaceState
         The interface at the start of the step.
     step : float
-        Time step [s].
+        Length of the step before, in which the last slip was [s]; 0 for the first step.
     time : float
         End of the step [s].
     """
-    return Conditions(before.forces[:, 0] / candidates.area, before.slip / step, before.slip_since_contact, time)
+    rate = before.slip / step if step else np.zeros_like(before.slip)
+    return Conditions(before.forces[:, 0] / candidates.area, rate, before.slip_since_contact, time)
 
 
 def contact_problem(candidates: Candidates, before: InterfaceState, free_relative: Array) -> Array:
@@ -179,7 +183,7 @@ def settle(
     ([[4.0, -1.5], [4.0, -2.0]], [1, 2], [0.0, 0.03])
     """
     stiffnesses = candidates.normal_stiffness, candidates.tangential_stiffness
-    slip, state, (stored, stored_before, friction) = _settle(
+    slip, state, limit, (stored, stored_before, friction) = _settle(
         before.forces, before.relative, forces, relative, friction_coefficient, stretch, *stiffnesses
     )
     after = InterfaceState(
@@ -189,6 +193,7 @@ def settle(
         slip_since_contact=np.where(state != OPEN, before.slip_since_contact + slip, 0.0),
         slip=slip,
         state=state,
+        limit=limit,
     )
     return StepOutcome(after, stored, friction, work - (stored - stored_before) - friction)
 
@@ -197,12 +202,12 @@ def settle(
 def _settle(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     forces_before, relative_before, forces, relative, friction, stretch, normal_stiffness, tangential_stiffness
 ):
-    """Return slip and state of every node; the energies stored now and before, and that dissipated by friction."""
+    """Return slip, state and limit of every node; the energies stored now and before, and that of friction."""
     count, dim = forces.shape
-    slips, states = np.zeros(count), np.full(count, OPEN, dtype=np.int8)
+    slips, states, limits = np.zeros(count), np.full(count, OPEN, dtype=np.int8), np.zeros(count)
     stored, stored_before, dissipated = 0.0, 0.0, 0.0
     for i in range(count):
-        squared = tangential = tangential_before = 0.0
+        squared = tangential = tangential_before = length = 0.0
         for k in range(1, dim):
             change = (forces[i, k] - forces_before[i, k]) / tangential_stiffness[i]
             slip = relative[i, k] - relative_before[i, k] + change
@@ -210,12 +215,14 @@ def _settle(  # type: ignore[no-untyped-def]  # noqa: PLR0917
             dissipated -= forces[i, k] * slip
             tangential += forces[i, k] ** 2
             tangential_before += forces_before[i, k] ** 2
+            length += (stretch[i, k - 1] * forces[i, k]) ** 2
         stored += 0.5 * (forces[i, 0] ** 2 / normal_stiffness[i] + tangential / tangential_stiffness[i])
         stored_before += 0.5 * (
             forces_before[i, 0] ** 2 / normal_stiffness[i] + tangential_before / tangential_stiffness[i]
         )
         if forces[i, 0] > 0.0:
             limit = friction[i] * forces[i, 0]
+            limits[i] = limit * np.sqrt(length / tangential) if tangential > 0.0 else limit
             at_limit = np.sqrt(tangential) >= limit * (1.0 - _ROUNDING)
             # Friction is at its limit where a slide has just ended, too: what does not move, sticks.
             moves = limit == 0.0 or np.sqrt(squared) > _ROUNDING * limit / tangential_stiffness[i]
@@ -224,4 +231,4 @@ def _settle(  # type: ignore[no-untyped-def]  # noqa: PLR0917
             # A node that lands during the step has moved freely for part of it: that is no slip.
             if slides and forces_before[i, 0] > 0.0:
                 slips[i] = np.sqrt(squared)
-    return slips, states, (stored, stored_before, dissipated)
+    return slips, states, limits, (stored, stored_before, dissipated)

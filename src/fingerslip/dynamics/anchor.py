@@ -1,4 +1,4 @@
-"""Bodies without inertia that only contact holds.
+"""Bodies without inertia, deformable and rigid, that only contact holds.
 
 Their stiffness is singular: rigid motions cost nothing until contact resists. Soft springs, in proportion to the mass,
 hold the body to an anchor, and a step is solved again with the anchor where the body went, until the springs pull no
@@ -39,7 +39,7 @@ def passes(steppers: Sequence[Stepper], time: float) -> Iterator[int]:
     """
     yield from range(_MOST_PASSES if steppers[0].anchoring else 1)
     if steppers[0].anchoring:
-        raise EquilibriumError(time)
+        raise EquilibriumError(time, steppers[0].system.held_by_contact)
 
 
 def is_at_rest(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> bool:

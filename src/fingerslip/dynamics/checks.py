@@ -11,18 +11,23 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.candidates import Candidates, find_candidates
 from fingerslip.contact.counterfaces import Counterface
+from fingerslip.dynamics.bodies import check_bodies, contact_motion, unheld_bodies
 from fingerslip.dynamics.loads import Load, model_loads
-from fingerslip.dynamics.motion import Motion, counterface_motion, largest_approach, phase_table
+from fingerslip.dynamics.motion import Motion, largest_approach, phase_table
 from fingerslip.dynamics.penalties import contact_penalties
 from fingerslip.dynamics.scheme import make_scheme
 from fingerslip.dynamics.steps import record_bytes, require_record_memory
 from fingerslip.errors import InputError
-from fingerslip.fe.cell_materials import CellMaterials, cell_materials
-from fingerslip.fe.rigid_motions import FreePiece, free_pieces
+from fingerslip.fe.cell_materials import CellMaterials, cell_materials, finite_cell_materials, small_strain_law
+from fingerslip.fe.rigid_motions import free_pieces
 from fingerslip.fe.space import Space, boundary_nodes, build_space, nodal_areas, region_nodes, vector_dofs
+from fingerslip.materials.finite import FiniteMaterial
+from fingerslip.materials.material import Material
+from fingerslip.materials.prony import recurrence
 from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.model import Contact, Model
 from fingerslip.programme import Slide
+from fingerslip.timing import shortest_step
 from fingerslip.units import coordinates, millimetres
 
 __all__ = ["CheckedModel", "check_model", "checked"]
@@ -50,13 +55,15 @@ class CheckedModel:
     space : Space
         Displacement space of the mesh.
     materials : CellMaterials
-        Material of every cell.
+        Material of every cell at small strain.
+    finite_materials : CellMaterials or None
+        Those at large strain; None for a model at small strain.
     held : mapping of str to (k,) array
         Degrees of freedom that each support holds.
     free : (n_free,) array
         Those that none holds.
-    is_held : bool
-        Whether inertia or supports leave no rigid motion to the contact.
+    held_by_contact : tuple of str
+        Bodies with a rigid motion that inertia, supports and springs leave to the contact, as errors name them.
     loads : tuple of Load
         Tractions and gravity on all degrees of freedom of the mesh.
     counterfaces : tuple of Counterface
@@ -70,10 +77,11 @@ class CheckedModel:
     """
 
     space: Space
-    materials: CellMaterials
+    materials: CellMaterials[Material]
+    finite_materials: CellMaterials[FiniteMaterial] | None
     held: Mapping[str, NDArray[np.int64]]
     free: NDArray[np.int64]
-    is_held: bool
+    held_by_contact: tuple[str, ...]
     loads: tuple[Load, ...]
     counterfaces: tuple[Counterface, ...]
     motions: tuple[Motion, ...]
@@ -111,13 +119,16 @@ def checked(model: Model, space: Space | None = None) -> CheckedModel:
     """
     space = space or build_space(model.mesh)
     materials = cell_materials(space, model.materials, model.formulation)
+    finite = finite_cell_materials(space, model.materials, model.formulation) if model.is_finite else None
+    _check_relaxation(model)
     _check_contacts(model, space)
+    check_bodies(model)
     _check_initial_velocity(model, space)
     skins = [space.positions[boundary_nodes(space, contact.boundary)] for contact in model.contacts]
     counterfaces = tuple(
         _placed(number, contact, skin) for number, (contact, skin) in enumerate(zip(model.contacts, skins, strict=True))
     )
-    motions = _motions(model)
+    motions = tuple(contact_motion(model, number) for number in range(len(model.contacts)))
     candidates = tuple(
         _candidates(model, space, number, counterface, motion)
         for number, (counterface, motion) in enumerate(zip(counterfaces, motions, strict=True))
@@ -127,21 +138,31 @@ def checked(model: Model, space: Space | None = None) -> CheckedModel:
     held = _held_dofs(model, space)
     _check_support_motions(model, space)
     free = _free_dofs(held, space)
-    is_held = bool(make_scheme(model.time).inertia_factor) or not _unheld(model, space, free, candidates)
+    held_by_contact = () if make_scheme(model.time).inertia_factor else _unheld(model, space, free, candidates)
+    _check_held(model, held_by_contact)
     if not model.support_motions:
         _check_depth(model, space, counterfaces, motions, free)
     return CheckedModel(
         space=space,
         materials=materials,
+        finite_materials=finite,
         held=held,
         free=free,
-        is_held=is_held,
+        held_by_contact=held_by_contact,
         loads=model_loads(model, space, materials),
         counterfaces=counterfaces,
         motions=motions,
         candidates=candidates,
         site_nodes=site_nodes(model.mesh, model.record.sites),
     )
+
+
+def _check_held(model: Model, held_by_contact: tuple[str, ...]) -> None:
+    """Refuse bodies without inertia at large strain that supports do not hold: their tangent is singular."""
+    if model.is_finite and held_by_contact:
+        found = f"leave it to contact alone to hold {', '.join(held_by_contact)}"
+        repair = "support it, take TimeStepping, or kinematics 'small'"
+        raise InputError("supports", found, "at large strain a body without inertia needs supports", repair)
 
 
 def _placed(number: int, contact: Contact, skin: NDArray[np.float64]) -> Counterface:
@@ -153,6 +174,15 @@ def _placed(number: int, contact: Contact, skin: NDArray[np.float64]) -> Counter
         repair = "leave out its offset or centre, or the clearance"
         raise InputError(f"contacts.{number}.clearance", found, "needs a counterface without a given start", repair)
     return placed
+
+
+def _check_relaxation(model: Model) -> None:
+    """Refuse relaxation times that are too short for the step, and relaxation at large strain."""
+    for name, material in model.materials.items():
+        where, terms = f"materials.{name}.prony", getattr(small_strain_law(material), "prony", ())
+        if terms and model.is_finite:
+            raise InputError(where, "is given at large strain", "needs kinematics small", "leave the terms out")
+        recurrence(terms, shortest_step(model.time), where)
 
 
 def _check_contacts(model: Model, space: Space) -> None:
@@ -181,14 +211,9 @@ def _check_initial_velocity(model: Model, space: Space) -> None:
 
 def _programme_name(contact: Contact, number: int) -> str:
     """Return how errors call the programme of a contact."""
+    if contact.rigid_body is not None:
+        return f"bodies.{contact.rigid_body}.programme"
     return "programme" if contact.programme is None else f"contacts.{number}.programme"
-
-
-def _motions(model: Model) -> tuple[Motion, ...]:
-    return tuple(
-        counterface_motion(programme, contact.counterface, _programme_name(contact, number))
-        for number, (contact, programme) in enumerate(zip(model.contacts, model.programmes, strict=False))
-    )
 
 
 def _held_dofs(model: Model, space: Space) -> dict[str, NDArray[np.int64]]:
@@ -229,10 +254,8 @@ def _free_dofs(held: Mapping[str, NDArray[np.int64]], space: Space) -> NDArray[n
     return free
 
 
-def _unheld(
-    model: Model, space: Space, free: NDArray[np.int64], candidates: tuple[Candidates, ...]
-) -> tuple[FreePiece, ...]:
-    """Return the pieces of the mesh that only contact holds; refuse those without contact."""
+def _unheld(model: Model, space: Space, free: NDArray[np.int64], candidates: tuple[Candidates, ...]) -> tuple[str, ...]:
+    """Return the bodies that only contact holds; refuse pieces of the mesh without contact."""
     pieces = free_pieces(space, free)
     touching = np.concatenate([np.zeros(0, dtype=np.int64), *(own.nodes for own in candidates)])
     for piece in pieces:
@@ -244,7 +267,7 @@ def _unheld(
             elif not model.contacts:
                 repair = "support it, or take TimeStepping"
             raise InputError("supports", found, "have to hold a body without inertia", repair)
-    return pieces
+    return (*(("body",) if pieces else ()), *unheld_bodies(model.bodies))
 
 
 def _axes(dim: int) -> str:
@@ -308,18 +331,19 @@ def _check_depth(
             continue
         thickness = float(counterface.gap(behind).min()) - lowest
         left = min(float(counterface.gap(behind - position).min()) for position in motion.positions)
-        _judge_depth(_programme_name(contact, number), thickness - left, thickness)
+        _judge_depth(_programme_name(contact, number), thickness - left, thickness, is_finite=model.is_finite)
 
 
-def _judge_depth(where: str, depth: float, thickness: float) -> None:
+def _judge_depth(where: str, depth: float, thickness: float, *, is_finite: bool) -> None:
     """Refuse or warn of a press by `depth` [m] into a soft `thickness` [m]."""
     between = f"the {thickness * 1e3:.4g} mm between the contact and what the supports hold"
     if depth > _WHOLE_SHARE * thickness:
         found = f"presses {depth * 1e3:.4g} mm deep"
         allowed = f"needs less than {between}"
-        raise InputError(where, found, allowed, "press less deep; strains are taken as small, so stay far below it")
-    if depth > _LARGEST_SHARE * thickness:
+        raise InputError(where, found, allowed, "press less deep")
+    if depth > _LARGEST_SHARE * thickness and not is_finite:
         _logger.warning(
-            "%s: presses %.4g mm deep, %.0f %% of %s; strains are taken as small, so results are rough",
+            "%s: presses %.4g mm deep, %.0f %% of %s; strains are taken as small, so results are rough: "
+            "take kinematics 'finite'",
             *(where, depth * 1e3, 100 * depth / thickness, between),
         )

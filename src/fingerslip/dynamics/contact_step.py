@@ -68,7 +68,7 @@ class ContactStep:
         return forces
 
 
-def solve_step(stepper: Stepper, start: Prediction, local: Array) -> ContactStep:
+def solve_step(stepper: Stepper, start: Prediction, local: Array, *, earlier: ContactStep | None = None) -> ContactStep:
     """Find the contact forces of a step.
 
     The frames of curved counterfaces are those at the predicted motion, about which the gap is linear.
@@ -81,6 +81,8 @@ def solve_step(stepper: Stepper, start: Prediction, local: Array) -> ContactStep
         The step before its substitution.
     local : (n_c * dim,) array
         The candidates' part of the unknown without contact forces, in the unit of the scheme's unknown.
+    earlier : ContactStep, optional
+        Contact of an earlier iteration of the step, from which the search starts.
 
     Raises
     ------
@@ -90,7 +92,7 @@ def solve_step(stepper: Stepper, start: Prediction, local: Array) -> ContactStep
     frames, relative = _free_motion(stepper, start, local.reshape(start.moved.shape))
     constant = stepper.constant_frames is not None
     compliance = stepper.compliance if constant else replace(stepper.compliance, frames=frames)
-    found = _solved(stepper, start, compliance, frames, relative)
+    found = _solved(stepper, start, compliance, frames, relative, earlier=earlier)
     marks = _changes(stepper, start, found)
     if not marks.any():
         return _faded(stepper, start, found)
@@ -136,7 +138,7 @@ def _solved(
     The search starts from an earlier solution of the step, or from the forces at its start.
     """
     candidates, before = stepper.system.candidates, start.before.interface
-    given = conditions(candidates, before, stepper.scheme.step, start.time)
+    given = conditions(candidates, before, start.before.step, start.time)
     coefficients = stepper.system.counterfaces.coefficients(given, candidates.counterface)
     problem = contact_problem(candidates, before, relative)
     old = start.before.working_set if earlier is None else earlier.working_set
@@ -150,7 +152,9 @@ def _solved(
 def _free_motion(stepper: Stepper, start: Prediction, unknown: Array) -> tuple[Array, Array]:
     """Return the frames, and gap and relative displacement in them at the end of the step without contact forces."""
     counterfaces, candidates = stepper.system.counterfaces, stepper.system.candidates
-    moved, points = start.moved, candidates.positions + start.moved
+    moved, turned = start.moved, stepper.system.turned(start.free.displacement)
+    # The normals of a body do not turn with it: its shape is looked at as if it had not turned.
+    points = candidates.positions + (moved if turned is None else moved + turned)
     free = moved + stepper.scheme.displacement_factor * unknown
     frames = stepper.constant_frames
     if frames is None:
@@ -158,6 +162,8 @@ def _free_motion(stepper: Stepper, start: Prediction, unknown: Array) -> tuple[A
     beyond = np.einsum("cij,cj->ci", frames, free - moved)
     relative = start.before.interface.relative + np.einsum("cij,cj->ci", frames, free - start.before.moved)
     relative[:, 0] = counterfaces.gaps(points, candidates.counterface) + beyond[:, 0]
+    if turned is not None:
+        relative[:, 0] -= np.einsum("cj,cj->c", frames[:, 0], turned)
     return frames, relative
 
 

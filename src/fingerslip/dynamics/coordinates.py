@@ -1,7 +1,7 @@
 """The coordinates in which a motion is computed: how fields are read from them, and the algebra of a step in them.
 
 A system's matrices, loads and contact operators are in its coordinates, and a step needs no more than these. On the
-mesh the coordinates are its free degrees of freedom and the driven counterfaces. Those of a reduced body are in
+mesh the coordinates are its free degrees of freedom and those of rigid bodies. Those of a reduced body are in
 :mod:`fingerslip.dynamics.reduction`.
 """
 
@@ -29,8 +29,8 @@ class Coordinates(Protocol):
     """Coordinates of a system: n numbers for each field."""
 
     @property
-    def drives(self) -> Indices:
-        """Where the driven counterfaces stand among them, shape (n_driven,)."""
+    def rigid(self) -> Indices:
+        """Where the free directions of rigid bodies stand among them, shape (n_rigid,)."""
 
     @property
     def checks_at_once(self) -> int:
@@ -61,19 +61,19 @@ class MeshCoordinates:
     Parameters
     ----------
     unknowns : Unknowns
-        Free degrees of freedom, then driven counterfaces and moving supports.
+        Free degrees of freedom, then those of rigid bodies and moving supports.
     n_dofs : int
         Degrees of freedom of the mesh.
     """
 
     unknowns: Unknowns
     n_dofs: int
-    checks_at_once = 1
+    checks_at_once = 16
 
     @property
-    def drives(self) -> Indices:
+    def rigid(self) -> Indices:
         """The unknowns behind the free ones."""
-        return self.unknowns.free.size + np.arange(self.unknowns.driven.size)
+        return self.unknowns.of_rigid
 
     def components(self, dofs: Indices) -> NodalComponents:
         """Find degrees of freedom (k,) among the unknowns."""

@@ -3,7 +3,7 @@
 Over a step, with d the change and bar the mean of start and end values, the scheme's equations give exactly ::
 
     external work = d(kinetic) + d(strain) + d(contact penalties)
-                    + friction + damping + numerical dissipation
+                    + friction + damping + viscous + numerical dissipation
 
 so whatever is left over is rounding, or an error. The numerical dissipation is that of the time integration
 (:meth:`fingerslip.dynamics.scheme.Scheme.dissipation`) and that of the contact law's implicit step.
@@ -33,6 +33,8 @@ class Energies:
         Work of loads and counterfaces.
     initial : float
         Energy at the start.
+    viscous : float
+        Energy dissipated by the Prony terms of materials.
     """
 
     kinetic: float = 0.0
@@ -43,6 +45,7 @@ class Energies:
     numerical: float = 0.0
     external_work: float = 0.0
     initial: float = 0.0
+    viscous: float = 0.0
 
     @property
     def imbalance(self) -> float:
@@ -50,7 +53,8 @@ class Energies:
         return (
             self.external_work
             + self.initial
-            - (self.kinetic + self.strain + self.contact + self.friction + self.damping + self.numerical)
+            - (self.kinetic + self.strain + self.contact)
+            - (self.friction + self.damping + self.viscous + self.numerical)
         )
 
     def after(
@@ -63,6 +67,7 @@ class Energies:
         damping: float,
         numerical: float,
         work: float,
+        viscous: float = 0.0,
     ) -> Energies:
         """Return the energies after a step, from its new stored energies and its own dissipations and work [J]."""
         return replace(
@@ -74,6 +79,7 @@ class Energies:
             damping=self.damping + damping,
             numerical=self.numerical + numerical,
             external_work=self.external_work + work,
+            viscous=self.viscous + viscous,
         )
 
 

@@ -11,13 +11,13 @@ from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.forms import mass_matrix, traction_load
 from fingerslip.fe.space import Space
-from fingerslip.model import Model, Ramp, Traction
+from fingerslip.materials.material import Material
+from fingerslip.model import Model, Traction
+from fingerslip.programme import CONSTANT, Ramp
 
 __all__ = ["Load", "model_loads"]
 
 Array = NDArray[np.float64]
-
-_CONSTANT = Ramp((0.0,), (1.0,))
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Load:
     ramp: Ramp
 
 
-def model_loads(model: Model, space: Space, materials: CellMaterials) -> tuple[Load, ...]:
+def model_loads(model: Model, space: Space, materials: CellMaterials[Material]) -> tuple[Load, ...]:
     """Return the tractions and the gravity of a model on all degrees of freedom of its mesh.
 
     Parameters
@@ -55,11 +55,11 @@ def model_loads(model: Model, space: Space, materials: CellMaterials) -> tuple[L
     """
     loads = []
     for name, traction in model.tractions.items():
-        value, ramp = (traction.value, traction.ramp) if isinstance(traction, Traction) else (traction, _CONSTANT)
+        value, ramp = (traction.value, traction.ramp) if isinstance(traction, Traction) else (traction, CONSTANT)
         loads.append(Load(traction_load(space, {name: value}, model.depth), ramp))
     if model.gravity is not None:
         if len(model.gravity) != space.dim:
             raise InputError("gravity", f"got {len(model.gravity)} components", f"needs {space.dim}")
         acceleration = np.tile(model.gravity, len(space.positions))
-        loads.append(Load(mass_matrix(space, materials, model.depth) @ acceleration, _CONSTANT))
+        loads.append(Load(mass_matrix(space, materials, model.depth) @ acceleration, CONSTANT))
     return tuple(loads)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.outside import OutsideCheck
 from fingerslip.dynamics.recorder import Recorder
+from fingerslip.dynamics.rotations import RotationCheck
 from fingerslip.dynamics.sharing import first_alike, same_motion
 from fingerslip.dynamics.state import State, first_state
 from fingerslip.dynamics.step import advance
@@ -59,6 +60,7 @@ def march(
         recorder.record(state)
     last = max(own.size for own in times) - 1
     outside = [OutsideCheck(stepper.system) for stepper in steppers]
+    rotations = [RotationCheck(stepper.system) for stepper in steppers]
     with side_by_side(min(threads, len(steppers))) as mapper:
         for step in range(1, last + 1):
             moving = [number for number, own in enumerate(times) if step < own.size]
@@ -69,13 +71,15 @@ def march(
             with watch.part("recording"):
                 for number in moving:
                     outside[number].look(states[number])
+                    rotations[number].look(states[number])
                     recorders[number].record(states[number])
             if inspect is not None:
                 inspect(moving, before, states)
             if progress is not None:
                 progress(step / last)
-    for check in outside:
-        check.finish()
+    for own, turning in zip(outside, rotations, strict=True):
+        own.finish()
+        turning.finish()
 
 
 def _advance_different(

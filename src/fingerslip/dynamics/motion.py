@@ -97,7 +97,8 @@ def _direction(phase: Slide, normal: Array, where: str) -> Array:
         return sliding_direction(normal)
     if len(phase.direction) != normal.size:
         raise InputError(where, f"got {len(phase.direction)} components", f"needs {normal.size}")
-    direction = np.asarray(phase.direction, dtype=float)
+    # Only where it points to counts: components of any size must not overflow.
+    direction = np.asarray(phase.direction, dtype=float) / (np.abs(phase.direction).max() or 1.0)
     along: Array = direction - (direction @ normal) * normal
     if np.linalg.norm(along) <= 1e-6 * np.linalg.norm(direction) or not direction.any():
         raise InputError(where, f"got {list(phase.direction)}", "needs a direction along the counterface")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,11 @@ class Motions:
     watch: Stopwatch
     progress: Callable[[float], None] | None
     threads: int
+
+    @property
+    def first(self) -> Motions:
+        """The first motion alone."""
+        return replace(self, models=self.models[:1], systems=self.systems[:1], times=self.times[:1])
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,12 @@ simulation begins again with all candidates. The motion is the same in both.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
-from fingerslip.dynamics.motion import counterface_motion, largest_approach
+from fingerslip.dynamics.bodies import contact_motion
+from fingerslip.dynamics.motion import largest_approach
 from fingerslip.errors import InputError
 from fingerslip.model import Contact, Model
-from fingerslip.programme import Phase
 
 __all__ = ["narrowed"]
 
@@ -31,22 +30,21 @@ def narrowed(model: Model) -> Model:
     Parameters
     ----------
     model : Model
-        The model. Given search distances stay; loads and drives may bring any node to a counterface.
+        The model. Given search distances stay; loads and free bodies may bring any node to a counterface.
     """
     if model.mesh.dim() == 2 or model.is_loaded:
         return model
-    own = zip(model.contacts, model.programmes, strict=False)
-    contacts = tuple(_narrowed(contact, programme) for contact, programme in own)
+    contacts = tuple(_narrowed(model, number) for number in range(len(model.contacts)))
     same = all(one is other for one, other in zip(contacts, model.contacts, strict=True))
     return model if same else replace(model, contacts=contacts)
 
 
-def _narrowed(contact: Contact, programme: Sequence[Phase]) -> Contact:
+def _narrowed(model: Model, number: int) -> Contact:
+    contact = model.contacts[number]
     if contact.search_distance is not None:
         return contact
-    shape = contact.counterface
     try:
-        approach = largest_approach(counterface_motion(programme, shape, "programme"), shape)
+        approach = largest_approach(contact_motion(model, number), contact.counterface)
     except InputError:
         # The checks of the model say what is wrong, and where.
         return contact

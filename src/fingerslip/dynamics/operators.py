@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.contact.candidates import node_operator
-from fingerslip.contact.counterfaces import Counterface
+from fingerslip.dynamics.bodies import RigidFreedom
 from fingerslip.fe.space import Space
 
 __all__ = ["NodalComponents", "Outsiders", "Unknowns", "relative_operator"]
@@ -22,31 +21,36 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Unknowns:
-    """The unknowns of a system: free degrees of freedom, driven counterfaces, then supports that move as prescribed.
+    """The unknowns of a system: free degrees of freedom, free directions of rigid bodies, then supports that move.
 
     Parameters
     ----------
     free : (n_free,) array
         Free degrees of freedom among all of the mesh.
-    driven : (n_driven,) array
-        Indices of the counterfaces that a force drives.
+    rigid : tuple of RigidFreedom
+        Free directions of rigid bodies, driven counterfaces included.
     carried : tuple of (k,) arrays
         Degrees of freedom of the mesh that move as one with each component of a moving support.
     """
 
     free: Indices
-    driven: Indices
+    rigid: tuple[RigidFreedom, ...] = ()
     carried: tuple[Indices, ...] = ()
 
     @property
     def count(self) -> int:
         """How many there are, n."""
-        return self.free.size + self.driven.size + len(self.carried)
+        return self.free.size + len(self.rigid) + len(self.carried)
 
     @property
     def moving(self) -> Indices:
         """Where the moving supports stand among them: at the end."""
-        return self.free.size + self.driven.size + np.arange(len(self.carried))
+        return self.free.size + len(self.rigid) + np.arange(len(self.carried))
+
+    @property
+    def of_rigid(self) -> Indices:
+        """Where the free directions of rigid bodies stand among them."""
+        return self.free.size + np.arange(len(self.rigid))
 
     def rows(self, n_dofs: int) -> Indices:
         """Return the unknown of each of the mesh's degrees of freedom, shape (n_dofs,); -1 for those at rest."""
@@ -63,9 +67,9 @@ class Unknowns:
         return sparse.csr_matrix((np.ones(moving.size), (moving, rows[moving])), shape=(n_dofs, self.count))
 
     def restrict(self, forces: Array) -> Array:
-        """Return nodal forces (n_dofs,) [N] on the unknowns, shape (n,): zero for counterfaces, sums for supports."""
+        """Return nodal forces (n_dofs,) [N] on the unknowns, shape (n,): zero for rigid bodies, sums for supports."""
         sums = [forces[dofs].sum() for dofs in self.carried]
-        return np.concatenate([forces[self.free], np.zeros(self.driven.size), sums])
+        return np.concatenate([forces[self.free], np.zeros(len(self.rigid)), sums])
 
 
 @dataclass(frozen=True)
@@ -113,8 +117,8 @@ class Outsiders:
     positions : (k, dim) array
         Reference positions [m].
     relative : matrix, shape (k * dim, n)
-        Map from the first n unknowns, on a mesh all, to their displacement relative to what the counterface's drive
-        adds to its motion.
+        Map from the first n unknowns, on a mesh all, to their displacement relative to what the free directions of a
+        rigid body add to the counterface's motion.
     """
 
     nodes: Indices
@@ -122,10 +126,8 @@ class Outsiders:
     relative: sparse.csr_matrix | Array
 
 
-def relative_operator(
-    space: Space, unknowns: Unknowns, nodes: Indices, counterface: Indices, shapes: Sequence[Counterface]
-) -> sparse.csr_matrix:
-    """Return the map from the unknowns to displacements of nodes relative to their driven counterfaces.
+def relative_operator(space: Space, unknowns: Unknowns, nodes: Indices, counterface: Indices) -> sparse.csr_matrix:
+    """Return the map from the unknowns to displacements of nodes relative to their counterfaces on free rigid bodies.
 
     Parameters
     ----------
@@ -137,8 +139,6 @@ def relative_operator(
         Mesh nodes.
     counterface : (k,) array
         Index of the counterface that each may touch.
-    shapes : sequence of Counterface
-        The counterfaces; a driven one moves along its unit normal.
 
     Returns
     -------
@@ -146,11 +146,12 @@ def relative_operator(
         Node by node.
     """
     of_mesh = sparse.csr_matrix(node_operator(nodes, space.dim, space.n_dofs) @ unknowns.expansion(space.n_dofs))
-    if not unknowns.driven.size:
+    if not unknowns.rigid:
         return of_mesh
+    points = space.positions[nodes]
     columns = [
-        -((counterface == number)[:, None] * shapes[number].unit_normal[None, :]).reshape(-1, 1)
-        for number in unknowns.driven
+        -(np.isin(counterface, freedom.faces)[:, None] * freedom.moved(points)).reshape(-1, 1)
+        for freedom in unknowns.rigid
     ]
-    first, last = of_mesh[:, : unknowns.free.size], of_mesh[:, unknowns.free.size + unknowns.driven.size :]
+    first, last = of_mesh[:, : unknowns.free.size], of_mesh[:, unknowns.free.size + len(unknowns.rigid) :]
     return sparse.csr_matrix(sparse.hstack([first, *(sparse.csr_matrix(column) for column in columns), last]))

@@ -12,7 +12,7 @@ __all__ = ["OutsideCheck"]
 
 
 class OutsideCheck:
-    """Looks at every state of a motion; at several at once where reading the operators is what costs.
+    """Looks at every state of a motion, at several at once: each look costs, whatever it looks at.
 
     Parameters
     ----------
@@ -42,10 +42,10 @@ class OutsideCheck:
         if not waiting:
             return
         for number, outsiders in enumerate(self._system.outsiders):
-            size = outsiders.relative.shape[1]
-            moved = outsiders.relative @ np.stack([state.displacement[:size] for state in waiting], axis=1)
-            shape = self._system.counterfaces.shapes[number]
-            for state, own in zip(waiting, moved.T, strict=True):
-                shifted = own.reshape(outsiders.positions.shape) - state.counterfaces[number]
-                gaps = shape.gap(outsiders.positions + shifted)
-                check_outsiders(gaps, outsiders.nodes, outsiders.positions, state.time)
+            size, known = outsiders.relative.shape[1], outsiders.positions
+            moved = (outsiders.relative @ np.stack([state.displacement[:size] for state in waiting], axis=1)).T
+            counterface = np.stack([state.counterfaces[number] for state in waiting])
+            points = known + moved.reshape(len(waiting), *known.shape) - counterface[:, None]
+            gaps = self._system.counterfaces.shapes[number].gap(points.reshape(-1, known.shape[1]))
+            for state, own in zip(waiting, gaps.reshape(len(waiting), len(known)), strict=True):
+                check_outsiders(own, outsiders.nodes, known, state.time)

@@ -12,7 +12,7 @@ from fingerslip.dynamics.scheme import Predictor
 from fingerslip.dynamics.state import State
 from fingerslip.dynamics.stepper import Stepper
 
-__all__ = ["Prediction", "predict"]
+__all__ = ["Prediction", "predict", "predict_ends"]
 
 Array = NDArray[np.float64]
 
@@ -30,7 +30,7 @@ class Prediction:
     counterfaces : (n_counterfaces, dim) array
         Prescribed displacement of the counterfaces at the end [m].
     load : (n,) array
-        Forces of loads and drives at the end [N].
+        Forces of loads at the end, those on rigid bodies included [N].
     free : Predictor
         The end of the step with no unknown.
     moved : (n_c, dim) array
@@ -78,17 +78,25 @@ def predict(stepper: Stepper, before: State, time: float, counterfaces: Array) -
     counterfaces : (n_counterfaces, dim) array
         Prescribed displacement of the counterfaces at the end [m].
     """
+    start = predict_ends(stepper, before, time, counterfaces)
+    remembered = sum(own.force(memory) for own, memory in zip(stepper.viscous, before.memories, strict=True))
+    load = start.load + remembered
+    right_hand_side = _right_hand_side(stepper, before, start.free, load, start.prescribed)
+    return replace(start, right_hand_side=right_hand_side)
+
+
+def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Array) -> Prediction:
+    """Return a prediction without its right-hand side; see :func:`predict`."""
     free = stepper.scheme.predict(before.displacement, before.velocity, before.acceleration)
-    load = stepper.system.load(time)
     free, prescribed = _carried(stepper, free, time)
     return Prediction(
         before=before,
         time=time,
         counterfaces=counterfaces,
-        load=load,
+        load=stepper.system.load(time),
         free=free,
         moved=stepper.system.moved(free.displacement, counterfaces),
-        right_hand_side=_right_hand_side(stepper, before, free, load, prescribed),
+        right_hand_side=np.zeros(0),
         prescribed=prescribed,
     )
 
@@ -109,17 +117,28 @@ def _carried(stepper: Stepper, free: Predictor, time: float) -> tuple[Predictor,
     return Predictor(displacement, velocity), acceleration
 
 
+def _strained_force(stepper: Stepper, free: Predictor) -> Array:
+    """Return the force of stiffness and stiffness-proportional damping, but for what is remembered, shape (n,) [N]."""
+    share = stepper.damping.stiffness
+    if not share:
+        force: Array = stepper.stiffness @ free.displacement
+    elif stepper.viscous:
+        force = stepper.stiffness @ free.displacement + share * (stepper.system.stiffness @ free.velocity)
+    else:
+        force = stepper.stiffness @ (free.displacement + share * free.velocity)
+    return force
+
+
 def _right_hand_side(stepper: Stepper, before: State, free: Predictor, load: Array, prescribed: Array | None) -> Array:
     system, damping, scheme = stepper.system, stepper.damping, stepper.scheme
-    strained = free.displacement
-    if damping.stiffness:
-        strained = strained + damping.stiffness * free.velocity
-    force = system.stiffness @ strained
+    force = _strained_force(stepper, free)
     if damping.mass:
         force = force + damping.mass * (system.mass @ free.velocity)
+    if system.dampers is not None:
+        force = force + system.dampers * free.velocity
     total: Array = scheme.end_weight * (load - force) + scheme.start_weight * before.unbalance
     if before.release is not None:
-        total += system.relative.T @ fading_forces(scheme, before.release).ravel()
+        total += system.at_candidates @ fading_forces(scheme, before.release).ravel()
     if prescribed is not None:
         total -= system.mass @ prescribed
         total[system.unknowns.moving] = 0.0

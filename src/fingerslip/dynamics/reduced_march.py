@@ -128,8 +128,12 @@ def _require_suitable(motions: Motions) -> None:
     system = motions.systems[0]
     if free_pieces(system.space, system.free):
         raise _UnsuitableError("supports leave rigid motions free")
+    if system.relaxing:
+        raise _UnsuitableError("materials relax")
     if system.moving_supports:
         raise _UnsuitableError("supports move")
+    if system.dampers is not None:
+        raise _UnsuitableError("rigid bodies have other damping than the material")
     interface = interface_unknowns(motions.systems)
     if not interface.size or interface.size >= system.mass.shape[0] - 1:
         raise _UnsuitableError(f"{interface.size} of {system.mass.shape[0]} unknowns are those of contact and sites")
@@ -141,16 +145,33 @@ def _require_suitable(motions: Motions) -> None:
 
 
 def _march(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -> Marched:
-    """March with ever more vibrations, until the estimated errors are within the tolerances."""
-    maker, tried = _Maker.of(motions, store), list[tuple[int, float]]()
+    """March with ever more vibrations, until the estimated errors are within the tolerances.
+
+    Where there is no basis yet, the first of several motions tries it out for all.
+    """
+    maker = _Maker.of(motions, store)
     with motions.watch.part("basis"):
         kept = maker.kept()
         basis = kept or maker.make(_FEWEST)
+    if kept is None and len(motions.models) > 1:
+        _, basis = _suitable(motions.first, maker, basis, wanted)
+    marched, basis = _suitable(motions, maker, basis, wanted)
+    if basis is not kept:
+        with motions.watch.part("basis"):
+            maker.keep(basis)
+    return marched
+
+
+def _suitable(
+    motions: Motions, maker: _Maker, basis: CraigBampton, wanted: ReducedBasis
+) -> tuple[Marched, CraigBampton]:
+    """March some motions from a basis on to one that suffices for them; return it, too."""
+    tried = list[tuple[int, float]]()
     while True:
         marched, check = _attempt(motions, maker, basis)
         count, excess = basis.frequencies.size, _excess(check, wanted)
         if excess <= 1.0:
-            break
+            return marched, basis
         tried.append((count, excess))
         found = f"{count} vibrations leave errors of {check.error:.2g} and {check.acceleration_error:.2g}"
         _logger.info("%s", found)
@@ -159,10 +180,6 @@ def _march(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -> 
             raise _UnsuitableError(f"{found}, and the tolerances are {allowed}")
         with motions.watch.part("basis"):
             basis = maker.make(_next_count(count, excess))
-    if basis is not kept:
-        with motions.watch.part("basis"):
-            maker.keep(basis)
-    return marched
 
 
 def _excess(check: ResidualCheck, wanted: ReducedBasis) -> float:

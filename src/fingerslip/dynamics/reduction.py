@@ -1,7 +1,7 @@
 """A system in the coordinates of a reduced body, which a step treats as it treats one on a mesh.
 
-The interface of the basis holds all degrees of freedom of the contact candidates and of the sites, and the driven
-counterfaces: their static responses are exact. An unknown of the reduced system is a coordinate of the basis or the
+The interface of the basis holds all degrees of freedom of the contact candidates and of the sites, and those of
+rigid bodies: their static responses are exact. An unknown of the reduced system is a coordinate of the basis or the
 displacement of an interface unknown, which follows from the coordinates but is kept beside them, so that contact and
 recording read it as they do on a mesh; see :mod:`fingerslip.dynamics.modal`.
 """
@@ -51,10 +51,9 @@ class ReducedCoordinates:
     checks_at_once = 32
 
     @property
-    def drives(self) -> Indices:
-        """Where the driven counterfaces stand: they are of the interface."""
-        first = self.system.free.size
-        return self._at(first + np.arange(self.system.unknowns.driven.size))
+    def rigid(self) -> Indices:
+        """Where the free directions of rigid bodies stand: they are of the interface."""
+        return self._at(self.system.unknowns.of_rigid)
 
     def components(self, dofs: Indices) -> NodalComponents:
         """Find degrees of freedom (k,) of the interface."""
@@ -64,7 +63,7 @@ class ReducedCoordinates:
     def mapped(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, Array]:
         """Return the coordinates of the basis, and a map (k, n_dofs) of the mesh's displacement as one of these."""
         every = np.arange(self.basis.eigenvalues.size)
-        none = sparse.csr_matrix((matrix.shape[0], self.system.unknowns.driven.size))
+        none = sparse.csr_matrix((matrix.shape[0], len(self.system.unknowns.rigid)))
         of_unknowns = sparse.csr_matrix(sparse.hstack([matrix[:, self.system.free], none]))
         return NodalComponents(every, np.zeros(every.size, dtype=bool)), self.restricted(of_unknowns)
 
@@ -111,10 +110,10 @@ class ReducedCoordinates:
 
 
 def interface_unknowns(systems: Sequence[System]) -> Indices:
-    """Return the unknowns of the contact candidates, the sites and the drives of systems, ascending, shape (p,)."""
+    """Return the unknowns of contact candidates, sites and rigid bodies of systems, ascending, shape (p,)."""
     found = [own for system in systems for own in (system.relative.indices, _of_nodes(system, system.site_nodes))]
-    drives = systems[0].coordinates.drives
-    return np.unique(np.concatenate([*found, drives])).astype(np.int64)
+    rigid = systems[0].coordinates.rigid
+    return np.unique(np.concatenate([*found, rigid])).astype(np.int64)
 
 
 def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Indices:

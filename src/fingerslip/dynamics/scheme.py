@@ -19,8 +19,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.model import QuasiStatic, TimeStepping, Timing
 from fingerslip.parameters.protocols import require
+from fingerslip.timing import Adaptive, QuasiStatic, TimeStepping, Timing
 
 __all__ = ["HHT", "Predictor", "Scheme", "Static", "StepChange", "hht", "make_scheme"]
 
@@ -257,8 +257,9 @@ def make_scheme(time: Timing) -> Scheme:
 
     Parameters
     ----------
-    time : TimeStepping, QuasiStatic or Scheme
-        The settings. An object with the members of :class:`Scheme` is the scheme itself.
+    time : TimeStepping, QuasiStatic, Adaptive or Scheme
+        The settings. An object with the members of :class:`Scheme` is the scheme itself. Of steps that control
+        their own error it is the scheme of a step from record to record.
 
     Raises
     ------
@@ -270,4 +271,6 @@ def make_scheme(time: Timing) -> Scheme:
             return hht(time.step, time.alpha)
         case QuasiStatic():
             return Static(time.step)
+        case Adaptive():
+            return make_scheme(time.fixed(time.step))
     return require(time, Scheme, "TimeStepping, QuasiStatic or a scheme", "time")  # type: ignore[type-abstract]

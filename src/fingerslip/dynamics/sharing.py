@@ -12,6 +12,7 @@ from fingerslip.dynamics.scheme import make_scheme
 from fingerslip.dynamics.system import System
 from fingerslip.errors import InputError
 from fingerslip.model import Contact, Model
+from fingerslip.timing import Adaptive, Timing
 
 __all__ = [
     "check_same_matrix",
@@ -30,7 +31,9 @@ _WORTH_SHARING = 15_000
 _MOST = 8
 
 # What of a model decides stiffness and mass, beside its mesh.
-_OF_BODY = ("materials", "formulation", "depth", "supports", "support_motions", "integration")
+_OF_BODY = ("kinematics", "materials", "formulation", "depth", "supports", "support_motions", "integration")
+# What of a rigid body does.
+_OF_RIGID = ("mass", "free", "centre", "inertia", "springs", "dampers")
 
 
 def same_matrix(one: Model, other: Model) -> bool:
@@ -43,6 +46,7 @@ def same_body(one: Model, other: Model) -> bool:
     return (
         all(getattr(one, name) == getattr(other, name) for name in _OF_BODY)
         and [contact.boundary for contact in one.contacts] == [contact.boundary for contact in other.contacts]
+        and _rigid_parts(one) == _rigid_parts(other)
         and one.record.sites == other.record.sites
         and _same_mesh(one.mesh, other.mesh)
     )
@@ -87,14 +91,22 @@ def first_alike(items: Sequence[T], same: Callable[[T, T], bool]) -> list[int]:
     return found
 
 
-def groups_to_share(models: Sequence[Model]) -> list[list[int]]:
+def groups_to_share(models: Sequence[Model], at_once: int = 1) -> list[list[int]]:
     """Return the indices of models that are best simulated together, group by group.
 
     Small models stay apart. A large group is split evenly, so that not too many histories are kept at once.
+
+    Parameters
+    ----------
+    models : sequence of Model
+        The models.
+    at_once : int, optional
+        Groups that can be simulated at once. In the plane, where one group can use one core, there are as many.
     """
-    first = first_alike(models, lambda one, other: _is_large(other) and same_matrix(one, other))
+    first = first_alike(models, lambda one, other: _gains(other) and same_matrix(one, other))
     alike = [[number for number, own in enumerate(first) if own == kind] for kind in dict.fromkeys(first)]
-    return [part for group in alike for part in _even_parts(group)]
+    each = math.ceil(at_once / max(1, len(alike)))
+    return [part for group in alike for part in _even_parts(group, each if _is_plane(models[group[0]]) else 1)]
 
 
 def check_same_matrix(models: Sequence[Model]) -> None:
@@ -115,12 +127,21 @@ def check_same_matrix(models: Sequence[Model]) -> None:
             raise InputError(f"models.{number}.{part}", found, allowed, "simulate it by itself")
 
 
-def _is_large(model: Model) -> bool:
-    return bool(model.mesh.p.size >= _WORTH_SHARING)
+def _gains(model: Model) -> bool:
+    """Tell whether a model gains by sharing: not at large strain nor with steps of its own, whose matrix is its own."""
+    if model.mesh.p.size < _WORTH_SHARING:
+        return False
+    return not (model.is_finite or isinstance(model.time, Adaptive))
 
 
-def _even_parts(group: list[int]) -> list[list[int]]:
-    size = math.ceil(len(group) / math.ceil(len(group) / _MOST))
+def _is_plane(model: Model) -> bool:
+    return bool(model.mesh.dim() == 2)
+
+
+def _even_parts(group: list[int], at_once: int) -> list[list[int]]:
+    """Split a group into a multiple of the parts that run at once, so that all of these end together."""
+    rounds = math.ceil(len(group) / (_MOST * at_once))
+    size = math.ceil(len(group) / (rounds * at_once))
     return [group[start : start + size] for start in range(0, len(group), size)]
 
 
@@ -131,18 +152,36 @@ def _difference(one: Model, other: Model) -> str:
             return name
     if not _same_mesh(one.mesh, other.mesh):
         return "mesh"
-    if make_scheme(one.time) != make_scheme(other.time):
+    if not _same_steps(one.time, other.time):
         return "time"
     if len(one.contacts) != len(other.contacts):
         return "contacts"
+    if _rigid_parts(one) != _rigid_parts(other):
+        return "bodies"
     pairs = enumerate(zip(one.contacts, other.contacts, strict=True))
     return next((f"contacts.{number}" for number, (a, b) in pairs if _of_matrix(a) != _of_matrix(b)), "")
+
+
+def _same_steps(one: Timing, other: Timing) -> bool:
+    return isinstance(one, Adaptive) == isinstance(other, Adaptive) and make_scheme(one) == make_scheme(other)
 
 
 def _of_matrix(contact: Contact) -> tuple[Any, ...]:
     """Return what of a contact decides the matrix and the compliance."""
     mass = contact.drive.mass if contact.drive else None
-    return contact.boundary, contact.counterface, contact.normal_penalty, contact.tangential_penalty, mass
+    return (
+        contact.boundary,
+        contact.counterface,
+        contact.normal_penalty,
+        contact.tangential_penalty,
+        mass,
+        contact.rigid_body,
+    )
+
+
+def _rigid_parts(model: Model) -> list[tuple[Any, ...]]:
+    """Return what of the rigid bodies decides the matrix and the compliance."""
+    return [(name, *(getattr(body, part) for part in _OF_RIGID)) for name, body in model.bodies.items()]
 
 
 def _same_mesh(one: Any, other: Any) -> bool:

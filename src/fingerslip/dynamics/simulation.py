@@ -4,38 +4,35 @@ from __future__ import annotations
 
 import functools
 import logging
-import platform
 from collections.abc import Callable, Sequence
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.energy import made_energy
+from fingerslip.dynamics.adaptive.march import march_adaptive
+from fingerslip.dynamics.finite.march import march_finite
 from fingerslip.dynamics.motions import Marched, Motions, march_motions
 from fingerslip.dynamics.narrowing import narrowed
+from fingerslip.dynamics.provenance import labelled_history
 from fingerslip.dynamics.reduced_march import BasisStore, march_reduced
 from fingerslip.dynamics.sharing import check_same_matrix
 from fingerslip.dynamics.stepper import Stopwatch
 from fingerslip.dynamics.steps import record_bytes, require_record_memory, step_times
 from fingerslip.dynamics.system import build_system
 from fingerslip.errors import InputError, SlipOutsideContactError
-from fingerslip.history import make_history
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.threads import allowed_threads, limited_threads, suitable_threads
 from fingerslip.model import Model
 from fingerslip.parameters.protocols import describe
+from fingerslip.timing import Adaptive
 
 __all__ = ["simulate", "simulate_together", "step_times"]
 
 Array = NDArray[np.float64]
 
 _HOW = "write fs.Model(mesh=..., materials=..., formulation=..., contacts=..., programme=..., time=...)"
-
-# Share of the largest energy that steps may make without a warning; that of the shipped studies is below 1e-4.
-_MADE_ENERGY = 0.01
 
 _logger = logging.getLogger(__name__)
 
@@ -58,7 +55,7 @@ def simulate(
         Called after every step with the fraction that is done.
     threads : int, optional
         Threads to use at most; without it as many as the cores that this process may use. Below about 15,000 degrees
-        of freedom, the algebra of a system takes one.
+        of freedom, in the plane 100,000, the algebra of a system takes one.
     solver : LinearSolver, optional
         What factorises the matrix; without it the preferred solver that is available, MKL PARDISO before SuperLU.
     bases : BasisStore, optional
@@ -125,7 +122,8 @@ def simulate_together(
     check_same_matrix(models)
     times = [step_times(model) for model in models]
     allowed = allowed_threads(threads)
-    with limited_threads(suitable_threads(models[0].mesh.dim() * models[0].mesh.nvertices, allowed)):
+    dim = models[0].mesh.dim()
+    with limited_threads(suitable_threads(dim * models[0].mesh.nvertices, allowed, dim)):
         run = functools.partial(_simulate, times=times, progress=progress, threads=allowed, solver=solver, bases=bases)
         return _in_two_stages(models, run)
 
@@ -177,59 +175,23 @@ def _simulate(
         require_record_memory(models[0], needed)
     chosen = solver or preferred_solver()
     motions = Motions(tuple(models), tuple(systems), tuple(times), chosen, watch, progress, threads)
+    if any(isinstance(model.time, Adaptive) for model in models):
+        each = [march_adaptive(motions, number) for number in range(len(models))]
+        return tuple(_history(own, 0, watch) for own in each)
+    if models[0].is_finite:
+        if models[0].basis is not None:
+            _logger.info("large strain is computed on the mesh, not in a reduced basis")
+        each = [march_finite(motions, number) for number in range(len(models))]
+        return tuple(_history(own, 0, watch) for own in each)
     basis = models[0].basis
     marched = march_reduced(motions, basis, bases) if basis else None
     if marched is None:
         marched = march_motions(motions, systems, {"basis": "full"})
     _logger.info("%s, %s", marched.steppers[0].solver.name, marched.steppers[0].condensed.description)
-    return tuple(_history(marched, number, own, watch) for number, own in enumerate(times))
+    return tuple(_history(marched, number, watch) for number in range(len(times)))
 
 
-def _history(marched: Marched, number: int, times: Array, watch: Stopwatch) -> xr.Dataset:
-    recorder, system = marched.recorders[number], marched.steppers[number].system
-    if system.motions:
-        recorder.values["counterface_velocity"] += np.stack(
-            [motion.velocity(times) for motion in system.motions], axis=1
-        )
-    history = make_history(recorder.values, _provenance(marched, number, watch))
-    _warn_of_made_energy(history)
-    return history
-
-
-def _warn_of_made_energy(history: xr.Dataset) -> None:
-    """Warn where steps have made energy, as those of a user's own scheme can."""
-    made, share = made_energy(history)
-    if share > _MADE_ENERGY:
-        _logger.warning(
-            "time steps have made %.3g J, %.0f %% of the largest energy: take a smaller step, softer contact "
-            "penalties, or the scheme TimeStepping, whose impacts make none",
-            *(made, 100 * share),
-        )
-
-
-def _provenance(marched: Marched, number: int, watch: Stopwatch) -> dict[str, object]:
-    """Return what made the history: versions, solver, basis, sizes and seconds."""
-    stepper = marched.steppers[number]
-    system = stepper.system
-    return {
-        "title": "fingerslip history",
-        "fingerslip_version": version("fingerslip"),
-        "python_version": platform.python_version(),
-        "linear_solver": stepper.solver.name,
-        "condensation": stepper.condensed.description,
-        **marched.basis,
-        "n_simulated_together": len(marched.steppers),
-        "element": system.space.element,
-        "regions": ", ".join(system.space.mesh.subdomains or {}),
-        "n_degrees_of_freedom": len(system.free),
-        "n_nodes": len(system.space.positions),
-        "n_contact_candidates": len(system.candidates.nodes),
-        "normal_penalty": _mean_penalty(system.candidates.normal_stiffness, system.candidates.area),
-        "tangential_penalty": _mean_penalty(system.candidates.tangential_stiffness, system.candidates.area),
-        **{f"seconds_{name}": value for name, value in watch.seconds.items()},
-        **{f"cpu_seconds_{name}": value for name, value in watch.cpu_seconds.items()},
-    }
-
-
-def _mean_penalty(stiffness: Array, area: Array) -> float:
-    return float(stiffness.sum() / area.sum()) if area.size else 0.0
+def _history(marched: Marched, number: int, watch: Stopwatch) -> xr.Dataset:
+    together, stepper = len(marched.steppers), marched.steppers[number]
+    attributes = {**marched.basis, "n_simulated_together": together}
+    return labelled_history(marched.recorders[number].values, stepper, attributes, watch)

@@ -11,6 +11,8 @@ from fingerslip.contact.interface import InterfaceState, rest_state
 from fingerslip.contact.solve.pieces import Piece
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.energy import Energies
+from fingerslip.dynamics.finite.body import BodyState
+from fingerslip.dynamics.memory import Memory, no_memory
 from fingerslip.dynamics.release import Release
 from fingerslip.dynamics.stepper import Stepper, with_known
 
@@ -32,7 +34,7 @@ class State:
     inertia : (n,) array
         Mass times acceleration [N].
     load : (n,) array
-        Forces of loads and drives [N].
+        Forces of loads, those on rigid bodies included [N].
     unbalance, unbalance_before : (n,) array
         Unbalanced force C v + K u - f now and one step earlier [N].
     counterfaces : (n_counterfaces, dim) array
@@ -45,6 +47,8 @@ class State:
         The contact candidates in their frames.
     energies : Energies
         The balance so far.
+    step : float
+        Length of the last step [s]; 0 at the start.
     iterations : int
         Iterations of the contact solver in the last step.
     residual : float
@@ -53,6 +57,10 @@ class State:
         What the contact solver keeps for the next step.
     release : Release or None
         What nodes that have left a counterface still feel; None where there are none.
+    memories : tuple of Memory
+        What layers that relax remember.
+    body : BodyState or None
+        The body at large strain; None at small strain.
     """
 
     time: float
@@ -69,10 +77,20 @@ class State:
     contact_forces_before: Array
     interface: InterfaceState
     energies: Energies
+    step: float = 0.0
     iterations: int = 0
     residual: float = 0.0
     working_set: WorkingSet | Piece | None = None
     release: Release | None = None
+    memories: tuple[Memory, ...] = ()
+    body: BodyState | None = None
+
+    @property
+    def large_body(self) -> BodyState:
+        """The body at large strain, where there is one."""
+        if self.body is None:
+            raise ValueError("a state at small strain")
+        return self.body
 
 
 def first_state(stepper: Stepper) -> State:
@@ -99,6 +117,8 @@ def first_state(stepper: Stepper) -> State:
         contact_forces_before=none,
         interface=rest_state(candidates, system.counterfaces.gaps(candidates.positions, candidates.counterface)),
         energies=Energies(kinetic=kinetic, initial=kinetic),
+        memories=tuple(map(no_memory, stepper.viscous)),
+        body=None if system.body is None else system.body.at(np.zeros_like(velocity)),
     )
 
 

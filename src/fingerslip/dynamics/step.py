@@ -14,6 +14,7 @@ from fingerslip.contact.interface import StepOutcome, settle
 from fingerslip.dynamics.anchor import is_at_rest, move_anchor, passes
 from fingerslip.dynamics.contact_step import ContactStep, solve_step
 from fingerslip.dynamics.energy import Energies
+from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.prediction import Prediction, predict
 from fingerslip.dynamics.scheme import StepChange
 from fingerslip.dynamics.state import State
@@ -21,7 +22,7 @@ from fingerslip.dynamics.stepper import Stepper, Stopwatch
 from fingerslip.linear.products import two_products
 from fingerslip.linear.threads import Mapper, one_by_one
 
-__all__ = ["advance"]
+__all__ = ["advance", "finish", "weighted_forces"]
 
 Array = NDArray[np.float64]
 
@@ -71,7 +72,7 @@ def advance(
             break
         starts = list(map(move_anchor, steppers, starts, unknowns))
     with watch.part("recording"):
-        return list(map(_finish, steppers, starts, contacts, unknowns))
+        return list(map(finish, steppers, starts, contacts, unknowns))
 
 
 def _columns(vectors: Sequence[Array]) -> Array:
@@ -89,15 +90,34 @@ def _joint_forces(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], 
     """Return what contact adds to the equations of all motions, on the joint rows, shape (m,) or (m, k) [N]."""
     forces = np.zeros((shape[0], len(steppers)))
     for number, (stepper, contact) in enumerate(zip(steppers, contacts, strict=True)):
-        added = stepper.scheme.end_weight * contact.forces
-        if contact.release_force is not None:
-            added += contact.release_force
-        forces[stepper.rows, number] = added.ravel()
+        forces[stepper.rows, number] = weighted_forces(stepper, contact).ravel()
     return forces.reshape(shape)
 
 
-def _finish(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> State:
-    """Return the state at the end of a step from its unknown (n,)."""
+def weighted_forces(stepper: Stepper, contact: ContactStep) -> Array:
+    """Return what contact adds to the equation of motion of a step, in global components, shape (n_c, dim) [N]."""
+    added: Array = stepper.scheme.end_weight * contact.forces
+    return added if contact.release_force is None else added + contact.release_force
+
+
+def finish(
+    stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array, body: BodyState | None = None
+) -> State:
+    """Return the state at the end of a step.
+
+    Parameters
+    ----------
+    stepper : Stepper
+        What stays the same.
+    start : Prediction
+        The step before its substitution.
+    contact : ContactStep
+        Its contact.
+    unknown : (n,) array
+        Its unknown.
+    body : BodyState, optional
+        The body at the end, at large strain.
+    """
     system, scheme, before, unknown = stepper.system, stepper.scheme, start.before, np.ascontiguousarray(unknown)
     displacement = start.free.displacement + scheme.displacement_factor * unknown
     velocity = start.free.velocity + scheme.velocity_factor * unknown
@@ -109,10 +129,11 @@ def _finish(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: 
     if stepper.anchoring:
         unbalance += start.anchor_force(stepper, unknown)
     if contact.release is not None:
-        unbalance += system.relative.T @ contact.release.correction.ravel()
+        unbalance += system.at_candidates @ contact.release.correction.ravel()
     after = replace(
         before,
         time=start.time,
+        step=scheme.step,
         displacement=displacement,
         velocity=velocity,
         acceleration=acceleration,
@@ -128,6 +149,10 @@ def _finish(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: 
         residual=contact.solution.residual,
         working_set=contact.working_set,
         release=contact.release,
+        memories=tuple(
+            own.after(memory, displacement) for own, memory in zip(stepper.viscous, before.memories, strict=True)
+        ),
+        body=body,
     )
     return _settled(stepper, before, after, momentum, contact)
 
@@ -178,7 +203,8 @@ def _energies(stepper: Stepper, before: State, after: State, momentum: Array, se
         contact=settled.stored,
         friction=settled.friction,
         damping=_damped(stepper, before, after),
-        numerical=stepper.scheme.dissipation(change) + settled.numerical,
+        viscous=sum(memory.dissipated for memory in after.memories),
+        numerical=stepper.scheme.dissipation(change) + settled.numerical + _elastic_loss(before, after),
         work=_external_work(stepper, before, after),
     )
 
@@ -188,12 +214,23 @@ def _strain_energy(stepper: Stepper, state: State) -> float:
 
     Nothing else in the step forms this product with the stiffness, so the balance of energies checks the substitutions.
     """
-    return 0.5 * float(state.displacement @ (stepper.system.stiffness @ state.displacement))
+    if state.body is not None:
+        return state.body.energy
+    elastic = 0.5 * float(state.displacement @ (stepper.system.stiffness @ state.displacement))
+    return elastic + sum(memory.stored for memory in state.memories)
+
+
+def _elastic_loss(before: State, after: State) -> float:
+    """Return the work of the mean elastic force less the change of strain energy [J]: none at small strain."""
+    if before.body is None or after.body is None:
+        return 0.0
+    work = 0.5 * float((before.body.force + after.body.force) @ (after.displacement - before.displacement))
+    return work - (after.body.energy - before.body.energy)
 
 
 def _damped(stepper: Stepper, before: State, after: State) -> float:
-    """Return the energy that the material damping dissipates in a step [J]."""
-    if not (stepper.damping.mass or stepper.damping.stiffness):
+    """Return the energy that material damping and the dampers of rigid bodies dissipate in a step [J]."""
+    if not (stepper.damping.mass or stepper.damping.stiffness or stepper.system.dampers is not None):
         return 0.0
     force = stepper.damping_force(0.5 * (before.velocity + after.velocity))
     return float((after.displacement - before.displacement) @ force)

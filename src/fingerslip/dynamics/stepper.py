@@ -5,7 +5,7 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -16,6 +16,8 @@ from scipy import sparse
 from fingerslip.contact.frames import tangent_lengths
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.dynamics.condensation import Condensed
+from fingerslip.dynamics.finite.body import BodyState
+from fingerslip.dynamics.memory import Memory, Viscous, relaxed_force, stiffness_of_step, viscous_steps
 from fingerslip.dynamics.scheme import Scheme, make_scheme
 from fingerslip.dynamics.sharing import first_alike, same_compliance
 from fingerslip.dynamics.system import System
@@ -23,7 +25,7 @@ from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.model import Timing
 
-__all__ = ["Forces", "Stepper", "Stopwatch", "build_steppers", "with_known"]
+__all__ = ["Forces", "Stepper", "Stopwatch", "build_stepper", "build_steppers", "with_known"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -54,6 +56,14 @@ class Forces(Protocol):
     @property
     def contact_forces(self) -> Array:
         """Contact forces in global components, shape (n_c, dim) [N]."""
+
+    @property
+    def memories(self) -> tuple[Memory, ...]:
+        """What layers that relax remember."""
+
+    @property
+    def body(self) -> BodyState | None:
+        """The body at large strain; None at small strain."""
 
 
 @dataclass
@@ -98,6 +108,8 @@ class Stepper:
         Frames of the candidates where they never turn; those of `compliance` then.
     anchoring : float
         Stiffness per mass of springs between the body and an anchor [1/s^2], where only contact holds it; else 0.
+    viscous : tuple of Viscous
+        The layers that relax.
     """
 
     system: System
@@ -109,11 +121,21 @@ class Stepper:
     compliance: Compliance
     constant_frames: Array | None
     anchoring: float = 0.0
+    viscous: tuple[Viscous, ...] = ()
+
+    @cached_property
+    def stiffness(self) -> sparse.csr_matrix:
+        """Stiffness of the force at the end of a step, shape (n, n) [N/m]; see :mod:`fingerslip.dynamics.memory`."""
+        return stiffness_of_step(self.system.stiffness, self.viscous)
 
     @cached_property
     def stretch(self) -> Array | None:
         """Lengths of the constant frames' tangents, shape (n_c, dim - 1) [-]; None where frames turn."""
         return None if self.constant_frames is None else tangent_lengths(self.constant_frames)
+
+    def steered(self, system: System) -> Stepper:
+        """Return the stepper of a system with the same matrices and candidates."""
+        return replace(self, system=system)
 
     def anchor_force(self, stretch: Array) -> Array:
         """Return the force of springs to an anchor that are stretched by (n,) [m], shape (n,) [N]."""
@@ -127,15 +149,23 @@ class Stepper:
             total += self.damping.mass * (self.system.mass @ velocity)
         if self.damping.stiffness:
             total += self.damping.stiffness * (self.system.stiffness @ velocity)
+        if self.system.dampers is not None:
+            total += self.system.dampers * velocity
         return total
 
     def support_force(self, state: Forces) -> Array:
         """Return the forces of the moving supports on the body, shape (k,) [N]: what their equations lack."""
         system, moving = self.system, self.system.unknowns.moving
-        strained = state.displacement + self.damping.stiffness * state.velocity
-        force = system.stiffness[moving] @ strained - state.load[moving] - state.unbalance[moving]
+        if state.body is None:
+            force = system.stiffness[moving] @ (state.displacement + self.damping.stiffness * state.velocity)
+        else:
+            force = state.body.force[moving] + self.damping.stiffness * (system.stiffness[moving] @ state.velocity)
+        force += -state.load[moving] - state.unbalance[moving]
         if self.damping.mass:
             force += self.damping.mass * (system.mass[moving] @ state.velocity)
+        if self.viscous:
+            rows = [own.layers.mapped(lambda matrix: matrix[moving]) for own in self.viscous]
+            force -= relaxed_force(rows, self.viscous, state.memories)
         found: Array = force - (system.relative[:, moving].T @ state.contact_forces.ravel())
         return found
 
@@ -177,10 +207,23 @@ def build_steppers(
     InputError
         Where the memory does not suffice.
     """
-    scheme, solver = make_scheme(time), solver or preferred_solver()
+    return _build(systems, make_scheme(time), damping, solver or preferred_solver(), reserved_bytes)
+
+
+def build_stepper(
+    system: System, scheme: Scheme, damping: RayleighDamping, *, solver: LinearSolver, reserved_bytes: int = 0
+) -> Stepper:
+    """Factorise and condense one system for the steps of a scheme; see :func:`build_steppers`."""
+    return _build([system], scheme, damping, solver, reserved_bytes)[0]
+
+
+def _build(
+    systems: Sequence[System], scheme: Scheme, damping: RayleighDamping, solver: LinearSolver, reserved_bytes: int
+) -> list[Stepper]:
     local, rows = _joint_rows(systems)
     anchoring = _anchoring(systems[0])
-    effective = _effective_matrix(systems[0], scheme, damping) + anchoring * systems[0].mass
+    viscous = viscous_steps(systems[0].relaxing, scheme.step)
+    effective = _effective_matrix(systems[0], scheme, damping, viscous) + anchoring * systems[0].mass
     matrix = with_known(sparse.csr_matrix(effective), systems[0].unknowns.moving)
     local = _without(local, systems[0].unknowns.moving)
     condensed, compliance = systems[0].coordinates.condense(matrix, local, solver, reserved_bytes)
@@ -189,16 +232,22 @@ def build_steppers(
     first = first_alike(systems, same_compliance)
     own = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
     return [
-        Stepper(system, scheme, damping, solver, condensed, rows[number], *own[first[number]], anchoring)
+        Stepper(system, scheme, damping, solver, condensed, rows[number], *own[first[number]], anchoring, viscous)
         for number, system in enumerate(systems)
     ]
 
 
-def _effective_matrix(system: System, scheme: Scheme, damping: RayleighDamping) -> sparse.csr_matrix:
+def _effective_matrix(
+    system: System, scheme: Scheme, damping: RayleighDamping, viscous: Sequence[Viscous]
+) -> sparse.csr_matrix:
     """Return the matrix A of a step, which the unknown is solved for, shape (n, n)."""
     stiffness_part = scheme.displacement_factor + scheme.velocity_factor * damping.stiffness
     mass_part = scheme.inertia_factor + scheme.end_weight * scheme.velocity_factor * damping.mass
     effective = mass_part * system.mass + scheme.end_weight * stiffness_part * system.stiffness
+    if system.dampers is not None:
+        effective += sparse.diags(scheme.end_weight * scheme.velocity_factor * system.dampers)
+    for own in viscous:
+        effective = effective + scheme.end_weight * scheme.displacement_factor * own.stiffness
     return sparse.csr_matrix(effective)
 
 
@@ -228,9 +277,17 @@ def _anchoring(system: System) -> float:
 
     They are soft beside the contact, so that few passes of a step carry the anchor to where they pull no more.
     """
-    if system.is_held:
+    if not system.held_by_contact:
         return 0.0
-    return float(_SOFT * system.candidates.normal_stiffness.sum() / (system.mass.sum() / system.space.dim))
+    rigid, stiffness = system.unknowns.rigid, system.candidates.normal_stiffness
+    loose = [(at, own) for at, own in zip(system.unknowns.of_rigid, rigid, strict=True) if own.is_loose]
+    columns = system.relative[:, [at for at, _ in loose]]
+    of_contact = np.repeat(stiffness, system.space.dim) @ columns.power(2)
+    ratios = [resistance / own.mass for resistance, (_, own) in zip(of_contact, loose, strict=True)]
+    if "body" in system.held_by_contact:
+        of_mesh = system.mass.sum() - sum(own.mass for own in rigid)
+        ratios.append(stiffness.sum() / (of_mesh / system.space.dim))
+    return float(_SOFT * min(ratios))
 
 
 def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[Indices]]:

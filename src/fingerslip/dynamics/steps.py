@@ -8,11 +8,13 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.dynamics.adaptive.spans import record_count, record_times
 from fingerslip.errors import InputError
 from fingerslip.history import VARIABLES
 from fingerslip.linear.memory import available_memory
 from fingerslip.materials.material import STRAIN_COMPONENTS
 from fingerslip.model import Model
+from fingerslip.timing import Adaptive
 
 __all__ = ["record_bytes", "record_type", "require_record_memory", "snapshot_steps", "step_count", "step_times"]
 
@@ -22,13 +24,16 @@ Array = NDArray[np.float64]
 def step_count(model: Model) -> int:
     """Return how many steps a model takes: whole steps until the end is reached.
 
-    A given end is reached exactly. The end of the programme may lie within the last step.
+    A given end is reached exactly. The end of the programme may lie within the last step. Of steps that control their
+    own error it is the number of records.
 
     Raises
     ------
     InputError
         Where the end is not even one step away, or a given end is no multiple of the step.
     """
+    if isinstance(model.time, Adaptive):
+        return record_count(model, model.time) - 1
     steps = model.end / model.time.step
     if steps < 1.0 - 1e-9:
         found = f"got {model.time.step:g} s for a run of {model.end:g} s"
@@ -42,7 +47,7 @@ def step_count(model: Model) -> int:
 
 
 def step_times(model: Model) -> Array:
-    """Return the times of the steps, start included, shape (n_steps + 1,) [s].
+    """Return the times of the steps that are recorded, start included, shape (n_steps + 1,) [s].
 
     Raises
     ------
@@ -51,6 +56,8 @@ def step_times(model: Model) -> Array:
     """
     count = step_count(model) + 1
     require_record_memory(model, count * np.dtype(np.float64).itemsize)
+    if isinstance(model.time, Adaptive):
+        return record_times(model, model.time)
     times: Array = model.time.step * np.arange(count, dtype=np.float64)
     return times
 
@@ -101,13 +108,15 @@ def record_bytes(model: Model, nodes: int, candidates: int) -> int:
         "component": dim,
         "stress_component": STRAIN_COMPONENTS[dim] + (dim == 2),
         "counterface": len(model.contacts),
+        "rotation_axis": 1 if dim == 2 else 3,
+        "rigid_body": len(model.bodies),
         "support": len(model.supports),
         "snapshot_time": snapshots,
         "node": nodes,
         "cell": model.mesh.nelements,
     }
-    strains = 8 * count * len(model.record.sites) * STRAIN_COMPONENTS[dim]
-    return strains + sum(
+    kept = 8 * count * (len(model.record.sites) * STRAIN_COMPONENTS[dim] + candidates)
+    return kept + sum(
         np.dtype(record_type(name)).itemsize * math.prod(sizes[size] for size in known.dims)
         for name, known in VARIABLES.items()
     )
@@ -134,4 +143,5 @@ def require_record_memory(model: Model, needed: int) -> None:
     found = f"{step_count(model):.3g} steps of {model.time.step:g} s need about {needed / 1e9:.2g} GB for their records"
     shortest = model.time.step * needed / available
     repair = f"write a step of at least {shortest:.2g} s, record fewer sites, or take fewer snapshots"
-    raise InputError("time.step", found, f"{available / 1e9:.2g} GB are available", repair)
+    where = "time.output" if isinstance(model.time, Adaptive) else "time.step"
+    raise InputError(where, found, f"{available / 1e9:.2g} GB are available", repair)

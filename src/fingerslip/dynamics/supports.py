@@ -18,7 +18,9 @@ from scipy import sparse
 
 from fingerslip.dynamics.loads import Load
 from fingerslip.fe.space import Space, vector_dofs
-from fingerslip.model import Ramp, SupportMotion
+from fingerslip.fe.viscous import Relaxing
+from fingerslip.model import SupportMotion
+from fingerslip.programme import Ramp
 
 __all__ = ["MovingComponent", "Supports", "held_rows", "moving_components", "supports_of"]
 
@@ -32,18 +34,29 @@ class Supports:
 
     Parameters
     ----------
+    rows : sparse matrix, shape (m * dim, n_dofs)
+        Map that sums up forces on the mesh over each support and component [-].
     stiffness, mass : matrix, shape (m * dim, n)
         Maps from the n unknowns to elastic forces [N/m], and from their accelerations to inertia [kg].
     contact : sparse matrix, shape (m * dim, n_c * dim)
         Map from the contact forces to those that act on what is held at once.
     loads : tuple of Load
         Loads on what is held, (m * dim,) each [N].
+    relaxing : tuple of Relaxing
+        Maps (m * dim, n) of the layers that relax.
     """
 
+    rows: sparse.csr_matrix
     stiffness: sparse.csr_matrix | Array
     mass: sparse.csr_matrix | Array
     contact: sparse.csr_matrix
     loads: tuple[Load, ...]
+    relaxing: tuple[Relaxing, ...] = ()
+
+    @property
+    def columns(self) -> Indices:
+        """The unknowns that stiffness and mass read, shape (k,): those of the cells next to what is held."""
+        return np.union1d(*(np.flatnonzero(abs(matrix).sum(axis=0)) for matrix in (self.stiffness, self.mass)))
 
     def load(self, time: float) -> Array:
         """Return the loads on what is held at a time [s], shape (m * dim,) [N]."""
@@ -137,6 +150,8 @@ def supports_of(
     loads: Sequence[Load],
     candidates: Indices,
     dim: int,
+    *,
+    relaxing: tuple[Relaxing, ...] = (),
 ) -> Supports:
     """Return what acts on what is held.
 
@@ -152,10 +167,14 @@ def supports_of(
         Nodes of the contact candidates.
     dim : int
         Dimension.
+    relaxing : tuple of Relaxing, optional
+        Layers that relax, in these rows, on the unknowns.
     """
     return Supports(
+        rows=rows,
         stiffness=matrices[0],
         mass=matrices[1],
         contact=sparse.csr_matrix(rows[:, vector_dofs(candidates, dim).ravel()]),
         loads=tuple(Load(rows @ load.forces, load.ramp) for load in loads),
+        relaxing=relaxing,
     )

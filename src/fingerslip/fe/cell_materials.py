@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.fe.space import Space
+from fingerslip.materials.choice import AnyMaterial
+from fingerslip.materials.finite import FiniteMaterial
 from fingerslip.materials.material import Formulation, Material
 
-__all__ = ["CellMaterials", "cell_materials"]
+__all__ = ["CellMaterials", "Law", "cell_materials", "finite_cell_materials", "small_strain_law"]
 
 Array = NDArray[np.float64]
+Law = TypeVar("Law", bound=Material | FiniteMaterial)
 
 _LOCKING = {
     "T3": ", and take Q4, T6 or integration 'nodal' because T3 locks",
@@ -24,7 +27,7 @@ _LOCKING = {
 
 
 @dataclass(frozen=True)
-class CellMaterials:
+class CellMaterials(Generic[Law]):
     """The material of every cell.
 
     Parameters
@@ -37,11 +40,11 @@ class CellMaterials:
         The two-dimensional assumption, or `solid`.
     """
 
-    materials: tuple[Material, ...]
+    materials: tuple[Law, ...]
     number: NDArray[np.int64]
     formulation: Formulation
 
-    def __iter__(self) -> Iterator[tuple[Material, NDArray[np.int64]]]:
+    def __iter__(self) -> Iterator[tuple[Law, NDArray[np.int64]]]:
         """Yield every material with its cells (k,)."""
         for number, material in enumerate(self.materials):
             yield material, np.flatnonzero(self.number == number)
@@ -51,21 +54,17 @@ class CellMaterials:
         """Mass densities of the cells, shape (n_cells,) [kg/m^3]."""
         return np.array([material.density for material in self.materials])[self.number]
 
-    @property
-    def dilatational_modulus(self) -> Array:
-        """Moduli of the cells' part that is integrated selectively, shape (n_cells,) [Pa]."""
-        moduli = [material.dilatational_modulus(self.formulation) for material in self.materials]
-        return np.array(moduli)[self.number]
 
-
-def cell_materials(space: Space, materials: Mapping[str, Material], formulation: Formulation) -> CellMaterials:
-    """Find the material of every cell.
+def cell_materials(
+    space: Space, materials: Mapping[str, AnyMaterial], formulation: Formulation
+) -> CellMaterials[Material]:
+    """Find the small-strain material of every cell; laws of large strain are taken at rest.
 
     Parameters
     ----------
     space : Space
         Displacement space.
-    materials : mapping of str to Material
+    materials : mapping of str to Material or FiniteMaterial
         The material of every region.
     formulation : {'plane_strain', 'plane_stress', 'solid'}
         The two-dimensional assumption, or `solid`.
@@ -78,9 +77,37 @@ def cell_materials(space: Space, materials: Mapping[str, Material], formulation:
         incompressible ones in solids and plane strain.
     """
     _check_dimension(space, formulation)
-    for name, material in materials.items():
+    small = {name: small_strain_law(material) for name, material in materials.items()}
+    for name, material in small.items():
         _check_represented(name, material, formulation, space.element)
-    return CellMaterials(tuple(materials.values()), _numbers(space, materials), formulation)
+    return CellMaterials(tuple(small.values()), _numbers(space, materials), formulation)
+
+
+def finite_cell_materials(
+    space: Space, materials: Mapping[str, AnyMaterial], formulation: Formulation
+) -> CellMaterials[FiniteMaterial]:
+    """Find the material of every cell at large strain; see :func:`cell_materials`.
+
+    Raises
+    ------
+    InputError
+        As :func:`cell_materials`, and for laws of small strain.
+    """
+    _check_dimension(space, formulation)
+    found = {}
+    for name, material in materials.items():
+        if not isinstance(material, FiniteMaterial):
+            has = f"got {type(material).__name__}, a law of small strain"
+            repair = "take NeoHookean with the same constants, or kinematics 'small'"
+            raise InputError(f"materials.{name}", has, "finite kinematics need a law of large strain", repair)
+        _check_represented(name, material.at_rest(), formulation, space.element)
+        found[name] = material
+    return CellMaterials(tuple(found.values()), _numbers(space, materials), formulation)
+
+
+def small_strain_law(material: AnyMaterial) -> Material:
+    """Return the law with which small strains are computed: of a law for large strain its law at rest."""
+    return material.at_rest() if isinstance(material, FiniteMaterial) else material
 
 
 def _check_dimension(space: Space, formulation: Formulation) -> None:
@@ -97,7 +124,7 @@ def _check_represented(name: str, material: Material, formulation: Formulation, 
         raise InputError(f"materials.{name}.{error.where}", error.found, error.allowed, repair) from None
 
 
-def _numbers(space: Space, materials: Mapping[str, Material]) -> NDArray[np.int64]:
+def _numbers(space: Space, materials: Mapping[str, AnyMaterial]) -> NDArray[np.int64]:
     """Return the index of every cell's material among `materials`, shape (n_cells,)."""
     regions: Mapping[str, Any] = space.mesh.subdomains or {}
     numbers = np.full(space.mesh.nelements, -1)

@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.errors import InputError
-from fingerslip.fe.cell_materials import CellMaterials
+from fingerslip.fe.cell_materials import CellMaterials, Law
 from fingerslip.fe.integration import Integration, check_integration, is_mean_of_cell
 from fingerslip.fe.space import Space, nodal_areas
 from fingerslip.fe.strain import cell_dofs, divergence_operator, strain_operator
+from fingerslip.materials.elastic import hooke_tangent
 from fingerslip.materials.material import STRAIN_COMPONENTS, Material
 
-__all__ = ["mass_matrix", "stiffness_matrix", "traction_load"]
+__all__ = ["mass_matrix", "shear_matrices", "stiffness_matrix", "traction_load"]
 
 Array = NDArray[np.float64]
 Cells = NDArray[np.int64]
@@ -25,7 +26,7 @@ _CHUNK = 1024
 
 
 def stiffness_matrix(
-    space: Space, materials: CellMaterials, depth: float, integration: Integration
+    space: Space, materials: CellMaterials[Material], depth: float, integration: Integration
 ) -> sparse.csr_matrix:
     """Assemble the stiffness matrix at rest from the tangents of the material laws.
 
@@ -61,11 +62,11 @@ def stiffness_matrix(
     matrices = _stiffness_of_cells(space, materials, integration)
     stiffness = _summed(matrices, cell_dofs(space.full, everywhere), space.n_dofs)
     if integration == "nodal":
-        stiffness = stiffness + _nodal_dilatation(space, materials.dilatational_modulus)
+        stiffness = stiffness + _nodal_dilatation(space, _dilatational_moduli(materials))
     return sparse.csr_matrix(depth * stiffness)
 
 
-def _stiffness_of_cells(space: Space, materials: CellMaterials, integration: Integration) -> Array:
+def _stiffness_of_cells(space: Space, materials: CellMaterials[Material], integration: Integration) -> Array:
     """Return the stiffness of every cell per unit depth, shape (n_cells, n_local, n_local) [Pa]."""
     size = space.dim * space.full.Nbfun
     matrices = np.empty((space.mesh.nelements, size, size))
@@ -81,7 +82,53 @@ def _stiffness_of_cells(space: Space, materials: CellMaterials, integration: Int
     return matrices
 
 
-def _tangent_at_rest(space: Space, material: Material, materials: CellMaterials) -> Array:
+def shear_matrices(
+    space: Space, moduli: Array, depth: float, integration: Integration
+) -> tuple[sparse.csr_matrix, sparse.csr_matrix]:
+    """Assemble the two parts of the stiffness of shear: from 2 G E:E, and from 2 G times the square of the dilatation.
+
+    The first less a third of the second belongs to the deviator of the strain.
+
+    Parameters
+    ----------
+    space : Space
+        Displacement space.
+    moduli : (n_cells,) array
+        2 G of every cell [Pa]; 0 in those that do not count.
+    depth : float
+        Out-of-plane depth [m].
+    integration : {'selective', 'full', 'nodal'}
+        How the dilatational part is integrated, as in :func:`stiffness_matrix`.
+
+    Returns
+    -------
+    tuple of two sparse matrices, shape (n_dofs, n_dofs)
+        Both parts [N/m].
+    """
+    own, components = np.flatnonzero(moduli), STRAIN_COMPONENTS[space.dim]
+    unit, dilatation = hooke_tangent(components, 0.0, 0.5), hooke_tangent(components, 1.0, 0.0)
+    size = space.dim * space.full.Nbfun
+    parts = np.zeros((2, own.size, size, size))
+    for rows in _chunks(np.arange(own.size)):
+        cells, weights = own[rows], moduli[own[rows], None, None]
+        parts[0, rows] = weights * _integrated(space, cells, unit)
+        if is_mean_of_cell(space.element, integration):
+            parts[1, rows] = weights * _mean_dilatation(space, cells, 1.0)
+        elif integration != "nodal":
+            parts[1, rows] = weights * _integrated(space, cells, dilatation)
+    first, second = (_summed(part, cell_dofs(space.full, own), space.n_dofs) for part in parts)
+    if integration == "nodal":
+        second = _nodal_dilatation(space, moduli)
+    return sparse.csr_matrix(depth * first), sparse.csr_matrix(depth * second)
+
+
+def _dilatational_moduli(materials: CellMaterials[Material]) -> Array:
+    """Return the moduli of the cells' part that is integrated selectively, shape (n_cells,) [Pa]."""
+    moduli = [material.dilatational_modulus(materials.formulation) for material in materials.materials]
+    return np.array(moduli)[materials.number]
+
+
+def _tangent_at_rest(space: Space, material: Material, materials: CellMaterials[Material]) -> Array:
     """Return the derivative of the stress by the strain [Pa], shape (m, m), of an undeformed material."""
     rest = np.zeros((1, STRAIN_COMPONENTS[space.dim]))
     return np.array(material.tangent(rest, materials.formulation)[0])
@@ -118,7 +165,7 @@ def _nodal_dilatation(space: Space, moduli: Array) -> sparse.csr_matrix:
     divergence = _divergence_of_cells(space)
     volumes, corners = space.full.dx.sum(axis=1), space.mesh.t.shape[0]
     stiffness = sparse.csr_matrix((space.n_dofs, space.n_dofs))
-    for modulus in np.unique(moduli):
+    for modulus in np.unique(moduli[moduli != 0.0]):
         cells = np.flatnonzero(moduli == modulus)
         nodes, local = np.unique(space.mesh.t[:, cells], return_inverse=True)
         share = np.tile(volumes[cells] / corners, corners)
@@ -137,7 +184,7 @@ def _divergence_of_cells(space: Space) -> sparse.csr_matrix:
     return sparse.csr_matrix((values.ravel(), (rows, columns.ravel())), shape=(cells.size, space.n_dofs))
 
 
-def mass_matrix(space: Space, materials: CellMaterials, depth: float) -> sparse.csr_matrix:
+def mass_matrix(space: Space, materials: CellMaterials[Law], depth: float) -> sparse.csr_matrix:
     """Assemble the consistent mass matrix.
 
     Parameters

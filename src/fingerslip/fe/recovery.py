@@ -4,21 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Generic
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.errors import MeshError
-from fingerslip.fe.cell_materials import CellMaterials
+from fingerslip.fe.cell_materials import CellMaterials, Law
 from fingerslip.fe.space import Space
-from fingerslip.fe.strain import cell_dofs, strain_operator
+from fingerslip.fe.strain import cell_dofs, matrix_of_rows, strain_operator
+from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import SHEARS, STRAIN_COMPONENTS, Formulation, Material
+from fingerslip.materials.viscoelastic import Relaxed, stored_energy, stress
 
-__all__ = ["Recovery", "Share", "cell_recovery", "site_recovery", "stress_components", "von_mises"]
+__all__ = [
+    "Recovery",
+    "Relax",
+    "Share",
+    "cell_recovery",
+    "cells_around",
+    "mean_of_shares",
+    "shares_of_sites",
+    "site_recovery",
+    "stress_components",
+    "von_mises",
+]
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
+#: Gives the dashpots of a material that relaxes, from strains (..., k, m) [-] at some points (k,).
+Relax = Callable[[Elastic, Array, Integers], Relaxed]
 
 
 def stress_components(dim: int) -> tuple[str, ...]:
@@ -27,7 +43,7 @@ def stress_components(dim: int) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class Share:
+class Share(Generic[Law]):
     """The share of one material in the points of a recovery.
 
     Parameters
@@ -40,7 +56,7 @@ class Share:
         Its share at each [-]; the shares of all materials at a point add up to one.
     """
 
-    material: Material
+    material: Law
     points: Integers
     weights: Array
 
@@ -57,23 +73,31 @@ class Recovery:
         The materials at the points.
     formulation : {'plane_strain', 'plane_stress', 'solid'}
         The two-dimensional assumption, or `solid`.
+    relax : callable, optional
+        Gives the dashpots of materials with Prony terms; without it they are taken as they are at once.
     """
 
     strain: sparse.csr_matrix
-    shares: tuple[Share, ...]
+    shares: tuple[Share[Material], ...]
     formulation: Formulation
+    relax: Relax | None = None
 
     @property
     def dim(self) -> int:
         """Number of space dimensions."""
         return 3 if self.formulation == "solid" else 2
 
+    @property
+    def components(self) -> int:
+        """Number of strain components."""
+        return STRAIN_COMPONENTS[self.dim]
+
     def strains(self, displacement: Array) -> Array:
         """Return the strains [-], shape (n_points, m), of a displacement (n_dofs,) [m].
 
         Components are xx, yy, xy or xx, yy, zz, xy, yz, xz.
         """
-        values: Array = (self.strain @ displacement).reshape(-1, STRAIN_COMPONENTS[self.dim])
+        values: Array = (self.strain @ displacement).reshape(-1, self.components)
         return values
 
     def stresses(self, strains: Array) -> Array:
@@ -81,11 +105,15 @@ class Recovery:
 
         Components are named by :func:`stress_components`.
         """
-        return self._mean(strains, len(stress_components(self.dim)), self._stress)
+        return self._mean(strains, len(stress_components(self.dim)), self._stress, stress)
 
     def energy_densities(self, strains: Array) -> Array:
         """Return the strain energy densities [J/m^3], shape (..., n_points), of strains (..., n_points, m) [-]."""
-        return self._mean(strains, 1, self._energy)[..., 0]
+
+        def stored(material: Elastic, relaxed: Relaxed) -> Array:
+            return stored_energy(material, relaxed)[..., None]
+
+        return self._mean(strains, 1, self._energy, stored)[..., 0]
 
     def _energy(self, material: Material, strains: Array) -> Array:
         return material.energy(strains, self.formulation)[:, None]
@@ -97,17 +125,53 @@ class Recovery:
         across = material.stress_across(strains, self.formulation)
         return np.column_stack([stress[:, :2], across, stress[:, 2:]])
 
-    def _mean(self, strains: Array, components: int, law: Callable[[Material, Array], Array]) -> Array:
+    def _mean(
+        self,
+        strains: Array,
+        components: int,
+        law: Callable[[Material, Array], Array],
+        relaxed_law: Callable[[Elastic, Relaxed], Array],
+    ) -> Array:
         """Return the mean of what a law gives, shape (..., n_points, components), over the materials at each point."""
-        mean = np.zeros((*strains.shape[:-1], components))
+        relax = self.relax
+        at_once = [share for share in self.shares if relax is None or not _relaxes(share.material)]
+        mean = mean_of_shares(at_once, strains, components, law)
         for share in self.shares:
-            own = strains[..., share.points, :]
-            values = law(share.material, own.reshape(-1, strains.shape[-1])).reshape(*own.shape[:-1], components)
-            mean[..., share.points, :] += share.weights[:, None] * values
+            if relax is not None and isinstance(share.material, Elastic) and share.material.prony:
+                relaxed = relax(share.material, strains[..., share.points, :], share.points)
+                mean[..., share.points, :] += share.weights[:, None] * relaxed_law(share.material, relaxed)
         return mean
 
 
-def cell_recovery(space: Space, materials: CellMaterials) -> Recovery:
+def _relaxes(material: Material) -> bool:
+    return isinstance(material, Elastic) and bool(material.prony)
+
+
+def mean_of_shares(
+    shares: Sequence[Share[Law]], strains: Array, components: int, law: Callable[[Law, Array], Array]
+) -> Array:
+    """Return the mean of what a law gives, shape (..., n_points, components), over the materials at each point.
+
+    Parameters
+    ----------
+    shares : sequence of Share
+        The materials at the points.
+    strains : (..., n_points, m) array
+        Strains [-].
+    components : int
+        How many numbers the law gives.
+    law : callable
+        Takes a material and strains (k, m); gives (k, components).
+    """
+    mean = np.zeros((*strains.shape[:-1], components))
+    for share in shares:
+        own = strains[..., share.points, :]
+        values = law(share.material, own.reshape(-1, strains.shape[-1])).reshape(*own.shape[:-1], components)
+        mean[..., share.points, :] += share.weights[:, None] * values
+    return mean
+
+
+def cell_recovery(space: Space, materials: CellMaterials[Material]) -> Recovery:
     """Recover at the centres of all cells, where low-order elements are most accurate.
 
     Parameters
@@ -122,7 +186,9 @@ def cell_recovery(space: Space, materials: CellMaterials) -> Recovery:
     return Recovery(_strain_map(space, every), shares, materials.formulation)
 
 
-def site_recovery(space: Space, materials: CellMaterials, nodes: Integers, regions: Sequence[str | None]) -> Recovery:
+def site_recovery(
+    space: Space, materials: CellMaterials[Material], nodes: Integers, regions: Sequence[str | None]
+) -> Recovery:
     """Recover at nodes: the mean strain of the cells around each, weighted by size, on the given region's side.
 
     Parameters
@@ -141,16 +207,20 @@ def site_recovery(space: Space, materials: CellMaterials, nodes: Integers, regio
     MeshError
         Where no cell of the region touches the node.
     """
-    around = _cells_around(space, nodes, regions)
+    around = cells_around(space, nodes, regions)
     chosen = np.unique(around.indices).astype(np.int64)
     components = sparse.identity(STRAIN_COMPONENTS[space.dim])
     mean = sparse.kron(around[:, chosen], components, format="csr") @ _strain_map(space, chosen)
-    shares = tuple(_share(material, np.asarray(around[:, cells].sum(axis=1)).ravel()) for material, cells in materials)
-    present = tuple(share for share in shares if len(share.points))
-    return Recovery(sparse.csr_matrix(mean), present, materials.formulation)
+    return Recovery(sparse.csr_matrix(mean), shares_of_sites(around, materials), materials.formulation)
 
 
-def _share(material: Material, weights: Array) -> Share:
+def shares_of_sites(around: sparse.csr_matrix, materials: CellMaterials[Law]) -> tuple[Share[Law], ...]:
+    """Return the materials at sites with the weights (n_sites, n_cells) of the cells around each."""
+    shares = (_share(material, np.asarray(around[:, cells].sum(axis=1)).ravel()) for material, cells in materials)
+    return tuple(share for share in shares if len(share.points))
+
+
+def _share(material: Law, weights: Array) -> Share[Law]:
     points = np.flatnonzero(weights)
     return Share(material, points, weights[points])
 
@@ -160,15 +230,26 @@ def _strain_map(space: Space, cells: Integers) -> sparse.csr_matrix:
     values = strain_operator(space.centre, cells)[:, 0]
     components = values.shape[1]
     columns = np.repeat(cell_dofs(space.centre, cells), components, axis=0)
-    rows = np.repeat(np.arange(len(columns)), columns.shape[1])
-    shape = (len(columns), space.n_dofs)
-    found = sparse.csr_matrix((values.ravel(), (rows, columns.ravel())), shape=shape)
-    found.eliminate_zeros()
-    return found
+    return matrix_of_rows(values.reshape(columns.shape), columns, space.n_dofs)
 
 
-def _cells_around(space: Space, nodes: Integers, regions: Sequence[str | None]) -> sparse.csr_matrix:
-    """Return the weights (n_sites, n_cells) of the cells around each site, each row summing to one."""
+def cells_around(space: Space, nodes: Integers, regions: Sequence[str | None]) -> sparse.csr_matrix:
+    """Return the weights (n_sites, n_cells) of the cells around each site, each row summing to one.
+
+    Parameters
+    ----------
+    space : Space
+        Displacement space.
+    nodes : (n_sites,) array
+        Mesh node of every site.
+    regions : sequence of str or None
+        Region of the cells that count; None for all.
+
+    Raises
+    ------
+    MeshError
+        Where no cell of the region touches the node.
+    """
     areas = space.full.dx.sum(axis=1)
     rows, columns, values = [], [], []
     for site, (node, region) in enumerate(zip(nodes, regions, strict=True)):

@@ -1,10 +1,27 @@
 """What layers are made of: a file for each law, with its parameters, and how layers damp."""
 
+from fingerslip.materials.choice import LAWS, AnyMaterial, MaterialChoice
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.finite import FiniteMaterial
 from fingerslip.materials.material import Formulation, Material
+from fingerslip.materials.mooney_rivlin import MooneyRivlin
+from fingerslip.materials.neo_hookean import NeoHookean
+from fingerslip.materials.ogden import Ogden, OgdenTerm
+from fingerslip.materials.prony import PronyTerm
 
-__all__ = ["LAWS", "Elastic", "Formulation", "Material", "RayleighDamping"]
-
-#: The laws that a study file may name, by their class in snake_case. A new law is its file and its entry here.
-LAWS: tuple[type[Material], ...] = (Elastic,)
+__all__ = [
+    "LAWS",
+    "AnyMaterial",
+    "Elastic",
+    "FiniteMaterial",
+    "Formulation",
+    "Material",
+    "MaterialChoice",
+    "MooneyRivlin",
+    "NeoHookean",
+    "Ogden",
+    "OgdenTerm",
+    "PronyTerm",
+    "RayleighDamping",
+]

@@ -7,7 +7,8 @@ E nu / ((1 + nu)(1 - 2 nu)); in plane stress, with the in-plane dilatation, it i
 
 from __future__ import annotations
 
-from typing import Annotated
+from dataclasses import field
+from typing import Annotated, Literal
 
 import numpy as np
 import pydantic
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.materials.material import SHEARS, STRAIN_COMPONENTS, Formulation
+from fingerslip.materials.prony import Prony, check_prony
 from fingerslip.parameters import Density, Number, Pressure, parameters
 
 __all__ = ["Elastic", "hooke_energy", "hooke_stress", "hooke_tangent"]
@@ -36,11 +38,20 @@ class Elastic:
         Poisson's ratio [-], from 0 to 0.5.
     density : float
         Mass density [kg/m^3].
+    prony : tuple of PronyTerm
+        Terms by which the shear modulus relaxes; without them the material is elastic.
+    law : {'elastic'}
+        The law, as study files name it.
     """
 
     youngs_modulus: Pressure
     poisson_ratio: Annotated[Number, pydantic.Field(ge=0, le=0.5)]
     density: Density
+    prony: Prony = field(default=(), kw_only=True)
+    law: Literal["elastic"] = field(default="elastic", kw_only=True, repr=False)
+
+    def __post_init__(self) -> None:
+        check_prony(self.prony)
 
     @property
     def shear_modulus(self) -> float:

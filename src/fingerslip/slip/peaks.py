@@ -235,6 +235,7 @@ def _first_quiet(signal: NDArray[np.float64], start: int, level: float, width: i
 
 
 def _tabulate(times: NDArray[np.float64], signal: NDArray[np.float64], settings: PeakSettings) -> PeakTable:
+    times, signal = _even(times, signal)
     ends = transition_end(times, signal, settings)
     if ends is None:
         return PeakTable()
@@ -267,6 +268,21 @@ def _rising_peaks(
     found = found + start
     rising = np.array([signal[max(i - 2 * distance, 0) : i].max() <= signal[i] for i in found], dtype=bool)
     return found[rising], properties["prominences"][rising]
+
+
+def _even(times: NDArray[np.float64], signal: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return a signal at even times: interpolated where a knot within the slide has changed the time between records.
+
+    Examples
+    --------
+    >>> _even(np.array([0.0, 2.0, 4.0, 5.0]), np.array([0.0, 4.0, 8.0, 0.0]))[1].tolist()
+    [0.0, 2.0, 4.0, 6.0, 8.0, 0.0]
+    """
+    steps = np.diff(times)
+    if np.ptp(steps) <= 1e-6 * steps.max():
+        return times, signal
+    even = np.linspace(times[0], times[-1], round((times[-1] - times[0]) / steps.min()) + 1)
+    return even, np.interp(even, times, signal)
 
 
 def _records(times: NDArray[np.float64], duration: float) -> int:

@@ -162,7 +162,8 @@ def tangential_acceleration(history: xr.Dataset, rows: NDArray[np.intp]) -> NDAr
     """Return the acceleration along the plate of some sites, each value the mean over the step that it ends.
 
     After a jump of the plate's velocity the accelerations of an implicit scheme alternate from step to step, ten and
-    more times as large as the change of velocity over a step; the mean of both ends of a step leaves that out.
+    more times as large as the change of velocity over a step; the mean of both ends of a step leaves that out. Of steps
+    that control their own error it is the mean since the record before.
 
     Parameters
     ----------
@@ -178,6 +179,11 @@ def tangential_acceleration(history: xr.Dataset, rows: NDArray[np.intp]) -> NDAr
     """
     at_records = np.asarray(history["acceleration"].values[:, rows] @ slide_tangent(history), dtype=float)
     over_steps = at_records.copy()
+    if history.attrs.get("time_step") == "auto":
+        # There are steps between records; the change of velocity is the mean acceleration over all of them.
+        velocity = np.asarray(history["velocity"].values[:, rows] @ slide_tangent(history), dtype=float)
+        over_steps[1:] = np.diff(velocity, axis=0) / np.diff(history["time"].values)[:, None]
+        return over_steps
     over_steps[1:] = 0.5 * (at_records[1:] + at_records[:-1])
     return over_steps
 
@@ -191,5 +197,5 @@ def _record(history: xr.Dataset, time: float | None) -> int:
         window = slide_window(history)
         return window.first if window else history.sizes["time"] - 1
     times = history["time"].values
-    slack = 1e-6 * float(times[-1] - times[0]) / max(times.size - 1, 1)
+    slack = 1e-6 * float(np.diff(times).min()) if times.size > 1 else 0.0
     return max(int(np.searchsorted(times, time + slack, side="right")) - 1, 0)

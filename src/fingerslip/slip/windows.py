@@ -66,7 +66,7 @@ def slide_window(history: xr.Dataset, slide: int = 0) -> SlideWindow | None:
     start, end = slides[slide]
     times = history["time"].values
     # Sums of phase lengths and multiples of the step differ in the last digits.
-    slack = 1e-6 * float(np.median(np.diff(times))) if times.size > 1 else 0.0
+    slack = 1e-6 * float(np.diff(times).min()) if times.size > 1 else 0.0
     first, last = (int(np.searchsorted(times, moment + slack, side="right")) - 1 for moment in (start, end))
     window = SlideWindow(start, end, max(first, 0), last)
     return window if window.last > window.first else None

@@ -12,8 +12,8 @@ import pydantic
 from fingerslip.errors import InputError
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import parameters
+from fingerslip.parameters.presets import Presets
 from fingerslip.specimens.fingertip.presets import PRESETS as FINGERTIPS
-from fingerslip.specimens.presets import Presets
 from fingerslip.specimens.protocol import Specimen
 
 __all__ = [

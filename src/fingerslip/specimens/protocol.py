@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
-from fingerslip.materials.material import Formulation, Material
+from fingerslip.materials.choice import AnyMaterial
+from fingerslip.materials.material import Formulation
 from fingerslip.mesh.source import MeshSource
 from fingerslip.sites import Site
 
@@ -59,7 +60,7 @@ class Specimen(Protocol):
         ...
 
     @property
-    def materials(self) -> Mapping[str, Material]:
+    def materials(self) -> Mapping[str, AnyMaterial]:
         """Material of every region of its meshes."""
         ...
 

@@ -7,18 +7,25 @@ from collections.abc import Sequence
 from fingerslip.errors import InputError
 from fingerslip.verification import (
     blocks,
+    bodies,
     condensed,
+    controlled,
     creep,
     dynamics,
     elements,
     fingertip,
     friction,
     impact,
+    large_bodies,
+    large_contact,
+    large_laws,
+    large_motion,
     line,
     locking,
     reduced,
     resting,
     sphere,
+    viscoelastic,
 )
 from fingerslip.verification.problem import Problem
 
@@ -33,11 +40,18 @@ PROBLEMS: tuple[Problem, ...] = (
     *impact.PROBLEMS,
     *blocks.PROBLEMS,
     *resting.PROBLEMS,
+    *bodies.PROBLEMS,
     *friction.PROBLEMS,
     *creep.PROBLEMS,
+    *viscoelastic.PROBLEMS,
+    *controlled.PROBLEMS,
     *line.PROBLEMS,
     *sphere.PROBLEMS,
     *fingertip.PROBLEMS,
+    *large_laws.PROBLEMS,
+    *large_motion.PROBLEMS,
+    *large_bodies.PROBLEMS,
+    *large_contact.PROBLEMS,
 )
 
 

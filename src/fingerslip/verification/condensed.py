@@ -78,7 +78,7 @@ def _checks(element: str, integration: Integration) -> list[Check]:
     model = _model(element, integration)
     stepper, times, full = make_stepper(model), step_times(model), full_system(model)
     system = stepper.system
-    with limited_threads(suitable_threads(len(full.mass), allowed_threads())):
+    with limited_threads(suitable_threads(len(full.mass), allowed_threads(), system.space.dim)):
         states = list(condensed_states(stepper, model))
         motions = full_motions(full, system.motions[0].displacement(times), times)
     found = {name: _everywhere(states, name, system) for name in _FIELDS[:3]}

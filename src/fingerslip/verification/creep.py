@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Component, Contact, Model, Ramp, TimeStepping, Traction
-from fingerslip.programme import Hold, Phase, Press, Slide
+from fingerslip.model import Component, Contact, Model, TimeStepping, Traction
+from fingerslip.programme import Hold, Phase, Press, Ramp, Slide
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
 

@@ -24,12 +24,22 @@ from numpy.typing import NDArray
 from fingerslip.contact.counterfaces import Counterface, Cylinder, Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.prony import Prony
 from fingerslip.model import Component, Contact, Model, QuasiStatic
 from fingerslip.programme import Phase, Press, Slide
 from fingerslip.verification.meshes import box, graded, mirrored
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
 
-__all__ = ["PROBLEMS", "STEPS", "closed_form", "nearest_step", "ordered", "pressed_and_slid", "semicircle"]
+__all__ = [
+    "PROBLEMS",
+    "STEPS",
+    "closed_form",
+    "line_model",
+    "nearest_step",
+    "ordered",
+    "pressed_and_slid",
+    "semicircle",
+]
 
 Array = NDArray[np.float64]
 
@@ -53,7 +63,7 @@ def _flattened(x: Array) -> Array:
     return height
 
 
-def _model(
+def line_model(
     element: str,
     profile: Callable[[Array], Array],
     counterface: Counterface,
@@ -61,8 +71,9 @@ def _model(
     *,
     cells: int = 20,
     mu: float = MU,
+    prony: Prony = (),
 ) -> Model:
-    """Return a body with its lower side along `profile`, held at its top, with `cells` in the half width."""
+    """Return a body with its lower side along `profile`, held at its top, and `cells` in the half width."""
     size = HALF_WIDTH / cells
     xs = mirrored(graded(1.6 * HALF_WIDTH, size, OUTER, 1.15))
     heights = graded(2 * HALF_WIDTH, size, OUTER, 1.15)
@@ -85,7 +96,7 @@ def _model(
     )
     return Model(
         mesh=box(element, *axes, shift=shift),
-        materials={"bulk": Elastic(MODULUS, RATIO, 1000.0)},
+        materials={"bulk": Elastic(MODULUS, RATIO, 1000.0, prony=prony)},
         formulation="plane_strain" if plane else "solid",
         supports=held if plane else {"top": ("x", "z"), "left": ("x",), "right": ("x",), "bulk": ("y",)},
         contacts=(contact,),
@@ -102,7 +113,7 @@ def pressed_and_slid(case: str) -> xr.Dataset:
     # Both phases take one second, so that both have 40 steps.
     programme = (Press(depth, depth), Slide(slide, slide))
     profile, body = (_flat, Cylinder(RADIUS)) if case == "round" else (_flattened, Plane())
-    return _solved(_model("Q4", profile, body, programme), depth)
+    return _solved(line_model("Q4", profile, body, programme), depth)
 
 
 def _solved(model: Model, depth: float) -> xr.Dataset:
@@ -143,7 +154,7 @@ def _hertz(element: str, cells: int, factor: float) -> tuple[Check, ...]:
     """Press without friction; `factor` widens the tolerances of the module's head for larger cells."""
     depth = 3e-6
     body = Cylinder(RADIUS) if element == "Q4" else Cylinder(RADIUS, (0.0, 0.0, 1.0), axis=(0.0, 1.0, 0.0))
-    history = _solved(_model(element, _flat, body, (Press(depth, depth),), cells=cells, mu=0.0), depth)
+    history = _solved(line_model(element, _flat, body, (Press(depth, depth),), cells=cells, mu=0.0), depth)
     x, pressures, _, _ = ordered(history)
     width = 1.0 if element == "Q4" else HALF_WIDTH / cells
     force = float(history["counterface_force"].values[-1, 0, -1]) / width

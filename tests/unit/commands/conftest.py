@@ -41,4 +41,4 @@ def no_report(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the figures and the page out."""
     from fingerslip.study.running import runner
 
-    monkeypatch.setattr(runner, "write_report", lambda _: None)
+    monkeypatch.setattr(runner, "write_report", lambda *_: None)

@@ -114,6 +114,11 @@ def test_laws_see_pressure_and_slip_of_the_last_step_and_the_time_of_the_next():
     np.testing.assert_allclose([seen.slip_rate[0], seen.slip_since_contact[0]], [0.04, 0.04], rtol=1e-12)
 
 
+def test_before_the_first_step_nothing_slips_at_any_rate():
+    before = follow([(-0.01, 0.0)])[-1].state
+    assert conditions(candidates(), before, step=0.0, time=0.1).slip_rate.tolist() == [0.0]
+
+
 def test_one_step_or_many_give_the_same_slip_along_a_straight_path():
     steps = [(-0.01, x) for x in np.linspace(0.0, 0.05, 51)]
     many, one = follow(steps), follow([(-0.01, 0.0), (-0.01, 0.05)])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ import fingerslip as fs
 from fingerslip.dynamics.checks import check_model, checked
 from fingerslip.dynamics.system import build_system
 from fingerslip.errors import InputError, MeshError
+from fingerslip.verification.meshes import box
 from problems.pushed import pad, push_and_slide
 
 
@@ -137,3 +140,18 @@ def test_a_clearance_leaves_less_of_a_press():
     check_model(push_and_slide(programme=deep, contacts=contact(clearance=0.35e-3)))
     with pytest.raises(InputError, match=r"presses 4.1 mm deep"):
         check_model(push_and_slide(programme=deep, contacts=contact(clearance=0.1e-3)))
+
+
+def test_a_body_at_large_strain_that_contact_alone_holds_is_refused():
+    model = fs.Model(
+        mesh=box("Q4", np.linspace(0.0, 1e-2, 3), np.linspace(0.0, 1e-2, 3)),
+        materials={"bulk": fs.NeoHookean(1e5, 0.3, 1000.0)},
+        formulation="plane_strain",
+        supports={"left": ("x",)},
+        contacts=(fs.Contact("bottom", fs.Plane((0.0, 1.0)), fs.Coulomb(0.5)),),
+        gravity=(0.0, -9.81),
+        time=fs.QuasiStatic(0.1, end=1.0),
+    )
+    check_model(model)
+    with pytest.raises(InputError, match=r"supports: leave it to contact alone .*; support it, take TimeStepping, or"):
+        check_model(dataclasses.replace(model, kinematics="finite"))

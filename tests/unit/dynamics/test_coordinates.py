@@ -9,13 +9,14 @@ from fingerslip.dynamics.coordinates import MeshCoordinates
 from fingerslip.dynamics.operators import Unknowns
 from fingerslip.linear.solvers.superlu import SuperLU
 from problems.matrices import positive_definite
+from unit.dynamics.bodies import driven
 
-COORDINATES = MeshCoordinates(Unknowns(np.array([0, 1, 3, 5]), np.array([1])), 6)
+COORDINATES = MeshCoordinates(Unknowns(np.array([0, 1, 3, 5]), (driven(1),)), 6)
 FIELD = np.array([1.0, 2.0, 3.0, 4.0, 9.0])
 
 
-def test_drives_stand_at_the_end():
-    assert COORDINATES.drives.tolist() == [4]
+def test_rigid_bodies_stand_at_the_end():
+    assert COORDINATES.rigid.tolist() == [4]
 
 
 def test_fields_on_the_mesh_are_zero_where_it_is_held():

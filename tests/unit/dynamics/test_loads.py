@@ -7,7 +7,8 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.system import build_system
-from fingerslip.model import Drive, QuasiStatic, Ramp, Traction
+from fingerslip.model import Drive, QuasiStatic, Traction
+from fingerslip.programme import Ramp
 from problems.pushed import push_and_slide
 
 LONG = fs.TimeStepping(1e-3, end=0.02)

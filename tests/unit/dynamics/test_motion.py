@@ -80,3 +80,10 @@ def test_an_empty_programme_stands_still():
     motion = counterface_motion((), fs.Plane())
     assert not motion.displacement(np.array([0.0, 1.0])).any()
     assert not motion.velocity(np.array([0.0, 1.0])).any()
+
+
+def test_a_direction_may_have_components_of_any_size():
+    for size in (1e-300, 1.0, 1e300):
+        slide = fs.Slide(1e-3, 1e-3, (size, 0.5 * size, 0.0))
+        motion = counterface_motion((slide,), fs.Plane((0.0, 0.0, 1.0)))
+        np.testing.assert_allclose(motion.positions[-1], 1e-3 * np.array([2.0, 1.0, 0.0]) / np.sqrt(5.0), rtol=1e-12)

@@ -92,3 +92,12 @@ def test_a_counterface_that_never_comes_near_is_no_error_of_the_short_search():
     plane = fs.Plane((0.0, 0.0, 1.0), offset=-1.3 * PRESS)
     model = replace(pressed_pad(), contacts=(fs.Contact("bottom", plane),), programme=(fs.Press(PRESS, 10e-3),))
     assert not fs.simulate(model).contact_state.values.any()
+
+
+def test_faces_of_a_body_search_as_far_as_the_body_goes():
+    """The press goes along the normal of the first face: away from the second, which may be as near as it is."""
+    body = fs.RigidBody(1.0, programme=(fs.Press(PRESS, 10e-3),))
+    lid = fs.Contact("top", fs.Plane((0.0, 0.0, -1.0)), rigid_body="clamp")
+    bottom = replace(pressed_pad().contacts[0], rigid_body="clamp")
+    model = replace(pressed_pad(), contacts=(bottom, lid), bodies={"clamp": body}, programme=())
+    assert [own.search_distance for own in narrowed(model).contacts] == [pytest.approx(1.25 * PRESS), None]

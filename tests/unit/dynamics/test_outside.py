@@ -18,6 +18,10 @@ from problems.pushed import push_and_slide
 MODEL = push_and_slide(contacts=(fs.Contact("bottom", search_distance=1e-6),))
 
 
+class OneAtOnce(MeshCoordinates):
+    checks_at_once = 1
+
+
 class SeveralAtOnce(MeshCoordinates):
     checks_at_once = 3
 
@@ -27,17 +31,20 @@ def raised(height):
     return dataclasses.replace(first_state(make_stepper(MODEL)), counterfaces=np.array([[0.0, height]]), time=height)
 
 
-def test_a_state_is_checked_at_once_on_the_mesh():
-    check = OutsideCheck(build_system(MODEL))
+def checking(kind):
+    system = build_system(MODEL)
+    return OutsideCheck(dataclasses.replace(system, coordinates=kind(system.unknowns, system.space.n_dofs)))
+
+
+def test_states_can_be_checked_one_by_one():
+    check = checking(OneAtOnce)
     check.look(raised(1e-9))
     with pytest.raises(fs.SlipOutsideContactError, match=r"t = 0.001 s: node \d+ .* is no contact candidate"):
         check.look(raised(1e-3))
 
 
 def test_several_states_are_checked_together_and_the_rest_at_the_end():
-    system = build_system(MODEL)
-    system = dataclasses.replace(system, coordinates=SeveralAtOnce(system.unknowns, system.space.n_dofs))
-    check = OutsideCheck(system)
+    check = checking(SeveralAtOnce)
     check.look(raised(1e-3))
     check.look(raised(2e-3))
     with pytest.raises(fs.SlipOutsideContactError, match=r"t = 0.001 s"):

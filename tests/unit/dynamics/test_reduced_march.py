@@ -69,6 +69,28 @@ def test_vibrations_are_added_until_they_suffice(monkeypatch):
     assert tight["basis_error"] <= 0.3 * loose["basis_error"]
 
 
+def test_the_first_of_several_motions_tries_a_basis_out_for_all(monkeypatch):
+    marched, attempt = [], reduced_march._attempt
+
+    def counting(motions, maker, basis):
+        marched.append((len(motions.models), basis.frequencies.size))
+        return attempt(motions, maker, basis)
+
+    monkeypatch.setattr(reduced_march, "_FEWEST", 4)
+    loose = fs.simulate(with_basis(0.5)).attrs["basis_error"]
+    monkeypatch.setattr(reduced_march, "_attempt", counting)
+    model, store = with_basis(0.3 * loose), Memory()
+    fs.simulate_together([model, model], bases=store)
+    *tried, last = marched
+    assert {count for count, _ in tried} == {1}
+    assert len(tried) > 1
+    assert last == (2, tried[-1][1])
+    assert store.saves == 1
+    marched.clear()
+    fs.simulate_together([model, model], bases=store)
+    assert marched == [last]
+
+
 def test_a_tolerance_that_is_not_reached_leaves_the_mesh(caplog):
     assert is_on_the_mesh(with_basis(1e-14), caplog, "and the tolerances are 1e-14 and 0.5")
 

@@ -149,7 +149,7 @@ def test_a_scheme_of_a_user_is_taken_as_it_is():
 
 
 def test_what_is_no_scheme_is_refused():
-    with pytest.raises(InputError, match=r"Model.time: got 0.005, needs the time integration: TimeStepping or Quasi"):
+    with pytest.raises(InputError, match=r"Model.time: got 0.005, needs the time integration: TimeStepping, Quasi"):
         dataclasses.replace(oscillator(0.1, 0.0, 6.0), time=5e-3)
     incomplete = SimpleNamespace(step=0.1, end=1.0, end_weight=1.0)
     model = dataclasses.replace(oscillator(0.1, 0.0, 6.0), time=incomplete)

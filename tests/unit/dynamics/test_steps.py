@@ -49,6 +49,13 @@ def test_tiny_intervals_keep_every_step_and_take_no_memory():
     assert snapshot_steps(np.linspace(0.0, 3.0, 11), 0.0) == []
 
 
+def test_records_of_controlled_steps_are_counted_and_refused_before_there_are_any():
+    model = push_and_slide(time=fs.Adaptive(5e-3, records_per_decade=10, end=100.0))
+    assert step_times(model).size == step_count(model) + 1 < 150
+    with pytest.raises(fs.InputError, match=r"time\.output: .* GB are available"):
+        step_times(push_and_slide(time=fs.Adaptive(1e-12)))
+
+
 @pytest.mark.parametrize("check", [fs.simulate, check_model, step_times])
 def test_too_many_steps_are_refused_with_the_estimate_and_the_step_to_write(check):
     message = (

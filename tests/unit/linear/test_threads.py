@@ -53,14 +53,18 @@ def test_the_environment_has_no_say(name, monkeypatch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("n_dofs", "wanted", "expected"),
-    [(14_000, None, 1), (14_000, 3, 1), (15_000, None, 4), (10**6, 1, 1), (10**6, 3, 3), (10**6, 9, 4)],
+    ("n_dofs", "wanted", "dim", "expected"),
+    [
+        *((14_000, None, 3, 1), (14_000, 3, 3, 1), (15_000, None, 3, 4)),
+        *((99_000, None, 2, 1), (99_000, 3, 2, 1), (100_000, None, 2, 4)),
+        *((10**6, 1, 3, 1), (10**6, 3, 3, 3), (10**6, 9, 3, 4)),
+    ],
 )
 def test_small_systems_take_one_thread_large_ones_as_many_as_asked_and_possible(
-    n_dofs, wanted, expected, monkeypatch
+    n_dofs, wanted, dim, expected, monkeypatch
 ) -> None:
     monkeypatch.setattr(module, "usable_cores", lambda: 4)
-    assert suitable_threads(n_dofs, allowed_threads(wanted)) == expected
+    assert suitable_threads(n_dofs, allowed_threads(wanted), dim) == expected
 
 
 @pytest.mark.parametrize("wanted", [0, -1])
@@ -71,7 +75,7 @@ def test_less_than_one_thread_is_refused(wanted) -> None:
 
 def test_a_simulation_uses_as_many_threads_as_it_is_given(monkeypatch, two_threads) -> None:
     seen = []
-    monkeypatch.setattr(module, "_WORTH_THREADS", 0)
+    monkeypatch.setattr(module, "_WORTH_THREADS", {2: 0})
     monkeypatch.setattr(module, "usable_cores", lambda: 2)
     build = simulation.build_system
     monkeypatch.setattr(simulation, "build_system", lambda *given: seen.append(counts()) or build(*given))

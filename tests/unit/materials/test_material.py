@@ -1,4 +1,4 @@
-"""What holds of every law: stress and tangent are the derivatives of energy and stress, in every formulation."""
+"""What holds of every law of small strain: stress and tangent are derivatives, in every formulation."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def differences(of, at):
     return np.stack([(of(at + step) - of(at - step)) / (2 * STEP) for step in steps], axis=-1)
 
 
-def test_every_law_is_looked_at():
-    assert set(EXAMPLES) == set(LAWS)
+def test_every_law_of_small_strain_is_looked_at():
+    assert set(EXAMPLES) == {law for law in LAWS if hasattr(law, "energy")}
 
 
 @pytest.mark.parametrize("law", [law for laws in EXAMPLES.values() for law in laws], ids=str)

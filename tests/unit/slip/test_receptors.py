@@ -106,6 +106,15 @@ def test_rows_of_receptors_are_those_of_their_names() -> None:
     assert len(rows) == 8
 
 
+def test_acceleration_between_uneven_records_is_the_mean_over_the_steps_between_them() -> None:
+    velocity = np.zeros((4, 1, 2))
+    velocity[:, 0] = [[0.0, 9.0], [1.0, 9.0], [3.0, 9.0], [2.0, 9.0]]
+    history = HISTORY.isel(time=slice(4), site=slice(1)).assign(velocity=(("time", "site", "component"), velocity))
+    history = history.assign_coords(time=[0.0, 0.5, 1.0, 3.0]).assign_attrs(time_step="auto")
+    history["acceleration"][...] = 7.0
+    assert tangential_acceleration(history, np.array([0]))[:, 0].tolist() == [7.0, 2.0, 4.0, -0.5]
+
+
 def test_acceleration_is_along_the_plate_and_the_mean_over_each_step() -> None:
     values = np.zeros((4, 1, 2))
     values[:, 0] = [[1.0, 9.0], [3.0, 9.0], [-5.0, 9.0], [0.0, 9.0]]

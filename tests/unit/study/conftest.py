@@ -50,7 +50,7 @@ def reports(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, ...]]:
     """Replace the report by a stub; the list holds the runs that each report was made of."""
     made: list[tuple[str, ...]] = []
 
-    def fake(stored: Any) -> None:
+    def fake(stored: Any, _: Any) -> None:
         made.append(tuple(run.name for run in stored.runs))
         (stored.folder / "report.html").write_text("report")
 

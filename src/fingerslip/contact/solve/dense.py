@@ -44,8 +44,7 @@ class DenseFactor(Generic[T]):
         """Return the solution for a right-hand side (n,), same shape."""
         found = np.array(vector, dtype=self.factors.dtype)
         size, one, stride = ctypes.c_int(found.size), ctypes.c_int(1), ctypes.c_int(max(1, found.size))
-        arrays = (self.factors.ctypes, self.pivots.ctypes, found.ctypes)
-        matrix, pivots, given = (array.data_as(ctypes.c_void_p) for array in arrays)
+        matrix, pivots, given = (array.ctypes.data for array in (self.factors, self.pivots, found))
         # LAPACK reads our rows as columns, that is, the transpose: its transposed problem is ours.
         given_as = (ctypes.c_char(b"T"), size, one, matrix, stride, pivots, given, stride, ctypes.c_int(0))
         _call("getrs", self.factors.dtype, *given_as)
@@ -62,8 +61,7 @@ def factorise_dense(matrix: NDArray[T]) -> DenseFactor[T]:
     """
     pivots = np.zeros(len(matrix), dtype=np.int32)
     size, stride = ctypes.c_int(len(matrix)), ctypes.c_int(max(1, len(matrix)))
-    memory, swapped = (array.ctypes.data_as(ctypes.c_void_p) for array in (matrix, pivots))
-    _call("getrf", matrix.dtype, size, size, memory, stride, swapped, ctypes.c_int(0))
+    _call("getrf", matrix.dtype, size, size, matrix.ctypes.data, stride, pivots.ctypes.data, ctypes.c_int(0))
     # The factors precondition, or what they solve is checked: with ones for zero pivots they stay finite.
     diagonal = np.einsum("ii->i", matrix)
     diagonal[diagonal == 0.0] = 1.0
@@ -86,17 +84,20 @@ def symmetric_product(matrix: NDArray[T], vector: NDArray[T]) -> NDArray[T]:
     [4.0, 7.0]
     """
     found, given = np.zeros(len(vector), dtype=matrix.dtype), np.ascontiguousarray(vector)
+    if not found.size:
+        return found
     size, one, real = ctypes.c_int(found.size), ctypes.c_int(1), _REAL[matrix.dtype]
-    memory, read, written = (array.ctypes.data_as(ctypes.c_void_p) for array in (matrix, given, found))
+    stride = ctypes.c_int(max(1, found.size))
+    memory, read, written = (array.ctypes.data for array in (matrix, given, found))
     # BLAS reads our rows as columns: the lower triangle is its upper one.
     sides = (read, one, real(0.0), written, one)
-    _call("symv", matrix.dtype, ctypes.c_char(b"U"), size, real(1.0), memory, size, *sides)
+    _call("symv", matrix.dtype, ctypes.c_char(b"U"), size, real(1.0), memory, stride, *sides)
     return found
 
 
 def _call(name: str, precision: np.dtype[Any], *given: Any) -> None:
-    """Call a function of LAPACK or BLAS; values that are not addresses are passed by reference."""
-    passed = [value if isinstance(value, ctypes.c_void_p) else ctypes.byref(value) for value in given]
+    """Call a function of LAPACK or BLAS; addresses are plain numbers, other values are passed by reference."""
+    passed = [value if isinstance(value, int) else ctypes.byref(value) for value in given]
     _function(_PRECISION[precision] + name)(*passed)
 
 

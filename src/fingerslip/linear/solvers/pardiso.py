@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
 import weakref
 from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -27,10 +30,7 @@ _SCHUR, _RETURN_SCHUR_KEEP_FACTORS = 35, 2
 _PARALLEL, _TWO_LEVELS = 23, 1
 # Peak memory of the analysis, and what stays of it with the factors [KiB].
 _PEAK, _PERMANENT, _FACTORS = 14, 15, 16
-_POINTERS = {
-    np.dtype(kind): ctypes.POINTER(pointed)
-    for kind, pointed in ((np.int32, ctypes.c_int32), (np.int64, ctypes.c_int64), (np.float64, ctypes.c_double))
-}
+_ARGUMENTS = 16
 
 
 @dataclass(frozen=True)
@@ -135,9 +135,9 @@ class _Call:
         self._columns = np.ascontiguousarray(upper.indices + 1, dtype=np.int32)
         one, zero, kind, size = (ctypes.byref(ctypes.c_int32(value)) for value in (1, 0, _SPD, self.size))
         # Converting an argument takes a microsecond: what stays the same is converted once.
-        self._start = (_address(self._handle), one, one, kind)
-        self._matrix = (size, _address(self._values), _address(self._rows), _address(self._columns))
-        self._rest = (_address(self.settings), zero)
+        self._start = (self._handle.ctypes.data, one, one, kind)
+        self._matrix = (size, *(array.ctypes.data for array in (self._values, self._rows, self._columns)))
+        self._rest = (self.settings.ctypes.data, zero)
 
     def __call__(self, phase: int, given: Array, found: Array | None = None) -> Array:
         given = np.asfortranarray(given)
@@ -147,11 +147,11 @@ class _Call:
             *self._start,
             ctypes.byref(ctypes.c_int32(phase)),
             *self._matrix,
-            _address(self.order),
+            self.order.ctypes.data,
             ctypes.byref(ctypes.c_int32(sides)),
             *self._rest,
-            _address(given),
-            _address(found),
+            given.ctypes.data,
+            found.ctypes.data,
             ctypes.byref(error),
         )
         if error.value:
@@ -162,13 +162,19 @@ class _Call:
 
 @functools.cache
 def _mkl_pardiso() -> Any:
-    """Return MKL's function, which pypardiso finds by searching the whole environment once."""
+    """Return MKL's function; all its arguments are addresses."""
+    # The library's own signature takes no plain numbers as addresses, and casts leave cycles to the garbage collector.
+    function = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * _ARGUMENTS)
+    return function(("pardiso", _mkl()))
+
+
+def _mkl() -> ctypes.CDLL:
+    """Load MKL as its package lists it; pypardiso searches the whole environment for it, which takes a second."""
+    with contextlib.suppress(metadata.PackageNotFoundError):
+        for file in metadata.files("mkl") or ():
+            if "mkl_rt" in file.name and Path(file.locate()).is_file():
+                return ctypes.CDLL(str(file.locate()))
     import pypardiso
 
-    # The library offers no public access to a single phase.
-    return pypardiso.PyPardisoSolver(mtype=_SPD)._mkl_pardiso  # noqa: SLF001
-
-
-def _address(array: NDArray[Any]) -> Any:
-    """Return a pointer to the first entry of an array, which must outlive it."""
-    return ctypes.cast(array.ctypes.data, _POINTERS[array.dtype])
+    library: ctypes.CDLL = pypardiso.PyPardisoSolver(mtype=_SPD).libmkl
+    return library

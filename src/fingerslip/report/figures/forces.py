@@ -41,6 +41,8 @@ _LARGE_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
         "friction_dissipation": ("friction", ORANGE),
     }
 )
+# Drawn where layers relax; older histories do not have it.
+_VISCOUS = "viscous_dissipation"
 _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "kinetic_energy": ("kinetic energy", VERMILLION),
@@ -122,13 +124,15 @@ def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
     Returns
     -------
     matplotlib.figure.Figure
-        Work, strain energy and friction above, the small parts and the imbalance below (absolute values).
+        Work, strain energy, friction and relaxation above, the small parts and the imbalance below (absolute values).
     """
     figure, panels = _time_panels("Energy balance", title)
     times, work = history["time"].values, float(np.abs(history["external_work"].values).max())
     scale, unit = _scale(work, "J")
     for name, (label, colour) in _LARGE_ENERGIES.items():
         panels[0].plot(times, scale * history[name].values, color=colour, label=label)
+    if _VISCOUS in history and history[_VISCOUS].values.any():
+        panels[0].plot(times, scale * history[_VISCOUS].values, color=GREEN, label="relaxation of the layers")
     for name, (label, colour) in _SMALL_ENERGIES.items():
         share = np.abs(history[name].values) / (work or 1.0)
         panels[1].semilogy(times, np.maximum(share, _ROUNDING), color=colour, linewidth=1.0, label=label)

@@ -13,7 +13,7 @@ from fingerslip.report.figures.study import event_times_figure, latency_figure
 from fingerslip.report.labels import swept_text
 from fingerslip.report.page.content import MOST_RUNS, ReportContent
 from fingerslip.report.page.definitions import definitions
-from fingerslip.report.page.page import Picture, Report, ReportSection
+from fingerslip.report.page.page import DrawnPicture, Picture, Report, ReportSection
 from fingerslip.report.page.pictures import RunToDraw
 from fingerslip.report.page.run import has_receptors, picture_set, run_section
 from fingerslip.report.page.samples import sample_sections
@@ -23,6 +23,7 @@ from fingerslip.report.tables.events import events_table, swept_paths
 from fingerslip.report.tables.measures import measures_table
 from fingerslip.report.tables.models import models_table
 from fingerslip.report.tables.parameters import value_tables
+from fingerslip.results import RunResult
 from fingerslip.slip.free_edge import edge_warning
 from fingerslip.slip.names import READINGS
 
@@ -48,7 +49,13 @@ def study_report(content: ReportContent) -> Report:
     if content.study.ranges:
         return _assembled(content, (*sample_sections(content), _values_section(content)))
     runs = [
-        run_section(run, content.histories[run.name], content.titles[run.name], content.settings.peaks)
+        run_section(
+            run,
+            content.histories[run.name],
+            content.titles[run.name],
+            content.settings.peaks,
+            content.drawn_already(run.name).contact,
+        )
         for run in content.drawn
     ]
     sections = (
@@ -150,16 +157,19 @@ def _merged(references: Sequence[PublishedSet]) -> PublishedSet | None:
 
 
 def _model_section(content: ReportContent) -> ReportSection:
-    shown = [run for run in content.study.runs if run.name in content.meshes and run.name in content.histories]
-    pictures = [
-        picture
-        for run in shown
-        for history in (content.histories[run.name],)
-        for picture in picture_set(history).model(
-            RunToDraw(run.name, content.titles[run.name], history, run.events), content.meshes[run.name]
-        )
-    ]
+    pictures = [picture for run in content.study.runs for picture in _model_pictures(content, run)]
     return ReportSection("The model", (), (), tuple(pictures))
+
+
+def _model_pictures(content: ReportContent, run: RunResult) -> Sequence[Picture | DrawnPicture]:
+    drawn = content.drawn_already(run.name).model
+    if drawn is not None:
+        return drawn
+    if run.name not in content.meshes or run.name not in content.histories:
+        return ()
+    history = content.histories[run.name]
+    shown = RunToDraw(run.name, content.titles[run.name], history, run.events)
+    return picture_set(history).model(shown, content.meshes[run.name])
 
 
 def _values_section(content: ReportContent) -> ReportSection:

@@ -12,6 +12,7 @@ import xarray as xr
 
 from fingerslip.published import PublishedSet
 from fingerslip.report.labels import run_title
+from fingerslip.report.page.pictures import RunPictures
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import Events, EventSettings
@@ -37,6 +38,8 @@ class ReportContent:
         Their histories by name of the run; a run without one appears in the tables only.
     meshes : mapping of str to skfem.Mesh
         Meshes by name of the run, for the pictures of the model.
+    pictures : mapping of str to RunPictures
+        Pictures of single runs that are drawn already, by name of the run; the others are drawn.
     references : tuple of PublishedSet
         Published values to compare with.
     values : tuple of ShownValue
@@ -52,6 +55,7 @@ class ReportContent:
     study: StudyResult
     histories: Mapping[str, xr.Dataset]
     meshes: Mapping[str, skfem.Mesh] = field(default_factory=lambda: _EMPTY)
+    pictures: Mapping[str, RunPictures] = field(default_factory=lambda: _EMPTY)
     references: tuple[PublishedSet, ...] = ()
     values: tuple[ShownValue, ...] = ()
     provenance: Mapping[str, str] = field(default_factory=lambda: _EMPTY)
@@ -72,6 +76,10 @@ class ReportContent:
     def drawn(self) -> tuple[RunResult, ...]:
         """The runs that are shown in figures: the first that have a history."""
         return tuple(run for run in self.study.runs if run.name in self.histories)[:MOST_RUNS]
+
+    def drawn_already(self, name: str) -> RunPictures:
+        """Return the pictures of a run that are drawn already."""
+        return self.pictures.get(name, RunPictures())
 
     def titled_histories(self) -> dict[str, xr.Dataset]:
         """Return the histories of the drawn runs by title."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from html import escape
 from pathlib import Path
 from types import MappingProxyType
@@ -15,7 +16,7 @@ from fingerslip.files import write_text
 from fingerslip.report.figures.save import figure_bytes
 from fingerslip.report.tables.table import Table, is_numeric, texts
 
-__all__ = ["Picture", "Report", "ReportSection", "render_page", "write_page"]
+__all__ = ["DrawnPicture", "Picture", "Report", "ReportSection", "render_page", "write_page"]
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,20 @@ class Picture:
     caption: str
     figure: Figure
 
+    @cached_property
+    def png(self) -> bytes:
+        """The figure as PNG, rendered once."""
+        return figure_bytes(self.figure)
+
+
+@dataclass(frozen=True)
+class DrawnPicture:
+    """A picture of a report that is rendered already; see :class:`Picture`."""
+
+    name: str
+    caption: str
+    png: bytes
+
 
 @dataclass(frozen=True)
 class ReportSection:
@@ -49,7 +64,7 @@ class ReportSection:
         Paragraphs.
     tables : tuple of Table
         Tables, below the text.
-    pictures : tuple of Picture
+    pictures : tuple of Picture or DrawnPicture
         Figures, below the tables.
     folded : bool
         Whether the page shows the section only when it is opened.
@@ -60,7 +75,7 @@ class ReportSection:
     title: str
     text: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
-    pictures: tuple[Picture, ...] = ()
+    pictures: tuple[Picture | DrawnPicture, ...] = ()
     folded: bool = False
     warnings: tuple[str, ...] = ()
 
@@ -158,8 +173,8 @@ def _cell(tag: str, kind: str, text: str) -> str:
     return f'<{tag} class="{words}">{escape(text)}</{tag}>'
 
 
-def _picture(picture: Picture) -> str:
-    data = base64.b64encode(figure_bytes(picture.figure)).decode("ascii")
+def _picture(picture: Picture | DrawnPicture) -> str:
+    data = base64.b64encode(picture.png).decode("ascii")
     alternative = escape(picture.caption, quote=True)
     source = f"data:image/png;base64,{data}"
     return (

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import skfem
 import xarray as xr
 
-from fingerslip.report.page.page import Picture
+from fingerslip.report.page.page import DrawnPicture, Picture
 from fingerslip.slip import Events
 
-__all__ = ["PictureSet", "RunToDraw"]
+__all__ = ["PictureSet", "RunPictures", "RunToDraw"]
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,22 @@ class RunToDraw:
     title: str
     history: xr.Dataset
     events: Events
+
+
+@dataclass(frozen=True)
+class RunPictures:
+    """Pictures of one run that were drawn before its report is made.
+
+    Parameters
+    ----------
+    contact : tuple of DrawnPicture or None
+        Those of the section that shows it in detail; None where they were not drawn.
+    model : tuple of DrawnPicture or None
+        Those of its model at the start; None where they were not drawn.
+    """
+
+    contact: tuple[DrawnPicture, ...] | None = None
+    model: tuple[DrawnPicture, ...] | None = None
 
 
 @dataclass(frozen=True)

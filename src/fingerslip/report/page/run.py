@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import skfem
 import xarray as xr
 
 from fingerslip.history import is_solid, sites_of_kinds
 from fingerslip.report.figures.forces import energy_figure, force_figure
 from fingerslip.report.figures.receptors import acceleration_figure, strain_energy_density_figure
-from fingerslip.report.page.page import Picture, ReportSection
-from fingerslip.report.page.pictures import PictureSet, RunToDraw
+from fingerslip.report.page.page import DrawnPicture, Picture, ReportSection
+from fingerslip.report.page.pictures import PictureSet, RunPictures, RunToDraw
 from fingerslip.report.page.plane import PLANE
 from fingerslip.report.page.solid import SOLID
 from fingerslip.report.tables.events import peaks_table, readings_table
@@ -17,7 +20,7 @@ from fingerslip.results import RunResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import PeakSettings, acceleration_peaks
 
-__all__ = ["has_receptors", "picture_set", "run_section"]
+__all__ = ["draw_ahead", "has_receptors", "picture_set", "run_section"]
 
 
 def picture_set(history: xr.Dataset) -> PictureSet:
@@ -30,7 +33,13 @@ def has_receptors(history: xr.Dataset) -> bool:
     return sites_of_kinds(history, RECEPTOR_KINDS).size > 0
 
 
-def run_section(result: RunResult, history: xr.Dataset, title: str, settings: PeakSettings) -> ReportSection:
+def run_section(
+    result: RunResult,
+    history: xr.Dataset,
+    title: str,
+    settings: PeakSettings,
+    drawn: tuple[DrawnPicture, ...] | None = None,
+) -> ReportSection:
     """Assemble the section of one run: all readings of its events, its measures, and its pictures; folded.
 
     Parameters
@@ -43,14 +52,41 @@ def run_section(result: RunResult, history: xr.Dataset, title: str, settings: Pe
         Its title.
     settings : PeakSettings
         How peaks are distinguished from noise.
+    drawn : tuple of DrawnPicture, optional
+        Its pictures, where they are drawn already.
     """
-    run = RunToDraw(result.name, title, history, result.events)
     tables = [readings_table(result), measures_table([result], ["value"])]
-    pictures = [*picture_set(history).run(run), _forces(run)]
     if has_receptors(history):
         tables.append(peaks_table(acceleration_peaks(history, settings)))
-        pictures += _receptors(run)
-    return ReportSection(title, (), tuple(tables), (*pictures, _energy(run)), folded=True)
+    pictures = _pictures(RunToDraw(result.name, title, history, result.events)) if drawn is None else drawn
+    return ReportSection(title, (), tuple(tables), tuple(pictures), folded=True)
+
+
+def draw_ahead(run: RunToDraw, mesh: skfem.Mesh | None, *, contact: bool) -> RunPictures:
+    """Draw the pictures of one run before its report is made.
+
+    Parameters
+    ----------
+    run : RunToDraw
+        The run.
+    mesh : skfem.Mesh, optional
+        Its mesh, for the pictures of the model at the start; without it these are not drawn.
+    contact : bool
+        Whether to draw the pictures of the section that shows the run in detail.
+    """
+    return RunPictures(
+        contact=_rendered(_pictures(run)) if contact else None,
+        model=None if mesh is None else _rendered(picture_set(run.history).model(run, mesh)),
+    )
+
+
+def _rendered(pictures: Sequence[Picture]) -> tuple[DrawnPicture, ...]:
+    return tuple(DrawnPicture(picture.name, picture.caption, picture.png) for picture in pictures)
+
+
+def _pictures(run: RunToDraw) -> list[Picture]:
+    receptors = _receptors(run) if has_receptors(run.history) else []
+    return [*picture_set(run.history).run(run), _forces(run), *receptors, _energy(run)]
 
 
 def _forces(run: RunToDraw) -> Picture:

@@ -18,7 +18,7 @@ COLUMNS = (Column("parameter"), Column("value"), Column("source"), Column("note"
 GROUPS: dict[str, tuple[str, ...]] = {
     "Materials and damping": ("fingertip.materials", "materials", "damping"),
     "Specimen": ("fingertip",),
-    "Mesh and formulation": ("mesh", "formulation", "depth", "integration"),
+    "Mesh and formulation": ("mesh", "formulation", "depth", "integration", "kinematics"),
     "Contact and friction": ("contact", "contacts"),
     "Programme": ("programme",),
     "Supports and loads": ("supports", "tractions", "gravity", "initial_velocity"),

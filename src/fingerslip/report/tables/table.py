@@ -107,7 +107,8 @@ class Column:
             case Measured():
                 return f"{self.format(cell.value)} ± {self._format_uncertainty(cell.uncertainty)}"
             case float():
-                return f"{cell:.{self.significant}g}" if self.digits is None else f"{cell:.{self.digits}f}"
+                # A rounded zero has no sign.
+                return f"{cell:z.{self.significant}g}" if self.digits is None else f"{cell:z.{self.digits}f}"
             case _:
                 return str(cell)
 

@@ -45,7 +45,7 @@ class Fingertip(FingertipNumbers):
         Ripples of the outer surface.
     receptors : Receptors
         Depths of the receptors.
-    materials : dict of str to Elastic
+    materials : dict of str to Elastic, NeoHookean, MooneyRivlin or Ogden
         Material of each of `epidermis`, `dermis`, `tissue` and `phalanx`, and of the `nail` where there is one.
     formulation : {'plane_strain', 'plane_stress'}
         Out-of-plane behaviour of the 2D model.

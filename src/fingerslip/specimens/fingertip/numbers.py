@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from fingerslip.errors import InputError
-from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.choice import MaterialChoice
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.specimens.fingertip.parts import (
     Fingerprint,
@@ -43,7 +43,7 @@ class FingertipNumbers:
     ridges: Ridges
     fingerprint: Fingerprint
     receptors: Receptors
-    materials: dict[str, Elastic]
+    materials: dict[str, MaterialChoice]
     formulation: Literal["plane_strain", "plane_stress"]
     depth: PositiveLength
     solid: SolidShape | None = None

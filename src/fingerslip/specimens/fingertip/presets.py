@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from fingerslip.materials.choice import kept_values
+from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.specimens.fingertip.fingertip import Fingertip
-from fingerslip.specimens.presets import Presets, PresetValue
 
 __all__ = ["PRESETS", "PresetValue", "fingertip_from", "preset", "preset_header", "preset_names", "preset_table"]
 
-PRESETS = Presets(Fingertip, "fingerslip.specimens.fingertip")
+PRESETS = Presets(Fingertip, "fingerslip.specimens.fingertip", kept_values)
 
 
 def preset_names() -> tuple[str, ...]:

@@ -166,7 +166,7 @@ def _compute(plan: Plan, workers: int, progress: StudyProgress) -> None:
     finished = plan.finished()
     jobs = prepare(plan, [run for run in plan.runs if run.name not in finished])
     with progress:
-        failures = compute_jobs(plan, jobs, workers, progress)
+        failures = compute_jobs(plan, jobs, workers, progress).failures
     if failures:
         raise StudyFailedError({f"{plan.source.stem}/{name}": error for name, error in failures.items()}, ())
 

@@ -87,7 +87,7 @@ def _changed(study: Study, level: Level, model: Model) -> Study:
             assert finer is not None  # held by levels_of
             return dataclasses.replace(study, mesh=finer)
         case "step":
-            return dataclasses.replace(study, time=dataclasses.replace(study.time, step=value * study.time.step))
+            return dataclasses.replace(study, time=study.time.refined(value))
         case "alpha":
             return dataclasses.replace(study, time=dataclasses.replace(study.time, alpha=value))
         case _:

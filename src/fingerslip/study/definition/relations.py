@@ -7,12 +7,18 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from fingerslip.errors import InputError, Mistakes
-from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.choice import AnyMaterial
 from fingerslip.materials.material import Formulation
 from fingerslip.parameters.dotted import is_below
 from fingerslip.specimens.choice import SPECIMENS, check_mesh, given_specimen
 from fingerslip.study.definition.sampled import SampleSettings
-from fingerslip.study.definition.settings import ContactSettings, MeshSettings, RecordSettings
+from fingerslip.study.definition.settings import (
+    ContactSettings,
+    DynamicsSettings,
+    MeshSettings,
+    RecordSettings,
+    TimeSettings,
+)
 
 __all__ = ["mistakes_between"]
 
@@ -53,7 +59,7 @@ def _sampled_apart_from_swept(sweep: Mapping[str, tuple[Any, ...]], sample: Samp
             )
 
 
-def _materials_of_a_body(specimen: str | None, mesh: MeshSettings, materials: Mapping[str, Elastic]) -> None:
+def _materials_of_a_body(specimen: str | None, mesh: MeshSettings, materials: Mapping[str, AnyMaterial]) -> None:
     _check_body("materials", materials, specimen, mesh)
 
 
@@ -76,6 +82,12 @@ def _no_reference_nodes_of_a_body(specimen: str | None, mesh: MeshSettings, reco
     _check_no_sites("reference_nodes", specimen, mesh, record)
 
 
+def _fixed_step_of_a_basis(dynamics: DynamicsSettings, time: TimeSettings) -> None:
+    if dynamics.basis == "reduced" and time.step == "auto":
+        repair = "write basis: full, or a fixed step"
+        raise InputError("dynamics.basis", "is reduced where time.step is auto", "needs a fixed step", repair)
+
+
 # The arguments of a check are named like the fields that it needs; `specimen` is the key of the one that is given.
 _CHECKS: tuple[Callable[..., None], ...] = (
     _one_contact_or_several,
@@ -86,6 +98,7 @@ _CHECKS: tuple[Callable[..., None], ...] = (
     _depth_of_a_body,
     _no_receptors_of_a_body,
     _no_reference_nodes_of_a_body,
+    _fixed_step_of_a_basis,
 )
 
 

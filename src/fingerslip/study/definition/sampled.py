@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import pydantic
 from scipy.stats import qmc
 
-from fingerslip.errors import InputError, Mistakes
+from fingerslip.errors import InputError, Mistakes, shortened
 from fingerslip.parameters import parameters
 from fingerslip.parameters.dotted import is_below
 from fingerslip.results import SAMPLE
@@ -52,7 +52,7 @@ def _number_and_unit(path: str, value: object) -> tuple[float, str]:
         return parts
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value), ""
-    raise InputError(path, f"got {value!r}", "needs numbers or quantities", "sweep what has no order")
+    raise InputError(path, f"got {shortened(repr(value))}", "needs numbers or quantities", "sweep what has no order")
 
 
 Ranges = Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(_check_ranges)]

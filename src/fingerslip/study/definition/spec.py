@@ -12,10 +12,11 @@ import pydantic
 
 from fingerslip.errors import InputError, Mistakes, warn_renamed
 from fingerslip.fe.integration import Integration
+from fingerslip.materials.choice import LAWS, MaterialChoice
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
-from fingerslip.model import Component, SupportMotion
+from fingerslip.model import Component, Kinematics, SupportMotion
 from fingerslip.parameters import (
     PositiveLength,
     SignedAcceleration,
@@ -38,6 +39,7 @@ from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.relations import mistakes_between
 from fingerslip.study.definition.sampled import SampleSettings, sample_mistakes
 from fingerslip.study.definition.settings import (
+    BodySettings,
     ContactSettings,
     DynamicsSettings,
     MeshSettings,
@@ -101,18 +103,22 @@ class Study(SpecimenChoice):
         Contact with one counterface, by default a plate.
     contacts : tuple of ContactSettings
         Contacts with several counterfaces, instead of `contact`.
+    bodies : mapping of str to BodySettings
+        Rigid bodies by name, which carry the counterfaces of the contacts that name them in `rigid_body`.
     programme : tuple of ProgrammeEntry
-        Motion of the counterfaces that have none of their own.
+        Motion of the counterfaces that have none of their own and are on no rigid body.
     damping : RayleighDamping
         Material damping.
     integration : {'selective', 'full', 'nodal'}
         How the dilatational part is integrated; see :class:`~fingerslip.model.Model`.
+    kinematics : {'small', 'finite'}
+        Whether strains and rotations are taken as small; see :class:`~fingerslip.model.Model`.
     record : RecordSettings
         What is recorded.
     dynamics : DynamicsSettings
         Whether motions are computed on the mesh or in a reduced basis of it.
-    materials : mapping of str to Elastic
-        Materials by region; they replace those of the specimen.
+    materials : mapping of str to Elastic, NeoHookean, MooneyRivlin or Ogden
+        Materials by region, `law` says which kind (elastic without it); they replace those of the specimen.
     supports : mapping of str to tuple of {'x', 'y', 'z'}
         Fixed components by boundary or region; without them the specimen's, such as the phalanx of a
         fingertip.
@@ -145,12 +151,14 @@ class Study(SpecimenChoice):
     mesh: MeshSettings = MeshSizes()
     contact: ContactSettings | None = None
     contacts: tuple[ContactSettings, ...] = ()
+    bodies: Mapping[str, BodySettings] = pydantic.Field(default_factory=dict)
     programme: tuple[ProgrammeEntry, ...] = ()
     damping: RayleighDamping = RayleighDamping()
     integration: Integration = "selective"
+    kinematics: Kinematics = "small"
     record: RecordSettings = RecordSettings()
     dynamics: DynamicsSettings = DynamicsSettings()
-    materials: Mapping[str, Elastic] = pydantic.Field(default_factory=dict)
+    materials: Mapping[str, MaterialChoice] = pydantic.Field(default_factory=dict)
     supports: Mapping[str, tuple[Component, ...]] = pydantic.Field(default_factory=dict)
     support_motions: Mapping[str, SupportMotion] = pydantic.Field(default_factory=dict)
     tractions: Mapping[str, TractionSettings] = pydantic.Field(default_factory=dict)
@@ -329,6 +337,9 @@ def study_schema() -> dict[str, Any]:
             # A study file gives a preset and what differs from it, so nothing in it is required.
             definitions.setdefault(part, {key: value for key, value in definition.items() if key != "required"})
         schema["properties"][key] = {"anyOf": [{"$ref": f"#/$defs/{name}"}, {"type": "null"}], "default": None}
+    for law in LAWS:
+        # What a preset gives may be left out of its materials, but not the name of another law than the usual one.
+        definitions[law.__name__]["required"] = [] if law is Elastic else ["law"]
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 

@@ -67,4 +67,4 @@ def _rows(plan: Plan) -> list[tuple[str, str, str, int, int, float]]:
 
 def _size(model: Model) -> tuple[int, int, float]:
     unknowns, steps = build_space(model.mesh).n_dofs, step_times(model).size - 1
-    return unknowns, steps, estimated_seconds(unknowns, steps, model.mesh.dim())
+    return unknowns, steps, estimated_seconds(unknowns, steps, model.mesh.dim(), model.kinematics)

@@ -11,6 +11,7 @@ from fingerslip.dynamics.steps import step_count
 from fingerslip.model import Model
 from fingerslip.study.running.compute import Job
 from fingerslip.study.running.cost import basis_saves
+from fingerslip.timing import Adaptive
 
 __all__ = ["choose_bases"]
 
@@ -46,6 +47,8 @@ def _is_open(job: Job) -> bool:
 
 def _saves(models: Sequence[Model]) -> bool:
     """Tell whether a basis saves time in all motions of a body together."""
+    if any(isinstance(model.time, Adaptive) for model in models):
+        return False
     known = checked(models[0])
     nodes = {*known.site_nodes.tolist(), *(node for own in known.candidates for node in own.nodes.tolist())}
     steps = sum(map(step_count, models))

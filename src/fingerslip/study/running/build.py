@@ -12,7 +12,8 @@ import numpy as np
 
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.errors import InputError
-from fingerslip.materials.material import Formulation, Material
+from fingerslip.materials.choice import AnyMaterial
+from fingerslip.materials.material import Formulation
 from fingerslip.mesh.source import InspectedMesh
 from fingerslip.model import Contact, Model, Recording
 from fingerslip.programme import Phase, phase_travel
@@ -38,7 +39,7 @@ _CONTACT_PLACE = re.compile(r"contacts\.(\d+)(?:\.(.*))?")
 class _NoSpecimen:
     """What a study without a specimen takes from one: nothing, as it has to give all values itself."""
 
-    materials: Mapping[str, Material] = field(default_factory=dict)
+    materials: Mapping[str, AnyMaterial] = field(default_factory=dict)
     formulation: Formulation = "plane_strain"
     depth: float = 1.0
 
@@ -141,10 +142,12 @@ def _model(run: Run, mesh: Any) -> Model:
         support_motions=dict(study.support_motions),
         tractions=dict(study.tractions),
         contacts=tuple(_contact(settings, dim) for settings in study.all_contacts),
+        bodies={name: settings.body for name, settings in study.bodies.items()},
         programme=_phases(study.programme),
         time=study.time.stepping,
         damping=study.damping,
         integration=study.integration,
+        kinematics=study.kinematics,
         record=_recording(study, specimen.sites(study.record.groups, dim)),
         basis=study.dynamics.reduced,
         gravity=study.gravity,
@@ -229,7 +232,8 @@ def _check_extent(mesh: Any, run: Run) -> None:
 
 def _longest_travel(study: Study) -> float:
     """Return the longest travel of a phase [m]; 0 where no counterface moves."""
-    own = [entry for contact in study.all_contacts for entry in contact.programme or ()]
+    programmes = [one.programme or () for one in study.all_contacts] + [one.programme for one in study.bodies.values()]
+    own = [entry for programme in programmes for entry in programme]
     return max(map(phase_travel, _phases((*study.programme, *own))), default=0.0)
 
 
@@ -250,6 +254,7 @@ def _contact(settings: ContactSettings, dim: int) -> Contact:
         search_distance=settings.search_distance,
         programme=None if settings.programme is None else _phases(settings.programme),
         drive=settings.drive,
+        rigid_body=settings.rigid_body,
         clearance=settings.clearance,
     )
 

@@ -14,15 +14,17 @@ __all__ = ["compute_group", "groups"]
 Tell = Callable[[str, float], None]
 
 
-def groups(jobs: Sequence[Job]) -> list[list[Job]]:
+def groups(jobs: Sequence[Job], at_once: int = 1) -> list[list[Job]]:
     """Put jobs into groups that are computed together.
 
     Parameters
     ----------
     jobs : sequence of Job
         What to compute.
+    at_once : int, optional
+        Groups that can be computed at once.
     """
-    return [[jobs[number] for number in group] for group in groups_to_share([job.model for job in jobs])]
+    return [[jobs[number] for number in group] for group in groups_to_share([job.model for job in jobs], at_once)]
 
 
 def compute_group(jobs: Sequence[Job], tell: Tell, threads: int) -> dict[str, FingerslipError | MemoryError]:

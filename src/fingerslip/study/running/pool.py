@@ -11,19 +11,23 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
 from typing import Any
 
 from fingerslip.errors import FingerslipError, ResultError
+from fingerslip.report.page.pictures import RunPictures
 from fingerslip.study.running.compute import Job
+from fingerslip.study.running.drawing import Drawing, draw_runs
 from fingerslip.study.running.groups import compute_group, groups
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.spawning import without_main_module
 
-__all__ = ["WorkerLostError", "compute_all"]
+__all__ = ["Computed", "WorkerLostError", "compute_all"]
 
 _SECONDS_BETWEEN_LOOKS = 0.1
 
 Failures = dict[str, FingerslipError]
+_Found = tuple[Mapping[str, Exception], Mapping[str, RunPictures]]
 
 
 class WorkerLostError(FingerslipError):
@@ -40,7 +44,25 @@ class _StoppedError(Exception):
     """The study is being ended."""
 
 
-def compute_all(jobs: Sequence[Job], workers: int, progress: StudyProgress) -> Failures:
+@dataclass(frozen=True)
+class Computed:
+    """What became of jobs.
+
+    Parameters
+    ----------
+    failures : dict
+        The error of each job that failed, by the name of the run.
+    pictures : dict
+        Pictures that were drawn of the others, by the name of the run.
+    """
+
+    failures: Failures = field(default_factory=dict)
+    pictures: dict[str, RunPictures] = field(default_factory=dict)
+
+
+def compute_all(
+    jobs: Sequence[Job], workers: int, progress: StudyProgress, drawings: Mapping[str, Drawing] | None = None
+) -> Computed:
     """Compute all jobs; one that fails does not keep the others from being computed.
 
     Parameters
@@ -52,11 +74,14 @@ def compute_all(jobs: Sequence[Job], workers: int, progress: StudyProgress) -> F
         each. With one worker or one job this process computes.
     progress : StudyProgress
         Receives the progress of every run.
+    drawings : mapping of str to Drawing, optional
+        What to draw of the runs, by their names. Workers draw what they have computed; this process draws nothing, as
+        nothing is computed beside.
 
     Returns
     -------
-    dict
-        The error of each job that failed, by the name of the run.
+    Computed
+        Errors and pictures.
 
     Raises
     ------
@@ -64,12 +89,12 @@ def compute_all(jobs: Sequence[Job], workers: int, progress: StudyProgress) -> F
         After Ctrl-C, when all workers have ended and removed what was unfinished.
     """
     progress.begin([job.run.name for job in jobs])
-    parts = groups(jobs)
+    parts = groups(jobs, workers)
     at_once = max(min(workers, len(parts)), 1)
     threads = workers // at_once
     if at_once == 1:
-        return _compute_here(parts, progress, threads)
-    return _compute_apart(parts, at_once, progress, threads)
+        return Computed(_compute_here(parts, progress, threads))
+    return _compute_apart(parts, at_once, progress, threads, drawings or {})
 
 
 def _compute_here(parts: Sequence[Sequence[Job]], progress: StudyProgress, threads: int) -> Failures:
@@ -91,14 +116,20 @@ def _reported(jobs: Sequence[Job], found: Mapping[str, Exception], progress: Stu
     return failures
 
 
-def _compute_apart(parts: Sequence[Sequence[Job]], workers: int, progress: StudyProgress, threads: int) -> Failures:
+def _compute_apart(
+    parts: Sequence[Sequence[Job]],
+    workers: int,
+    progress: StudyProgress,
+    threads: int,
+    drawings: Mapping[str, Drawing],
+) -> Computed:
     context = multiprocessing.get_context("spawn")
     news, stop = context.Queue(), context.Event()
     pool = ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(news, stop))
     try:
         with _interrupts_ignored(), without_main_module():
             # The workers start here. They inherit the ignored Ctrl-C, which the parent alone answers.
-            futures = {pool.submit(_compute_in_worker, jobs, threads): jobs for jobs in parts}
+            futures = {pool.submit(_compute_in_worker, jobs, threads, drawings): jobs for jobs in parts}
         return _follow(futures, news, progress)
     finally:
         stop.set()
@@ -106,16 +137,18 @@ def _compute_apart(parts: Sequence[Sequence[Job]], workers: int, progress: Study
         news.close()
 
 
-def _follow(futures: Mapping[Future[Any], Sequence[Job]], news: Any, progress: StudyProgress) -> Failures:
+def _follow(futures: Mapping[Future[Any], Sequence[Job]], news: Any, progress: StudyProgress) -> Computed:
     """Wait for all jobs and pass their progress on."""
-    failures: Failures = {}
+    computed = Computed()
     waiting = set(futures)
     while waiting:
         done, waiting = wait(waiting, timeout=_SECONDS_BETWEEN_LOOKS, return_when=FIRST_COMPLETED)
         _pass_on(news, progress)
         for future in done:
-            failures |= _reported(futures[future], _found(future, futures[future]), progress)
-    return failures
+            found, pictures = _found(future, futures[future])
+            computed.failures.update(_reported(futures[future], found, progress))
+            computed.pictures.update(pictures)
+    return computed
 
 
 def _pass_on(news: Any, progress: StudyProgress) -> None:
@@ -125,13 +158,12 @@ def _pass_on(news: Any, progress: StudyProgress) -> None:
             progress.advance(name, fraction)
 
 
-def _found(future: Future[Any], jobs: Sequence[Job]) -> Mapping[str, Exception]:
-    """Return what went wrong in a worker's jobs; anything that is no error of fingerslip is raised."""
+def _found(future: Future[_Found], jobs: Sequence[Job]) -> _Found:
+    """Return what went wrong in a worker's jobs, and what it drew; what is no error of fingerslip is raised."""
     try:
-        found: Mapping[str, Exception] = future.result()
+        return future.result()
     except BrokenProcessPool:
-        return {job.run.name: WorkerLostError() for job in jobs}
-    return found
+        return {job.run.name: WorkerLostError() for job in jobs}, {}
 
 
 def _out_of_memory(job: Job) -> ResultError:
@@ -170,8 +202,9 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _compute_in_worker(jobs: Sequence[Job], threads: int) -> Mapping[str, Exception]:
-    return compute_group(jobs, _tell, threads)
+def _compute_in_worker(jobs: Sequence[Job], threads: int, drawings: Mapping[str, Drawing]) -> _Found:
+    found = compute_group(jobs, _tell, threads)
+    return found, draw_runs([job for job in jobs if job.run.name not in found], drawings, _stop.is_set)
 
 
 def _tell(name: str, fraction: float) -> None:

@@ -12,14 +12,16 @@ from fingerslip.dynamics.checks import check_model
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
 from fingerslip.files import clean_stale, remove_empty
 from fingerslip.parameters.protocols import require_kind
+from fingerslip.report.page.pictures import RunPictures
 from fingerslip.results import RefusedRun, RunResult, StudyResult, flatten, stored_result
 from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.bases import choose_bases
 from fingerslip.study.running.build import build_mesh, build_model, located, mesh_key
 from fingerslip.study.running.compute import Job
+from fingerslip.study.running.drawing import Drawing, drawings_of
 from fingerslip.study.running.plan import Plan, plan_studies
-from fingerslip.study.running.pool import compute_all
+from fingerslip.study.running.pool import Computed, compute_all
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
 from fingerslip.study.storage.reporting import REPORT, report_key, write_report
 from fingerslip.study.storage.summary import read_manifest, refused_in, write_manifest, write_sensitivity, write_summary
@@ -196,13 +198,13 @@ def _execute(
     for name in unchanged:
         progress.say(f"{plan.source.stem}/{name}: unchanged")
     try:
-        failures = compute_jobs(plan, jobs, workers, progress)
+        done = compute_jobs(plan, jobs, workers, progress, drawings_of(plan, jobs))
     except KeyboardInterrupt:
         _write_tables(plan, plan.finished(), refused, report="")
         raise
-    computed = tuple(name for name in to_compute if name not in failures)
-    result = dataclasses.replace(write_up(plan, refused), computed=computed, unchanged=unchanged)
-    return result, {f"{plan.source.stem}/{name}": error for name, error in failures.items()}
+    computed = tuple(name for name in to_compute if name not in done.failures)
+    result = dataclasses.replace(write_up(plan, refused, done.pictures), computed=computed, unchanged=unchanged)
+    return result, {f"{plan.source.stem}/{name}": error for name, error in done.failures.items()}
 
 
 def _job(plan: Plan, run: Run, meshes: dict[str, Any]) -> Job:
@@ -217,7 +219,13 @@ def _job(plan: Plan, run: Run, meshes: dict[str, Any]) -> Job:
     return Job(run, model, plan.identities[run.name], plan.folder / run.name)
 
 
-def compute_jobs(plan: Plan, jobs: Sequence[Job], workers: int, progress: StudyProgress) -> dict[str, FingerslipError]:
+def compute_jobs(
+    plan: Plan,
+    jobs: Sequence[Job],
+    workers: int,
+    progress: StudyProgress,
+    drawings: Mapping[str, Drawing] | None = None,
+) -> Computed:
     """Compute jobs of a study; what is unfinished at the end is removed, also after Ctrl-C.
 
     Parameters
@@ -230,20 +238,22 @@ def compute_jobs(plan: Plan, jobs: Sequence[Job], workers: int, progress: StudyP
         How many at once.
     progress : StudyProgress
         Receives the progress of the runs.
+    drawings : mapping of str to Drawing, optional
+        What to draw of the runs beside, by their names.
 
     Returns
     -------
-    dict
-        The error of each job that failed, by the name of its run.
+    Computed
+        The error of each job that failed, and the pictures that were drawn of the others.
     """
     made = [folder for folder in (plan.folder, *plan.folder.parents) if not folder.exists()]
     clean_stale(plan.folder)
     if not jobs:
-        return {}
+        return Computed()
     for job in jobs:
         _say_damaged(plan, job, progress)
     try:
-        return compute_all(jobs, workers, progress)
+        return compute_all(jobs, workers, progress, drawings)
     finally:
         clean_stale(plan.folder)
         remove_empty(*made)
@@ -259,7 +269,11 @@ def _say_damaged(plan: Plan, job: Job, progress: StudyProgress) -> None:
         pass
 
 
-def write_up(plan: Plan, refused: tuple[RefusedRun, ...] | None = None) -> StudyResult:
+def write_up(
+    plan: Plan,
+    refused: tuple[RefusedRun, ...] | None = None,
+    pictures: Mapping[str, RunPictures] | None = None,
+) -> StudyResult:
     """Write summary, report and manifest of the runs that are finished.
 
     Parameters
@@ -268,6 +282,8 @@ def write_up(plan: Plan, refused: tuple[RefusedRun, ...] | None = None) -> Study
         The study.
     refused : tuple of RefusedRun, optional
         Its samples that make no model; without them those that were found so when the study was run last.
+    pictures : mapping of str to RunPictures, optional
+        Pictures of single runs that are drawn already, by name of the run.
 
     Returns
     -------
@@ -287,7 +303,7 @@ def write_up(plan: Plan, refused: tuple[RefusedRun, ...] | None = None) -> Study
     current = manifest.get("report") == key and (plan.folder / REPORT).is_file()
     result = _write_tables(plan, finished, refused, report=key if current else "")
     if result.runs and not current:
-        write_report(result)
+        write_report(result, pictures)
         _write_tables(plan, finished, refused, report=key)
     return result
 

@@ -9,13 +9,13 @@ from typing import Any
 
 from fingerslip.digest import digest
 from fingerslip.errors import ResultError
-from fingerslip.files import new_folder
+from fingerslip.files import new_folder, write_bytes
 from fingerslip.history import read_history
 from fingerslip.published import published
-from fingerslip.report.figures.save import save_figure
 from fingerslip.report.page.assemble import study_report
-from fingerslip.report.page.content import ReportContent
+from fingerslip.report.page.content import MOST_RUNS, ReportContent
 from fingerslip.report.page.page import write_page
+from fingerslip.report.page.pictures import RunPictures
 from fingerslip.report.tables.compare import compare_table
 from fingerslip.report.tables.events import events_table
 from fingerslip.report.tables.samples import sample_tables
@@ -149,36 +149,44 @@ def report_key(
     return digest([title, list(compare), dict(inputs), dict(uncertainties), list(given)])
 
 
-def write_report(study: StudyResult) -> None:
+def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None = None) -> None:
     """Make ``figures/`` and ``report.html`` of a study from its stored histories.
 
     Parameters
     ----------
     study : StudyResult
         The study; its folder holds the runs.
+    pictures : mapping of str to RunPictures, optional
+        Pictures of single runs that are drawn already, by name of the run; the others are drawn.
 
     Raises
     ------
     ResultError
         Where a history cannot be read, or figures and page cannot be written.
     """
-    report = study_report(_content(study))
+    report = study_report(_content(study, pictures or {}))
     with new_folder(study.folder / "figures") as folder:
         for section in report.sections:
             for picture in section.pictures:
-                save_figure(picture.figure, folder / f"{picture.name}.png")
+                write_bytes(folder / f"{picture.name}.png", picture.png)
     write_page(report, study.folder / REPORT)
 
 
-def _content(study: StudyResult) -> ReportContent:
+def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
     manifest = read_manifest(study.folder)
     found = read_convergences(study.folder, identities(manifest))
     specified = [read_specified(study.folder / run.name / RUN) for run in study.runs]
-    drawn = () if study.ranges else study.runs
+    first = [] if study.ranges else _first_of_meshes(study)
+    # The models of all meshes are shown, of other runs no more than the first.
+    meshed = [name for name in first if name not in pictures or pictures[name].model is None]
+    drawn = [run.name for run in study.runs if not study.ranges][:MOST_RUNS]
     return ReportContent(
         study=study,
-        histories={run.name: read_history(study.folder / run.name / HISTORY) for run in drawn},
-        meshes={} if study.ranges else _meshes(study),
+        histories={name: read_history(study.folder / name / HISTORY) for name in dict.fromkeys((*drawn, *meshed))},
+        meshes={name: _mesh(study, name) for name in meshed},
+        pictures={
+            name: own if name in first else dataclasses.replace(own, model=None) for name, own in pictures.items()
+        },
         references=tuple(published(name) for name in study.compare),
         values=value_rows(specified, manifest.get("given") or None),
         provenance=_provenance(manifest),
@@ -197,10 +205,15 @@ def _provenance(manifest: Mapping[str, Any]) -> dict[str, str]:
     return {name: str(value) for name, value in words.items() if value}
 
 
-def _meshes(study: StudyResult) -> dict[str, Any]:
-    """Build the mesh of the first run with each mesh again; they are not stored."""
+def _first_of_meshes(study: StudyResult) -> list[str]:
+    """Return the names of the first runs with each mesh."""
     first: dict[str, str] = {}
     for run in study.runs:
         first.setdefault(run.mesh_hash, run.name)
-    sources = {name: study.folder / name / RUN for name in first.values()}
-    return {name: build_mesh(expand(read_study(source), source)[0]) for name, source in sources.items()}
+    return list(first.values())
+
+
+def _mesh(study: StudyResult, name: str) -> Any:
+    """Build the mesh of a run again; it is not stored."""
+    source = study.folder / name / RUN
+    return build_mesh(expand(read_study(source), source)[0])

@@ -26,7 +26,7 @@ from fingerslip.study.storage.snapshots import write_snapshots
 __all__ = ["RESULT_FORMAT", "RUN", "identity", "mesh_hash", "mesh_size", "read_run", "write_run"]
 
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
-RESULT_FORMAT = 7
+RESULT_FORMAT = 8
 
 _logger = logging.getLogger("fingerslip.study")
 

@@ -125,7 +125,10 @@ def _specimen_rows(run: Specified, specimen: Specimen, given: Collection[str] | 
         elif kept and entry:
             yield _Row(ShownValue(path, entry.value, entry.source, entry.note), text)
         else:
-            yield _row(path, text, DEFAULT if kept else STUDY_FILE, f"preset: {entry.value}" if entry else "")
+            # A law that the preset does not have brings its own defaults.
+            brought = leaf.is_default and leaf.path not in originals and (given is None or path not in given)
+            source = DEFAULT if kept or brought else STUDY_FILE
+            yield _row(path, text, source, f"preset: {entry.value}" if entry else "")
 
 
 def _why_unused(path: str, study: Study, specimen: Specimen) -> str:

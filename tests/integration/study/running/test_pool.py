@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from fingerslip.history import read_history
+from fingerslip.study.running import runner
 from fingerslip.study.running.runner import run_study
 from unit.study.block import FRICTIONS, block_values
 
@@ -32,3 +33,15 @@ def test_runs_side_by_side_give_the_same_as_one_after_another(write_study: Write
     assert grid.points.shape == (45, 3)
     # The plate has pressed the bottom upwards by its whole way, less some per cent of penetration.
     assert grid.point_data["displacement"][:, 1].max() == pytest.approx(0.1e-3, rel=0.05)
+
+
+def test_workers_draw_what_they_have_computed(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[Any] = []
+    monkeypatch.setattr(runner, "write_report", lambda _, pictures: given.append(pictures))
+    path = write_study(block_values())
+    run_study(path, results_dir=path.parent / "results", workers=2)
+    (pictures,) = given
+    assert sorted(pictures) == NAMES
+    assert [drawn.name for drawn in pictures[NAMES[0]].model] == [f"section-{NAMES[0]}"]
+    assert pictures[NAMES[1]].model is None
+    assert all(drawn.png.startswith(b"\x89PNG") for own in pictures.values() for drawn in own.contact)

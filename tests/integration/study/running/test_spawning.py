@@ -17,7 +17,7 @@ import fingerslip as fs
 from fingerslip.study.running import runner
 
 print("the script runs")
-runner.write_report = lambda stored: None
+runner.write_report = lambda *_: None
 result = fs.run_study("block.yaml", workers=2)
 print(*result.computed)
 """

@@ -58,3 +58,9 @@ def test_a_symmetric_product_reads_the_lower_triangle_alone(size: int, precision
     found = symmetric_product(half, vector)
     assert found.dtype == precision
     np.testing.assert_allclose(found, matrix @ vector, rtol=1e-4 if precision is np.float32 else 1e-11, atol=1e-5)
+
+
+def test_a_product_of_nothing_is_nothing_and_prints_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+    """BLAS writes to standard error where a matrix has no rows."""
+    assert symmetric_product(np.zeros((0, 0)), np.zeros(0)).shape == (0,)
+    assert capfd.readouterr() == ("", "")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from importlib import metadata
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,8 +18,20 @@ from problems.matrices import needs_mkl, positive_definite
 SOLVER = Pardiso()
 
 
+def without_a_list_of_files(*_):
+    raise metadata.PackageNotFoundError
+
+
+@needs_mkl
+def test_it_is_found_by_the_list_of_its_package_or_by_search(monkeypatch):
+    listed = pardiso._mkl()
+    monkeypatch.setattr(metadata, "files", without_a_list_of_files)
+    assert Path(pardiso._mkl()._name).resolve() == Path(listed._name).resolve()
+
+
 def test_it_is_not_available_without_its_package(monkeypatch):
     pardiso._mkl_pardiso.cache_clear()
+    monkeypatch.setattr(metadata, "files", without_a_list_of_files)
     monkeypatch.setitem(sys.modules, "pypardiso", None)
     assert not SOLVER.is_available()
     monkeypatch.undo()

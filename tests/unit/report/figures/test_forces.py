@@ -24,6 +24,17 @@ def test_energy_balance_keeps_small_parts_apart() -> None:
     assert "imbalance" in {line.get_label() for line in small.lines}
 
 
+def test_relaxation_is_drawn_where_layers_relax() -> None:
+    name, label = "viscous_dissipation", "relaxation of the layers"
+    relaxing = HISTORY.assign({name: HISTORY["external_work"] / 3.0})
+    older = HISTORY.drop_vars(name)
+    shown = [
+        label in {line.get_label() for line in panels(energy_figure(one))[0].lines}
+        for one in (HISTORY, relaxing, older)
+    ]
+    assert shown == [False, True, False]
+
+
 def test_ratio_is_left_out_while_hardly_anything_presses() -> None:
     ratios = panels(force_figure(HISTORY))[1]
     ratio = next(line for line in ratios.lines if line.get_label() == "tangential / normal force").get_ydata()

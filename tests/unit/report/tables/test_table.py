@@ -87,3 +87,9 @@ def test_marked_rows_stand_out_in_the_terminal() -> None:
 
 def test_units_are_typeset() -> None:
     assert [typeset(unit) for unit in ("m/s^2", "kg/m^3", "um", "N")] == ["m/s²", "kg/m³", "µm", "N"]
+
+
+def test_a_rounded_zero_has_no_sign() -> None:
+    assert Column("diff.", "ms", 0).format(-0.4) == "0"
+    assert Column("diff.", "ms").format(-0.0) == "0"
+    assert Column("diff.", "ms", 0).format(-0.6) == "-1"

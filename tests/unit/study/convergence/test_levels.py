@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from pathlib import Path
 
@@ -53,6 +54,13 @@ def test_element_sizes_are_multiplied() -> None:
     assert isinstance(sizes, MeshSizes)
     assert (sizes.contact_size, sizes.bulk_size) == pytest.approx((0.06e-3, 0.14e-3))
     assert sizes.contact_reach == MeshSizes().contact_reach
+
+
+def test_steps_that_control_their_error_are_refined_by_their_tolerance(block: Run) -> None:
+    time = dataclasses.replace(block.study.time, step="auto", output=8e-3, tolerance=0.01, smallest=1e-3)
+    run = dataclasses.replace(block, study=dataclasses.replace(block.study, time=time))
+    finer = run_at(run, Level("step", 0.5), build_model(run)).study.time
+    assert (finer.step, finer.output, finer.tolerance, finer.smallest) == ("auto", 8e-3, 0.01 / 8, 0.5e-3)
 
 
 def test_step_and_damping_change_alone(block: Run) -> None:

@@ -77,6 +77,10 @@ def test_equal_values_follow_a_sampled_one() -> None:
             ),
         ),
         (
+            {"ranges": {HEIGHT: [{"count": 500 * "9"}, "7 mm"]}},
+            f"sample.ranges.{HEIGHT}: got {{'count': '{69 * '9'}..., needs numbers or quantities; sweep what",
+        ),
+        (
             {"ranges": {HEIGHT: [6, 7]}},
             f"sample.ranges.{HEIGHT}.0: '6' has no unit, needs a unit of [m]; write '6 mm' or '6 m'",
         ),

@@ -17,6 +17,7 @@ from fingerslip.study.definition.choices import kinds_of
 from fingerslip.study.definition.settings import ContactSettings, TimeSettings
 from fingerslip.study.definition.spec import known_paths, parse_study, study_mapping, study_schema
 from fingerslip.study.definition.sweep import expand
+from fingerslip.timing import Adaptive
 from unit.scans import scan_values
 from unit.study.block import block_values
 
@@ -44,6 +45,17 @@ def everything() -> dict[str, Any]:
             },
         ],
         "tractions": {"top": {"value": ["1 kPa"], "ramp": {"times": ["0 s"], "factors": [1.0]}}, "side": ["2 Pa"]},
+        "bodies": {
+            "jug": {
+                "mass": "0.3 kg",
+                "free": ["y", "rz"],
+                "centre": ["0 mm", "30 mm"],
+                "inertia": ["1 g m^2"],
+                "springs": {"y": "2 N/m"},
+                "loads": [{"rz": "1 N mm", "ramp": {"times": ["0 s"], "factors": [1.0]}}],
+                "programme": [{"press": {"depth": "1 mm", "speed": "1 mm/s"}}],
+            }
+        },
         "gravity": ["0 m/s^2", "-9.81 m/s^2"],
         "initial_velocity": ["1 mm/s"],
         "time": {"step": "2 ms", "scheme": "quasi_static"},
@@ -165,6 +177,25 @@ def test_mistake_in_a_contact_is_named_with_its_mend(values: dict[str, Any], mes
             {"time": {"step": "1 ms", "scheme": "quasi_static", "alpha": -0.1}},
             "time.alpha: got -0.1 for quasi-static steps, may not be given; leave it out",
         ),
+        ({"time": {"step": "auto"}}, "time.output: is missing, step: auto needs the time between records; write"),
+        ({"time": {"step": "atuo"}}, "time.step: 'atuo' is not a quantity, needs a number and a unit such as '1.5 ms'"),
+        (
+            {"time": {"step": "1 ms", "tolerance": 1e-3}},
+            "time.tolerance: is given with a fixed step, belongs to step: auto; write step: auto, or leave it out",
+        ),
+        (
+            {"time": {"step": "auto", "output": "5 ms", "smallest": "4 ms"}},
+            "time.smallest: got 0.004 s for records every 0.005 s, needs at most half the time between records",
+        ),
+        (
+            {"time": {"step": "auto", "output": "5 ms", "smallest": "1 ms", "largest": "0.5 ms"}},
+            "time.largest: got 0.0005 s where the shortest step is 0.001 s, needs at least twice the shortest step",
+        ),
+        ({"time": {"step": "auto", "output": "5 ms", "tolerance": 2}}, "time.tolerance: got 2, needs a number < 1"),
+        (
+            {"time": {"step": "auto", "output": "5 ms"}, "dynamics": {"basis": "reduced"}},
+            "dynamics.basis: is reduced where time.step is auto, needs a fixed step; write basis: full",
+        ),
         ({"gravity": [0, -9.81]}, "gravity.0: '0' has no unit, needs a unit of [m/s^2]"),
         ({"tractions": {"top": [1]}}, "tractions.top.0: '1' has no unit, needs a unit of [Pa]"),
         (
@@ -209,6 +240,22 @@ def test_scheme_decides_the_time_stepping() -> None:
     assert TimeSettings(1e-3, alpha=-0.1, end=1.0).stepping == TimeStepping(1e-3, -0.1, 1.0)
     assert TimeSettings(1e-3, scheme="quasi_static", end=1.0).stepping == QuasiStatic(1e-3, 1.0)
     assert TimeSettings(1e-3).alpha == TimeStepping(1e-3).alpha
+
+
+def test_steps_that_control_their_error_have_settings_of_their_own() -> None:
+    given = {"output": 5e-3, "tolerance": 1e-2, "smallest": 1e-4, "largest": 1.0, "records_per_decade": 20}
+    assert TimeSettings("auto", "quasi_static", end=9.0, **given).stepping == Adaptive(
+        scheme="quasi_static", end=9.0, **given
+    )
+    assert TimeSettings("auto", alpha=-0.1, output=5e-3).stepping == Adaptive(5e-3, alpha=-0.1)
+    runs = expand(parse_study(everything() | {"sweep": {"time.step": ["2 ms", "1 ms"]}}, SOURCE), SOURCE)
+    assert [run.study.time.step for run in runs] == [2e-3, 1e-3]
+
+
+def test_refined_settings_have_shorter_steps() -> None:
+    assert TimeSettings(2e-3, alpha=-0.1).refined(0.25) == TimeSettings(0.5e-3, alpha=-0.1)
+    finer = TimeSettings("auto", output=8e-3, tolerance=8e-3, smallest=1e-3).refined(0.5)
+    assert finer.stepping == Adaptive(8e-3, 1e-3, smallest=0.5e-3)
 
 
 def test_schema_knows_every_choice() -> None:

@@ -14,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
+from fingerslip.materials import LAWS, Elastic, NeoHookean, Ogden, PronyTerm
 from fingerslip.mesh.file import MeshFile
 from fingerslip.parameters.dotted import assign, walk
 from fingerslip.programme import Press, Slide
@@ -284,6 +285,59 @@ def test_mesh_file_is_relative_to_the_study(tmp_path: Path) -> None:
     assert mesh == MeshFile(str(tmp_path.resolve() / "block.msh"))
 
 
+def test_laws_of_the_documentation_are_read() -> None:
+    text = (ROOT / "docs" / "materials.md").read_text(encoding="utf-8")
+    example = yaml.safe_load(re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)[0])
+    materials = parse_study(finger() | example, SOURCE).specimen("").materials  # type: ignore[union-attr]
+    assert materials["tissue"] == NeoHookean(34e3, 0.48, 1000.0)
+    assert isinstance(materials["dermis"], Ogden)
+    assert materials["epidermis"] == Elastic(136e3, 0.48, 1000.0)
+
+
+def test_relaxation_of_the_documentation_is_read_and_can_be_swept() -> None:
+    text = (ROOT / "docs" / "materials.md").read_text(encoding="utf-8")
+    example = yaml.safe_load(re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)[1])
+    terms = (PronyTerm(0.3, 0.1), PronyTerm(0.2, 2.0))
+    study = parse_study(finger() | example, SOURCE)
+    assert study.materials["skin"] == Elastic(136e3, 0.48, 1000.0, prony=terms)
+    assert parse_study(study_mapping(study), SOURCE) == study
+    values = finger() | example | {"sweep": {"materials.skin.prony.0.time": ["0.2 s", "0.4 s"]}}
+    swept = [run.study.materials["skin"].prony[0].time for run in expand(parse_study(values, SOURCE), SOURCE)]
+    assert swept == [0.2, 0.4]
+
+
+def test_terms_of_a_layer_of_a_preset_are_read_and_their_mistakes_named() -> None:
+    values = finger()
+    values["fingertip"]["materials"] = {"tissue": {"prony": [{"share": 0.4, "time": "70 ms"}]}}
+    specimen = parse_study(values, SOURCE).specimen("")
+    assert specimen.materials["tissue"] == Elastic(34e3, 0.48, 1000.0, prony=(PronyTerm(0.4, 0.07),))  # type: ignore[union-attr]
+    values["fingertip"]["materials"]["tissue"]["prony"] = [{"share": 1.4, "time": "70"}]
+    with pytest.raises(InputError) as caught:
+        parse_study(values, SOURCE)
+    assert "fingertip.materials.tissue.prony.0.share: got 1.4, needs a number < 1" in str(caught.value)
+    assert "fingertip.materials.tissue.prony.0.time: '70' has no unit" in str(caught.value)
+
+
+def test_laws_can_be_swept() -> None:
+    values = finger() | {"sweep": {"fingertip.materials.tissue.law": ["elastic", "neo_hookean"]}}
+    runs = expand(parse_study(values, SOURCE), SOURCE)
+    assert [run.specimen.materials["tissue"].law for run in runs] == ["elastic", "neo_hookean"]  # type: ignore[union-attr]
+
+
+def test_unknown_laws_are_refused_with_the_known_ones() -> None:
+    values = finger() | {"materials": {"tissue": {"law": "neohooke", "density": "1000 kg/m^3"}}}
+    with pytest.raises(
+        InputError, match=r"materials\.tissue\.law: 'neohooke' is not known, needs one of elastic, neo_"
+    ):
+        parse_study(values, SOURCE)
+
+
+def test_schema_asks_for_the_name_of_a_law_but_the_usual_one() -> None:
+    definitions = study_schema()["$defs"]
+    assert [definitions[law.__name__]["required"] for law in LAWS] == [[], ["law"], ["law"], ["law"]]
+    assert definitions["NeoHookean"]["properties"]["law"]["const"] == "neo_hookean"
+
+
 def test_schema_knows_the_keys_of_a_study() -> None:
     schema = study_schema()
     assert json.loads(json.dumps(schema)) == schema
@@ -314,10 +368,13 @@ def test_shipped_study_is_read_and_read_back(path: Path) -> None:
 def test_examples_of_the_documentation_are_read(tmp_path: Path) -> None:
     """The page shows a study in parts: together they are one, and every one of its runs is right.
 
-    The short form of the contact and the samples are those of a fingertip.
+    The short form of the contact, the samples, and steps that control their own error are those of a fingertip.
     """
     text = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
-    short, *parts, samples = (yaml.safe_load(block) for block in re.findall(r"```yaml\n(.*?)```", text, re.DOTALL))
+    blocks = [yaml.safe_load(block) for block in re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)]
+    (controlled,) = (block for block in blocks if block.get("time", {}).get("step") == "auto")
+    assert parse_study(finger() | controlled, SOURCE).time.records_per_decade == 20
+    short, *parts, samples = (block for block in blocks if block is not controlled)
     assert len(expand(parse_study(finger() | short | samples, SOURCE), SOURCE)) == 2 * 60
     whole: dict[str, Any] = {}
     for part in parts:

@@ -92,3 +92,9 @@ def test_decisions_leave_everything_else_as_it_was(write_study: Write, tmp_path:
     for job, run in zip(jobs, plan.runs, strict=True):
         assert job.identity == plan.identities[run.name]
         assert dataclasses.replace(job.run.study, dynamics=run.study.dynamics) == run.study
+
+
+def test_steps_that_control_their_error_take_the_mesh(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
+    path = write_study(values("automatic", time={"step": "auto", "output": "2 ms"}))
+    assert chosen(path, tmp_path) == ["full"] * 3
+    assert asked == []

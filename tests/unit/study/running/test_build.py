@@ -16,8 +16,9 @@ from fingerslip.errors import InputError, MeshError, SlipOutsideContactError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.mesh.io import write_mesh
 from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.model import Drive, QuasiStatic, Ramp, Traction
-from fingerslip.programme import Hold
+from fingerslip.model import Drive, QuasiStatic, Traction
+from fingerslip.programme import Hold, Press, Ramp
+from fingerslip.rigid_bodies import RigidBody, Springs
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import Run, expand
@@ -223,6 +224,48 @@ def test_everything_that_python_can_say_reaches_the_model() -> None:
     assert model.tractions["top"] == Traction((0.0, -1e3), Ramp((0.0, 1.0), (0.0, 1.0)))
     assert (model.gravity, model.initial_velocity) == ((0.0, -9.81), (0.01, 0.0))
     assert (model.integration, model.time) == ("nodal", QuasiStatic(2e-3, 0.1))
+
+
+def test_rigid_bodies_reach_the_model_with_the_contacts_on_them() -> None:
+    jug = {
+        "mass": "300 g",
+        "free": ["x"],
+        "springs": {"x": "2 N/mm"},
+        "filling": {"times": ["0 s", "1 s"], "factors": [0, 1]},
+        "programme": [{"press": {"depth": "1 mm", "speed": "1 mm/s"}}],
+    }
+    values = block_values() | {"bodies": {"jug": jug}, "programme": []}
+    values["contact"] = values["contact"] | {"rigid_body": "jug"}
+    model = build_model(run_of(values), block_mesh())
+    filling, press = Ramp((0.0, 1.0), (0.0, 1.0)), Press(1e-3, 1e-3)
+    expected = RigidBody(0.3, ("x",), springs=Springs(x=2e3), filling=filling, programme=(press,))
+    assert model.bodies == {"jug": expected}
+    assert model.contacts[0].rigid_body == "jug"
+    assert model.programmes == ((press,),)
+    assert model.end == 1.0
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        ({"mass": "300 g", "free": ["y"], "springs": {"x": "1 N/m"}}, r"bodies.jug.springs.x: acts where"),
+        ({"mass": "300 N"}, r"bodies.jug.mass: got '300 N', needs a unit of \[kg\]"),
+        (
+            {"mass": "300 g", "programme": [{"press": {"depth": "1 mm"}}]},
+            r"bodies.jug.programme.0.press.speed: is miss",
+        ),
+    ],
+)
+def test_mistakes_in_bodies_are_named_as_the_study_writes_them(body: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=r"studies/x.yaml: " + message):
+        parse_study(block_values() | {"bodies": {"jug": body}}, SOURCE)
+
+
+def test_a_contact_on_a_body_that_is_not_there_is_named_as_the_study_writes_it() -> None:
+    values = block_values()
+    values["contact"] = values["contact"] | {"rigid_body": "jug"}
+    with pytest.raises(InputError, match=r"studies/x.yaml.*: contact.rigid_body: got 'jug', the bodies are: none"):
+        build_model(run_of(values), block_mesh())
 
 
 def test_constant_tractions_stay_lists() -> None:

@@ -48,6 +48,11 @@ def test_no_group_is_too_large(together_are: str, parts: list[str]) -> None:
     assert names(groups([job(name) for name in together_are])) == parts
 
 
+@pytest.mark.usefixtures("all_are_large")
+def test_runs_in_the_plane_keep_all_workers_busy() -> None:
+    assert names(groups([job(name) for name in "abcd"], 2)) == ["ab", "cd"]
+
+
 def test_small_runs_stay_apart() -> None:
     assert names(groups([job("a"), job("b")])) == ["a", "b"]
 

@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import ConvergenceError, FingerslipError, ResultError
+from fingerslip.report.page.pictures import RunPictures
 from fingerslip.study.running import groups as together
 from fingerslip.study.running import pool
-from fingerslip.study.running.pool import WorkerLostError, compute_all
+from fingerslip.study.running.pool import Computed, WorkerLostError, compute_all
 from fingerslip.study.running.progress import SilentProgress
 from unit.study.block import FRICTIONS
 
@@ -42,7 +43,7 @@ class Telling(SilentProgress):
 
 
 def job(name: str) -> Any:
-    small = SimpleNamespace(mesh=SimpleNamespace(p=np.zeros((2, 9))))
+    small = SimpleNamespace(mesh=SimpleNamespace(p=np.zeros((2, 9)), dim=lambda: 2))
     return SimpleNamespace(run=SimpleNamespace(name=name, where=f"x.yaml ({name})"), model=small)
 
 
@@ -59,7 +60,7 @@ def test_failures_in_this_process_are_kept_by_name_and_the_others_go_on(monkeypa
 
     monkeypatch.setattr(together, "compute", compute)
     progress = Telling()
-    failures = compute_all([job(name) for name in ends], 1, progress)
+    failures = compute_all([job(name) for name in ends], 1, progress).failures
     assert failures["a"] is NOT_SOLVED
     assert isinstance(failures["c"], ResultError)
     assert str(failures["c"]) == "x.yaml (c): not enough memory; use larger elements or --workers 1"
@@ -87,15 +88,15 @@ def test_no_more_processes_than_runs_and_none_for_a_single_one(
 ) -> None:
     started: list[int] = []
     monkeypatch.setattr(together, "compute", lambda *_: None)
-    monkeypatch.setattr(pool, "_compute_apart", lambda _, number, *__: started.append(number) or {})
-    assert compute_all([job(str(number)) for number in range(count)], workers, SilentProgress()) == {}
+    monkeypatch.setattr(pool, "_compute_apart", lambda _, number, *__: started.append(number) or Computed())
+    assert compute_all([job(str(number)) for number in range(count)], workers, SilentProgress()) == Computed()
     assert sum(started) == apart
 
 
 def finished(outcome: BaseException | dict[str, Exception]) -> Future[Any]:
     future: Future[Any] = Future()
     if isinstance(outcome, dict):
-        future.set_result(outcome)
+        future.set_result((outcome, {"d": RunPictures()} if "d" in outcome else {}))
     else:
         future.set_exception(outcome)
     return future
@@ -108,10 +109,11 @@ def test_failures_of_workers_are_told_by_the_name_of_the_run() -> None:
     news: queue.Queue[tuple[str, float]] = queue.Queue()
     news.put(("a", 0.25))
     progress = Telling()
-    failures = pool._follow(futures, news, progress)
+    computed = pool._follow(futures, news, progress)
     assert progress.told[0] == ("a", 0.25)
     assert set(progress.told[1:]) == {("a", "done"), ("b", "failed"), ("c", "failed"), ("d", "failed")}
-    assert {name: type(error) for name, error in failures.items()} == {
+    assert computed.pictures == {"d": RunPictures()}
+    assert {name: type(error) for name, error in computed.failures.items()} == {
         "b": ConvergenceError,
         "c": WorkerLostError,
         "d": ResultError,

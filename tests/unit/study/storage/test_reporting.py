@@ -30,7 +30,7 @@ NAMES = tuple(f"friction_coefficient-{friction}" for friction in FRICTIONS)
 @pytest.fixture
 def folder(write_study: Write, simulated: list[float], monkeypatch: pytest.MonkeyPatch) -> Path:
     """Return the results of a study of three runs, without a report."""
-    monkeypatch.setattr(runner, "write_report", lambda _: None)
+    monkeypatch.setattr(runner, "write_report", lambda *_: None)
     values = block_values() | {"compare": ["wang2014-table2"]}
     path = write_study(values)
     return run_study(path, results_dir=path.parent / "results", workers=1).folder
@@ -125,7 +125,7 @@ def test_a_given_value_that_equals_the_default_is_the_study_files_in_the_report(
     found = {}
     for paths in (manifest["given"], given):
         write_json(folder / "manifest.json", manifest | {"given": paths})
-        values = reporting._content(read_stored(folder)).values
+        values = reporting._content(read_stored(folder), {}).values
         found[len(paths)] = {value.path: value.source for value in values}["integration"]
     assert found == {len(manifest["given"]): "default", len(given): "study file"}
 

@@ -19,7 +19,7 @@ from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.definition.yaml import write_mapping
 from fingerslip.study.running.build import build_model
-from fingerslip.study.storage.values import DEFAULT, STUDY_FILE, SWEPT, read_specified, value_rows
+from fingerslip.study.storage.values import DEFAULT, STUDY_FILE, SWEPT, Specified, read_specified, value_rows
 from fingerslip.units import parse_quantity
 from unit.study.block import block_values
 
@@ -74,6 +74,7 @@ OTHER = {
     "fingertip.phalanx.variant": "scaled",
     "mesh.element": {"Q4": "T3", "T4": "T10"},
     "integration": {"selective": "full", "nodal": "full"},
+    "kinematics": "finite",
     "contact.boundary": "pad",
     "dynamics.basis": "automatic",
     "contact.clearance": None,  # may not be given with an offset; see below
@@ -84,6 +85,7 @@ OTHER = {
     "supports.phalanx_dorsal.1": "z",
     "supports.phalanx_dorsal.2": "x",
     "title": None,
+    **{f"fingertip.materials.{layer}.law": "neo_hookean" for layer in ("epidermis", "dermis", "tissue", "phalanx")},
 }
 
 
@@ -364,6 +366,17 @@ def model_of(mapping: dict[str, Any], folder: Path) -> tuple[Any, ...]:
     model = build_model(run)
     mesh = (model.mesh.p.tobytes(), model.mesh.t.tobytes())
     return (mesh, model.materials, model.formulation, model.depth, model.record)
+
+
+def test_what_another_law_brings_is_shown_as_its_default(tmp_path: Path) -> None:
+    law = {"law": "mooney_rivlin", "c10": "2 kPa", "poisson_ratio": 0.45}
+    study = parse_study({**PLANE, "fingertip": {"preset": "wang2014-2d", "materials": {"tissue": law}}}, Path("x.yaml"))
+    run = Specified(study, study.specimen("x.yaml"))
+    given = tuple(f"fingertip.materials.tissue.{name}" for name in law)
+    rows = {row.path.removeprefix("fingertip.materials.tissue."): row for row in value_rows([run], given)}
+    assert {rows[name].source for name in law} == {STUDY_FILE}
+    assert (rows["stable_between"].source, rows["c01"].source) == (DEFAULT, DEFAULT)
+    assert "youngs_modulus" not in rows
 
 
 def test_a_clearance_is_shown(tmp_path: Path) -> None:

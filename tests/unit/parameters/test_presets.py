@@ -9,7 +9,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.parameters import Density, PositiveLength, parameters
-from fingerslip.specimens.presets import Presets, PresetValue
+from fingerslip.parameters.presets import Presets, PresetValue
 
 DOCUMENT = """
 citation: >-
@@ -73,6 +73,18 @@ def test_header_says_what_the_preset_is(presets: Presets[Block]) -> None:
 def test_changes_merge_deeply(presets: Presets[Block]) -> None:
     changed = presets.changed({"preset": "someone2020", "size": {"height": "6 mm"}}, "x.yaml: block")
     assert changed.size == Size(10e-3, 6e-3)
+
+
+def test_ranges_stand_with_the_notes(presets: Presets[Block], tmp_path: Path) -> None:
+    text = "citation: a\nvalues:\n  density: {value: 1 kg/m^3, source: assumed, note: of air, range: 1 to 2 kg/m^3}\n"
+    (tmp_path / "presets" / "air.yaml").write_text(text)
+    assert presets.table("air")[0].note == "of air; range 1 to 2 kg/m^3"
+
+
+def test_what_changes_leave_of_a_group_may_be_chosen(presets: Presets[Block]) -> None:
+    choosy = Presets(Block, presets.package, lambda group, _: {"width": group["width"]})
+    with pytest.raises(InputError, match=r"size\.height: is missing"):
+        choosy.changed({"preset": "someone2020", "size": {"width": "1 mm"}})
 
 
 @pytest.mark.parametrize(

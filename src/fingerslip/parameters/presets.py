@@ -1,27 +1,33 @@
-"""Presets: parameter files that ship with a specimen, in which every value says where it comes from.
+"""Presets: parameter files that ship, of specimens and materials, in which every value says where it comes from.
 
 A file holds `citation`, `published` and `claims_not`, and below `values` for each dotted path a value with its unit,
-its `source` (a key of the references, or ``assumed``) and a `note`.
+its `source` (a key of the references, or ``assumed``), a `note`, and the `range` in which it lies where one is known.
 """
 
 from __future__ import annotations
 
 import difflib
 import functools
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from importlib import resources
 from importlib.resources.abc import Traversable
 from typing import Any, Generic, TypeVar
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import from_mapping
+from fingerslip.parameters.definition import from_mapping
 from fingerslip.parameters.dotted import joined
 from fingerslip.parameters.yaml_text import parse_document
 
 __all__ = ["PresetValue", "Presets"]
 
 T = TypeVar("T")
+
+_Group = Mapping[str, Any]
+
+
+def _everything(group: _Group, _: _Group) -> _Group:
+    return group
 
 
 @dataclass(frozen=True)
@@ -31,13 +37,13 @@ class PresetValue:
     Parameters
     ----------
     path : str
-        Dotted path in the specimen, such as ``layers.skin_thickness``.
+        Dotted path in the parameter set, such as ``layers.skin_thickness``.
     value : str
         The value as the file writes it, with its unit.
     source : str
         Key of the reference, or ``assumed``.
     note : str
-        What the value rests on.
+        What the value rests on, and its range.
     """
 
     path: str
@@ -48,20 +54,23 @@ class PresetValue:
 
 @dataclass(frozen=True)
 class Presets(Generic[T]):
-    """The presets of one kind of specimen: the YAML files of a folder ``presets``.
+    """The presets of one kind of parameter set: the YAML files of a folder ``presets``.
 
     The methods that take a name raise :class:`~fingerslip.errors.InputError` where no preset has that name.
 
     Parameters
     ----------
     kind : type
-        Class of the specimen, made with :func:`~fingerslip.parameters.parameters`.
+        Class of the parameter set, made with :func:`~fingerslip.parameters.parameters`.
     package : str
         The package whose folder ``presets`` holds the files.
+    kept : callable, optional
+        Given a group of a preset's values and what changes in it, returns those that the change leaves; without it all.
     """
 
     kind: type[T]
     package: str
+    kept: Callable[[_Group, _Group], _Group] = _everything
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -70,13 +79,13 @@ class Presets(Generic[T]):
         return tuple(sorted(file.name.removesuffix(".yaml") for file in files if file.name.endswith(".yaml")))
 
     def read(self, name: str) -> T:
-        """Return the specimen of a preset."""
+        """Return the parameter set of a preset."""
         return from_mapping(self.kind, _nested(self._document(name, "preset")), f"preset {name}")
 
     def table(self, name: str) -> tuple[PresetValue, ...]:
         """Return every value of a preset with its source, the assumed ones first."""
         entries = self._document(name, "preset")["values"].items()
-        rows = [PresetValue(path, _text(e["value"]), e["source"], e.get("note", "")) for path, e in entries]
+        rows = [PresetValue(path, _text(e["value"]), e["source"], _note(e)) for path, e in entries]
         return tuple(sorted(rows, key=lambda row: row.source != "assumed"))
 
     def header(self, name: str) -> dict[str, str]:
@@ -84,7 +93,7 @@ class Presets(Generic[T]):
         return {key: str(text).strip() for key, text in self._document(name, "preset").items() if key != "values"}
 
     def changed(self, mapping: Mapping[str, Any], where: str = "") -> T:
-        """Return a specimen that starts from a preset.
+        """Return a parameter set that starts from a preset.
 
         Parameters
         ----------
@@ -102,7 +111,18 @@ class Presets(Generic[T]):
             raise InputError(joined(where, "preset"), "is missing", f"needs one of {', '.join(self.names)}")
         changes = {key: value for key, value in mapping.items() if key != "preset"}
         values = _nested(self._document(str(mapping["preset"]), joined(where, "preset")))
-        return from_mapping(self.kind, _merged(values, changes), where)
+        return from_mapping(self.kind, self._merged(values, changes), where)
+
+    def _merged(self, base: _Group, changes: _Group) -> dict[str, Any]:
+        return {**base, **dict(self._merge_items(base, changes))}
+
+    def _merge_items(self, base: _Group, changes: _Group) -> Iterator[tuple[str, Any]]:
+        for key, value in changes.items():
+            inner = base.get(key)
+            if isinstance(inner, Mapping) and isinstance(value, Mapping):
+                yield key, self._merged(self.kept(inner, value), value)
+            else:
+                yield key, value
 
     def _document(self, name: str, where: str) -> dict[str, Any]:
         if name not in self.names:
@@ -110,6 +130,11 @@ class Presets(Generic[T]):
             repair = f"did you mean '{near[0]}'?" if near else ""
             raise InputError(where, f"'{name}' is not known", f"needs one of {', '.join(self.names)}", repair)
         return _read(self.package, name)
+
+
+def _note(entry: _Group) -> str:
+    range_of_values = f"range {entry['range']}" if "range" in entry else ""
+    return "; ".join(filter(None, (entry.get("note", ""), range_of_values)))
 
 
 def _text(value: object) -> str:
@@ -126,19 +151,6 @@ def _nested(document: Mapping[str, Any]) -> dict[str, Any]:
             inner = inner.setdefault(group, {})
         inner[leaf] = entry["value"]
     return nested
-
-
-def _merged(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    return {**base, **dict(_merge_items(base, changes))}
-
-
-def _merge_items(base: Mapping[str, Any], changes: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    for key, value in changes.items():
-        inner = base.get(key)
-        if isinstance(inner, Mapping) and isinstance(value, Mapping):
-            yield key, _merged(inner, value)
-        else:
-            yield key, value
 
 
 def _folder(package: str) -> Traversable:

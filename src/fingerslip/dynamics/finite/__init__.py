@@ -1,0 +1,1 @@
+"""Motions at large strain: Newton's method in every step, on factors that serve many steps."""

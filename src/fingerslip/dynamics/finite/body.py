@@ -1,0 +1,86 @@
+"""The deformable body of a motion at large strain: its forces on the unknowns, and what of it a state keeps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.dynamics.coordinates import MeshCoordinates
+from fingerslip.fe.finite.bulk import Deformed, LargeStrain
+
+__all__ = ["Body", "BodyState"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class BodyState:
+    """A body at one displacement.
+
+    Parameters
+    ----------
+    deformed : Deformed
+        Strains and stresses at its quadrature points.
+    nodal : (n_dofs,) array
+        Elastic forces on all degrees of freedom of the mesh [N].
+    force : (n,) array
+        Elastic forces on the unknowns [N].
+    displacement : (n,) array
+        Displacement of the unknowns [m].
+    energy : float
+        Strain energy [J]; zero until a step has ended.
+    """
+
+    deformed: Deformed
+    nodal: Array
+    force: Array
+    displacement: Array
+    energy: float = 0.0
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body at large strain in the unknowns of a system.
+
+    Parameters
+    ----------
+    bulk : LargeStrain
+        Mesh and laws.
+    coordinates : MeshCoordinates
+        What the unknowns are.
+    springs : (n,) array
+        Stiffness of the springs at rigid bodies [N/m], zero for all other unknowns.
+    """
+
+    bulk: LargeStrain
+    coordinates: MeshCoordinates
+    springs: Array
+
+    def at(self, displacement: Array, near: BodyState | None = None) -> BodyState:
+        """Return the body at a displacement (n,) [m], searched from a state near it.
+
+        Raises
+        ------
+        InvertedCellError
+            Where a cell is turned inside out.
+        """
+        guess = None if near is None else near.deformed
+        deformed = self.bulk.deformed(self.coordinates.on_mesh(displacement), guess)
+        nodal = self.bulk.force(deformed)
+        force = self.coordinates.unknowns.restrict(nodal) + self.springs * displacement
+        return BodyState(deformed, nodal, force, displacement)
+
+    def energy(self, state: BodyState) -> float:
+        """Return the strain energy of a state, that of springs included [J]."""
+        return self.bulk.energy(state.deformed) + 0.5 * float(self.springs @ state.displacement**2)
+
+    def tangent(self, state: BodyState, *, positive: bool = False) -> sparse.csr_matrix:
+        """Return the derivative of the force by the displacement, shape (n, n) [N/m]; see :class:`LargeStrain`."""
+        unknowns, of_mesh = self.coordinates.unknowns, self.bulk.tangent(state.deformed, positive=positive)
+        if unknowns.count == unknowns.free.size:
+            return of_mesh[unknowns.free][:, unknowns.free]
+        expansion = unknowns.expansion(self.coordinates.n_dofs)
+        return sparse.csr_matrix(expansion.T @ of_mesh @ expansion + sparse.diags(self.springs))

@@ -1,0 +1,272 @@
+"""Newton's method in a step at large strain: the bulk linearised about the last iterate, contact solved exactly.
+
+With the elastic force R(u), the step from 0 to 1 finds the unknown x of ::
+
+    M a_1 + w_1 (R(u_1) + C v_1 - f_1 - B^T r_1) = w_0 F_0,    u_1 = u~ + c_u x,    v_1 = v~ + c_v x,    a_1 = c_a x
+
+An iteration solves for the change of x with the effective matrix A of some tangent, condensed onto the contact nodes:
+the forces r obey the law of contact at the new displacement, whatever the iterate. So the only residual is that of the
+equation of motion, and of curved counterfaces, whose gap is linear about the iterate. It shrinks from one iteration to
+the next the more, the nearer the tangent is; iterates are mixed so that it shrinks faster
+(:mod:`fingerslip.dynamics.finite.mixing`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.contact_step import ContactStep, solve_step
+from fingerslip.dynamics.finite.body import BodyState
+from fingerslip.dynamics.finite.factors import Factors
+from fingerslip.dynamics.finite.mixing import Mixing
+from fingerslip.dynamics.prediction import Prediction, predict_ends
+from fingerslip.dynamics.release import fading_forces
+from fingerslip.dynamics.scheme import Predictor
+from fingerslip.dynamics.state import State
+from fingerslip.dynamics.step import finish, weighted_forces
+from fingerslip.dynamics.stepper import Stepper, Stopwatch
+from fingerslip.errors import ConvergenceError, FingerslipError
+
+__all__ = ["advance_finite"]
+
+Array = NDArray[np.float64]
+
+# Residual over the forces of the step. On the shipped fingertip it leaves 1e-7 of the displacement and 6e-5 of the
+# largest acceleration, and slip times to 1e-8 s: the step and the mesh cost a thousand times as much.
+_TOLERANCE = 1e-6
+_MOST, _HALVINGS, _RENEWALS = 60, 8, 15
+# Residual over that of the iteration before, from which on an iteration is slow; how many slow ones in a row ask for
+# new factors, and how many once there were some in the step.
+_SLOW, _PATIENCE, _LITTLE = 0.7, 3, 1
+# Contraction that is expected before any is known.
+_USUAL = 0.1
+_PROBLEM = "motion at large strain"
+
+
+@dataclass(frozen=True)
+class _Iterate:
+    """An iterate, evaluated.
+
+    `residual` (n,) is that of the equation of motion without contact forces [N], `size` the scale of its forces [N].
+    """
+
+    unknown: Array
+    displacement: Array
+    velocity: Array
+    body: BodyState
+    residual: Array
+    size: float
+
+
+@dataclass(frozen=True)
+class _Linearised:
+    """The step linearised about an iterate, and solved.
+
+    `force` (n_c, dim) is that of contact as the equation of motion counts it [N], `change` (n,) that of the unknown.
+    `residual` (n,) is that of the iterate with these forces [N], `error` its norm over the size.
+    """
+
+    contact: ContactStep
+    force: Array
+    change: Array
+    residual: Array
+    error: float
+
+
+def advance_finite(
+    factors: Factors, before: State, time: float, counterfaces: Array, *, watch: Stopwatch
+) -> tuple[State, int]:
+    """Take one step at large strain.
+
+    Parameters
+    ----------
+    factors : Factors
+        The factors, which are renewed when this pays.
+    before : State
+        The state at the start of the step.
+    time : float
+        Time at its end [s].
+    counterfaces : (n_counterfaces, dim) array
+        Prescribed displacement of the counterfaces at its end [m].
+    watch : Stopwatch
+        Takes the times of forces, substitution, contact and recording.
+
+    Returns
+    -------
+    state : State
+        The state at the end.
+    iterations : int
+        Iterations that were needed.
+
+    Raises
+    ------
+    ConvergenceError
+        Where the step was not solved.
+    """
+    start = predict_ends(factors.at(before.large_body), before, time, counterfaces)
+    found, contact, iterations = _solve(factors, start, watch)
+    factors.used(iterations)
+    stepper = factors.current
+    with watch.part("recording"):
+        body = replace(found.body, energy=stepper.system.require_body().energy(found.body))
+        return finish(stepper, start, contact, found.unknown, body), iterations
+
+
+def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iterate, ContactStep, int]:
+    """Iterate to the solution of a step; also return its contact and how many iterations it took."""
+    stepper = factors.current
+    found, mixing, contact = _first(stepper, start, watch), Mixing(), None
+    last, contraction, slow, renewals = np.inf, _USUAL, 0, 0
+    for iteration in range(1, _MOST + 1):
+        solved = _linearised(stepper, start, found, contact, watch)
+        contact = solved.contact
+        if iteration > 1:
+            contraction = min(solved.error / last, 1.0)
+        slow = slow + 1 if solved.error > _SLOW * last else 0
+        if slow >= (_LITTLE if renewals else _PATIENCE):
+            if renewals == _RENEWALS:
+                break
+            # Nothing may hold the old factors while new ones are made: in space both would not fit into memory.
+            mixing, contact = Mixing(), None
+            del stepper
+            stepper, renewals, slow, last = factors.renew(found.body), renewals + 1, 0, np.inf
+            continue
+        end = found.unknown + solved.change
+        mixed = mixing.next(end, solved.residual)
+        # Only at the end of an iteration does contact obey its law; a mixed iterate cannot be the last.
+        is_end = contraction * solved.error <= _TOLERANCE
+        found, reached = _towards(stepper, start, found, end if is_end else mixed, watch)
+        last = solved.error
+        if is_end and reached and _error(stepper, start, found, solved) <= _TOLERANCE:
+            return found, contact, iteration
+    raise _failure(stepper, start, found, solved)
+
+
+def _first(stepper: Stepper, start: Prediction, watch: Stopwatch) -> _Iterate:
+    """Return the first iterate: the step with the acceleration, or the change, of the step before."""
+    scheme, before = stepper.scheme, start.before
+    guess = before.acceleration / scheme.inertia_factor if scheme.inertia_factor else scheme.step * before.velocity
+    unknown = guess.copy()
+    unknown[stepper.system.unknowns.moving] = 0.0
+    best = None
+    for tried in (unknown, np.zeros_like(unknown)):
+        try:
+            found = _at(stepper, start, tried, before.large_body, watch)
+        except FingerslipError as error:
+            too_far = error
+            continue
+        if scheme.inertia_factor:
+            return found
+        # A static change goes on as before only where this is nearer to equilibrium: not where a body turns far.
+        best = found if best is None or np.linalg.norm(found.residual) < np.linalg.norm(best.residual) else best
+    if best is None:
+        raise ConvergenceError(start.time, -1, np.inf, _TOLERANCE, f"{too_far}; try a smaller time step", _PROBLEM)
+    return best
+
+
+def _linearised(
+    stepper: Stepper, start: Prediction, found: _Iterate, earlier: ContactStep | None, watch: Stopwatch
+) -> _Linearised:
+    """Solve the step linearised about an iterate; contact is searched from that of an earlier iteration."""
+    system = stepper.system
+    here = replace(
+        start,
+        free=Predictor(found.displacement, found.velocity),
+        moved=system.moved(found.displacement, start.counterfaces),
+        right_hand_side=found.residual,
+    )
+    with watch.part("substitution"):
+        halfway = stepper.condensed.forward(found.residual)
+    with watch.part("contact"):
+        contact = solve_step(stepper, here, halfway.local[stepper.rows], earlier=earlier)
+        force = weighted_forces(stepper, contact)
+        forces = np.zeros_like(halfway.local)
+        forces[stepper.rows] = force.ravel()
+    with watch.part("substitution"):
+        change = stepper.condensed.backward(halfway, forces)
+    residual, size = _with_contact(stepper, found, force)
+    return _Linearised(contact, force, change, residual, float(np.linalg.norm(residual)) / size)
+
+
+def _with_contact(stepper: Stepper, found: _Iterate, force: Array) -> tuple[Array, float]:
+    """Return the residual (n,) of an iterate with contact forces (n_c, dim), and the scale of all forces [N]."""
+    system = stepper.system
+    pushed = system.at_candidates @ force.ravel()
+    residual = found.residual + pushed
+    residual[system.unknowns.moving] = 0.0
+    return residual, max(found.size, float(np.linalg.norm(pushed)))
+
+
+def _towards(
+    stepper: Stepper, start: Prediction, found: _Iterate, aim: Array, watch: Stopwatch
+) -> tuple[_Iterate, bool]:
+    """Return the iterate at an unknown (n,), or as near as cells let it go, and whether it was reached."""
+    change = aim - found.unknown
+    for halved in range(_HALVINGS):
+        try:
+            unknown = aim if not halved else found.unknown + 0.5**halved * change
+            return _at(stepper, start, unknown, found.body, watch), not halved
+        except FingerslipError as error:
+            too_far = error
+    raise _failure(stepper, start, found, None, too_far)
+
+
+def _at(stepper: Stepper, start: Prediction, unknown: Array, near: BodyState, watch: Stopwatch) -> _Iterate:
+    """Evaluate the equation of motion without contact forces at an unknown (n,)."""
+    system, scheme = stepper.system, stepper.scheme
+    displacement = start.free.displacement + scheme.displacement_factor * unknown
+    velocity = start.free.velocity + scheme.velocity_factor * unknown
+    with watch.part("bulk"):
+        body = system.require_body().at(displacement, near)
+    inertia = np.zeros_like(unknown)
+    if scheme.inertia_factor:
+        acceleration = scheme.inertia_factor * unknown
+        inertia = system.mass @ (acceleration if start.prescribed is None else acceleration + start.prescribed)
+    elastic = scheme.end_weight * body.force
+    residual = scheme.end_weight * (start.load - stepper.damping_force(velocity)) - elastic - inertia
+    residual += scheme.start_weight * start.before.unbalance
+    if start.before.release is not None:
+        residual += system.at_candidates @ fading_forces(scheme, start.before.release).ravel()
+    residual[system.unknowns.moving] = 0.0
+    size = max(float(np.linalg.norm(part)) for part in (elastic, inertia, start.load))
+    return _Iterate(unknown, displacement, velocity, body, residual, max(size, system.rounding / _TOLERANCE))
+
+
+def _error(stepper: Stepper, start: Prediction, found: _Iterate, solved: _Linearised) -> float:
+    """Return the error of an iterate with the contact forces that led to it, relative to the forces."""
+    residual, size = _with_contact(stepper, found, solved.force)
+    return max(float(np.linalg.norm(residual)) / size, _curvature_error(stepper, start, found, solved.contact))
+
+
+def _curvature_error(stepper: Stepper, start: Prediction, found: _Iterate, contact: ContactStep) -> float:
+    """Return by how much forces would change, over the largest, with the gaps of counterfaces as they are."""
+    pressing = contact.solution.forces[:, 0]
+    if stepper.constant_frames is not None or not pressing.any():
+        return 0.0
+    candidates, counterfaces = stepper.system.candidates, stepper.system.counterfaces
+    points = candidates.positions + stepper.system.moved(found.displacement, start.counterfaces)
+    gaps = counterfaces.gaps(points, candidates.counterface)
+    missed = candidates.normal_stiffness * np.abs(gaps - contact.relative[:, 0])
+    return float(missed[pressing > 0.0].max() / pressing.max())
+
+
+def _failure(
+    stepper: Stepper,
+    start: Prediction,
+    found: _Iterate,
+    solved: _Linearised | None,
+    too_far: FingerslipError | None = None,
+) -> ConvergenceError:
+    """Return the error of a step that was not solved."""
+    system = stepper.system
+    residual = found.residual if solved is None else solved.residual
+    dofs = np.append(system.unknowns.free, -1)
+    worst = dofs[min(int(np.argmax(np.abs(residual))), dofs.size - 1)]
+    advice = "try a smaller time step, a finer or more regular mesh, or softer contact penalties"
+    if too_far is not None:
+        advice = f"{too_far}; {advice}"
+    error = np.inf if solved is None else solved.error
+    return ConvergenceError(start.time, int(worst) // system.space.dim, error, _TOLERANCE, advice, _PROBLEM)

@@ -1,0 +1,129 @@
+"""States as plain data and arrays, so that they can be written to a file and made again, to the last bit.
+
+Only frozen data of this package is packed: dataclasses, arrays, sparse matrices and what JSON holds. Arrays that two
+fields share are kept once, and shared again.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib
+import io
+import json
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.errors import DamagedError
+from fingerslip.files import write_bytes
+
+__all__ = ["read_packed", "write_packed"]
+
+_TREE, _PACKAGE = "tree.json", "fingerslip."
+_REPAIR = "save the simulation again"
+
+
+def write_packed(path: Path, value: Any, outside: Mapping[str, NDArray[Any]]) -> None:
+    """Write a value to a file, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    value : object
+        Dataclasses of this package, arrays, sparse matrices, tuples, lists, mappings of text, numbers, text and None.
+    outside : mapping of str to array
+        Arrays that are not written: whoever reads the file gives them again.
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    known = {id(array): name for name, array in outside.items()}
+    tree = json.dumps(_packed(value, arrays, known))
+    write_bytes(path, _zipped(tree, arrays))
+
+
+def read_packed(path: Path, outside: Mapping[str, NDArray[Any]]) -> Any:
+    """Return the value that was written to a file.
+
+    Raises
+    ------
+    DamagedError
+        For a file that holds none.
+    """
+    try:
+        with zipfile.ZipFile(path) as file:
+            arrays = {name: np.load(file.open(name), allow_pickle=False) for name in file.namelist() if name != _TREE}
+            tree = json.loads(file.read(_TREE))
+        return _unpacked(tree, {**arrays, **outside})
+    except FileNotFoundError:
+        raise DamagedError(str(path), "is not there", "check the name") from None
+    except (OSError, KeyError, TypeError, ValueError, AttributeError, ImportError, EOFError, zipfile.BadZipFile):
+        raise DamagedError(str(path), "holds no saved simulation, or is damaged", _REPAIR) from None
+
+
+def _zipped(tree: str, arrays: Mapping[str, NDArray[Any]]) -> bytes:
+
+    memory = io.BytesIO()
+    with zipfile.ZipFile(memory, "w", zipfile.ZIP_STORED) as file:
+        file.writestr(_TREE, tree)
+        for name, array in arrays.items():
+            with file.open(name, "w", force_zip64=True) as entry:
+                np.lib.format.write_array(entry, array, allow_pickle=False)
+    return memory.getvalue()
+
+
+def _packed(value: Any, arrays: dict[str, NDArray[Any]], known: dict[int, str]) -> Any:
+    if value is None or isinstance(value, bool | int | float | str | np.generic):
+        return {"value": value.item() if isinstance(value, np.generic) else value}
+    if isinstance(value, np.ndarray):
+        if id(value) not in known:
+            known[id(value)] = f"{len(arrays)}.npy"
+            arrays[known[id(value)]] = value
+        return {"array": known[id(value)]}
+    if isinstance(value, tuple | list):
+        kind = "tuple" if isinstance(value, tuple) else "list"
+        return {kind: [_packed(one, arrays, known) for one in value]}
+    if isinstance(value, Mapping):
+        return {"mapping": {str(name): _packed(one, arrays, known) for name, one in value.items()}}
+    if sparse.issparse(value):
+        parts = [np.asarray(value.data), np.asarray(value.indices), np.asarray(value.indptr), list(value.shape)]
+        return {"csr": [_packed(one, arrays, known) for one in parts]}
+    if dataclasses.is_dataclass(value) and type(value).__module__.startswith(_PACKAGE):
+        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
+        mark = f"{type(value).__module__}:{type(value).__qualname__}"
+        return {"of": mark, "fields": {name: _packed(one, arrays, known) for name, one in fields.items()}}
+    raise TypeError(f"cannot save a {type(value).__name__}")
+
+
+def _unpacked(tree: Any, arrays: Mapping[str, NDArray[Any]]) -> Any:
+    match tree:
+        case {"value": value}:
+            return value
+        case {"array": name}:
+            return arrays[name]
+        case {"tuple": items} | {"list": items}:
+            found = [_unpacked(one, arrays) for one in items]
+            return found if "list" in tree else tuple(found)
+        case {"mapping": items}:
+            return {name: _unpacked(one, arrays) for name, one in items.items()}
+        case {"csr": items}:
+            data, indices, starts, shape = (_unpacked(one, arrays) for one in items)
+            return sparse.csr_matrix((data, indices, starts), shape=tuple(shape))
+        case {"of": mark, "fields": fields}:
+            return _kind(mark)(**{name: _unpacked(one, arrays) for name, one in fields.items()})
+    raise ValueError(f"unknown: {tree}")
+
+
+def _kind(mark: str) -> type:
+    """Return the dataclass of a mark; only those of this package are ever made."""
+    module, _, name = mark.partition(":")
+    if not module.startswith(_PACKAGE):
+        raise ValueError(f"not of this package: {mark}")
+    kind = getattr(importlib.import_module(module), name)
+    if not (isinstance(kind, type) and dataclasses.is_dataclass(kind)):
+        raise ValueError(f"no dataclass: {mark}")
+    return kind

@@ -1,0 +1,171 @@
+"""One motion, step by step: from its state to the next, into the records, past the checks of every step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.finite.course import FiniteCourse
+from fingerslip.dynamics.outside import OutsideCheck
+from fingerslip.dynamics.recorder import Recorder
+from fingerslip.dynamics.rotations import RotationCheck
+from fingerslip.dynamics.state import State, first_state
+from fingerslip.dynamics.step import advance
+from fingerslip.dynamics.stepper import Stepper, Stopwatch, build_steppers
+from fingerslip.dynamics.system import System
+from fingerslip.linear.solver import LinearSolver
+from fingerslip.model import Model
+
+__all__ = ["Course", "SmallCourse", "Stepwise", "make_course"]
+
+Array = NDArray[np.float64]
+
+
+class Course(Protocol):
+    """What takes the steps of one motion."""
+
+    @property
+    def stepper(self) -> Stepper:
+        """What stays the same from step to step."""
+
+    @property
+    def attributes(self) -> Mapping[str, object]:
+        """What a history says of how it was computed."""
+
+    def start(self) -> State:
+        """Return the state at time zero."""
+
+    def advance(self, state: State, end: float) -> State:
+        """Take a step from a state to a time [s]."""
+
+    def steer(self, system: System) -> None:
+        """Go on with a system whose counterfaces or loads are others from now on."""
+
+    def saved(self) -> Any:
+        """Return what :meth:`restore` needs, as plain data and arrays."""
+
+    def restore(self, saved: Any) -> None:
+        """Go on where :meth:`saved` was called."""
+
+
+class SmallCourse:
+    """One motion at small strain; see :class:`Course`.
+
+    Parameters
+    ----------
+    stepper : Stepper
+        What stays the same.
+    watch : Stopwatch
+        Takes the times.
+    """
+
+    def __init__(self, stepper: Stepper, watch: Stopwatch) -> None:
+        self._steppers, self._watch = [stepper], watch
+        self.attributes: Mapping[str, object] = {"basis": "full"}
+
+    @property
+    def stepper(self) -> Stepper:
+        """What stays the same."""
+        return self._steppers[0]
+
+    def start(self) -> State:
+        """Return the state at time zero."""
+        return first_state(self.stepper)
+
+    def advance(self, state: State, end: float) -> State:
+        """Take a step to a time [s]."""
+        shift = self.stepper.system.displacements(end)
+        return advance(self._steppers, [state], end, [shift], watch=self._watch)[0]
+
+    def steer(self, system: System) -> None:
+        """Go on with another system."""
+        self._steppers = [self.stepper.steered(system)]
+
+    def saved(self) -> None:
+        """Return nothing: factors are those of the model."""
+
+    def restore(self, saved: None) -> None:
+        """Do nothing."""
+
+
+def make_course(model: Model, system: System, solver: LinearSolver, watch: Stopwatch, reserved_bytes: int) -> Course:
+    """Return what takes the steps of a model.
+
+    Parameters
+    ----------
+    model : Model
+        What is computed.
+    system : System
+        Its discrete system.
+    solver : LinearSolver
+        What factorises.
+    watch : Stopwatch
+        Takes the times.
+    reserved_bytes : int
+        Memory that must stay free for the history [bytes].
+    """
+    if model.is_finite:
+        return FiniteCourse(model, system, solver, watch, reserved_bytes)
+    with watch.part("factorisation"):
+        steppers = build_steppers([system], model.time, model.damping, solver=solver, reserved_bytes=reserved_bytes)
+    return SmallCourse(steppers[0], watch)
+
+
+class Stepwise:
+    """One motion with its records and checks.
+
+    Parameters
+    ----------
+    course : Course
+        What takes the steps.
+    recorder : Recorder
+        Takes the states.
+    system : System
+        The discrete system.
+    times : (n_times,) array
+        Times of the steps, the start included [s].
+    watch : Stopwatch
+        Takes the times.
+    """
+
+    def __init__(self, course: Course, recorder: Recorder, system: System, times: Array, watch: Stopwatch) -> None:
+        self.course, self.recorder, self.times, self.watch = course, recorder, times, watch
+        self._checks = OutsideCheck(system), RotationCheck(system)
+        self.taken = 0
+        self.state = course.start()
+        recorder.record(self.state)
+
+    @property
+    def last(self) -> int:
+        """How many steps there are."""
+        return self.times.size - 1
+
+    def step(self) -> None:
+        """Take the next step and record it.
+
+        Raises
+        ------
+        ConvergenceError
+            Where it was not solved.
+        SlipOutsideContactError
+            Where a node that is no candidate has reached its counterface.
+        """
+        self.state = self.course.advance(self.state, float(self.times[self.taken + 1]))
+        self.taken += 1
+        with self.watch.part("recording"):
+            for check in self._checks:
+                check.look(self.state)
+            self.recorder.record(self.state)
+
+    def check(self) -> None:
+        """Finish the checks of the steps that were taken."""
+        for check in self._checks:
+            check.finish()
+
+    def steer(self, system: System) -> None:
+        """Go on with a system whose counterfaces or loads are others from now on."""
+        self.course.steer(system)
+        self.recorder.steer(system)

@@ -1,0 +1,1 @@
+"""Finite elements at large strain: total Lagrangian, with laws in principal logarithmic strains."""

@@ -1,0 +1,314 @@
+"""A body at large strain: its nodal forces, strain energy and stiffness at a displacement."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.errors import InvertedCellError
+from fingerslip.fe.cell_materials import CellMaterials
+from fingerslip.fe.finite.kernels import nodal_forces, stiffness_of_cells, strains, strains_in_plane, volume_slopes
+from fingerslip.fe.finite.thickness import thinned
+from fingerslip.fe.finite.volumes import Volumes, mean_volumes, selective_energy
+from fingerslip.fe.integration import Integration, check_integration
+from fingerslip.fe.space import Space
+from fingerslip.fe.strain import cell_dofs, shape_gradients
+from fingerslip.materials.finite import FiniteMaterial, log_volume_of
+
+__all__ = ["Deformed", "LargeStrain", "large_strain"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Deformed:
+    """A body at one displacement, at its n_p quadrature points.
+
+    Parameters
+    ----------
+    deformation : (n_p, dim, dim) array
+        Deformation gradients F [-].
+    squared : (n_p, dim) array
+        Squares of the principal stretches [-].
+    directions : (n_p, dim, dim) array
+        Principal directions in the reference state, as columns [-].
+    log_strain : (n_p, 3) array
+        Principal logarithmic strains, the one across the plane last [-].
+    stress : (n_p, 3) array
+        Principal Kirchhoff stresses with the pressure of mean volumes [Pa].
+    mean_volume : (n_groups,) array or None
+        Mean ratios of current to reference volume [-]; None where every point stands for itself.
+    pressure : (n_p,) array or None
+        What mean volumes make the points feel [Pa]; None likewise.
+    """
+
+    deformation: Array
+    squared: Array
+    directions: Array
+    log_strain: Array
+    stress: Array
+    mean_volume: Array | None
+    pressure: Array | None
+
+    @property
+    def log_volume(self) -> Array:
+        """Logarithm of the ratio of volumes, of areas in the plane, shape (n_p,) [-]."""
+        return log_volume_of(self.log_strain[:, : self.squared.shape[1]])
+
+    @property
+    def volume(self) -> Array:
+        """Ratio of current to reference volume, of areas in the plane, shape (n_p,) [-]."""
+        found: Array = np.sqrt(self.squared[:, 0] * self.squared[:, 1])
+        return found if self.squared.shape[1] == 2 else found * np.sqrt(self.squared[:, 2])
+
+
+@dataclass(frozen=True)
+class LargeStrain:
+    """The mesh and the laws of a body at large strain.
+
+    Parameters
+    ----------
+    space : Space
+        Displacement space.
+    materials : CellMaterials
+        Material of every cell, laws of :class:`~fingerslip.materials.finite.FiniteMaterial`.
+    gradients : (n_cells, n_q, n_nodes, dim) array
+        Gradients of the shape functions in the reference state [1/m].
+    nodes : (n_cells, n_nodes) array
+        Nodes of the cells.
+    weights : (n_cells, n_q) array
+        Reference volumes of the quadrature points [m^3].
+    volumes : Volumes or None
+        Groups over which volumes are averaged.
+    """
+
+    space: Space
+    materials: CellMaterials[FiniteMaterial]
+    gradients: Array
+    nodes: Indices
+    weights: Array
+    volumes: Volumes | None
+
+    def deformed(self, displacement: Array, near: Deformed | None = None) -> Deformed:
+        """Return the body at a displacement (n_dofs,) [m].
+
+        Parameters
+        ----------
+        displacement : (n_dofs,) array
+            Displacement of all nodes [m].
+        near : Deformed, optional
+            The body at a displacement near it, from which the thickness in plane stress is searched.
+
+        Raises
+        ------
+        InvertedCellError
+            Where a cell is turned inside out.
+        """
+        count, dim = self.weights.size, self.space.dim
+        found = np.empty((count, dim, dim)), np.empty((count, dim)), np.empty((count, dim, dim))
+        compiled = strains_in_plane if dim == 2 else strains
+        worst = compiled(self.gradients, self.nodes, displacement.reshape(-1, dim), *found)
+        if worst >= 0:
+            place = self.space.mesh.p[:, self.space.mesh.t[:, worst]].mean(axis=1)
+            raise InvertedCellError(int(worst), tuple(place.tolist()))
+        log_strain = np.zeros((count, 3))
+        np.log(found[1], out=log_strain[:, :dim])
+        log_strain[:, :dim] *= 0.5
+        log_strain[:, 2:] *= dim - 2
+        if near is not None and self.materials.formulation == "plane_stress":
+            # An incompressible body keeps its volume.
+            log_strain[:, 2] = near.log_strain[:, 2] + near.log_volume - log_volume_of(log_strain[:, :2])
+        return self._stressed(Deformed(*found, log_strain, np.zeros((0, 3)), None, None))
+
+    def force(self, state: Deformed) -> Array:
+        """Return the forces of the nodes on the body, shape (n_dofs,) [N]."""
+        forces = np.zeros_like(self.space.positions)
+        parts = state.deformation, state.squared, state.directions, state.stress
+        nodal_forces(self.gradients, self.nodes, self.weights.ravel(), *parts, forces)
+        return forces.ravel()
+
+    def energy(self, state: Deformed) -> float:
+        """Return the strain energy [J]."""
+        every = np.arange(self.weights.size)
+        return float(self.weights.ravel() @ self.energy_densities(state, every))
+
+    def energy_densities(self, state: Deformed, points: Indices) -> Array:
+        """Return the strain energy per reference volume [J/m^3] at quadrature points (k,), shape (k,).
+
+        That of a group with a mean volume is spread evenly over its points.
+        """
+        density = np.empty(len(points))
+        number = self.materials.number[points // self.weights.shape[1]]
+        for own, material in enumerate(self.materials.materials):
+            strains = state.log_strain[points[number == own]]
+            found = material.stored_energy(strains)
+            if self.volumes is not None:
+                log_volume = log_volume_of(strains[:, : self.space.dim])
+                found = found - selective_energy(material, self.materials.formulation, log_volume)[0]
+            density[number == own] = found
+        if self.volumes is None or state.mean_volume is None:
+            return density
+        mean = np.empty_like(state.mean_volume)
+        for material, _, groups in self._parts():
+            of_groups = np.log(state.mean_volume[groups])
+            mean[groups] = selective_energy(material, self.materials.formulation, of_groups)[0]
+        spread = self._spread if len(points) == self.weights.size else self._spread[points]
+        density += spread @ mean
+        return density
+
+    @cached_property
+    def _spread(self) -> sparse.csr_matrix:
+        """The map that spreads densities of groups over quadrature points, shape (n_p, n_groups) [-]."""
+        volumes = self._volumes
+        of_points = sparse.diags(1.0 / self.weights.ravel()) @ volumes.mean.T @ sparse.diags(volumes.size)
+        return sparse.csr_matrix(of_points)
+
+    def tangent(self, state: Deformed, *, positive: bool = False) -> sparse.csr_matrix:
+        """Return the derivative of the force by the displacement, shape (n_dofs, n_dofs) [N/m].
+
+        With `positive`, what would make the stiffness of a point indefinite is left out.
+        """
+        size = self.nodes.shape[1] * self.space.dim
+        matrices = np.empty((len(self.nodes), size, size))
+        parts = state.deformation, state.squared, state.directions, state.stress
+        moduli = self._moduli(state)
+        stiffness_of_cells(self.gradients, self.weights.ravel(), *parts, moduli, positive, matrices)
+        rows, columns, shape = *self._pattern, (self.space.n_dofs, self.space.n_dofs)
+        total = sparse.coo_matrix((matrices.ravel(), (rows, columns)), shape=shape).tocsr()
+        if self.volumes is None or state.mean_volume is None:
+            return total
+        slopes, weights = self._volume_slopes(state), self._mean_curvature(state)
+        if positive:
+            weights = np.maximum(weights, 0.0)
+        return sparse.csr_matrix(total + slopes.T @ sparse.diags(weights) @ slopes)
+
+    @cached_property
+    def _pattern(self) -> tuple[Indices, Indices]:
+        dofs = cell_dofs(self.space.full, np.arange(len(self.nodes))).astype(np.int64, copy=False)
+        return np.repeat(dofs, dofs.shape[1], axis=1).ravel(), np.tile(dofs, (1, dofs.shape[1])).ravel()
+
+    def _stressed(self, state: Deformed) -> Deformed:
+        """Return a state with its stresses, and in plane stress its thickness."""
+        stress = np.empty_like(state.log_strain)
+        for material, points, _ in self._parts():
+            own = state.log_strain[points]
+            if self.materials.formulation == "plane_stress":
+                own[:, 2] = thinned(material, own)
+                state.log_strain[points, 2] = own[:, 2]
+            stress[points] = material.kirchhoff_stress(own)
+        if self.volumes is None:
+            return replace(state, stress=stress)
+        volume = state.volume
+        mean = self.volumes.mean @ volume
+        pressure = self._pressure(mean)
+        felt = 2 if self.materials.formulation == "plane_stress" else 3
+        stress[:, :felt] += (pressure * volume - self._selective(state.log_volume, 1))[:, None]
+        return replace(state, stress=stress, mean_volume=mean, pressure=pressure)
+
+    def _pressure(self, mean: Array) -> Array:
+        """Return what the mean volumes of groups (n_groups,) make the points feel, shape (n_p,) [Pa]."""
+        slope = np.empty_like(mean)
+        for material, _, groups in self._parts():
+            slope[groups] = selective_energy(material, self.materials.formulation, np.log(mean[groups]))[1]
+        slope *= self._volumes.size / mean
+        pressure: Array = (self._volumes.mean.T @ slope) / self.weights.ravel()
+        return pressure
+
+    def _selective(self, log_volume: Array, derivative: int) -> Array:
+        """Return the selective energy at all points, or a derivative of it, shape (n_p,) [Pa]."""
+        values = np.empty_like(log_volume)
+        for material, points, _ in self._parts():
+            values[points] = selective_energy(material, self.materials.formulation, log_volume[points])[derivative]
+        return values
+
+    def _moduli(self, state: Deformed) -> Array:
+        """Return the derivative of the stresses at fixed pressures of mean volumes, shape (n_p, dim, dim) [Pa]."""
+        dim = self.space.dim
+        moduli = np.empty((len(state.log_strain), 3, 3))
+        for material, points, _ in self._parts():
+            moduli[points] = material.kirchhoff_tangent(state.log_strain[points])
+        if self.materials.formulation == "plane_stress":
+            across = moduli[:, :2, 2]
+            moduli[:, :2, :2] -= across[:, :, None] * across[:, None, :] / moduli[:, 2, 2][:, None, None]
+        moduli = np.ascontiguousarray(moduli[:, :dim, :dim])
+        if state.pressure is not None:
+            added = state.pressure * state.volume - self._selective(state.log_volume, 2)
+            moduli += added[:, None, None]
+        return moduli
+
+    def _mean_curvature(self, state: Deformed) -> Array:
+        """Return the second derivative of the groups' energies by their mean volumes, shape (n_groups,) [J]."""
+        mean = np.asarray(state.mean_volume)
+        curvature = np.empty_like(mean)
+        for material, _, groups in self._parts():
+            _, slope, second = selective_energy(material, self.materials.formulation, np.log(mean[groups]))
+            curvature[groups] = second - slope
+        found: Array = self._volumes.size * curvature / mean**2
+        return found
+
+    def _volume_slopes(self, state: Deformed) -> sparse.csr_matrix:
+        """Return the derivative of the mean volumes by the displacement, shape (n_groups, n_dofs) [1/m]."""
+        cells, points, corners, dim = self.gradients.shape
+        slopes = np.empty((cells * points, corners, dim))
+        volume_slopes(self.gradients, state.deformation, state.squared, state.directions, slopes)
+        columns = np.repeat(cell_dofs(self.space.full, np.arange(cells)), points, axis=0).ravel()
+        starts = np.arange(cells * points + 1) * corners * dim
+        of_points = sparse.csr_matrix((slopes.ravel(), columns, starts), shape=(cells * points, self.space.n_dofs))
+        return sparse.csr_matrix(self._volumes.mean @ of_points)
+
+    @property
+    def _volumes(self) -> Volumes:
+        if self.volumes is None:
+            raise ValueError("every point stands for itself")
+        return self.volumes
+
+    def _parts(self) -> Iterator[tuple[FiniteMaterial, Indices | slice, Indices | slice]]:
+        """Yield every material with its quadrature points and its groups."""
+        yield from zip(self.materials.materials, *self._members, strict=True)
+
+    @cached_property
+    def _members(self) -> tuple[list[Indices | slice], list[Indices | slice]]:
+        points = np.repeat(self.materials.number, self.weights.shape[1])
+        groups = np.zeros(0, dtype=np.int64) if self.volumes is None else self.volumes.material
+        every = range(len(self.materials.materials))
+        return [_members_of(points, number) for number in every], [_members_of(groups, number) for number in every]
+
+
+def _members_of(material: Indices, number: int) -> Indices | slice:
+    """Return where a material is; a slice where it is everywhere, which is faster."""
+    return slice(None) if (material == number).all() else np.flatnonzero(material == number)
+
+
+def large_strain(
+    space: Space, materials: CellMaterials[FiniteMaterial], depth: float, integration: Integration
+) -> LargeStrain:
+    """Return a body at large strain.
+
+    Parameters
+    ----------
+    space : Space
+        Displacement space.
+    materials : CellMaterials
+        Material of every cell, laws of :class:`~fingerslip.materials.finite.FiniteMaterial`.
+    depth : float
+        Out-of-plane depth in the reference state [m].
+    integration : {'selective', 'full', 'nodal'}
+        How the volumetric part is integrated.
+
+    Raises
+    ------
+    InputError
+        For nodal integration of cells that are no linear triangles or tetrahedra.
+    """
+    check_integration(space.element, integration)
+    every = np.arange(space.mesh.nelements)
+    weights = depth * np.ascontiguousarray(space.full.dx)
+    volumes = None if integration == "full" else mean_volumes(space, materials, weights, integration)
+    nodes = np.ascontiguousarray(space.full.element_dofs.T, dtype=np.int64)
+    return LargeStrain(space, materials, shape_gradients(space.full, every), nodes, weights, volumes)

@@ -1,0 +1,295 @@
+"""Compiled loops over the quadrature points of cells: strains, forces and stiffness of a deformed body.
+
+At a point with the displacement gradient H, the deformation gradient is F = I + H and the Green-Lagrange strain
+E = (H + H^T + H^T H)/2 = sum_i eps_i N_i N_i^T. The stretches are lambda_i = sqrt(1 + 2 eps_i), the logarithmic strains
+ln(lambda_i), and a law gives their principal Kirchhoff stresses tau_i. Then ::
+
+    P = F sum_i tau_i / lambda_i^2 N_i N_i^T
+
+is the first Piola-Kirchhoff stress, whose integral with the gradients of the shape functions is the nodal force. Its
+derivative is diagonal in the principal directions but for the normal components: with s_i = tau_i / lambda_i, shears
+symmetric in i and j cost (s_i - s_j)/(lambda_i - lambda_j), rotations (s_i + s_j)/(lambda_i + lambda_j).
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+__all__ = ["nodal_forces", "stiffness_of_cells", "strains", "strains_in_plane", "volume_slopes"]
+
+# Difference of stretches below which the quotient of differences is taken as a derivative; its error is the square.
+_ALIKE = 1e-5
+_SWEEPS = 30
+
+
+@numba.njit(cache=True, nogil=True)
+def strains(gradients, nodes, displacement, deformation, squared, directions):  # type: ignore[no-untyped-def]  # noqa: C901, PLR0917
+    """Fill in F (n_p, dim, dim), lambda^2 (n_p, dim) and N (n_p, dim, dim), a column for each direction.
+
+    `gradients` (n_cells, n_q, n_nodes, dim) [1/m] are those of the shape functions, `nodes` (n_cells, n_nodes) the
+    cells' nodes, `displacement` (n_nodes_of_mesh, dim) [m].
+
+    Returns the number of the cell that is turned inside out the most, -1 where none is.
+    """
+    cells, points, corners, dim = gradients.shape
+    worst, least = -1, 0.0
+    slope, strain = np.empty((dim, dim)), np.empty((dim, dim))
+    for c in range(cells):
+        for q in range(points):
+            p = c * points + q
+            slope[:] = 0.0
+            for a in range(corners):
+                for i in range(dim):
+                    moved = displacement[nodes[c, a], i]
+                    for j in range(dim):
+                        slope[i, j] += moved * gradients[c, q, a, j]
+            for i in range(dim):
+                for j in range(dim):
+                    deformation[p, i, j] = slope[i, j] + (1.0 if i == j else 0.0)
+                    total = slope[i, j] + slope[j, i]
+                    for k in range(dim):
+                        total += slope[k, i] * slope[k, j]
+                    strain[i, j] = 0.5 * total
+            _diagonalise(strain, directions[p])
+            for i in range(dim):
+                squared[p, i] = 1.0 + 2.0 * strain[i, i]
+            volume = _determinant(deformation[p])
+            # What is no number is worse than anything.
+            if not volume > least:
+                worst, least = c, volume
+                if np.isnan(volume):
+                    return c
+    return worst
+
+
+@numba.njit(cache=True, nogil=True)
+def strains_in_plane(gradients, nodes, displacement, deformation, squared, directions):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Do as :func:`strains` in the plane, where there is no need to iterate: three times as fast."""
+    cells, points, corners, _ = gradients.shape
+    worst, least = -1, 0.0
+    for c in range(cells):
+        for q in range(points):
+            p = c * points + q
+            xx = xy = yx = yy = 0.0
+            for a in range(corners):
+                node = nodes[c, a]
+                x, y = displacement[node, 0], displacement[node, 1]
+                along, up = gradients[c, q, a, 0], gradients[c, q, a, 1]
+                xx += x * along
+                xy += x * up
+                yx += y * along
+                yy += y * up
+            deformation[p, 0, 0], deformation[p, 0, 1] = 1.0 + xx, xy
+            deformation[p, 1, 0], deformation[p, 1, 1] = yx, 1.0 + yy
+            one = xx + 0.5 * (xx * xx + yx * yx)
+            other = yy + 0.5 * (xy * xy + yy * yy)
+            beside = 0.5 * (xy + yx + xx * xy + yx * yy)
+            cosine, sine = 1.0, 0.0
+            if beside != 0.0:
+                ratio = (other - one) / (2.0 * beside)
+                tangent = np.copysign(1.0, ratio) / (np.abs(ratio) + np.sqrt(ratio * ratio + 1.0))
+                cosine = 1.0 / np.sqrt(tangent * tangent + 1.0)
+                sine = tangent * cosine
+                one -= tangent * beside
+                other += tangent * beside
+            directions[p, 0, 0], directions[p, 0, 1] = cosine, sine
+            directions[p, 1, 0], directions[p, 1, 1] = -sine, cosine
+            squared[p, 0], squared[p, 1] = 1.0 + 2.0 * one, 1.0 + 2.0 * other
+            volume = (1.0 + xx) * (1.0 + yy) - xy * yx
+            if not volume > least:
+                worst, least = c, volume
+                if np.isnan(volume):
+                    return c
+    return worst
+
+
+@numba.njit(cache=True, nogil=True)
+def _determinant(matrix):  # type: ignore[no-untyped-def]
+    if len(matrix) == 2:
+        return matrix[0, 0] * matrix[1, 1] - matrix[0, 1] * matrix[1, 0]
+    return (
+        matrix[0, 0] * (matrix[1, 1] * matrix[2, 2] - matrix[1, 2] * matrix[2, 1])
+        - matrix[0, 1] * (matrix[1, 0] * matrix[2, 2] - matrix[1, 2] * matrix[2, 0])
+        + matrix[0, 2] * (matrix[1, 0] * matrix[2, 1] - matrix[1, 1] * matrix[2, 0])
+    )
+
+
+@numba.njit(cache=True, nogil=True)
+def _diagonalise(matrix, directions):  # type: ignore[no-untyped-def]
+    """Diagonalise a symmetric matrix in place by Jacobi's rotations; eigenvectors become columns of `directions`."""
+    dim = len(matrix)
+    directions[:] = 0.0
+    for i in range(dim):
+        directions[i, i] = 1.0
+    for _ in range(_SWEEPS):
+        beside = size = 0.0
+        for i in range(dim):
+            size += matrix[i, i] ** 2
+            for j in range(i + 1, dim):
+                beside += matrix[i, j] ** 2
+        # Smaller than rounding of the eigenvalues by far, as their squares.
+        if beside <= 1e-40 * size:
+            return
+        for i in range(dim):
+            for j in range(i + 1, dim):
+                _rotate(matrix, directions, i, j)
+
+
+@numba.njit(cache=True, nogil=True)
+def _rotate(matrix, directions, i, j):  # type: ignore[no-untyped-def]
+    """Turn rows and columns i and j of a symmetric matrix so that its element between them vanishes."""
+    beside = matrix[i, j]
+    if beside == 0.0:
+        return
+    ratio = (matrix[j, j] - matrix[i, i]) / (2.0 * beside)
+    tangent = np.copysign(1.0, ratio) / (np.abs(ratio) + np.sqrt(ratio**2 + 1.0))
+    cosine = 1.0 / np.sqrt(tangent**2 + 1.0)
+    sine = tangent * cosine
+    matrix[i, i] -= tangent * beside
+    matrix[j, j] += tangent * beside
+    matrix[i, j] = matrix[j, i] = 0.0
+    for k in range(len(matrix)):
+        if k != i and k != j:  # noqa: PLR1714
+            one, other = matrix[k, i], matrix[k, j]
+            matrix[k, i] = matrix[i, k] = cosine * one - sine * other
+            matrix[k, j] = matrix[j, k] = sine * one + cosine * other
+        one, other = directions[k, i], directions[k, j]
+        directions[k, i] = cosine * one - sine * other
+        directions[k, j] = sine * one + cosine * other
+
+
+@numba.njit(cache=True, nogil=True)
+def nodal_forces(gradients, nodes, weights, deformation, squared, directions, stress, forces):  # type: ignore[no-untyped-def]  # noqa: C901, PLR0917
+    """Add the nodal forces (n_nodes_of_mesh, dim) [N] of principal Kirchhoff stresses (n_p, >= dim) [Pa].
+
+    `weights` (n_p,) [m^3] are the volumes of the points; see :func:`strains` for the others.
+    """
+    cells, points, corners, dim = gradients.shape
+    second, first = np.empty((dim, dim)), np.empty((dim, dim))
+    for c in range(cells):
+        for q in range(points):
+            p = c * points + q
+            second[:] = 0.0
+            for k in range(dim):
+                scale = weights[p] * stress[p, k] / squared[p, k]
+                for i in range(dim):
+                    for j in range(dim):
+                        second[i, j] += scale * directions[p, i, k] * directions[p, j, k]
+            for i in range(dim):
+                for j in range(dim):
+                    total = 0.0
+                    for k in range(dim):
+                        total += deformation[p, i, k] * second[k, j]
+                    first[i, j] = total
+            for a in range(corners):
+                for i in range(dim):
+                    total = 0.0
+                    for j in range(dim):
+                        total += first[i, j] * gradients[c, q, a, j]
+                    forces[nodes[c, a], i] += total
+
+
+@numba.njit(cache=True, nogil=True)
+def stiffness_of_cells(  # type: ignore[no-untyped-def]  # noqa: C901, PLR0912, PLR0917
+    gradients, weights, deformation, squared, directions, stress, tangent, positive, matrices
+):
+    """Fill in the stiffness of cells (n_cells, n_local, n_local) [N/m].
+
+    `tangent` (n_p, >= dim, >= dim) [Pa] is the derivative of the principal Kirchhoff stresses (n_p, >= dim) by the
+    logarithmic strains; see :func:`nodal_forces` for the others. With `positive`, what would make the stiffness of a
+    point indefinite is left out.
+    """
+    cells, points, corners, dim = gradients.shape
+    turned, normal = np.empty((corners, dim)), np.empty((dim, dim))
+    stretch, nominal = np.empty(dim), np.empty(dim)
+    local, current = np.empty((dim * dim, corners * dim)), np.empty((dim, dim))
+    moduli = np.empty((dim * dim, dim * dim))
+    matrices[:] = 0.0
+    for c in range(cells):
+        for q in range(points):
+            p = c * points + q
+            for i in range(dim):
+                stretch[i] = np.sqrt(squared[p, i])
+                nominal[i] = stress[p, i] / stretch[i]
+            _moduli(stretch, nominal, stress[p], tangent[p], positive, normal, moduli)
+            for i in range(dim):
+                for j in range(dim):
+                    total = 0.0
+                    for k in range(dim):
+                        total += deformation[p, i, k] * directions[p, k, j]
+                    current[i, j] = total / stretch[j]
+            for a in range(corners):
+                for j in range(dim):
+                    total = 0.0
+                    for k in range(dim):
+                        total += gradients[c, q, a, k] * directions[p, k, j]
+                    turned[a, j] = total
+            # Row i * dim + j is the derivative of component ij of the gradient, in the principal directions.
+            for a in range(corners):
+                for k in range(dim):
+                    for i in range(dim):
+                        for j in range(dim):
+                            local[i * dim + j, a * dim + k] = current[k, i] * turned[a, j]
+            matrices[c] += weights[p] * (local.T @ (moduli @ local))
+
+
+@numba.njit(cache=True, nogil=True)
+def _moduli(stretch, nominal, stress, tangent, positive, normal, moduli):  # type: ignore[no-untyped-def]  # noqa: C901, PLR0912, PLR0917
+    """Fill in the derivative of the first Piola-Kirchhoff stress in principal directions, row i * dim + j for ij."""
+    dim = len(stretch)
+    moduli[:] = 0.0
+    for i in range(dim):
+        for j in range(dim):
+            normal[i, j] = (tangent[i, j] - (stress[i] if i == j else 0.0)) / (stretch[i] * stretch[j])
+    for i in range(dim):
+        for j in range(i + 1, dim):
+            apart = stretch[i] - stretch[j]
+            if np.abs(apart) > _ALIKE * stretch[i]:
+                shear = (nominal[i] - nominal[j]) / apart
+            else:
+                shear = 0.5 * (normal[i, i] + normal[j, j]) - normal[i, j]
+            turn = (nominal[i] + nominal[j]) / (stretch[i] + stretch[j])
+            if positive:
+                shear, turn = max(shear, 0.0), max(turn, 0.0)
+            one, other = i * dim + j, j * dim + i
+            moduli[one, one] = moduli[other, other] = 0.5 * (shear + turn)
+            moduli[one, other] = moduli[other, one] = 0.5 * (shear - turn)
+    if positive:
+        values, vectors = np.linalg.eigh(normal)
+        normal[:] = 0.0
+        for k in range(dim):
+            for i in range(dim):
+                for j in range(dim):
+                    normal[i, j] += max(values[k], 0.0) * vectors[i, k] * vectors[j, k]
+    for i in range(dim):
+        for j in range(dim):
+            moduli[i * dim + i, j * dim + j] = normal[i, j]
+
+
+@numba.njit(cache=True, nogil=True)
+def volume_slopes(gradients, deformation, squared, directions, slopes):  # type: ignore[no-untyped-def]  # noqa: C901
+    """Fill in the derivative of J by the displacements of the cells' nodes (n_p, n_nodes, dim) [1/m]."""
+    cells, points, corners, dim = gradients.shape
+    inverse, cofactor = np.empty((dim, dim)), np.empty((dim, dim))
+    for c in range(cells):
+        for q in range(points):
+            p = c * points + q
+            inverse[:] = 0.0
+            for k in range(dim):
+                for i in range(dim):
+                    for j in range(dim):
+                        inverse[i, j] += directions[p, i, k] * directions[p, j, k] / squared[p, k]
+            volume = _determinant(deformation[p])
+            for i in range(dim):
+                for j in range(dim):
+                    total = 0.0
+                    for k in range(dim):
+                        total += deformation[p, i, k] * inverse[k, j]
+                    cofactor[i, j] = volume * total
+            for a in range(corners):
+                for i in range(dim):
+                    total = 0.0
+                    for j in range(dim):
+                        total += cofactor[i, j] * gradients[c, q, a, j]
+                    slopes[p, a, i] = total

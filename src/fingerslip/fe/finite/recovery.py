@@ -1,0 +1,99 @@
+"""Cauchy stress and strain energy density of a body at large strain, as means over quadrature points.
+
+At the points they are those that the elements feel, with the pressure of mean volumes. Stresses from a mean deformation
+gradient would not do: its determinant is not the mean of the determinants, and the bulk modulus of a nearly
+incompressible layer multiplies the difference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.fe.finite.bulk import Deformed, LargeStrain
+from fingerslip.fe.recovery import cells_around
+from fingerslip.materials.material import SHEARS
+
+__all__ = ["FiniteRecovery", "finite_cell_recovery", "finite_site_recovery"]
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class FiniteRecovery:
+    """Means of stress and energy over some quadrature points of a body.
+
+    Parameters
+    ----------
+    bulk : LargeStrain
+        The body.
+    points : (k,) array
+        Its quadrature points that count.
+    mean : sparse matrix, shape (n, k)
+        The mean over them at each of n places [-]; rows sum to one.
+    """
+
+    bulk: LargeStrain
+    points: Integers
+    mean: sparse.csr_matrix
+
+    def stresses(self, state: Deformed) -> Array:
+        """Return the Cauchy stresses [Pa], shape (n, 4 or 6), of a deformed body.
+
+        Components are named by :func:`fingerslip.fe.recovery.stress_components`.
+        """
+        points, dim = self.points, self.bulk.space.dim
+        stress = state.stress[points] * np.exp(-state.log_strain[points].sum(axis=1, keepdims=True))
+        stretches = np.sqrt(state.squared[points])
+        axes = state.deformation[points] @ state.directions[points] / stretches[:, None, :]
+        full = np.einsum("nik,nk,njk->nij", axes, stress[:, :dim], axes)
+        normal = [full[:, axis, axis] for axis in range(dim)]
+        across = [stress[:, 2]] if dim == 2 else []
+        found: Array = self.mean @ np.column_stack([*normal, *across, *(full[:, i, j] for i, j in SHEARS[dim])])
+        return found
+
+    def energy_densities(self, state: Deformed) -> Array:
+        """Return the strain energy per reference volume [J/m^3], shape (n,), of a deformed body."""
+        found: Array = self.mean @ self.bulk.energy_densities(state, self.points)
+        return found
+
+
+def finite_cell_recovery(bulk: LargeStrain) -> FiniteRecovery:
+    """Recover in all cells, the mean over each."""
+    return _over_cells(bulk, sparse.identity(len(bulk.nodes), format="csr"))
+
+
+def finite_site_recovery(bulk: LargeStrain, nodes: Integers, regions: Sequence[str | None]) -> FiniteRecovery:
+    """Recover at nodes: the mean over the cells around each, weighted by size, on the given region's side.
+
+    Parameters
+    ----------
+    bulk : LargeStrain
+        The body.
+    nodes : (n_sites,) array
+        Mesh node of every site.
+    regions : sequence of str or None
+        Region in which to recover; None takes all cells around the node, and the mean over their materials.
+
+    Raises
+    ------
+    MeshError
+        Where no cell of the region touches the node.
+    """
+    return _over_cells(bulk, cells_around(bulk.space, nodes, regions))
+
+
+def _over_cells(bulk: LargeStrain, cells: sparse.csr_matrix) -> FiniteRecovery:
+    """Return the recovery of means over cells (n, n_cells)."""
+    count = bulk.weights.shape[1]
+    shares = bulk.weights / bulk.weights.sum(axis=1, keepdims=True)
+    rows = np.repeat(np.arange(len(shares)), count)
+    of_cells = sparse.csr_matrix((shares.ravel(), (rows, np.arange(shares.size))), shape=(len(shares), shares.size))
+    chosen = np.unique(cells.indices)
+    points = (chosen[:, None] * count + np.arange(count)).ravel().astype(np.int64)
+    return FiniteRecovery(bulk, points, sparse.csr_matrix((cells @ of_cells)[:, points]))

@@ -1,0 +1,100 @@
+"""Compressible neo-Hookean elasticity: rubber-like at large strain, Hooke's law at small strain.
+
+With G and Lame's first constant lambda, the energy per reference volume is ::
+
+    G/2 (tr C - 3) - G ln J + lambda/2 (ln J)^2
+
+as in Bonet & Wood (2008), Nonlinear Continuum Mechanics for Finite Element Analysis, section 6.4.3. Many codes have
+the same law, such as FEBio as "neo-Hookean".
+"""
+
+from __future__ import annotations
+
+from dataclasses import field
+from typing import Annotated, Literal
+
+import numpy as np
+import pydantic
+from numpy.typing import NDArray
+
+from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.finite import log_volume_of
+from fingerslip.materials.prony import Prony, check_prony
+from fingerslip.parameters import Density, Number, Pressure, parameters
+
+__all__ = ["NeoHookean"]
+
+Array = NDArray[np.float64]
+
+
+@parameters
+class NeoHookean:
+    """Compressible neo-Hookean elasticity.
+
+    Parameters
+    ----------
+    youngs_modulus : float
+        Young's modulus at rest [Pa].
+    poisson_ratio : float
+        Poisson's ratio at rest [-], from 0 to below 0.5.
+    density : float
+        Mass density in the reference state [kg/m^3].
+    prony : tuple of PronyTerm
+        Terms by which the shear modulus relaxes; without them the material is elastic.
+    law : {'neo_hookean'}
+        The law, as study files name it.
+    """
+
+    youngs_modulus: Pressure
+    poisson_ratio: Annotated[Number, pydantic.Field(ge=0, lt=0.5)]
+    density: Density
+    prony: Prony = field(default=(), kw_only=True)
+    law: Literal["neo_hookean"] = field(default="neo_hookean", kw_only=True, repr=False)
+
+    def __post_init__(self) -> None:
+        check_prony(self.prony)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus G at rest [Pa]."""
+        return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+    @property
+    def first_lame(self) -> float:
+        """Lame's first constant at rest [Pa]."""
+        return self.at_rest().dilatational_modulus("solid")
+
+    @property
+    def stiffness(self) -> float:
+        """Young's modulus at rest [Pa], from which contact penalties are estimated."""
+        return self.youngs_modulus
+
+    def at_rest(self) -> Elastic:
+        """Return the law at small strain."""
+        return Elastic(self.youngs_modulus, self.poisson_ratio, self.density, prony=self.prony)
+
+    def stored_energy(self, log_strain: Array) -> Array:
+        """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""
+        log_volume = log_volume_of(log_strain)
+        stretched = 0.5 * (np.exp(2.0 * log_strain).sum(axis=1) - 3.0) - log_volume
+        energy: Array = self.shear_modulus * stretched + 0.5 * self.first_lame * log_volume**2
+        return energy
+
+    def kirchhoff_stress(self, log_strain: Array) -> Array:
+        """Return the principal Kirchhoff stresses [Pa], shape (n, 3), of logarithmic strains (n, 3)."""
+        stress = np.exp(2.0 * log_strain)
+        stress *= self.shear_modulus
+        stress += (self.first_lame * log_volume_of(log_strain) - self.shear_modulus)[:, None]
+        return stress
+
+    def kirchhoff_tangent(self, log_strain: Array) -> Array:
+        """Return the derivative of the stresses [Pa], shape (n, 3, 3), at logarithmic strains (n, 3)."""
+        tangent = np.full((len(log_strain), 3, 3), self.first_lame)
+        axes = np.arange(3)
+        tangent[:, axes, axes] += 2.0 * self.shear_modulus * np.exp(2.0 * log_strain)
+        return tangent
+
+    def volumetric(self, log_volume: Array) -> tuple[Array, Array, Array]:
+        """Return lambda/2 (ln J)^2 and its two derivatives [Pa], each (n,), at ln J (n,)."""
+        modulus = self.first_lame
+        return 0.5 * modulus * log_volume**2, modulus * log_volume, np.full_like(log_volume, modulus)

@@ -1,0 +1,142 @@
+"""Ogden elasticity of nearly incompressible rubber and tissue, with any number of terms.
+
+With the isochoric principal stretches l_i = J^(-1/3) lambda_i the energy per reference volume is ::
+
+    sum_p mu_p/alpha_p (l_1^alpha_p + l_2^alpha_p + l_3^alpha_p - 3) + K/2 (ln J)^2
+
+as in Ogden, Proc. R. Soc. Lond. A 326 (1972) 565-584. The shear modulus at rest is half the sum of mu_p alpha_p. Other
+codes print other moduli for the same law: those of Abaqus are mu_p alpha_p/2, those of FEBio mu_p alpha_p.
+:mod:`fingerslip.materials.isochoric` has the part of the volume.
+"""
+
+from __future__ import annotations
+
+from dataclasses import field
+from functools import cached_property
+from typing import Annotated, Literal
+
+import numpy as np
+import pydantic
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError
+from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.isochoric import (
+    check_stability,
+    chosen_bulk_modulus,
+    deviator,
+    isochoric_tangent,
+    linearised,
+    summed,
+    volumetric_energy,
+)
+from fingerslip.materials.prony import Prony, check_prony
+from fingerslip.parameters import Density, Number, Pressure, SignedPressure, parameters
+
+__all__ = ["Ogden", "OgdenTerm"]
+
+Array = NDArray[np.float64]
+
+
+@parameters
+class OgdenTerm:
+    """One power of the stretches in Ogden's law.
+
+    Parameters
+    ----------
+    modulus : float
+        The factor mu [Pa], of the sign of the exponent in most materials.
+    exponent : float
+        The exponent alpha of the stretches [-], not 0.
+    """
+
+    modulus: SignedPressure
+    exponent: Number
+
+    def __post_init__(self) -> None:
+        if self.exponent == 0.0:
+            raise InputError("exponent", "got 0", "needs a number that is not 0")
+
+
+@parameters
+class Ogden:
+    """Ogden elasticity, nearly incompressible.
+
+    Parameters
+    ----------
+    terms : tuple of OgdenTerm
+        The powers of the stretches.
+    density : float
+        Mass density in the reference state [kg/m^3].
+    bulk_modulus : float, optional
+        Bulk modulus [Pa].
+    poisson_ratio : float, optional
+        Poisson's ratio at rest [-], from 0 to below 0.5; exactly one of the two is needed.
+    stable_between : tuple of float
+        Lowest and highest stretch [-] within which the law is held to be stable.
+    prony : tuple of PronyTerm
+        Terms by which the shear modulus relaxes; without them the material is elastic.
+    law : {'ogden'}
+        The law, as study files name it.
+    """
+
+    terms: tuple[OgdenTerm, ...]
+    density: Density
+    bulk_modulus: Pressure | None = None
+    poisson_ratio: Annotated[Number, pydantic.Field(ge=0, lt=0.5)] | None = None
+    stable_between: tuple[Number, Number] = (0.5, 2.0)
+    prony: Prony = field(default=(), kw_only=True)
+    law: Literal["ogden"] = field(default="ogden", kw_only=True, repr=False)
+
+    def __post_init__(self) -> None:
+        if not self.terms:
+            raise InputError("terms", "is empty", "needs at least one term")
+        if self.shear_modulus <= 0.0:
+            found = f"has a sum of modulus times exponent of {2.0 * self.shear_modulus:.6g} Pa"
+            raise InputError("terms", found, "needs a sum > 0, twice the shear modulus")
+        check_stability(self.kirchhoff_tangent, self.stable_between)
+        check_prony(self.prony)
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus at rest [Pa]."""
+        return 0.5 * sum(term.modulus * term.exponent for term in self.terms)
+
+    @cached_property
+    def bulk(self) -> float:
+        """Bulk modulus [Pa], given or from Poisson's ratio."""
+        return chosen_bulk_modulus(self.shear_modulus, self.bulk_modulus, self.poisson_ratio)
+
+    @property
+    def stiffness(self) -> float:
+        """Young's modulus at rest [Pa], from which contact penalties are estimated."""
+        return self.at_rest().youngs_modulus
+
+    def at_rest(self) -> Elastic:
+        """Return the law at small strain."""
+        return linearised(self.shear_modulus, self.bulk, self.poisson_ratio, self.density, self.prony)
+
+    def stored_energy(self, log_strain: Array) -> Array:
+        """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""
+        shape, energy = deviator(log_strain), self.volumetric(summed(log_strain))[0]
+        for term in self.terms:
+            energy += term.modulus / term.exponent * summed(np.expm1(term.exponent * shape))
+        return energy
+
+    def kirchhoff_stress(self, log_strain: Array) -> Array:
+        """Return the principal Kirchhoff stresses [Pa], shape (n, 3), of logarithmic strains (n, 3)."""
+        shape = deviator(log_strain)
+        powers = sum(term.modulus * np.exp(term.exponent * shape) for term in self.terms)
+        return deviator(np.asarray(powers)) + (self.bulk * summed(log_strain))[:, None]
+
+    def kirchhoff_tangent(self, log_strain: Array) -> Array:
+        """Return the derivative of the stresses [Pa], shape (n, 3, 3), at logarithmic strains (n, 3)."""
+        shape = deviator(log_strain)
+        rates = sum(term.modulus * term.exponent * np.exp(term.exponent * shape) for term in self.terms)
+        tangent = isochoric_tangent(np.asarray(rates))
+        tangent += self.bulk
+        return tangent
+
+    def volumetric(self, log_volume: Array) -> tuple[Array, Array, Array]:
+        """Return K/2 (ln J)^2 and its two derivatives [Pa], each (n,), at ln J (n,)."""
+        return volumetric_energy(self.bulk, log_volume)

@@ -1,0 +1,142 @@
+"""Viscoelasticity by Prony terms: how shear relaxes, and the recurrence that follows it from step to step.
+
+A generalised Maxwell body: a share s_i of the shear modulus relaxes with the time tau_i, the bulk modulus does not ::
+
+    G(t) = G [1 - sum s_i (1 - exp(-t/tau_i))]
+
+G is the modulus at once, that of the law. Each term is a spring in series with a dashpot; with the deviatoric strain e
+the dashpot gives way by z, tau z' = e - z, and the deviatoric stress is 2 G (e - sum s_i z_i). Where e is linear in
+time over a step h from 0 to 1, exactly, with r = h/tau ::
+
+    z_1 = E z_0 + (1 - phi) e_1 + (phi - E) e_0,    E = exp(-r),    phi = (1 - E)/r
+
+which is second order in the step (Taylor, Pister & Goudreau 1970; Simo & Hughes 1998, section 10.3). Being linear, it
+holds for displacements as for strains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+import pydantic
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from fingerslip.errors import InputError
+from fingerslip.parameters import Number, PositiveDuration, parameters
+
+__all__ = ["Prony", "PronyTerm", "Recurrence", "check_prony", "recurrence", "relaxation"]
+
+Array = NDArray[np.float64]
+
+# Relaxation times in steps, at least.
+_SHORTEST = 0.5
+
+
+@parameters
+class PronyTerm:
+    """A share of the shear modulus that relaxes.
+
+    Parameters
+    ----------
+    share : float
+        Share of the shear modulus at once, between 0 and 1 [-]; the shares of all terms have a sum below 1.
+    time : float
+        Relaxation time [s].
+    """
+
+    share: Annotated[Number, pydantic.Field(gt=0, lt=1)]
+    time: PositiveDuration
+
+
+#: The terms of a material; none where it is elastic.
+Prony = tuple[PronyTerm, ...]
+
+
+@dataclass(frozen=True)
+class Recurrence:
+    """How dashpots follow strain over a step, a number for each of t terms.
+
+    Parameters
+    ----------
+    shares : (t,) array
+        Shares of the shear modulus [-].
+    decay, end, start : (t,) array
+        Weights of the dashpot at the start, and of the strain at the end and at the start [-].
+    """
+
+    shares: Array
+    decay: Array
+    end: Array
+    start: Array
+
+    def followed(self, strains: Array) -> Array:
+        """Return the dashpots, shape (t, n_times, ...), of strains (n_times, ...) [-] at equal steps from rest."""
+        weights = zip(self.decay, self.end, self.start, strict=True)
+        found = [lfilter([end, start], [1.0, -decay], strains, axis=0) for decay, end, start in weights]
+        return np.stack(found) if strains.size else np.zeros((len(self.decay), *strains.shape))
+
+
+def check_prony(terms: Prony) -> None:
+    """Refuse terms that would leave no stiffness.
+
+    Raises
+    ------
+    InputError
+        Where the shares have a sum of 1 or more.
+    """
+    total = sum(term.share for term in terms)
+    if total >= 1.0:
+        raise InputError("prony", f"has shares with a sum of {total:.6g}", "needs a sum < 1, the rest stays elastic")
+
+
+def recurrence(
+    terms: Sequence[PronyTerm], step: float, where: str = "prony", *, controlled: bool = False
+) -> Recurrence:
+    """Return how dashpots follow strain over a step.
+
+    Parameters
+    ----------
+    terms : sequence of PronyTerm
+        The terms.
+    step : float
+        Time step [s].
+    where : str, optional
+        What errors name.
+    controlled : bool, optional
+        Whether something else watches what strain that is no line within the step leaves, so that it may be long.
+
+    Raises
+    ------
+    InputError
+        For a relaxation time below half the step: strain is taken as linear within a step, which hides what relaxes
+        much faster.
+    """
+    times = np.array([term.time for term in terms])
+    if not controlled and times.min(initial=np.inf) < _SHORTEST * step * (1.0 - 1e-9):
+        number = int(times.argmin())
+        found = f"got {times[number]:.6g} s for a step of {step:.6g} s"
+        allowed = f"needs at least {_SHORTEST * step:.6g} s, half the step, within which strain is taken as linear"
+        repair = "take a smaller step, or leave the term out and its share of the modulus with it"
+        raise InputError(f"{where}.{number}.time", found, allowed, repair)
+    ratio = step / times
+    decay = np.exp(-ratio)
+    mean = -np.expm1(-ratio) / ratio
+    return Recurrence(np.array([term.share for term in terms]), decay, 1.0 - mean, mean - decay)
+
+
+def relaxation(terms: Sequence[PronyTerm], time: Array) -> Array:
+    """Return the share G(t)/G of the shear modulus that is left at times after a step of strain [s], of their shape.
+
+    Examples
+    --------
+    >>> relaxation((PronyTerm(0.3, 0.1),), np.array([0.0, 1e9])).tolist()
+    [1.0, 0.7]
+    """
+    left = np.ones_like(time)
+    for term in terms:
+        left += term.share * np.expm1(-time / term.time)
+    return left

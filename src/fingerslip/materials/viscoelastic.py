@@ -1,0 +1,179 @@
+"""Stress and stored energy of Hooke's law whose shear relaxes, from strains with their dashpots in space.
+
+With the strain e and dashpots z_i (:mod:`fingerslip.materials.prony`), both with all three normal components, the
+stress is k tr(e) I + 2 G dev(e - sum s_i z_i), and the energy that springs store
+
+    k/2 tr(e)^2 + G |dev e|^2 - sum s_i (2 G dev e : dev z_i - G |dev z_i|^2)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.material import Formulation
+from fingerslip.materials.prony import Recurrence, recurrence
+
+__all__ = ["Across", "Relaxed", "across_of", "followed", "in_space", "stored_energy", "stress"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Across:
+    """What the strain across a plane without stress across follows from.
+
+    No stress across means, with strains u along the plane (their sum) and -w across, dashpots z_i and q_i, and R of a
+    strain that strain less sum s_i times its dashpots ::
+
+        k (u - w) = (2 G/3) R[u + 2 w]    or    w = c u + d sum s_i (z_i + 2 q_i)
+
+    Parameters
+    ----------
+    along : float
+        c [-].
+    relaxed : float
+        d [-].
+    bulk : float
+        Bulk modulus over 2 G [-].
+    """
+
+    along: float
+    relaxed: float
+    bulk: float
+
+    def of_step(self, share: float) -> tuple[float, float]:
+        """Return the parts in w at the end of a step of u there, and of the dashpots that its start gives [-].
+
+        Parameters
+        ----------
+        share : float
+            Share of a strain at the end of the step that the dashpots have taken by then [-].
+        """
+        whole = 1.0 - 2.0 * self.relaxed * share
+        return (self.along + self.relaxed * share) / whole, self.relaxed / whole
+
+
+@dataclass(frozen=True)
+class Relaxed:
+    """Strains and dashpots with all normal components, in the order xx, yy, zz, xy and in space yz, xz.
+
+    Parameters
+    ----------
+    strains : (..., k) array
+        Strains [-].
+    dashpots : (t, ..., k) array
+        Dashpots of t terms [-].
+    """
+
+    strains: Array
+    dashpots: Array
+
+
+def across_of(poisson_ratio: float) -> Across:
+    """Return what the strain across follows from, for Poisson's ratio at once [-].
+
+    Examples
+    --------
+    >>> across_of(0.25)
+    Across(along=0.3333333333333333, relaxed=0.2222222222222222, bulk=0.8333333333333334)
+    """
+    if poisson_ratio == 0.5:
+        return Across(1.0, 0.0, np.inf)
+    bulk = (1.0 + poisson_ratio) / (3.0 * (1.0 - 2.0 * poisson_ratio))
+    return Across((bulk - 1.0 / 3.0) / (bulk + 2.0 / 3.0), 1.0 / (3.0 * bulk + 2.0), bulk)
+
+
+def in_space(strains: Array, across: Array | float = 0.0) -> Array:
+    """Return strains (..., 3 or 6) with a strain (...) across the plane, shape (..., 4 or 6); in space as they are."""
+    if strains.shape[-1] == 6:
+        return strains
+    whole = np.zeros((*strains.shape[:-1], 4))
+    whole[..., [0, 1, 3]], whole[..., 2] = strains, across
+    return whole
+
+
+def followed(material: Elastic, strains: Array, formulation: Formulation, step: float) -> Relaxed:
+    """Return strains that start from rest, with their dashpots.
+
+    Parameters
+    ----------
+    material : Elastic
+        The law, with Prony terms.
+    strains : (n_times, ..., m) array
+        Strains at equal steps [-].
+    formulation : {'plane_strain', 'plane_stress', 'solid'}
+        The two-dimensional assumption, or `solid`.
+    step : float
+        The step [s].
+    """
+    follow = recurrence(material.prony, step)
+    dashpots = follow.followed(strains)
+    if formulation != "plane_stress":
+        return Relaxed(in_space(strains), in_space(dashpots))
+    thinned, thinning = _thinned(material, strains[..., :2].sum(axis=-1), dashpots[..., :2].sum(axis=-1), follow)
+    return Relaxed(in_space(strains, -thinned), in_space(dashpots, -thinning))
+
+
+def _thinned(material: Elastic, along: Array, dashpots: Array, follow: Recurrence) -> tuple[Array, Array]:
+    """Return w (n_times, ...) and its dashpots (t, n_times, ...), from the strain along the plane and its dashpots."""
+    across, count = across_of(material.poisson_ratio), len(follow.shares)
+    share = float(follow.shares @ follow.end)
+    whole = 1.0 - 2.0 * across.relaxed * share
+    thinned, thinning = np.zeros_like(along), np.zeros_like(dashpots)
+    decay, end, start = (
+        weights.reshape(count, *[1] * (along.ndim - 1)) for weights in (follow.decay, follow.end, follow.start)
+    )
+    for now in range(1, len(along)):
+        # The dashpots of w but for w at the end of the step itself.
+        known = start * thinned[now - 1] + decay * thinning[:, now - 1]
+        relaxed = np.tensordot(follow.shares, dashpots[:, now] + 2.0 * known, axes=1)
+        thinned[now] = (across.along * along[now] + across.relaxed * relaxed) / whole
+        thinning[:, now] = end * thinned[now] + known
+    return thinned, thinning
+
+
+def stress(material: Elastic, relaxed: Relaxed) -> Array:
+    """Return the stresses [Pa], shape (..., 4 or 6)."""
+    shares = np.array([term.share for term in material.prony])
+    found = 2.0 * material.shear_modulus * _deviator(relaxed.strains - np.tensordot(shares, relaxed.dashpots, axes=1))
+    found[..., :3] += _pressure(material, relaxed.strains, found)[..., None]
+    # Shears are twice those of the tensor.
+    found[..., 3:] *= 0.5
+    return found
+
+
+def _pressure(material: Elastic, strains: Array, deviator: Array) -> Array:
+    """Return the mean stress (...) [Pa]; of an incompressible material that of plane stress, none across."""
+    if material.poisson_ratio == 0.5:
+        return -deviator[..., 2]
+    bulk = material.youngs_modulus / (3.0 * (1.0 - 2.0 * material.poisson_ratio))
+    pressure: Array = bulk * strains[..., :3].sum(axis=-1)
+    return pressure
+
+
+def stored_energy(material: Elastic, relaxed: Relaxed) -> Array:
+    """Return the energy densities that springs store [J/m^3], shape (...)."""
+    given = _deviator(relaxed.strains)
+    stored: Array = (
+        0.5 * _pressure(material, relaxed.strains, np.zeros_like(given)) * relaxed.strains[..., :3].sum(axis=-1)
+    )
+    stored += material.shear_modulus * _product(given, given)
+    for term, dashpot in zip(material.prony, map(_deviator, relaxed.dashpots), strict=True):
+        stored -= term.share * material.shear_modulus * _product(2.0 * given - dashpot, dashpot)
+    return stored
+
+
+def _deviator(strains: Array) -> Array:
+    found = strains.copy()
+    found[..., :3] -= strains[..., :3].mean(axis=-1, keepdims=True)
+    return found
+
+
+def _product(one: Array, other: Array) -> Array:
+    """Return the products (...) of strain tensors, whose shears are twice those of the tensor."""
+    product: Array = (one[..., :3] * other[..., :3]).sum(axis=-1) + 0.5 * (one[..., 3:] * other[..., 3:]).sum(axis=-1)
+    return product

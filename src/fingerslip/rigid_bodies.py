@@ -1,0 +1,221 @@
+"""Rigid bodies: what counterfaces are fixed to, with a mass where they are free to move.
+
+A rigid body is prescribed in all directions but those in which it is free. In these it has inertia, and weight, loads,
+springs and dampers to the ground, and contact act on it. Rotations are taken as small: the body turns about its centre,
+and lever arms are those at the start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+import pydantic
+
+from fingerslip.errors import InputError
+from fingerslip.parameters import Force, Mass, SignedLength, SignedSpeed, parameters
+from fingerslip.programme import CONSTANT, Phase, Ramp
+from fingerslip.units import Unit
+
+__all__ = [
+    "DIRECTIONS",
+    "BodyLoad",
+    "BodyVelocity",
+    "Dampers",
+    "Direction",
+    "RigidBody",
+    "RigidBodyBase",
+    "Springs",
+    "directions_in",
+]
+
+Direction = Literal["x", "y", "z", "rx", "ry", "rz"]
+#: All directions: translations along the axes, then rotations about them.
+DIRECTIONS: tuple[Direction, ...] = ("x", "y", "z", "rx", "ry", "rz")
+
+_Moment = Annotated[float, Unit("N m")]
+_AngularSpeed = Annotated[float, Unit("rad/s")]
+_Inertia = Annotated[float, Unit("kg m^2"), pydantic.Field(gt=0)]
+_SpringStiffness = Annotated[float, Unit("N/m"), pydantic.Field(ge=0)]
+_TorsionStiffness = Annotated[float, Unit("N m"), pydantic.Field(ge=0)]
+_DamperCoefficient = Annotated[float, Unit("N s/m"), pydantic.Field(ge=0)]
+_TorsionDamping = Annotated[float, Unit("N m s"), pydantic.Field(ge=0)]
+
+
+@parameters
+class Springs:
+    """Springs between a rigid body and the ground, without force at the start.
+
+    Parameters
+    ----------
+    x, y, z : float
+        Stiffness along each axis [N/m].
+    rx, ry, rz : float
+        Stiffness about each axis [N m, per radian].
+    """
+
+    x: _SpringStiffness = 0.0
+    y: _SpringStiffness = 0.0
+    z: _SpringStiffness = 0.0
+    rx: _TorsionStiffness = 0.0
+    ry: _TorsionStiffness = 0.0
+    rz: _TorsionStiffness = 0.0
+
+
+@parameters
+class Dampers:
+    """Viscous dampers between a rigid body and the ground.
+
+    Parameters
+    ----------
+    x, y, z : float
+        Coefficient along each axis [N s/m].
+    rx, ry, rz : float
+        Coefficient about each axis [N m s, per radian].
+    """
+
+    x: _DamperCoefficient = 0.0
+    y: _DamperCoefficient = 0.0
+    z: _DamperCoefficient = 0.0
+    rx: _TorsionDamping = 0.0
+    ry: _TorsionDamping = 0.0
+    rz: _TorsionDamping = 0.0
+
+
+@parameters
+class BodyVelocity:
+    """The velocity of a rigid body at the start, in its free directions.
+
+    Parameters
+    ----------
+    x, y, z : float
+        Velocity of its centre [m/s].
+    rx, ry, rz : float
+        Angular velocity [rad/s].
+    """
+
+    x: SignedSpeed = 0.0
+    y: SignedSpeed = 0.0
+    z: SignedSpeed = 0.0
+    rx: _AngularSpeed = 0.0
+    ry: _AngularSpeed = 0.0
+    rz: _AngularSpeed = 0.0
+
+
+@parameters
+class BodyLoad:
+    """A force at the centre of a rigid body, and a moment, with a factor over time.
+
+    Parameters
+    ----------
+    x, y, z : float
+        Force [N].
+    rx, ry, rz : float
+        Moment about the centre [N m].
+    ramp : Ramp, optional
+        Their factor over time; 1 without it.
+    """
+
+    x: Force = 0.0
+    y: Force = 0.0
+    z: Force = 0.0
+    rx: _Moment = 0.0
+    ry: _Moment = 0.0
+    rz: _Moment = 0.0
+    ramp: Ramp = CONSTANT
+
+
+@parameters
+class RigidBodyBase:
+    """All of a rigid body but its prescribed motion; see :class:`RigidBody`."""
+
+    mass: Mass
+    free: tuple[Direction, ...] = ()
+    centre: tuple[SignedLength, ...] | None = None
+    inertia: tuple[_Inertia, ...] = ()
+    filling: Ramp = CONSTANT
+    loads: tuple[BodyLoad, ...] = ()
+    springs: Springs | None = None
+    dampers: Dampers | None = None
+    initial_velocity: BodyVelocity | None = None
+
+    def __post_init__(self) -> None:
+        if len(set(self.free)) < len(self.free):
+            raise InputError("free", f"got {', '.join(self.free)}", "needs each direction once")
+        turning = [direction for direction in self.free if direction in DIRECTIONS[3:]]
+        for name in ("centre", "inertia") if turning else ():
+            if not getattr(self, name):
+                raise InputError(name, "is missing", f"a body that is free about an axis ({turning[0]}) needs it")
+        if min(self.filling.factors) < 0.0:
+            raise InputError("filling", f"got {min(self.filling.factors):g}", "needs shares of the mass, 0 or more")
+        for number, load in enumerate(self.loads):
+            _check_free(f"loads.{number}", load, self.free)
+        for name in ("springs", "dampers", "initial_velocity"):
+            _check_free(name, getattr(self, name), self.free)
+
+    def stiffness(self, direction: Direction) -> float:
+        """Return the stiffness of the spring in a direction [N/m] or [N m]."""
+        return _value(self.springs, direction)
+
+    def damping(self, direction: Direction) -> float:
+        """Return the coefficient of the damper in a direction [N s/m] or [N m s]."""
+        return _value(self.dampers, direction)
+
+    def velocity(self, direction: Direction) -> float:
+        """Return the velocity at the start in a direction [m/s] or [rad/s]."""
+        return _value(self.initial_velocity, direction)
+
+
+@parameters
+class RigidBody(RigidBodyBase):
+    """A rigid body that carries counterfaces, such as an object between two fingers.
+
+    Parameters
+    ----------
+    mass : float
+        Mass [kg].
+    free : tuple of {'x', 'y', 'z', 'rx', 'ry', 'rz'}
+        Directions in which it is free: along axes, and about axes through its centre; in the plane of two dimensions
+        'x', 'y' and 'rz'. In all others it moves as its programme prescribes, or rests.
+    centre : tuple of float, optional
+        The point about which it turns, at the start [m]: its centre of mass, where it is free along an axis, too. The
+        body's weight acts there. Needed where it is free about an axis; without it the origin, for the moments that
+        histories hold.
+    inertia : tuple of float
+        Moments of inertia about axes through the centre [kg m^2]: in space about x, y and z, which have to be its
+        principal axes, in the plane one value about z. Needed where it is free about an axis.
+    filling : Ramp, optional
+        Share of the mass whose weight acts, over time, such as that of a jug that is filled; 1 without it. Inertia is
+        that of the whole mass at all times, so while a body is being filled, its acceleration is too small.
+    loads : tuple of BodyLoad
+        Forces and moments.
+    springs : Springs, optional
+        Springs to the ground.
+    dampers : Dampers, optional
+        Dampers to the ground.
+    initial_velocity : BodyVelocity, optional
+        Velocity at the start.
+    programme : tuple of Press, Hold, Slide or Lift
+        Motion in the directions that are not free. A press moves the body along the normal of the first counterface
+        on it.
+    """
+
+    programme: tuple[Phase, ...] = ()
+
+
+def directions_in(dim: int) -> tuple[Direction, ...]:
+    """Return the directions that there are in 2 or 3 dimensions."""
+    return DIRECTIONS if dim == 3 else ("x", "y", "rz")
+
+
+def _value(part: object, direction: Direction) -> float:
+    """Return what a part of a body, None where it has none, says of a direction."""
+    return 0.0 if part is None else float(getattr(part, direction))
+
+
+def _check_free(where: str, part: object, free: Sequence[Direction]) -> None:
+    """Refuse what acts in a direction in which the body is not free."""
+    for direction in DIRECTIONS:
+        if _value(part, direction) and direction not in free:
+            found, allowed = "acts where the body is not free", f"free is: {', '.join(free) or 'none'}"
+            raise InputError(f"{where}.{direction}", found, allowed, f"add {direction} to free, or leave it out")

@@ -1,0 +1,85 @@
+"""Drawing the pictures of a run alone as soon as it is computed, beside the runs that others still compute.
+
+The worker that has computed a run draws it, so that a study never uses more processes than it was given. What is drawn
+stays in memory until the report is written; a picture that cannot be drawn is left to the report, which then says why.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from fingerslip.history import read_history
+from fingerslip.report.labels import run_title
+from fingerslip.report.page.content import MOST_RUNS
+from fingerslip.report.page.pictures import RunPictures, RunToDraw
+from fingerslip.report.page.run import draw_ahead
+from fingerslip.results import HISTORY
+from fingerslip.study.running.compute import Job
+from fingerslip.study.running.plan import Plan
+from fingerslip.study.storage.store import read_run
+
+__all__ = ["Drawing", "draw_runs", "drawings_of"]
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What a report will show of a run alone.
+
+    Parameters
+    ----------
+    title : str
+        Title of the study.
+    contact : bool
+        Whether the run is shown in detail.
+    model : bool
+        Whether its model is shown at the start.
+    """
+
+    title: str
+    contact: bool
+    model: bool
+
+
+def drawings_of(plan: Plan, jobs: Sequence[Job]) -> dict[str, Drawing]:
+    """Return what to draw of runs that are to be computed, by their names; nothing of samples.
+
+    A report shows its first runs in detail, and the model of the first run with each mesh.
+    """
+    if plan.study.sample:
+        return {}
+    title, first = plan.study.title or plan.folder.name, {run.name for run in plan.runs[:MOST_RUNS]}
+    models = {id(job.model.mesh): job.run.name for job in reversed(jobs)}.values()
+    named = {job.run.name: Drawing(title, job.run.name in first, job.run.name in models) for job in jobs}
+    return {name: drawing for name, drawing in named.items() if drawing.contact or drawing.model}
+
+
+def draw_runs(
+    jobs: Sequence[Job], drawings: Mapping[str, Drawing], stopped: Callable[[], bool]
+) -> dict[str, RunPictures]:
+    """Draw finished runs from their folders, as the report would.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        The runs.
+    drawings : mapping of str to Drawing
+        What to draw of each, by its name; of others nothing is drawn.
+    stopped : callable
+        Tells before each run whether the study is being ended.
+    """
+    pictures = {}
+    for job in jobs:
+        drawing = drawings.get(job.run.name)
+        if drawing is not None and not stopped():
+            # Whatever goes wrong here goes wrong in the report too, which tells the user.
+            with contextlib.suppress(Exception):
+                pictures[job.run.name] = _drawn(job, drawing)
+    return pictures
+
+
+def _drawn(job: Job, drawing: Drawing) -> RunPictures:
+    result, history = read_run(job.folder, {}), read_history(job.folder / HISTORY)
+    run = RunToDraw(result.name, run_title(result, drawing.title), history, result.events)
+    return draw_ahead(run, job.model.mesh if drawing.model else None, contact=drawing.contact)

@@ -1,0 +1,343 @@
+"""Laws of large strain on small distorted meshes of every element: stretched, sheared, and turned round once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import optimize
+
+from fingerslip.fe.cell_materials import finite_cell_materials
+from fingerslip.fe.finite.bulk import large_strain
+from fingerslip.fe.integration import Integration
+from fingerslip.fe.space import build_space
+from fingerslip.materials.finite import FiniteMaterial
+from fingerslip.materials.material import SHEARS, Formulation
+from fingerslip.materials.mooney_rivlin import MooneyRivlin
+from fingerslip.materials.neo_hookean import NeoHookean
+from fingerslip.materials.ogden import Ogden, OgdenTerm
+from fingerslip.model import Model, QuasiStatic, Recording, SupportMotion, Traction
+from fingerslip.programme import Ramp
+from fingerslip.sites import Site
+from fingerslip.verification.meshes import box, jiggled
+from fingerslip.verification.problem import Check, Problem, absolute, solved
+
+__all__ = ["BODIES", "CASES", "PROBLEMS", "Body", "Case"]
+
+Array = NDArray[np.float64]
+Energy = Callable[[Any], Any]
+
+_LENGTH, _MODULUS = 1e-2, 10e3
+_RAMP = Ramp((0.0, 1.0), (0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class Case:
+    """A law, and its energy as its source prints it.
+
+    Parameters
+    ----------
+    law : FiniteMaterial
+        The law.
+    energy : callable
+        Strain energy per reference volume [J/m^3] of the three principal stretches.
+    """
+
+    law: FiniteMaterial
+    energy: Energy
+
+    @property
+    def name(self) -> str:
+        """Name for tables."""
+        return type(self.law).__name__
+
+    def stress(self, stretches: Array) -> Array:
+        """Return the nominal principal stresses [Pa] at stretches (3,): the derivative by a complex step."""
+        found: Array = np.array([self.energy(stretches + 1e-30j * axis).imag / 1e-30 for axis in np.eye(3)])
+        return found
+
+
+def _neo_hookean(shear: float, lame: float) -> Energy:
+    """Return G/2 (I_1 - 3) - G ln J + lambda/2 (ln J)^2 (Bonet & Wood 2008)."""
+    return lambda x: 0.5 * shear * ((x**2).sum() - 3) - shear * np.log(x.prod()) + 0.5 * lame * np.log(x.prod()) ** 2
+
+
+def _mooney_rivlin(first: float, second: float, bulk: float) -> Energy:
+    """Return c10 (I_1 J^(-2/3) - 3) + c01 (I_2 J^(-4/3) - 3) + K/2 (ln J)^2 (Rivlin 1948)."""
+
+    def energy(x: Any) -> Any:
+        volume, squares = x.prod(), x**2
+        of_pairs = squares[0] * squares[1] + squares[1] * squares[2] + squares[2] * squares[0]
+        shape = first * (squares.sum() * volume ** (-2 / 3) - 3) + second * (of_pairs * volume ** (-4 / 3) - 3)
+        return shape + 0.5 * bulk * np.log(volume) ** 2
+
+    return energy
+
+
+def _ogden(terms: tuple[OgdenTerm, ...], bulk: float) -> Energy:
+    """Return sum mu/alpha (sum (J^(-1/3) lambda)^alpha - 3) + K/2 (ln J)^2 (Ogden 1972)."""
+
+    def energy(x: Any) -> Any:
+        volume = x.prod()
+        isochoric = x * volume ** (-1 / 3)
+        shape = sum(own.modulus / own.exponent * ((isochoric**own.exponent).sum() - 3) for own in terms)
+        return shape + 0.5 * bulk * np.log(volume) ** 2
+
+    return energy
+
+
+_TERMS = (OgdenTerm(2.0 * _MODULUS, 1.3), OgdenTerm(0.05 * _MODULUS, 5.0), OgdenTerm(-0.1 * _MODULUS, -2.0))
+CASES = (
+    Case(NeoHookean(2.96 * _MODULUS, 0.48, 1000.0), _neo_hookean(_MODULUS, 24.0 * _MODULUS)),
+    Case(
+        MooneyRivlin(0.4 * _MODULUS, 1000.0, 0.1 * _MODULUS, bulk_modulus=50 * _MODULUS),
+        _mooney_rivlin(0.4 * _MODULUS, 0.1 * _MODULUS, 50 * _MODULUS),
+    ),
+    Case(Ogden(_TERMS, 1000.0, bulk_modulus=20 * _MODULUS), _ogden(_TERMS, 20 * _MODULUS)),
+)
+
+
+@dataclass(frozen=True)
+class Body:
+    """A kind of element, how it is integrated, and the formulation.
+
+    Parameters
+    ----------
+    element : str
+        As :func:`fingerslip.verification.meshes.box` takes it.
+    integration : {'selective', 'full', 'nodal'}
+        As a model takes it.
+    formulation : {'plane_strain', 'plane_stress', 'solid'}
+        As a model takes it.
+    """
+
+    element: str
+    integration: Integration
+    formulation: Formulation
+
+    @property
+    def dim(self) -> int:
+        """Number of dimensions."""
+        return 3 if self.formulation == "solid" else 2
+
+    @property
+    def name(self) -> str:
+        """Name for messages."""
+        return f"{self.element} {self.integration} {self.formulation}"
+
+    def mesh(self, cells: int = 2) -> Any:
+        """Return a distorted square or cube of 10 mm."""
+        return box(self.element, *[np.linspace(0.0, _LENGTH, cells + 1)] * self.dim, shift=jiggled(0.2))
+
+
+_PLANE: tuple[tuple[str, Integration], ...] = (
+    ("Q4", "selective"),
+    ("Q4", "full"),
+    ("T3", "full"),
+    ("T3", "nodal"),
+    ("T6", "full"),
+)
+_SOLID: tuple[tuple[str, Integration], ...] = (
+    ("H8", "selective"),
+    ("H8", "full"),
+    ("T4", "full"),
+    ("T4", "nodal"),
+    ("T10", "full"),
+)
+BODIES = (
+    *(Body(*kind, "plane_strain") for kind in _PLANE),
+    *(Body(*kind, "plane_stress") for kind in _PLANE),
+    *(Body(*kind, "solid") for kind in _SOLID),
+)
+
+
+@dataclass(frozen=True)
+class _Expected:
+    """What a uniform deformation gives: gradient F (3, 3), nominal stress P (3, 3) [Pa], energy density [J/m^3]."""
+
+    gradient: Array
+    nominal: Array
+    density: float
+
+    @property
+    def cauchy(self) -> Array:
+        found: Array = self.nominal @ self.gradient.T / np.linalg.det(self.gradient)
+        return found
+
+
+def _expected(case: Case, gradient: Array) -> _Expected:
+    """Return what a deformation gradient (3, 3) gives, by its singular values."""
+    left, stretches, right = np.linalg.svd(gradient)
+    return _Expected(
+        gradient, left @ np.diag(case.stress(stretches)) @ right, float(case.energy(stretches.astype(complex)).real)
+    )
+
+
+def _relaxed(case: Case, gradient: Array, free: tuple[int, ...]) -> _Expected:
+    """Return what a gradient gives whose diagonal elements `free` are such that their nominal stress vanishes."""
+
+    def filled(values: Array) -> Array:
+        full = gradient.copy()
+        full[free, free] = values
+        return full
+
+    found = np.ones(len(free))
+    if free:
+        found = optimize.fsolve(lambda x: _expected(case, filled(x)).nominal[free, free] / _MODULUS, found, xtol=1e-12)
+    return _expected(case, filled(found))
+
+
+def _components(full: Array, dim: int) -> Array:
+    """Return a stress (3, 3) as histories have it."""
+    return np.array([*np.diag(full), *(full[pair] for pair in SHEARS[dim])])
+
+
+def _stretched(body: Body, case: Case, stretch: float, *, both: bool) -> tuple[xr.Dataset, _Expected]:
+    """Pull a body along x, or along x and y, by supports that leave the other directions free."""
+    axes = "xyz"[: body.dim]
+    plane = body.dim == 2
+    low = ("left", "bottom") if plane else ("left", "front", "bottom")
+    high = ("right", "top") if plane else ("right", "back", "top")
+    pulled = range(2 if both else 1)
+    supports = {side: (axis,) for side, axis in zip(low, axes, strict=True)}
+    supports |= {high[number]: (axes[number],) for number in pulled}
+    moved = {high[number]: tuple((stretch - 1.0) * _LENGTH * np.eye(body.dim)[number]) for number in pulled}
+    gradient = np.diag([stretch, stretch if both else 1.0, 1.0])
+    free = (() if both else (1,)) + (() if body.formulation == "plane_strain" else (2,))
+    motions = {side: SupportMotion(displacement, _RAMP) for side, displacement in moved.items()}
+    history = _history(body, case, supports, motions, {})
+    return history, _relaxed(case, gradient, free)
+
+
+def _sheared(body: Body, case: Case, amount: float) -> tuple[xr.Dataset, _Expected]:
+    """Shear a body by moving its top, with the dead loads on its other sides that simple shear needs."""
+    gradient = np.eye(3)
+    gradient[0, body.dim - 1] = amount
+    known = _relaxed(case, gradient, (2,) if body.formulation == "plane_stress" else ())
+    sides = {"left": (0, -1), "right": (0, 1)}
+    sides |= {"front": (1, -1), "back": (1, 1)} if body.dim == 3 else {}
+    loads = {
+        side: Traction(tuple(sign * known.nominal[: body.dim, axis]), _RAMP) for side, (axis, sign) in sides.items()
+    }
+    moved = (amount * _LENGTH, *(0.0,) * (body.dim - 1))
+    supports = dict.fromkeys(("bottom", "top"), tuple("xyz"[: body.dim]))
+    return _history(body, case, supports, {"top": SupportMotion(moved, _RAMP)}, loads), known
+
+
+def _history(body: Body, case: Case, supports: Any, motions: Any, loads: Any) -> xr.Dataset:
+    model = Model(
+        mesh=body.mesh(),
+        materials={"bulk": case.law},
+        formulation=body.formulation,
+        supports=supports,
+        support_motions=motions,
+        tractions=loads,
+        integration=body.integration,
+        kinematics="finite",
+        time=QuasiStatic(0.25, end=1.0),
+        record=Recording(sites=(Site("corner", "", (_LENGTH,) * body.dim),)),
+        depth=1.0 if body.dim == 3 else _LENGTH,
+    )
+    return solved(model)
+
+
+def _errors(body: Body, history: xr.Dataset, known: _Expected) -> tuple[float, float, float]:
+    """Return the errors of Cauchy stress, of the forces of the supports and of the energy, over the largest of each."""
+    stress = history["stress"].values[-1, 0]
+    cauchy = _components(known.cauchy, body.dim)
+    force = np.zeros_like(history["support_force"].values[-1])
+    for number, side in enumerate(history["support"].values):
+        axis = {"left": 0, "right": 0, "front": 1, "back": 1}.get(side, body.dim - 1)
+        sign = -1.0 if side in {"left", "front", "bottom"} else 1.0
+        force[number] = sign * known.nominal[: body.dim, axis] * _LENGTH**2
+    found = history["support_force"].values[-1]
+    held = np.abs(found).max(axis=1) > 0.0
+    energy = known.density * _LENGTH**3
+    return (
+        float(np.abs(stress - cauchy).max() / np.abs(cauchy).max()),
+        float(np.abs(found - force)[held].max() / np.abs(force).max()),
+        float(abs(history["strain_energy"].values[-1] - energy) / energy),
+    )
+
+
+def _checks(of: Callable[[Body, Case], tuple[xr.Dataset, _Expected]]) -> tuple[Check, ...]:
+    """Uniform strain is in every element's space: what is left is ten times the tolerance of Newton's method."""
+    checks: list[Check] = []
+    for case in CASES:
+        worst = np.max([_errors(body, *of(body, case)) for body in BODIES], axis=0)
+        names = ("Cauchy stress", "force of a support", "strain energy")
+        checks += [
+            absolute(f"{case.name}: {name}, largest error / largest", 0.0, float(error), 1e-5)
+            for name, error in zip(names, worst, strict=True)
+        ]
+    return tuple(checks)
+
+
+def _uniaxial() -> tuple[Check, ...]:
+    return _checks(lambda body, case: _stretched(body, case, 1.5, both=False))
+
+
+def _biaxial() -> tuple[Check, ...]:
+    return _checks(lambda body, case: _stretched(body, case, 1.3, both=True))
+
+
+def _shear() -> tuple[Check, ...]:
+    return _checks(lambda body, case: _sheared(body, case, 0.5))
+
+
+def _turned(body: Body, case: Case) -> Array:
+    """Return by how much energy, forces and stiffness of a strained body do not turn along with it, each relative."""
+    space = build_space(body.mesh())
+    materials = finite_cell_materials(space, {"bulk": case.law}, body.formulation)
+    bulk = large_strain(space, materials, 1.0, body.integration)
+    start = space.positions
+    strained = start + np.random.default_rng(3).uniform(-0.08, 0.08, start.shape) * _LENGTH
+    energies: list[float] = []
+    errors: list[list[float]] = []
+    for angle in np.arange(0.0, 361.0, 30.0):
+        turn = _rotation(np.deg2rad(angle), body.dim)
+        state = bulk.deformed((strained @ turn.T - start).ravel())
+        force, stiffness = bulk.force(state).reshape(start.shape), bulk.tangent(state).toarray()
+        energies.append(bulk.energy(state))
+        if not errors:
+            first, second = force, stiffness
+        every = np.kron(np.eye(len(start)), turn)
+        errors.append(
+            [
+                np.abs(force @ turn - first).max() / np.abs(first).max(),
+                np.abs(every.T @ stiffness @ every - second).max() / np.abs(second).max(),
+            ]
+        )
+    return np.array([np.ptp(energies) / energies[0], *np.max(errors, axis=0)])
+
+
+def _rotation(angle: float, dim: int) -> Array:
+    """Return the rotation about z, or in space about (1, 1, 1)."""
+    sine, cosine = np.sin(angle), np.cos(angle)
+    if dim == 2:
+        return np.array([[cosine, -sine], [sine, cosine]])
+    cross = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]]) / np.sqrt(3.0)
+    turn: Array = cosine * np.eye(3) + sine * cross + (1.0 - cosine) / 3.0
+    return turn
+
+
+def _objectivity() -> tuple[Check, ...]:
+    """Turn a body at random strains of 16 % by 360 degrees: rounding.
+
+    The stiffness has quotients of differences of stresses, which lose five digits where stretches are nearly alike.
+    """
+    worst = np.max([_turned(body, case) for body in BODIES for case in CASES], axis=0)
+    allowed = {"change of energy / energy": 1e-12, "forces / largest": 1e-12, "stiffness / largest": 1e-9}
+    return tuple(absolute(name, 0.0, float(error), allowed[name]) for name, error in zip(allowed, worst, strict=True))
+
+
+PROBLEMS = (
+    Problem("large-tension", "Tension by half of every law and element", "Ogden 1984", slow=False, compute=_uniaxial),
+    Problem("large-biaxial", "Equal tension along two axes", "Ogden 1984", slow=False, compute=_biaxial),
+    Problem("large-shear", "Simple shear by dead loads", "Rivlin 1948", slow=False, compute=_shear),
+    Problem("objectivity", "A strained body turned by 360 degrees", "Truesdell & Noll 1965", False, _objectivity),
+)

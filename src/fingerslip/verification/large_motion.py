@@ -1,0 +1,169 @@
+"""Large strain against small strain, a free block that tumbles, and steps that are halved."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.simulation import simulate
+from fingerslip.fe.cell_materials import cell_materials
+from fingerslip.fe.forms import mass_matrix
+from fingerslip.fe.space import build_space
+from fingerslip.materials.neo_hookean import NeoHookean
+from fingerslip.model import Component, Model, QuasiStatic, Recording, SupportMotion, TimeStepping, Traction
+from fingerslip.programme import Ramp
+from fingerslip.verification.large_laws import BODIES, CASES, Body, Case
+from fingerslip.verification.meshes import box
+from fingerslip.verification.problem import Check, Problem, absolute, solved
+
+__all__ = ["PROBLEMS"]
+
+Array = NDArray[np.float64]
+
+_LENGTH = 1e-2
+
+
+def _bent_block(body: Body, case: Case, load: float, kinematics: Any) -> Array:
+    """Return the displacement of all nodes of a clamped block that a load bends and presses."""
+    axes: tuple[Component, ...] = ("x", "y", "z")
+    traction = np.array([0.6, *(0.3,) * (body.dim - 2), -0.4]) * load
+    model = Model(
+        mesh=body.mesh(),
+        materials={"bulk": case.law},
+        formulation=body.formulation,
+        supports={"bottom": axes[: body.dim]},
+        tractions={"top": tuple(traction)},
+        integration=body.integration,
+        kinematics=kinematics,
+        time=QuasiStatic(1.0, end=1.0),
+        record=Recording(snapshots_every=1.0),
+        depth=1.0 if body.dim == 3 else _LENGTH,
+    )
+    found: Array = simulate(model)["snapshot_displacement"].values[-1]
+    return found
+
+
+def _small_limit() -> tuple[Check, ...]:
+    """Fit the order of the difference to small strain over loads that give strains of 4, 2 and 1 %.
+
+    The next term of the series is a few per cent of it: 0.1 is allowed.
+    """
+    checks = []
+    for number, body in enumerate(BODIES):
+        case = CASES[number % len(CASES)]
+        small = _bent_block(body, case, 1.0, "small")
+        loads = np.array([4.0, 2.0, 1.0]) * 1e-2 * _LENGTH / np.abs(small).max()
+        errors = [np.abs(_bent_block(body, case, load, "finite") - load * small).max() for load in loads]
+        order = float(np.polyfit(np.log(loads), np.log(errors), 1)[0])
+        checks.append(absolute(f"{body.name}, {case.name}: order of the difference", 2.0, order, 0.1))
+    return tuple(checks)
+
+
+_TUMBLE_STEP, _PUSHED = 2e-4, 0.02
+
+
+def tumbled(alpha: float, steps: int) -> tuple[Model, xr.Dataset]:
+    """Return a free block that dead loads on its ends push and turn for 0.02 s, and its history.
+
+    Parameters
+    ----------
+    alpha : float
+        Numerical damping.
+    steps : int
+        Number of time steps.
+    """
+    ramp = Ramp((0.0, 0.5 * _PUSHED, _PUSHED), (0.0, 1.0, 0.0))
+    model = Model(
+        mesh=box("Q4", np.linspace(0.0, 2.0 * _LENGTH, 5), np.linspace(0.0, _LENGTH, 3)),
+        materials={"bulk": NeoHookean(30e3, 0.45, 1000.0)},
+        formulation="plane_strain",
+        tractions={"left": Traction((0.0, -400.0), ramp), "right": Traction((0.0, 480.0), ramp)},
+        kinematics="finite",
+        depth=_LENGTH,
+        time=TimeStepping(_TUMBLE_STEP, alpha, end=steps * _TUMBLE_STEP),
+        record=Recording(snapshots_every=50 * _TUMBLE_STEP),
+    )
+    return model, simulate(model)
+
+
+def _momenta(model: Model, history: xr.Dataset) -> tuple[Array, Array]:
+    """Return the momentum (n, 2) [N s] and the angular momentum about the origin (n,) [N m s] of all snapshots."""
+    space = build_space(model.mesh)
+    mass = mass_matrix(space, cell_materials(space, model.materials, model.formulation), model.depth)
+    places = space.positions + history["snapshot_displacement"].values
+    parts = np.stack([(mass @ own.ravel()).reshape(-1, 2) for own in history["snapshot_velocity"].values])
+    turning: Array = (places[..., 0] * parts[..., 1] - places[..., 1] * parts[..., 0]).sum(axis=1)
+    return parts.sum(axis=1), turning
+
+
+def _tumbling() -> tuple[Check, ...]:
+    """Let a block tumble through 10^4 steps, 17 turns a second, 290 steps a turn, at strains of up to 3 %.
+
+    Momentum is kept to rounding: 1e-11. The trapezoidal rule keeps neither angular momentum nor energy of a body whose
+    stiffness turns with it (Simo & Tarnow 1992): both sway with the second order of the step, by (omega h)^2 / 12 =
+    4e-5; 1e-3 is allowed to the energy, whose fast part has coarser steps, and to the angular momentum. At -0.05 they
+    also decay, with the third order: 1e-2 is allowed. Newton's method may leave 1e-6 of the forces in every step.
+    """
+    checks: list[Check] = []
+    for alpha, allowed in ((0.0, 1e-3), (-0.05, 1e-2)):
+        model, history = tumbled(alpha, 10_000)
+        free = history["snapshot_time"].values > _PUSHED
+        momentum, turning = (values[free] for values in _momenta(model, history))
+        energy = (history["kinetic_energy"] + history["strain_energy"]).values[history["time"].values > _PUSHED]
+        left = np.abs(history["energy_imbalance"].values).max() / energy[0]
+        name = f"alpha = {alpha:g}"
+        lost = np.abs(momentum - momentum[0]).max() / np.abs(momentum[0]).max()
+        checks += [
+            absolute(f"{name}: change of momentum / momentum", 0.0, float(lost), 1e-11),
+            absolute(
+                f"{name}: change of angular momentum", 0.0, float(np.abs(turning / turning[0] - 1).max()), allowed
+            ),
+            absolute(f"{name}: change of energy / energy", 0.0, float(np.abs(energy / energy[0] - 1).max()), allowed),
+            absolute(f"{name}: energy out of balance / energy", 0.0, float(left), 1e-4),
+        ]
+    return tuple(checks)
+
+
+def _crushed(element: str, steps: int) -> xr.Dataset:
+    """Return the history of a block whose top is pressed to half its height."""
+    grid = np.linspace(0.0, _LENGTH, 7)
+    model = Model(
+        mesh=box(element, grid, grid),
+        materials={"bulk": NeoHookean(34e3, 0.48, 1000.0)},
+        formulation="plane_strain",
+        supports={"bottom": ("x", "y"), "top": ("x", "y")},
+        support_motions={"top": SupportMotion((0.0, -0.4 * _LENGTH), Ramp((0.0, 1.0), (0.0, 1.0)))},
+        integration="nodal" if element == "T3" else "selective",
+        kinematics="finite",
+        time=QuasiStatic(1.0 / steps, end=1.0),
+        record=Recording(snapshots_every=1.0),
+    )
+    return solved(model)
+
+
+def _halving() -> tuple[Check, ...]:
+    """Crush a block by 40 % in one step, which fails and is halved, and in 64: ten times Newton's tolerance."""
+    checks: list[Check] = []
+    for element in ("Q4", "T3", "T6"):
+        once, often = _crushed(element, 1), _crushed(element, 64)
+        ends = [own["snapshot_displacement"].values[-1] for own in (once, often)]
+        forces = [own["support_force"].values[-1] for own in (once, often)]
+        error = np.abs(ends[0] - ends[1]).max() / np.abs(ends[1]).max()
+        missed = np.abs(forces[0] - forces[1]).max() / np.abs(forces[1]).max()
+        checks += [
+            absolute(f"{element}: whether the step was halved", 1.0, float(once.attrs["halved_steps"] > 0), 0.0),
+            absolute(f"{element}: whether the small ones were", 0.0, float(often.attrs["halved_steps"] > 0), 0.0),
+            absolute(f"{element}: displacement, largest difference / largest", 0.0, float(error), 1e-5),
+            absolute(f"{element}: forces of supports, difference / largest", 0.0, float(missed), 1e-5),
+        ]
+    return tuple(checks)
+
+
+PROBLEMS = (
+    Problem("small-limit", "Large strain at small loads", "Taylor's series", slow=False, compute=_small_limit),
+    Problem("tumbling-block", "Free block that tumbles", "Newton; Simo & Tarnow 1992", slow=True, compute=_tumbling),
+    Problem("halved-step", "A step that fails is halved", "Elastic bodies have no path", False, _halving),
+)

@@ -1,0 +1,320 @@
+"""Materials that relax by Prony terms: relaxation, creep, oscillation, vibration and contact.
+
+Blocks in simple shear follow the shear modulus G(t) alone; bars in tension follow Young's modulus, whose relaxation for
+one term and a constant bulk modulus k has the closed form ::
+
+    E(t) = E_oo + (E_0 - E_oo) exp(-(3 k + G g)/(3 k + G) t/tau),    g = 1 - s
+
+with E_0 and E_oo from G and g G. Strain that is linear within every step is followed exactly, so that a block that is
+sheared by a ramp and held has only rounding. Where strain is not linear the error is of second order in the step.
+"""
+
+from __future__ import annotations
+
+from typing import get_args
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.contact.counterfaces import Cylinder
+from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.material import Formulation
+from fingerslip.materials.prony import Prony, PronyTerm
+from fingerslip.model import (
+    Component,
+    Model,
+    QuasiStatic,
+    Recording,
+    SupportMotion,
+    TimeStepping,
+    Timing,
+    Traction,
+)
+from fingerslip.programme import Hold, Press, Ramp
+from fingerslip.sites import Site
+from fingerslip.verification.line import line_model
+from fingerslip.verification.meshes import box
+from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
+
+__all__ = ["PROBLEMS", "complex_modulus", "ramp_response"]
+
+Array = NDArray[np.float64]
+
+_SIZE, _SHIFT = 10e-3, 0.1e-3
+_TERMS: Prony = (PronyTerm(0.3, 0.02), PronyTerm(0.2, 0.2), PronyTerm(0.2, 2.0))
+_ONE: Prony = (PronyTerm(0.6, 0.1),)
+_MODULUS, _RATIO, _DENSITY = 100e3, 0.4, 1000.0
+_SHEAR = _MODULUS / (2 * (1 + _RATIO))
+
+
+def ramp_response(terms: Prony, duration: float, time: Array) -> Array:
+    """Return the stress over G of a strain that rises to 1 within a duration [s] and stays, at times (n,) [s]."""
+
+    def integral(t: Array) -> Array:
+        found = t.copy()
+        for term in terms:
+            found -= term.share * (t + term.time * np.expm1(-t / term.time))
+        return found
+
+    response: Array = (integral(time) - integral(np.maximum(time - duration, 0.0))) / duration
+    return response
+
+
+def complex_modulus(terms: Prony, frequency: float) -> complex:
+    """Return storage and loss modulus over G at an angular frequency [rad/s].
+
+    Examples
+    --------
+    >>> complex_modulus((PronyTerm(0.5, 1.0),), 1.0)
+    (0.75+0.25j)
+    """
+    turns = 1j * frequency * np.array([term.time for term in terms])
+    shares = np.array([term.share for term in terms])
+    return complex(1.0 - np.sum(shares / (1.0 + turns)))
+
+
+def _block(
+    formulation: Formulation,
+    terms: Prony,
+    time: Timing,
+    *,
+    motion: Ramp | None = None,
+    traction: Ramp | None = None,
+    cells: int = 2,
+    velocity: float = 0.0,
+) -> xr.Dataset:
+    """Return what happens to a block in simple shear: its upper side moves, or a traction of 1 kPa pulls it."""
+    solid = formulation == "solid"
+    axes = [np.linspace(0.0, _SIZE, cells + 1)] * (3 if solid else 2)
+    held: dict[str, tuple[Component, ...]] = {"bulk": ("y", "z") if solid else ("y",), "bottom": ("x",)}
+    shape = (1.0, 0.0, 0.0)[: len(axes)]
+    motions, loads = {}, {}
+    if motion is not None:
+        held["top"], motions["top"] = ("x",), SupportMotion(tuple(_SHIFT * own for own in shape), motion)
+    if traction is not None:
+        loads["top"] = Traction(tuple(1e3 * own for own in shape), traction)
+    model = Model(
+        mesh=box("H8" if solid else "Q4", *axes),
+        materials={"bulk": Elastic(_MODULUS, _RATIO, _DENSITY, prony=terms)},
+        formulation=formulation,
+        depth=1.0 if solid else _SIZE,
+        supports=held,
+        support_motions=motions,
+        tractions=loads,
+        initial_velocity=tuple(velocity * own for own in shape) if velocity else None,
+        time=time,
+        record=_at_the_top(len(axes)),
+    )
+    return solved(model)
+
+
+def _at_the_top(dim: int) -> Recording:
+    return Recording(sites=(Site("top", "probe", (_SIZE / 2,) * (dim - 1) + (_SIZE,)),))
+
+
+def _force(history: xr.Dataset, support: str) -> Array:
+    """Return the force of a support along x over time [N]."""
+    force: Array = history["support_force"].sel(support=support).values[:, 0]
+    return force
+
+
+def _relaxation() -> tuple[Check, ...]:
+    """Shear a block by a ramp and hold it: exact but for rounding; pull a bar: second order."""
+    checks: list[Check] = []
+    ramp, scale = Ramp((0.0, 0.1), (0.0, 1.0)), _SHEAR * _SHIFT * _SIZE
+    for formulation in get_args(Formulation):
+        history = _block(formulation, _TERMS, QuasiStatic(0.01, end=1.0), motion=ramp)
+        expected = scale * ramp_response(_TERMS, 0.1, history["time"].values)
+        error = np.abs(_force(history, "top") - expected).max() / scale
+        checks.append(absolute(f"{formulation}: shear force, largest error / elastic", 0.0, float(error), 1e-10))
+        stress = history["stress"].sel(stress_component="xz" if formulation == "solid" else "xy").values[:, 0]
+        error = np.abs(stress * _SIZE**2 - expected).max() / scale
+        checks.append(absolute(f"{formulation}: shear stress, largest error / elastic", 0.0, float(error), 1e-10))
+    in_tension: tuple[Formulation, ...] = ("plane_stress", "solid")
+    for formulation in in_tension:
+        errors = [_tension_error(formulation, step) for step in (0.02, 0.01)]
+        checks += [
+            absolute(f"{formulation}: tension, largest error / elastic", 0.0, errors[1], 1e-4),
+            absolute(f"{formulation}: tension, order in the step", 2.0, float(np.log2(errors[0] / errors[1])), 0.1),
+        ]
+    return tuple(checks)
+
+
+def _tension_error(formulation: Formulation, step: float) -> float:
+    """Return the largest error of the force that stretches a bar by a ramp and holds it, over the elastic force."""
+    solid, duration = formulation == "solid", 0.1
+    axes = [np.linspace(0.0, _SIZE, 3)] * (3 if solid else 2)
+    held: dict[str, tuple[Component, ...]] = {"left": ("x",), "right": ("x",), "bottom": ("z",) if solid else ("y",)}
+    if solid:
+        held["front"] = ("y",)
+    model = Model(
+        mesh=box("H8" if solid else "Q4", *axes),
+        materials={"bulk": Elastic(_MODULUS, _RATIO, _DENSITY, prony=_ONE)},
+        formulation=formulation,
+        depth=1.0 if solid else _SIZE,
+        supports=held,
+        support_motions={"right": SupportMotion((_SHIFT, *[0.0] * (len(axes) - 1)), Ramp((0.0, duration), (0.0, 1.0)))},
+        time=QuasiStatic(step, end=1.0),
+    )
+    history = solved(model)
+    bulk, left = _MODULUS / (3 * (1 - 2 * _RATIO)), 1.0 - _ONE[0].share
+    at_once, in_the_end = (9 * bulk * own / (3 * bulk + own) for own in (_SHEAR, left * _SHEAR))
+    slower = (3 * bulk + _SHEAR) / (3 * bulk + left * _SHEAR)
+    young = (PronyTerm(1.0 - in_the_end / at_once, slower * _ONE[0].time),)
+    scale = at_once * _SHIFT * _SIZE
+    expected = scale * ramp_response(young, duration, history["time"].values)
+    return float(np.abs(_force(history, "right") - expected).max() / scale)
+
+
+def _creep() -> tuple[Check, ...]:
+    """Pull a block by a traction that rises and stays: its compliance retards with tau / (1 - s)."""
+    share, time = _ONE[0].share, _ONE[0].time
+    left, duration = 1.0 - share, 0.05
+    elastic = 1e3 * _SIZE / _SHEAR
+    errors = []
+    for step in (0.01, 0.005):
+        history = _block("plane_strain", _ONE, QuasiStatic(step, end=2.0), traction=Ramp((0.0, duration), (0.0, 1.0)))
+        # A compliance 1 + s/(1-s) (1 - exp(...)) is that of a term with a negative share.
+        t = history["time"].values
+        retarded = time / left
+
+        def integral(t: Array, retarded: float = retarded) -> Array:
+            found: Array = t + share / left * (t + retarded * np.expm1(-t / retarded))
+            return found
+
+        expected = elastic * (integral(t) - integral(np.maximum(t - duration, 0.0))) / duration
+        errors.append(float(np.abs(history["displacement"].values[:, 0, 0] - expected).max() / elastic))
+    return (
+        absolute("displacement, largest error / elastic", 0.0, errors[1], 1e-3),
+        absolute("order in the step", 2.0, float(np.log2(errors[0] / errors[1])), 0.1),
+        relative("in the end / elastic", 1.0 / left, float(history["displacement"].values[-1, 0, 0]) / elastic, 1e-3),
+    )
+
+
+def _oscillation() -> tuple[Check, ...]:
+    """Shear a block to and fro; with n steps a period linear strain within a step damps by (2 pi/n)^2/12."""
+    checks: list[Check] = []
+    count, periods = 200, 4
+    for frequency in (0.3, 3.0, 20.0):
+        rate = 2 * np.pi * frequency
+        times = np.arange(periods * count + 1) / (count * frequency)
+        # So long after the start that what it left has relaxed: the slowest term is added as its closed form says.
+        history = _block(
+            "plane_strain",
+            _TERMS[:2],
+            QuasiStatic(float(times[1]), end=float(times[-1])),
+            motion=Ramp(tuple(times.tolist()), tuple(np.sin(rate * times).tolist())),
+        )
+        expected = complex_modulus(_TERMS[:2], rate)
+        found = _force(history, "top") / (_SHEAR * _SHIFT * _SIZE) - _left_by_the_start(_TERMS[:2], rate, times)
+        last = slice(-count, None)
+        storage = 2 * float(np.mean(found[last] * np.sin(rate * times[last])))
+        loss = 2 * float(np.mean(found[last] * np.cos(rate * times[last])))
+        checks += [
+            relative(f"storage modulus / G at {frequency:g} Hz", expected.real, storage, 1e-3),
+            relative(f"loss modulus / G at {frequency:g} Hz", expected.imag, loss, 1e-3),
+        ]
+    return tuple(checks)
+
+
+def _left_by_the_start(terms: Prony, rate: float, times: Array) -> Array:
+    """Return the stress over G that a sine which starts at rest has beside its oscillation."""
+    found = np.zeros_like(times)
+    for term in terms:
+        turns = rate * term.time
+        found -= term.share * turns / (1 + turns**2) * np.exp(-times / term.time)
+    return found
+
+
+def _vibration() -> tuple[Check, ...]:
+    """Let a block of one cell, k = G A/H and m = rho A H/3, swing freely after a start with a velocity.
+
+    Its displacement is the inverse transform of v / (p^2 + w^2 (g + p tau)/(1 + p tau)): a sum over three poles.
+    """
+    square = 3 * _SHEAR / (_DENSITY * _SIZE**2)
+    time = 1.0 / float(np.sqrt(square))
+    terms: Prony = (PronyTerm(0.5, time),)
+    end, errors = 64 * time / 4, []
+    for count in (400, 800):
+        scheme = TimeStepping(end / count, alpha=0.0, end=end)
+        history = _block("plane_strain", terms, scheme, cells=1, velocity=1e-3)
+        expected = _swing(square, terms[0], history["time"].values)
+        errors.append(float(np.abs(history["displacement"].values[:, 0, 0] / 1e-3 - expected).max() / expected.max()))
+    energy = history["viscous_dissipation"].values[-1] / history["kinetic_energy"].values[0]
+    return (
+        absolute("displacement, largest error / largest", 0.0, errors[1], 1e-3),
+        absolute("order in the step", 2.0, float(np.log2(errors[0] / errors[1])), 0.1),
+        relative("viscous dissipation / energy at the start", 1.0, float(energy), 0.01),
+    )
+
+
+def _swing(square: float, term: PronyTerm, times: Array) -> Array:
+    """Return the displacement over the velocity at the start [s]."""
+    left = 1.0 - term.share
+    polynomial = np.array([term.time, 1.0, square * term.time, square * left])
+    poles, slope = np.roots(polynomial), np.polyder(polynomial)
+    found = np.zeros(times.size, dtype=complex)
+    for pole in poles:
+        found += (1.0 + pole * term.time) / np.polyval(slope, pole) * np.exp(pole * times)
+    return found.real
+
+
+def _limits() -> tuple[Check, ...]:
+    """Relax far later or far sooner than anything happens: elastic, with the modulus at once or what is left of it."""
+    ramp = Ramp((0.0, 0.5), (0.0, 1.0))
+    checks = []
+    for name, terms, left in (
+        ("relaxed long after the end", (PronyTerm(0.6, 1e6),), 1.0),
+        ("relaxed at once", (PronyTerm(0.6, 1e-3),), 0.4),
+    ):
+        history = _block("solid", terms, TimeStepping(1e-3, end=1.0), motion=ramp)
+        force = _force(history, "top")[-1] / (_SHEAR * _SHIFT * _SIZE)
+        checks.append(relative(f"{name}: force / elastic force", left, float(force), 1e-5))
+    return tuple(checks)
+
+
+def _hertz() -> tuple[Check, ...]:
+    """Press a cylinder on a half-plane and hold: while contact grows or stays, the force is that of Lee & Radok.
+
+    It is the elastic force history, each growth of it relaxed since; the area of contact follows the approach alone.
+    """
+    depth, terms = 3e-6, (PronyTerm(0.4, 0.2), PronyTerm(0.3, 2.0))
+    programme = (Press(depth, depth), Hold(2.0))
+    histories = [
+        solved(line_model("Q4", lambda x: 0.0 * x, Cylinder(200e-3), programme, cells=8, mu=0.0, prony=own))
+        for own in ((), terms)
+    ]
+    elastic, viscous = (history["counterface_force"].values[:, 0, 1] for history in histories)
+    times = histories[0]["time"].values
+    expected = _superposed(elastic, times, terms)
+    widths = [int((history["normal_traction"].values[-1] > 0).sum()) for history in histories]
+    return (
+        absolute("force, largest error / largest", 0.0, float(np.abs(viscous - expected).max() / elastic.max()), 2e-3),
+        relative(
+            "force at the end / elastic force", float(expected[-1] / elastic[-1]), viscous[-1] / elastic[-1], 2e-3
+        ),
+        absolute("nodes in contact at the end, difference to elastic", 0.0, widths[1] - widths[0], 0.5),
+    )
+
+
+def _superposed(elastic: Array, times: Array, terms: Prony) -> Array:
+    """Return the force of a body that relaxes, from the elastic force at equal steps, linear within each."""
+    step = float(times[1])
+    found = np.zeros_like(elastic)
+    for number, growth in enumerate(np.diff(elastic)):
+        later = np.maximum(times - times[number], 0.0)
+        found += growth * ramp_response(terms, step, later)
+    return found
+
+
+PROBLEMS: tuple[Problem, ...] = (
+    Problem(
+        "relaxation", "Block sheared, bar pulled, and held", "Prony series; Simo & Hughes 1998", False, _relaxation
+    ),
+    Problem("retardation", "Block under a constant shear traction", "standard linear solid", False, _creep),
+    Problem("complex-modulus", "Block sheared to and fro", "Ferry 1980", False, _oscillation),
+    Problem("viscous-vibration", "Block that swings freely", "Laplace transform", False, _vibration),
+    Problem("viscous-limits", "Relaxation far later and far sooner", "Hooke's law", False, _limits),
+    Problem("viscous-hertz", "Cylinder pressed on a body that relaxes, and held", "Lee & Radok 1960", False, _hertz),
+)

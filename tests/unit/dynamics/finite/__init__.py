@@ -1,0 +1,1 @@
+"""Tests of fingerslip.dynamics.finite, module by module."""

@@ -1,0 +1,196 @@
+"""Simulations that are taken step by step: the same motion as at once, saved and restored, and steered."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from threadpoolctl import threadpool_info
+
+import fingerslip as fs
+from fingerslip.errors import DamagedError, InputError
+from fingerslip.verification.meshes import box
+
+STEPS = 24
+
+
+def a_model(kinematics: str = "small", **changes: object) -> fs.Model:
+    """Return a block that is pressed and slid: 24 steps."""
+    model = fs.Model(
+        mesh=box("Q4", np.linspace(0.0, 8e-3, 9), np.linspace(0.0, 4e-3, 5)),
+        materials={"bulk": fs.NeoHookean(50e3, 0.45, 1000.0)},
+        formulation="plane_strain",
+        depth=0.01,
+        supports={"top": ("x", "y")},
+        contacts=(fs.Contact("bottom", fs.Plane((0.0, 1.0)), fs.Coulomb(0.4)),),
+        programme=(fs.Press(0.3e-3, 5e-3), fs.Slide(0.3e-3, 5e-3, (1.0, 0.0))),
+        time=fs.TimeStepping(5e-3),
+        record=fs.Recording(sites=(fs.Site("inside", "probe", (4e-3, 1e-3)),), snapshots_every=20e-3),
+        kinematics=kinematics,
+    )
+    return replace(model, **changes)
+
+
+def threads_in_use() -> list[tuple[str, int]]:
+    """Return the number of threads of each library that has some."""
+    return [(library["prefix"], library["num_threads"]) for library in threadpool_info()]
+
+
+def assert_equal(one: xr.Dataset, other: xr.Dataset) -> None:
+    """Compare histories to the last bit, but for what depends on the clock."""
+    xr.testing.assert_equal(one, other)
+
+
+@pytest.mark.parametrize("kinematics", ["small", "finite"])
+def test_steps_are_those_of_a_simulation_at_once(kinematics: str) -> None:
+    model = a_model(kinematics)
+    with fs.Simulation(model) as sim:
+        times = []
+        while not sim.is_finished:
+            times.append(sim.step().time)
+        stepped = sim.history()
+    assert len(times) == STEPS
+    assert_equal(stepped, fs.simulate(model))
+
+
+@pytest.mark.parametrize("kinematics", ["small", "finite"])
+@pytest.mark.parametrize("saved_at", [0, 5, 15])
+def test_a_restored_simulation_goes_on_to_the_last_bit(tmp_path: Path, kinematics: str, saved_at: int) -> None:
+    model, command = a_model(kinematics), fs.Command("bottom", velocity=(2e-3, 1e-3))
+    with fs.Simulation(model) as sim:
+        for step in range(STEPS):
+            if step == saved_at:
+                sim.save(tmp_path / "half")
+            sim.step(command if step == 3 else ())
+        undisturbed = sim.history()
+    with fs.Simulation.restore(tmp_path / "half", a_model(kinematics)) as again:
+        assert again.time == pytest.approx(saved_at * 5e-3)
+        for step in range(saved_at, STEPS):
+            again.step(command if step == 3 else ())
+        assert_equal(again.history(), undisturbed)
+
+
+def test_observations_are_the_records_of_a_step() -> None:
+    with fs.Simulation(a_model()) as sim:
+        seen = [sim.observation, *(sim.step() for _ in range(10))]
+        history = sim.history()
+    assert history.sizes["time"] == 11
+    for one in (seen[0], seen[4], seen[-1]):
+        for name in ("contact_state", "counterface_force", "normal_traction", "stress", "strain_energy", "velocity"):
+            np.testing.assert_array_equal(one[name], history[name].values[one.step], err_msg=name)
+    assert "support_force" not in seen[-1].values
+
+
+def test_a_command_changes_the_motion_from_now_on() -> None:
+    with fs.Simulation(a_model()) as sim:
+        for _ in range(6):
+            sim.step()
+        before = sim.observation["counterface_displacement"]
+        sim.step(fs.Command("bottom", velocity=(-4e-3, 1e-3)))
+        sim.step()
+        history = sim.history()
+    np.testing.assert_allclose(history.counterface_displacement[-1, 0] - before[0], [-4e-5, 1e-5], rtol=1e-12)
+    np.testing.assert_allclose(history.counterface_velocity[-1, 0], [-4e-3, 1e-3], rtol=1e-12)
+    np.testing.assert_allclose(history.counterface_velocity[4, 0], [0.0, 5e-3], atol=1e-15)
+    imbalance = float(np.abs(history.energy_imbalance).max())
+    assert imbalance <= 1e-9 * float(np.abs(history.external_work).max())
+
+
+def test_a_controller_holds_a_force() -> None:
+    """A plate that is steered by the force that it feels settles where the force is what is wanted."""
+    wanted, gain = 0.2, 5e-3
+    time = fs.TimeStepping(5e-3, end=0.5)
+    with fs.Simulation(a_model(time=time)) as sim:
+        seen = sim.step()
+        while not sim.is_finished:
+            missing = wanted - float(seen["counterface_force"][0, 1])
+            seen = sim.step(fs.Command("bottom", velocity=(0.0, gain * missing / wanted)))
+    assert float(seen["counterface_force"][0, 1]) == pytest.approx(wanted, rel=1e-3)
+
+
+def test_a_force_on_a_free_body_accelerates_it() -> None:
+    body = fs.RigidBody(mass=0.01, free=("x",), programme=(fs.Press(0.1e-3, 5e-3),))
+    contact = fs.Contact("bottom", fs.Plane((0.0, 1.0)), fs.Coulomb(0.0), rigid_body="block")
+    time = fs.TimeStepping(1e-3, end=0.04)
+    model = a_model(contacts=(contact,), bodies={"block": body}, programme=(), time=time)
+    with fs.Simulation(model) as sim:
+        for step in range(40):
+            sim.step(fs.Command("block", force=(0.02, 0.0)) if step == 20 else ())
+        history = sim.history()
+    velocity = history.rigid_body_velocity.values[:, 0, 0]
+    assert velocity[20] == 0.0
+    np.testing.assert_allclose(np.diff(velocity)[25:], 1e-3 * 0.02 / 0.01, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        (fs.Command("side", velocity=(0.0, 0.0)), "command.of: got 'side', the bodies and contacts are: bottom"),
+        (fs.Command("bottom", velocity=(0.0,)), "command.velocity: got 1 components, needs 2"),
+        (fs.Command("bottom", force=(0.0, 1.0)), "command.force: 'bottom' is free along no direction"),
+    ],
+)
+def test_commands_that_cannot_be_followed_are_refused(command: fs.Command, message: str) -> None:
+    with fs.Simulation(a_model()) as sim, pytest.raises(InputError) as caught:
+        sim.step(command)
+    assert str(caught.value).startswith(message)
+
+
+def test_the_end_is_the_end() -> None:
+    with fs.Simulation(a_model(time=fs.TimeStepping(5e-3, end=10e-3))) as sim:
+        sim.step()
+        sim.step()
+        assert sim.is_finished
+        with pytest.raises(InputError, match=r"end: is reached, 0.01 s"):
+            sim.step()
+
+
+def test_another_model_and_other_files_are_refused(tmp_path: Path) -> None:
+    with fs.Simulation(a_model()) as sim:
+        sim.step()
+        sim.save(tmp_path / "saved")
+    other = a_model(depth=0.02)
+    with pytest.raises(InputError, match=r"model: is not the one that .*saved was saved from, needs the same model"):
+        fs.Simulation.restore(tmp_path / "saved", other)
+    whole = (tmp_path / "saved").read_bytes()
+    for name, content in {"cut": whole[: len(whole) // 2], "empty": b"", "text": b"not a simulation"}.items():
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(DamagedError, match="holds no saved simulation, or is damaged"):
+            fs.Simulation.restore(tmp_path / name, a_model())
+    with pytest.raises(DamagedError, match="is not there"):
+        fs.Simulation.restore(tmp_path / "nothing", a_model())
+
+
+def test_a_reduced_basis_cannot_be_stepped() -> None:
+    with pytest.raises(InputError, match=r"basis: is given, simulations that are stepped are computed on the mesh"):
+        fs.Simulation(a_model(basis=fs.ReducedBasis()))
+
+
+@pytest.mark.parametrize("threads", [1, 2, 8])
+def test_any_number_of_threads_gives_the_same_motion(threads: int) -> None:
+    model = a_model()
+    with fs.Simulation(model, threads=threads) as sim:
+        while not sim.is_finished:
+            sim.step()
+        assert_equal(sim.history(), fs.simulate(model, threads=1))
+
+
+def test_threads_are_given_back_where_a_simulation_cannot_be_made_or_restored(tmp_path: Path) -> None:
+    with fs.Simulation(a_model()) as sim:
+        sim.save(tmp_path / "half")
+    before = threads_in_use()
+    with pytest.raises(InputError, match="not in mesh"):
+        fs.Simulation(a_model(contacts=(fs.Contact("nowhere", fs.Plane((0.0, 1.0)), fs.Coulomb(0.4)),)))
+    with pytest.raises(InputError, match="is not the one"):
+        fs.Simulation.restore(tmp_path / "half", a_model(depth=0.02))
+    assert threads_in_use() == before
+
+
+def test_a_closed_simulation_takes_no_steps() -> None:
+    with fs.Simulation(a_model()) as sim:
+        sim.step()
+    with pytest.raises(InputError, match="simulation: is closed, takes no more steps"):
+        sim.step()

@@ -1,0 +1,1 @@
+"""Tests of fingerslip.fe.finite, module by module."""

@@ -1,0 +1,84 @@
+"""Stress and energy at sites and in cells are means of what the elements feel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fingerslip.errors import MeshError
+from fingerslip.fe.finite.recovery import finite_cell_recovery, finite_site_recovery
+from fingerslip.fe.recovery import cells_around
+from fingerslip.materials.material import SHEARS
+from fingerslip.materials.neo_hookean import NeoHookean
+from unit.fe.finite.bodies import EVERY, SOFT, STIFF, body, moved
+
+
+def cauchy(law, deformation, formulation):
+    """Return the Cauchy stress by Bonet & Wood's formula, as histories have it."""
+    full = np.eye(3)
+    full[: len(deformation), : len(deformation)] = deformation
+    if formulation == "plane_stress":
+        low, high = 0.1, 10.0
+        for _ in range(200):
+            full[2, 2] = 0.5 * (low + high)
+            across = law.shear_modulus * (full[2, 2] ** 2 - 1) + law.first_lame * np.log(np.linalg.det(full))
+            low, high = (full[2, 2], high) if across < 0.0 else (low, full[2, 2])
+    volume = np.linalg.det(full)
+    stress = law.shear_modulus * (full @ full.T - np.eye(3)) + law.first_lame * np.log(volume) * np.eye(3)
+    return np.array([*np.diag(stress), *(stress[pair] for pair in SHEARS[len(deformation)])]) / volume
+
+
+@EVERY
+def test_uniform_strain_has_its_cauchy_stress_everywhere(element, integration, formulation):
+    bulk = body(element, integration, formulation)
+    gradient = np.array([[0.3, 0.2, 0.1], [-0.1, -0.2, 0.0], [0.1, 0.1, 0.1]])[: bulk.space.dim, : bulk.space.dim]
+    state = bulk.deformed((bulk.space.positions @ gradient.T).ravel())
+    expected = cauchy(SOFT, np.eye(bulk.space.dim) + gradient, formulation)
+    sites = finite_site_recovery(bulk, np.array([0, 4]), [None, None])
+    for recovery in (sites, finite_cell_recovery(bulk)):
+        stresses = recovery.stresses(state)
+        np.testing.assert_allclose(stresses, np.tile(expected, (len(stresses), 1)), atol=1e-9)
+        densities = recovery.energy_densities(state)
+        np.testing.assert_allclose(densities, bulk.energy(state) / bulk.weights.sum())
+
+
+@EVERY
+def test_energy_of_cells_adds_up_and_sites_have_the_mean_of_their_cells(element, integration, formulation):
+    bulk = body(element, integration, formulation, law=STIFF, beside=SOFT)
+    state = bulk.deformed(moved(bulk, 0.03))
+    cells = finite_cell_recovery(bulk)
+    assert cells.energy_densities(state) @ bulk.weights.sum(axis=1) == pytest.approx(bulk.energy(state))
+    nodes, regions = np.array([1, 5]), [None, None]
+    sites, around = finite_site_recovery(bulk, nodes, regions), cells_around(bulk.space, nodes, regions)
+    np.testing.assert_allclose(sites.stresses(state), around @ cells.stresses(state))
+
+
+@pytest.mark.parametrize("kind", [("Q4", "selective", "plane_strain"), ("H8", "selective", "solid")])
+def test_stresses_do_not_grow_with_the_bulk_modulus_where_mean_volumes_do_not_change(kind):
+    """A bent block keeps the areas of its cells nearly; the determinant of a mean gradient does not."""
+    stresses = []
+    for ratio in (0.49, 0.4999):
+        bulk = body(*kind, law=NeoHookean(3.0, ratio, 1.0))
+        ripple = moved(bulk, 0.01)
+        state = bulk.deformed(ripple)
+        # What mean volumes feel is the law's pressure at them, and nothing of the points' own volumes.
+        own = finite_cell_recovery(bulk).stresses(state)
+        pressure = bulk.materials.materials[0].first_lame * np.log(state.mean_volume) / state.mean_volume
+        stresses.append(own[:, : bulk.space.dim].mean(axis=1) - pressure)
+    assert np.abs(stresses[1]).max() < 2.0 * np.abs(stresses[0]).max()
+
+
+def test_a_site_takes_the_side_of_its_region():
+    bulk = body("Q4", law=STIFF, beside=SOFT)
+    state = bulk.deformed(moved(bulk, 0.02))
+    shared = np.intersect1d(*(bulk.nodes[bulk.materials.number == number] for number in (0, 1)))[:1]
+    near, far = (finite_site_recovery(bulk, shared, [name]).stresses(state) for name in ("near", "far"))
+    assert np.abs(near - far).max() > 0.1 * np.abs(near).max()
+    with pytest.raises(MeshError, match="no cell of region"):
+        finite_site_recovery(bulk, np.setdiff1d(bulk.nodes[bulk.materials.number == 0], shared)[:1], ["far"])
+
+
+def test_no_sites_have_no_stresses():
+    bulk = body("Q4")
+    none = finite_site_recovery(bulk, np.zeros(0, dtype=np.int64), [])
+    assert none.stresses(bulk.deformed(np.zeros(bulk.space.n_dofs))).shape == (0, 4)

@@ -1,0 +1,42 @@
+"""The thickness in plane stress leaves no stress across the plane, from wherever it is searched."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fingerslip.errors import FingerslipError
+from fingerslip.fe.finite.thickness import thinned
+from unit.fe.finite.bodies import LAWS, SOFT
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+@pytest.mark.parametrize("guess", [0.0, 0.4, -0.8])
+def test_no_stress_is_left_across_the_plane(law, guess):
+    strain = np.random.default_rng(2).uniform(-0.5, 0.5, (50, 3))
+    strain[:, 2] = guess
+    kept = strain.copy()
+    across = thinned(law, strain)
+    np.testing.assert_array_equal(strain, kept)
+    found = np.column_stack([strain[:, :2], across])
+    np.testing.assert_allclose(law.kirchhoff_stress(found)[:, 2], 0.0, atol=1e-8)
+
+
+def test_a_sheet_at_rest_keeps_its_thickness_and_no_points_have_none():
+    np.testing.assert_array_equal(thinned(SOFT, np.zeros((3, 3))), 0.0)
+    assert thinned(SOFT, np.zeros((0, 3))).shape == (0,)
+
+
+class _Pushing:
+    """A law that always pushes across the plane."""
+
+    def kirchhoff_stress(self, strain):
+        return np.ones_like(strain)
+
+    def kirchhoff_tangent(self, strain):
+        return np.ones((len(strain), 3, 3))
+
+
+def test_a_law_without_such_a_thickness_is_an_error_that_says_what_to_do():
+    with pytest.raises(FingerslipError, match=r"_Pushing: no thickness .* take plane strain"):
+        thinned(_Pushing(), np.zeros((1, 3)))
