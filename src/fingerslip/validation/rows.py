@@ -134,9 +134,7 @@ def statement_row(
     """Compare a published statement with the number of its check; `holds` is None where there is no number."""
     judged: Verdict = "not found" if holds is None else "holds" if holds else "fails"
     verdict: Verdict = judged if comparable else "not comparable"
-    return Row(
-        value.check, value.source, None, ours, None, uncertainty, verdict, basis, value.unit, value.statement
-    )
+    return Row(value.check, value.source, None, ours, None, uncertainty, verdict, basis, value.unit, value.statement)
 
 
 def difference_from(ours: float, span: tuple[float, float]) -> float:

@@ -197,9 +197,7 @@ def _statement_row(
 ) -> Row:
     finding = check(evidence)
     uncertainty = evidence.spread_of(_number_of(check)) if value.id in PHALANX_CHECKS else None
-    return statement_row(
-        value, finding.number, uncertainty, finding.holds, basis=basis, comparable=finding.comparable
-    )
+    return statement_row(value, finding.number, uncertainty, finding.holds, basis=basis, comparable=finding.comparable)
 
 
 def _large_strain_rows(evidence: Evidence) -> Iterator[Row]:

@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fingerslip.report.figures.marks import event_keys, limit_to_slides, mark_run, name_run
+from fingerslip.report.figures.marks import limit_to_slides, mark_run, name_run, run_keys
 from fingerslip.report.figures.style import (
     BLACK,
     BLUE,
@@ -111,7 +111,7 @@ def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[s
         mark_run(axes, history, own.slip if own else None)
     limit_to_slides(panels[0], histories, events)
     handles, names = panels[0].get_legend_handles_labels()
-    add_legend(figure, {**dict(zip(names, handles, strict=True)), **event_keys()})
+    add_legend(figure, {**dict(zip(names, handles, strict=True)), **run_keys(histories, events)})
     return figure
 
 

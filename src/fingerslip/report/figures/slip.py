@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from fingerslip.history import OPEN
 from fingerslip.report.figures.marks import (
-    event_keys,
     limit_to_slides,
     mark_events,
     mark_run,
     name_events,
+    run_keys,
     shown_until,
 )
 from fingerslip.report.figures.style import BLACK, add_legend, figure_grid, run_panels, say, styled, titled
@@ -58,7 +58,7 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, E
         mark_run(axes, history, own.slip if own else None)
     limit_to_slides(panels[0], histories, events, before=0.3)
     patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATE_COLOURS.items()}
-    add_legend(figure, {**patches, **event_keys()})
+    add_legend(figure, {**patches, **run_keys(histories, events)})
     return figure
 
 

@@ -1,4 +1,4 @@
-"""Which time a figure shows: that of the run, or, where records are logarithmic, that since a hold began on a log axis."""
+"""Which time a figure shows: that of the run, or since a hold began on a logarithmic axis where records are."""
 
 from __future__ import annotations
 
