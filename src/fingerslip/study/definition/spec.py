@@ -46,10 +46,10 @@ from fingerslip.study.definition.settings import (
     ProgrammeEntry,
     RecordSettings,
     RefinementSettings,
-    TimeSettings,
     TractionSettings,
 )
 from fingerslip.study.definition.swept import check_sweep, swept_mistakes
+from fingerslip.study.definition.time_settings import TimeSettings
 from fingerslip.study.definition.yaml import line_numbers, read_mapping
 
 __all__ = [
