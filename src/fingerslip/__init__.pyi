@@ -83,7 +83,8 @@ from .specimens.fingertip.solid_sites import (
     reference_sites as reference_sites,
     solid_receptor_sites as solid_receptor_sites,
 )
-from .study.definition.spec import Study as Study, read_study as read_study, study_schema as study_schema
+from .study.definition.schema import study_schema as study_schema
+from .study.definition.spec import Study as Study, read_study as read_study
 from .study.running.runner import StudyFailedError as StudyFailedError, run_study as run_study
 from .timing import Adaptive as Adaptive, QuasiStatic as QuasiStatic, TimeStepping as TimeStepping
 from .version import __version__ as __version__

@@ -35,6 +35,8 @@ LengthUnit = Literal["m", "cm", "mm", "um"]
 METRES: Mapping[str, float] = MappingProxyType({"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6})
 
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+# A number and the beginning of a unit, as JSON Schema writes patterns.
+_WITH_UNIT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*(?![eE][-+]?\d)[^\s\d.]"
 _NOT_ZERO = re.compile(r"[-+.0]*[1-9]")
 # Numbers stand in units as exponents alone, of one digit: others would be calculated, 9**9**9 for hours.
 _UNIT = re.compile(r"(?:[^\W\d_]\w*|[ ()/*%°Ωµ·-]|(?:\*\*|\^) ?-?\d(?!\w| ?\*\*| ?\^)|1 ?/)+")
@@ -244,4 +246,5 @@ class Unit:
         return core_schema.with_info_before_validator_function(read, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        return {"type": "string", "description": f"quantity in [{self.si}]", "examples": [f"1.5 {self.shown}"]}
+        words = f"A quantity such as '1.5 {self.shown}'"
+        return {"type": "string", "pattern": _WITH_UNIT, "description": words, "examples": [f"1.5 {self.shown}"]}
