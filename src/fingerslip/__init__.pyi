@@ -22,6 +22,7 @@ from .errors import (
     ResultError as ResultError,
     SlipOutsideContactError as SlipOutsideContactError,
 )
+from .export import export_history as export_history, history_tables as history_tables
 from .history import read_history as read_history, write_history as write_history
 from .materials.damping import RayleighDamping as RayleighDamping
 from .materials.elastic import Elastic as Elastic
