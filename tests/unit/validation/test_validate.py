@@ -75,7 +75,8 @@ def test_rows_have_our_values_and_their_uncertainty(evidence: Evidence) -> None:
 
 
 def test_statements_about_the_phalanges_have_a_spread(evidence: Evidence) -> None:
-    spreads = {row.statement: row.uncertainty for row in rows_of(evidence) if row.statement}
+    rows = [row for row in rows_of(evidence) if row.basis == "predicted"]
+    spreads = {row.statement: row.uncertainty for row in rows if row.statement}
     named = {value.id: value.statement for value in published("wang2014-qualitative").values}
     assert spreads[named["edges-first"]] == pytest.approx(0.75 * 0.01, abs=1e-3)
     assert spreads[named["linear-in-friction"]] is None
@@ -101,7 +102,7 @@ def test_large_strain_has_the_times_of_table_2_and_the_statements_on_the_phalang
         value.value for value in published("wang2014-table2").values
     ]
     scaled = next(row for row in rows if row.quantity == "overall slip, scaled, large strain (accumulated slip)")
-    assert scaled.ours == pytest.approx(1.97, abs=3e-3)
+    assert scaled.ours == pytest.approx(1.97, abs=5e-3)
     assert (scaled.uncertainty, scaled.verdict) == (0.01, "misses")
     order = next(row for row in rows if row.statement.startswith("Overall slip comes first with the original"))
     assert order.ours == pytest.approx(0.01, abs=1e-3)
