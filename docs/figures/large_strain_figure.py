@@ -19,6 +19,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from fingerslip.history import nearest_record, read_history
 from fingerslip.results import RunResult
@@ -43,7 +44,7 @@ def main(results: Path) -> None:
 
 def save(figure: Figure, name: str) -> None:
     """Write a figure beside this script."""
-    figure.savefig(Path(__file__).with_name(name), dpi=130)
+    figure.savefig(Path(__file__).with_name(name), dpi=130, bbox_inches="tight")
 
 
 def finger_figure(study: Path) -> Figure:
@@ -94,10 +95,19 @@ def outline(cells: np.ndarray) -> np.ndarray:
 
 def slip_figure(results: Path) -> Figure:
     """Draw how large strain, and the speed of the slide over pulp that relaxes, move incipient and overall slip."""
-    figure = Figure(figsize=(8.2, 3.4), layout="constrained")
+    figure = Figure(figsize=(8.2, 3.6), layout="constrained")
     phalanges, speeds = figure.subplots(1, 2)
     draw_phalanges(phalanges, runs_of(results, "finite_strain"))
     draw_speeds(speeds, runs_of(results, "viscoelastic"))
+    keys = [(words, BLUE if name == "small" else VERMILLION, "s", "") for name, words in KINEMATICS.items()]
+    keys += [
+        (words, "black", marker, "black" if name == "overall" else "white") for name, (words, marker) in EVENTS.items()
+    ]
+    handles = [
+        Line2D([], [], color=colour, marker=marker, markerfacecolor=fill or colour, linestyle="", label=words)
+        for words, colour, marker, fill in keys
+    ]
+    figure.legend(handles=handles, loc="outside lower left", ncols=4, frameon=False)
     return figure
 
 
