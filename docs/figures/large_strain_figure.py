@@ -125,7 +125,9 @@ def draw_events(axes: Axes, run: RunResult, place: float, colour: str, shown: Ca
         if time is not None:
             bar = None if error is None else shown(time + error) - shown(time)
             fill = colour if event == "overall" else "white"
-            axes.errorbar(place, shown(time), bar, color=colour, marker=marker, markerfacecolor=fill, capsize=3)
+            axes.errorbar(
+                place, shown(time), bar, color=colour, marker=marker, markerfacecolor=fill, markersize=3.5, capsize=4
+            )
 
 
 def draw_phalanges(axes: Axes, runs: Sequence[RunResult]) -> None:
@@ -145,9 +147,7 @@ def draw_speeds(axes: Axes, runs: Sequence[RunResult]) -> None:
         speed = float(str(run.swept["programme.1.slide.speed"]).split()[0])
         draw_events(axes, run, speed, BLUE, lambda time, speed=speed: speed * (time - 1.0))
     axes.set_xscale("log")
-    axes.set(
-        xlabel="speed of the slide [mm/s]", ylabel="travel of the plate since the slide began [mm]", ylim=(0.0, 2.4)
-    )
+    axes.set(xlabel="speed of the slide [mm/s]", ylabel="travel of the plate until slip [mm]", ylim=(0.0, 2.4))
     axes.set_title("b  pulp that relaxes, small strain", loc="left", fontsize=9)
 
 
