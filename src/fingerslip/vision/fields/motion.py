@@ -79,7 +79,7 @@ def smooth_velocity(position: Floats, times: Floats, frames: int) -> Floats:
     """
     half, count = frames // 2, times.size
     middles = np.clip(np.arange(count), half, count - 1 - half)
-    known: NDArray[np.bool_] = ~np.isnan(position).any(axis=2)
+    known = np.asarray(~np.isnan(position).any(axis=2))
     filled = np.nan_to_num(position)
     span = times[middles + half] - times[middles - half]
     moments = np.zeros((2 * _DEGREE + 1, count, known.shape[1]))
