@@ -106,6 +106,11 @@ def measure_errors(pixel_camera: PixelCamera, tracks: xr.Dataset, locate: Locate
     locate : callable
         See :data:`Locate`; :func:`following` makes one of a function of single frames.
 
+    Returns
+    -------
+    PositionErrors
+        The statistics.
+
     Raises
     ------
     InputError
@@ -124,7 +129,7 @@ def measure_errors(pixel_camera: PixelCamera, tracks: xr.Dataset, locate: Locate
 def following(centroids: Callable[[Frame, Floats], Floats]) -> Locate:
     """Make a :data:`Locate` of a function that finds markers in one frame near expected positions.
 
-    A marker is expected where it was last found.
+    A marker is expected to move on as between the last two frames; one that was lost, to be where it was expected last.
 
     Parameters
     ----------
@@ -134,11 +139,12 @@ def following(centroids: Callable[[Frame, Floats], Floats]) -> Locate:
     """
 
     def locate(frames: Iterator[Frame], start: Floats) -> Floats:
-        expected, found = start.copy(), []
+        expected, last, found = start.copy(), start, []
         for frame in frames:
             places = centroids(frame, expected)
+            ahead = np.where(np.isnan(last) | np.isnan(places), places, 2.0 * places - last)
+            expected, last = np.where(np.isnan(ahead), expected, ahead), places
             found.append(places)
-            expected = np.where(np.isnan(places), expected, places)
         return np.array(found).reshape(-1, *start.shape)
 
     return locate
