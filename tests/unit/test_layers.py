@@ -73,6 +73,14 @@ def test_module_that_stands_alone_imports_nothing_of_the_package(name: str) -> N
     assert [other for other in imported(tree, f"fingerslip.{name}") if other.split(".")[0] == "fingerslip"] == []
 
 
+def test_what_looks_at_markers_knows_nothing_of_finite_elements() -> None:
+    allowed = {*ROWS[0].split(), "vision"}
+    for name, path in MODULES:
+        if name.split(".")[1] == "vision":
+            found = {layer_of(other) for other in imported(ast.parse(path.read_text(encoding="utf-8")), name)}
+            assert found - {None} <= allowed, name
+
+
 def files_imported(tree: ast.AST, module: str, known: Mapping[str, Path]) -> set[str]:
     """Return the modules whose files a module imports: a name may be that of a module in a package."""
     found = set()
