@@ -12,9 +12,8 @@ import pydantic
 
 from fingerslip.errors import InputError, Mistakes, warn_renamed
 from fingerslip.fe.integration import Integration
-from fingerslip.materials.choice import LAWS, MaterialChoice
+from fingerslip.materials.choice import MaterialChoice
 from fingerslip.materials.damping import RayleighDamping
-from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
 from fingerslip.model import Component, Kinematics, SupportMotion
 from fingerslip.parameters import (
@@ -23,7 +22,6 @@ from fingerslip.parameters import (
     SignedSpeed,
     as_mapping,
     from_mapping,
-    json_schema,
     parameters,
     plain_fields,
     valid_fields,
@@ -46,10 +44,10 @@ from fingerslip.study.definition.settings import (
     ProgrammeEntry,
     RecordSettings,
     RefinementSettings,
-    TimeSettings,
     TractionSettings,
 )
 from fingerslip.study.definition.swept import check_sweep, swept_mistakes
+from fingerslip.study.definition.time_settings import TimeSettings
 from fingerslip.study.definition.yaml import line_numbers, read_mapping
 
 __all__ = [
@@ -66,7 +64,6 @@ __all__ = [
     "parse_study",
     "read_study",
     "study_mapping",
-    "study_schema",
 ]
 
 #: The fields of a study that do not belong to a single run.
@@ -324,23 +321,6 @@ def known_paths(mapping: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:
     return {
         name: (name, *walk(section, name)) for name, section in sections.items() if name not in ("title", *NOT_OF_A_RUN)
     }
-
-
-def study_schema() -> dict[str, Any]:
-    """Return the JSON Schema of study files, for editors."""
-    schema = json_schema(Study)
-    definitions = schema.setdefault("$defs", {})
-    for key, presets in SPECIMENS.items():
-        own, name = json_schema(presets.kind), presets.kind.__name__
-        own["properties"] = {"preset": {"type": "string"}} | own["properties"]
-        for part, definition in (own.pop("$defs", {}) | {name: own}).items():
-            # A study file gives a preset and what differs from it, so nothing in it is required.
-            definitions.setdefault(part, {key: value for key, value in definition.items() if key != "required"})
-        schema["properties"][key] = {"anyOf": [{"$ref": f"#/$defs/{name}"}, {"type": "null"}], "default": None}
-    for law in LAWS:
-        # What a preset gives may be left out of its materials, but not the name of another law than the usual one.
-        definitions[law.__name__]["required"] = [] if law is Elastic else ["law"]
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 
 def study_mapping(study: Study) -> dict[str, Any]:
