@@ -46,7 +46,7 @@ from fingerslip.study.definition.settings import (
     RefinementSettings,
     TractionSettings,
 )
-from fingerslip.study.definition.swept import check_sweep, swept_mistakes
+from fingerslip.study.definition.swept import check_sweep, swept_mistakes, swept_together
 from fingerslip.study.definition.time_settings import TimeSettings
 from fingerslip.study.definition.yaml import line_numbers, read_mapping
 
@@ -132,7 +132,8 @@ class Study(SpecimenChoice):
     depth : float, optional
         Out-of-plane depth [m], not in space; without it that of the specimen.
     sweep : mapping of str to tuple
-        Values by dotted path; the runs are all combinations, the first path varies slowest.
+        Values by dotted path; the runs are all combinations, the first path varies slowest. Values that change together
+        are lists by several paths with commas between them.
     sample : SampleSettings, optional
         Samples of values that are known by their ranges only; every combination of the sweep is run with every sample.
     compare : tuple of str
@@ -213,7 +214,8 @@ def given_paths(path: str | Path) -> tuple[str, ...]:
     mapping = read_mapping(Path(path))
     written = flatten({key: value for key, value in mapping.items() if key not in ("sweep", "sample")})
     sample = mapping.get("sample") or {}
-    changing = (*(mapping.get("sweep") or {}), *sample.get("ranges", {}), *(sample.get("equal") or {}))
+    swept = (path for key in mapping.get("sweep") or {} for path in swept_together(str(key)))
+    changing = (*swept, *sample.get("ranges", {}), *(sample.get("equal") or {}))
     return tuple(current_path(Study, str(one)) for one in (*written, *changing))
 
 
@@ -281,11 +283,12 @@ def _with_current_sweep(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
     sweep = mapping.get("sweep")
     if not isinstance(sweep, Mapping):
         return mapping
-    paths = {path: current_path(Study, str(path)) for path in sweep}
+    paths = {path: current_path(Study, path) for key in sweep for path in swept_together(str(key))}
     for old, new in paths.items():
         if old != new:
             warn_renamed(f"sweep.{old}", f"sweep.{new}")
-    return {**mapping, "sweep": {paths[path]: values for path, values in sweep.items()}}
+    current = {", ".join(paths[path] for path in swept_together(str(key))): values for key, values in sweep.items()}
+    return {**mapping, "sweep": current}
 
 
 def _mistakes_of(mapping: Mapping[str, Any]) -> list[InputError]:
