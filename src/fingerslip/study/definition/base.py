@@ -45,9 +45,8 @@ def _read(path: Path, seen: tuple[Path, ...]) -> dict[str, Any]:
     base = _base_of(path, mapping.pop(BASE))
     if base in (*seen, path):
         names = " -> ".join(file.name for file in (*seen, path, base))
-        raise InputError(
-            f"{path}: {BASE}", f"leads back to {base.name} ({names})", "needs a file without this one as base"
-        )
+        found = f"leads back to {base.name} ({names})"
+        raise InputError(f"{path}: {BASE}", found, "needs a file without this one as base")
     return _merged(_read(base, (*seen, path)), mapping)
 
 
@@ -62,7 +61,6 @@ def _base_of(path: Path, name: object) -> Path:
 def _merged(base: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
     found = dict(base)
     for key, value in own.items():
-        inner = base.get(key)
-        both = isinstance(inner, Mapping) and isinstance(value, Mapping)
-        found[key] = _merged(inner, value) if both and key != "sweep" else value
+        inner = None if key == "sweep" else base.get(key)
+        found[key] = _merged(inner, value) if isinstance(inner, Mapping) and isinstance(value, Mapping) else value
     return found
