@@ -14,10 +14,10 @@ from fingerslip.materials.damping import RayleighDamping
 
 __all__ = ["Factors"]
 
-# What new factors cost, in iterations of a step: tangent, factorisation and compliance of the contact. By
-# tests/benchmarks/bench_large_strain.py that is about 35 in the plane and 70 in space. A number and not a clock, so
-# that a motion computed twice is the same to the last bit.
-_COST = 30
+# What new factors cost, in iterations of a step, by the dimension of space: tangent, factorisation and compliance of
+# the contact, as tests/benchmarks/bench_large_strain.py measures them. Numbers and not a clock, so that a motion
+# computed twice is the same to the last bit.
+_COST = {2: 30, 3: 60}
 # Share of the stiffness at rest that a definite tangent has beside.
 _OF_REST = 1e-3
 
@@ -56,7 +56,7 @@ class Factors:
 
     def at(self, state: BodyState) -> Stepper:
         """Return the stepper of a step that begins with a body; new where old factors have cost more than these."""
-        if self.stepper is None or self._excess >= _COST:
+        if self.stepper is None or self._excess >= _COST[self.system.space.dim]:
             return self.renew(state)
         return self.stepper
 
@@ -74,12 +74,12 @@ class Factors:
         iteration more slowly to the same solution.
         """
         # The old factors go first: in space there is no memory for both.
-        self.stepper = None
+        self.stepper, self.count = None, self.count + 1
         try:
             self.stepper, self.made_at = self._made(state, positive=False), (state, False)
         except FingerslipError:
             self.stepper, self.made_at = self._made(state, positive=True), (state, True)
-        self.count, self._least, self._excess = self.count + 1, 0, 0
+        self._least, self._excess = 0, 0
         return self.stepper
 
     def steer(self, system: System) -> None:
@@ -112,4 +112,6 @@ class Factors:
             stepper = build_stepper(
                 tangential, self.scheme, self.damping, solver=self.solver, reserved_bytes=self.reserved_bytes
             )
-        return replace(stepper, system=self.system)
+        # A working set of other factors, or of those of a halved step, holds another compliance.
+        edition = replace(stepper.compliance, edition=(self.scheme.step, self.count))
+        return replace(stepper, system=self.system, compliance=edition)

@@ -136,8 +136,8 @@ class PardisoFactor:
     def __init__(self, analysis: _Analysis, schur: Array | None = None) -> None:
         self._analysis, self._call, none = analysis, analysis.call, np.zeros(analysis.call.size)
         analysis.user = weakref.ref(self)
-        weakref.finalize(self, self._call, _RELEASE_VALUES, none)
         self._call(_FACTORISE, none, schur)
+        weakref.finalize(self, self._call.release, _RELEASE_VALUES)
 
     def forward(self, right_hand_side: Array) -> Array:
         """Return the forward half of a substitution for a right-hand side (n,) or (n, k), same shape."""
@@ -159,7 +159,7 @@ class _Analysis:
         self.call, self._kept = _schur_call(upper, kept) if kept.size else _Call(upper), kept
         self.user: Callable[[], PardisoFactor | None] = lambda: None
         none = np.zeros(self.call.size)
-        weakref.finalize(self, self.call, _RELEASE, none)
+        weakref.finalize(self, self.call.release, _RELEASE)
         self.call(_ANALYSE, none)
         sizes = self.call.settings
         self.bytes = 1024 * int(max(sizes[_PEAK], sizes[_PERMANENT] + sizes[_FACTORS]))
@@ -191,7 +191,7 @@ class _Call:
         self.order = np.zeros(0, dtype=np.int32)
         self.settings[0] = 1  # the settings that follow count
         self.settings[1] = 2  # nested dissection
-        self.size = upper.shape[0]
+        self.size, self._released = upper.shape[0], False
         self._values = np.array(upper.data, dtype=np.float64)
         self._rows = np.ascontiguousarray(upper.indptr + 1, dtype=np.int32)
         self._columns = np.ascontiguousarray(upper.indices + 1, dtype=np.int32)
@@ -208,6 +208,13 @@ class _Call:
             return False
         self._values[:] = upper.data
         return True
+
+    def release(self, phase: int) -> None:
+        """Release the factors, or with them the analysis, after which there is nothing to release."""
+        # Both may end together, in any order.
+        if not self._released:
+            self._released = phase == _RELEASE
+            self(phase, np.zeros(self.size))
 
     def __call__(self, phase: int, given: Array, found: Array | None = None) -> Array:
         given = np.asfortranarray(given)

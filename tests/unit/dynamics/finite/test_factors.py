@@ -21,7 +21,7 @@ def test_factors_are_renewed_where_they_have_cost_more_than_new_ones():
     factors, state = prepared(block())
     first = factors.at(state.body)
     factors.used(2)
-    for _ in range(module._COST // 4):
+    for _ in range(module._COST[2] // 4):
         factors.used(6)
     assert factors.at(state.body) is first
     factors.used(6)
