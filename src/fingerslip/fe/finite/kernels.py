@@ -24,7 +24,7 @@ _SWEEPS = 30
 
 
 @numba.njit(cache=True, nogil=True)
-def strains(gradients, nodes, displacement, deformation, squared, directions):  # type: ignore[no-untyped-def]  # noqa: PLR0914, PLR0915, PLR0917
+def strains(gradients, nodes, displacement, deformation, squared, directions):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Fill in F (n_p, dim, dim), lambda^2 (n_p, dim) and N (n_p, dim, dim), a column for each direction, in space.
 
     `gradients` (n_cells, n_q, n_nodes, dim) [1/m] are those of the shape functions, `nodes` (n_cells, n_nodes) the
@@ -157,7 +157,7 @@ def _diagonalise(strain, directions):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True, nogil=True)
 def _rotation(one, other, beside):  # type: ignore[no-untyped-def]
-    """Return cosine and sine of the rotation that takes the element `beside` to zero, and what moves to the diagonal."""
+    """Return cosine and sine of the rotation that takes `beside` to zero, and what moves on the diagonal."""
     if beside == 0.0:
         return 1.0, 0.0, 0.0
     ratio = (other - one) / (2.0 * beside)
