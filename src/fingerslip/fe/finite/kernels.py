@@ -16,7 +16,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-__all__ = ["nodal_forces", "stiffness_of_cells", "strains", "strains_in_plane", "volume_slopes"]
+__all__ = ["diagonalise", "nodal_forces", "stiffness_of_cells", "strains", "strains_in_plane", "volume_slopes"]
 
 # Difference of stretches below which the quotient of differences is taken as a derivative; its error is the square.
 _ALIKE = 1e-5
@@ -51,7 +51,7 @@ def strains(gradients, nodes, displacement, deformation, squared, directions):  
                     for k in range(dim):
                         total += slope[k, i] * slope[k, j]
                     strain[i, j] = 0.5 * total
-            _diagonalise(strain, directions[p])
+            diagonalise(strain, directions[p])
             for i in range(dim):
                 squared[p, i] = 1.0 + 2.0 * strain[i, i]
             volume = _determinant(deformation[p])
@@ -116,7 +116,7 @@ def _determinant(matrix):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True)
-def _diagonalise(matrix, directions):  # type: ignore[no-untyped-def]
+def diagonalise(matrix, directions):  # type: ignore[no-untyped-def]
     """Diagonalise a symmetric matrix in place by Jacobi's rotations; eigenvectors become columns of `directions`."""
     dim = len(matrix)
     directions[:] = 0.0
