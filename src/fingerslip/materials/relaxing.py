@@ -27,7 +27,8 @@ __all__ = ["Constants", "StepLaw", "constants_of", "shape_energy", "shape_stress
 
 Array = NDArray[np.float64]
 
-_LIMIT, _LAST, _LARGEST = 60, 1e-9, 0.5
+# Change of an iteration after which rounding is left, as the next would be of the size of its square; and the largest.
+_LIMIT, _LAST, _LARGEST = 60, 1e-7, 0.5
 
 
 @dataclass(frozen=True)

@@ -218,7 +218,7 @@ class LargeStrain:
         for number, (material, points, _) in enumerate(self._parts()):
             own, law = state.log_strain[points], self._law(number, material, state.left, points)
             if self.materials.formulation == "plane_stress":
-                own[:, 2] = thinned(law, own, self._across(state, points))
+                own[:, 2] = thinned(law, own, self._across(state, points) if law is not material else None)
                 state.log_strain[points, 2] = own[:, 2]
             stress[points] = law.kirchhoff_stress(own)
         if state.left is not None:
@@ -246,8 +246,8 @@ class LargeStrain:
         if state.left is None:
             return None
         one, other, beside, across = state.left.points[points, :4].T
-        squared = np.einsum("nki,nkj->nij", state.deformation[points], state.deformation[points])
-        in_plane = one * squared[:, 0, 0] + other * squared[:, 1, 1] + 2.0 * beside * squared[:, 0, 1]
+        (xx, xy), (yx, yy) = state.deformation[points].transpose(1, 2, 0)
+        in_plane = one * (xx**2 + yx**2) + other * (xy**2 + yy**2) + 2.0 * beside * (xx * xy + yx * yy)
         return Pulled(in_plane, across)
 
     def _pulled(self, state: Deformed, left: Left) -> Array:
