@@ -27,6 +27,7 @@ from fingerslip.verification import (
     resting,
     sphere,
     viscoelastic,
+    viscous_contact,
 )
 from fingerslip.verification.problem import Problem
 
@@ -48,6 +49,7 @@ PROBLEMS: tuple[Problem, ...] = (
     *controlled.PROBLEMS,
     *line.PROBLEMS,
     *sphere.PROBLEMS,
+    *viscous_contact.PROBLEMS,
     *fingertip.PROBLEMS,
     *large_laws.PROBLEMS,
     *large_relaxation.PROBLEMS,
