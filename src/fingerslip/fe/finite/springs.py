@@ -2,7 +2,8 @@
 
 The spring of a Prony term carries the stress of the shape less that of its dashpot. It stores what the law stores in
 its shape at the strain where it has the deviator of this stress, at the volume of the body. So a body stores what the
-law says where it had no time to relax, and what the relaxed law says where it had all of it.
+law says where it had no time to relax, and what the relaxed law says where it had all of it, up to what a law that
+mixes shape and volume stores in its shape where only the volume changes: this is of third order in ln J.
 """
 
 from __future__ import annotations
