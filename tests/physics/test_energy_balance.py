@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.steps import step_times
 from fingerslip.dynamics.stepper import Stopwatch
+from fingerslip.dynamics.steps import step_times
 from fingerslip.dynamics.stepwise import make_course
 from fingerslip.dynamics.system import build_system
 from fingerslip.linear.solver import preferred_solver

@@ -24,7 +24,16 @@ from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden
 from fingerslip.parameters.presets import Presets
 
-__all__ = ["LAWS", "MATERIALS", "PRESET", "AnyMaterial", "MaterialChoice", "MaterialEntry", "kept_values", "material_of"]
+__all__ = [
+    "LAWS",
+    "MATERIALS",
+    "PRESET",
+    "AnyMaterial",
+    "MaterialChoice",
+    "MaterialEntry",
+    "kept_values",
+    "material_of",
+]
 
 #: A law of small strain or of large strain.
 AnyMaterial: TypeAlias = Material | FiniteMaterial

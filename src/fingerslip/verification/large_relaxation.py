@@ -61,7 +61,10 @@ def relaxed_law(law: FiniteMaterial, share: float) -> FiniteMaterial:
         case NeoHookean():
             bulk = law.first_lame + 2.0 * law.shear_modulus / 3.0
             shear = left * law.shear_modulus
-            young, ratio = 9.0 * bulk * shear / (3.0 * bulk + shear), (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear)
+            young, ratio = (
+                9.0 * bulk * shear / (3.0 * bulk + shear),
+                (3.0 * bulk - 2.0 * shear) / (6.0 * bulk + 2.0 * shear),
+            )
             return NeoHookean(young, ratio, law.density)
         case MooneyRivlin():
             return replace(law, c10=left * law.c10, c01=left * law.c01, bulk_modulus=law.bulk, poisson_ratio=None)
@@ -96,7 +99,7 @@ def _held_shear(body: Body, case: Case, amount: float) -> tuple[float, float]:
     gradient = np.eye(3)
     gradient[0, body.dim - 1] = amount
     known = uniform(case, gradient, (2,) if body.formulation == "plane_stress" else ())
-    times = _STEP * np.arange(round(_END / _STEP) + 1)
+    times: Array = np.linspace(0.0, _END, round(_END / _STEP) + 1)
     response = ramp_response(_TERMS, _STEP, times)
     follows = Ramp(tuple(times.tolist()), tuple(response.tolist()))
     sides = {"left": (0, -1), "right": (0, 1)}
@@ -138,8 +141,8 @@ def _shear() -> tuple[Check, ...]:
     return tuple(checks)
 
 
-_SOFT, _OGDEN = 10e3, CASES[2].law
-assert isinstance(_OGDEN, Ogden)
+_SOFT = 10e3
+_OGDEN: Ogden = CASES[2].law  # type: ignore[assignment]
 
 
 def _nearly_incompressible(ratio: float) -> tuple[FiniteMaterial, ...]:
@@ -237,8 +240,8 @@ def _swung(body: Body, law: FiniteMaterial, step: float) -> float:
 def _order() -> tuple[Check, ...]:
     """Pull to and fro by a third of the length.
 
-    In plane stress with Poisson's ratio of 0.49995, the error is of second order in the step but for 1e-5 of the volume. In
-    space the ratio is 0.499, as larger ones need smaller steps: then the volume leaves 1e-3.
+    In plane stress with Poisson's ratio of 0.49995, the error is of second order in the step but for 1e-5. In space the
+    ratio is 0.499, as larger ones need smaller steps: then the volume leaves 1e-3.
     """
     checks = []
     for law, softer in zip(_nearly_incompressible(0.49995), _nearly_incompressible(0.499), strict=True):
@@ -325,7 +328,8 @@ def _turned(body: Body, law: FiniteMaterial) -> Array:
         errors.append(
             [abs(bulk.energy(turning) / energy - 1.0), np.abs(turned @ turn - force).max() / np.abs(force).max()]
         )
-    return np.max(errors, axis=0)
+    worst: Array = np.max(errors, axis=0)
+    return worst
 
 
 def _objectivity() -> tuple[Check, ...]:
@@ -355,6 +359,14 @@ PROBLEMS = (
     Problem("large-relaxation-order", "Tension to and fro", "integral of the law", slow=False, compute=_order),
     Problem("large-relaxation-limits", "Relaxation far later and far sooner", "elastic laws", False, _limits),
     Problem("large-relaxation-small", "Small loads on bodies that relax", "small strain", True, _small),
-    Problem("large-relaxation-turned", "A body that relaxes, turned by 360 degrees", "Truesdell & Noll 1965", False, _objectivity),
-    Problem("large-relaxation-energy", "What springs store and dashpots take", "energy of the relaxed law", False, _balance),
+    Problem(
+        "large-relaxation-turned",
+        "A body that relaxes, turned by 360 degrees",
+        "Truesdell & Noll 1965",
+        False,
+        _objectivity,
+    ),
+    Problem(
+        "large-relaxation-energy", "What springs store and dashpots take", "energy of the relaxed law", False, _balance
+    ),
 )

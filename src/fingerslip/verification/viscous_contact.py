@@ -1,8 +1,9 @@
 """Contact of bodies that relax, while the contact grows, stays and shrinks: Lee & Radok and Ting.
 
 A rigid body with the approach h(t) presses on a body whose moduli all relax by g(t), which an incompressible one does.
-While contact grows or stays, the force is the elastic one with each growth of it relaxed since (Lee & Radok 1960). While
-it shrinks, the contact area is that of an earlier time t_1 of its growth, and what came later is forgotten (Ting 1966)::
+While contact grows or stays, the force is the elastic one with each growth of it relaxed since (Lee & Radok 1960).
+While it shrinks, the contact area is that of an earlier time t_1 of its growth, and what came later is forgotten (Ting
+1966) ::
 
     int_(t_1)^t g(t - s) dh(s) = 0,    P(t) = int_0^(t_1) g(t - s) dP_e(h(s))
 
@@ -10,11 +11,11 @@ Contact ends where t_1 = 0, before the rigid body is back, as the surface follow
 what the surface inside the contact has moved since t_1 is forgotten as well, so both hold for bodies of any size and
 for cylinders, too, with the elastic force P_e of the same body.
 
-Tolerances: beside the elastic force of the same mesh, what is left is Poisson's ratio of 0.4999 and penalties that do not
-relax, each 1e-4 and the same on finer meshes, so that 1e-3 is allowed. Beside Hertz's force of a ball on a half-space, the
-block of 200 contact radii and its cells, each half as large again as the one before, are 1.2 % too stiff, 1.7 % with half
-the size and 0.8 % more with cells that grow by 1.8, and cells of 1/6 to 1/12 of the contact radius change 0.2 %: 2 %. The
-half width of contact is known to a cell, and the end of contact to a step.
+Tolerances: beside the elastic force of the same mesh, what is left is Poisson's ratio of 0.4999 and penalties that do
+not relax, each 1e-4 and the same on finer meshes, so that 1e-3 is allowed. Beside Hertz's force of a ball on a
+half-space, the block of 200 contact radii and its cells, each half as large again as the one before, are 1.2 % too
+stiff: 1.7 % with half the size, 1.1 % more with cells that grow by 1.8, and cells of 1/6 to 1/12 of the contact radius
+change 0.2 %. So 2 % are allowed. The half width of contact is known to a cell, and the end of contact to a step.
 """
 
 from __future__ import annotations
@@ -206,7 +207,7 @@ def _ball(cells: int) -> tuple[xr.Dataset, xr.Dataset]:
 
 
 def _sphere() -> tuple[Check, ...]:
-    """Press a ball on a quarter of a block, hold and lift it: forces beside those of its own elastic body and of Hertz."""
+    """Press a ball on a quarter of a block, hold and lift it: beside its own elastic force, and beside Hertz's."""
     times, elastic, viscous, expected = _forces(_ball(8))
     stiffness = 4.0 / 3.0 * _MODULUS / (1.0 - _RATIO**2) * np.sqrt(_BALL) / 4.0
     approach = Pressed(_APPROACH).approach
@@ -225,5 +226,7 @@ def _sphere() -> tuple[Check, ...]:
 
 PROBLEMS = (
     Problem("viscous-line", "Cylinder pressed, held and lifted", "Ting 1966", slow=False, compute=_line),
-    Problem("viscous-sphere", "Ball pressed, held and lifted", "Lee & Radok 1960; Ting 1966", slow=True, compute=_sphere),
+    Problem(
+        "viscous-sphere", "Ball pressed, held and lifted", "Lee & Radok 1960; Ting 1966", slow=True, compute=_sphere
+    ),
 )

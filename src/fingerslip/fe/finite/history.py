@@ -194,7 +194,9 @@ class Relaxation:
         log_volume, groups : (n_p,) and (n_groups,) array
             ln J at the end, local and of mean volumes; of areas in the plane [-].
         """
-        own = np.column_stack([tensors, self._thinned(left, self.points, log_volume, left.points[:, self.tensor + 1 :])])
+        own = np.column_stack(
+            [tensors, self._thinned(left, self.points, log_volume, left.points[:, self.tensor + 1 :])]
+        )
         mean = self._thinned(left, self.groups, groups, left.groups)
         dashpots, of_groups = np.empty_like(history.point_dashpots), np.empty_like(history.group_dashpots)
         tables = left.terms.decay, left.terms.end, left.terms.start
@@ -250,7 +252,7 @@ def selective_excess(constants: Constants, modulus: float, values: Array, dashpo
     """
     weights = [1.0 - sum(term.share for term in constants.prony), *(term.share for term in constants.prony)]
     along, across = values.T
-    found = 0.5 * constants.bulk_modulus * (along - across) ** 2 - 0.5 * modulus * along**2
+    found: Array = 0.5 * constants.bulk_modulus * (along - across) ** 2 - 0.5 * modulus * along**2
     for weight, dashpot in zip(weights, [np.zeros_like(values), *dashpots], strict=False):
         own, thin = (values - dashpot).T
         found += weight * constants.shear_modulus * (thin**2 - (own - thin) ** 2 / 3.0)

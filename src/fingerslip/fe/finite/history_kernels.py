@@ -222,7 +222,24 @@ def add_stiffness(gradients, weights, deformation, current, matrices):  # type: 
 
 
 @numba.njit(cache=True, nogil=True)
-def add_thickness(  # type: ignore[no-untyped-def]  # noqa: C901, PLR0917
+def _couple(deformation, squared, directions, coupling, current, tensor):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Fill in the derivative of the stress in the plane by the logarithmic strain across, shape (2, 2)."""
+    across = _unpack(current, 2, tensor)
+    third = (across + tensor[0, 0] + tensor[1, 1]) / 3.0
+    for i in range(2):
+        tensor[i, i] += across - third
+    tensor *= 2.0 / 3.0
+    for k in range(2):
+        one = (deformation[0, 0] * directions[0, k] + deformation[0, 1] * directions[1, k]) / np.sqrt(squared[k])
+        other = (deformation[1, 0] * directions[0, k] + deformation[1, 1] * directions[1, k]) / np.sqrt(squared[k])
+        tensor[0, 0] += coupling[k] * one * one
+        tensor[1, 1] += coupling[k] * other * other
+        tensor[0, 1] += coupling[k] * one * other
+        tensor[1, 0] += coupling[k] * one * other
+
+
+@numba.njit(cache=True, nogil=True)
+def add_thickness(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     gradients, weights, deformation, squared, directions, coupling, current, stiffness, matrices
 ):
     """Take from the stiffness of cells what the thickness in plane stress gives way.
@@ -232,25 +249,11 @@ def add_thickness(  # type: ignore[no-untyped-def]  # noqa: C901, PLR0917
     """
     cells, points, corners, dim = gradients.shape
     tensor, inverse, shapes = np.empty((dim, dim)), np.empty((dim, dim)), np.empty((corners, dim))
-    axes, pulled = np.empty((dim, dim)), np.empty((corners, dim))
+    pulled = np.empty((corners, dim))
     for c in range(cells):
         for q in range(points):
             p = c * points + q
-            across = _unpack(current[p], dim, tensor)
-            third = (across + tensor[0, 0] + tensor[1, 1]) / 3.0
-            for i in range(dim):
-                tensor[i, i] += across - third
-            for i in range(dim):
-                for k in range(dim):
-                    total = 0.0
-                    for j in range(dim):
-                        total += deformation[p, i, j] * directions[p, j, k]
-                    axes[i, k] = total / np.sqrt(squared[p, k])
-            for i in range(dim):
-                for j in range(dim):
-                    tensor[i, j] *= 2.0 / 3.0
-                    for k in range(dim):
-                        tensor[i, j] += coupling[p, k] * axes[i, k] * axes[j, k]
+            _couple(deformation[p], squared[p], directions[p], coupling[p], current[p], tensor)
             _invert(deformation[p], inverse)
             _shapes(gradients[c, q], inverse, shapes)
             for a in range(corners):

@@ -62,7 +62,6 @@ class Run:
         result: dict[str, Any] = _without_empty({"title": named, **kept})
         return result
 
-
     def _specimen_values(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return all values of the specimen; a material that starts from one that ships keeps its name."""
         values: dict[str, Any] = as_mapping(self.specimen)

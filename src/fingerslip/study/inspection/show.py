@@ -75,7 +75,9 @@ def presets_table() -> Table:
 def materials_table() -> Table:
     """Return the materials that ship."""
     rows = tuple((name, material_header(name)["citation"]) for name in material_names())
-    return Table("Materials", (Column("name"), Column("after")), rows, "In study files: materials: {REGION: {preset: NAME}}.")
+    return Table(
+        "Materials", (Column("name"), Column("after")), rows, "In study files: materials: {REGION: {preset: NAME}}."
+    )
 
 
 def _preset_table(name: str, header: Mapping[str, str], values: Sequence[PresetValue]) -> Table:

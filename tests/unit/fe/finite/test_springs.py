@@ -50,7 +50,9 @@ def test_energy_and_force_in_the_end_are_those_of_the_relaxed_law(kind, law):
     missed = 0.6 * float(np.abs(alone) @ bulk.weights.ravel())
     assert missed < 1e-2 * bulk.energy(state)
     assert bulk.energy(state) == pytest.approx(elastic.energy(wanted), abs=1e-8 * bulk.energy(state) + missed)
-    np.testing.assert_allclose(bulk.force(state), elastic.force(wanted), atol=1e-8 * np.abs(elastic.force(wanted)).max())
+    np.testing.assert_allclose(
+        bulk.force(state), elastic.force(wanted), atol=1e-8 * np.abs(elastic.force(wanted)).max()
+    )
 
 
 @EVERY_KIND

@@ -311,7 +311,9 @@ def test_relaxation_of_the_documentation_is_read_and_can_be_swept() -> None:
 def test_materials_that_ship_are_named_in_a_study_with_changes() -> None:
     text = (ROOT / "docs" / "materials.md").read_text(encoding="utf-8")
     example = next(
-        values for part in re.findall(r"```yaml\n(.*?)```", text, re.DOTALL) if "ecoflex" in str(values := yaml.safe_load(part))
+        values
+        for part in re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+        if "ecoflex" in str(values := yaml.safe_load(part))
     )
     study = parse_study(finger() | example, SOURCE)
     tissue = dataclasses.replace(material("pulp-relaxing"), youngs_modulus=90e3)
