@@ -98,6 +98,15 @@ def _check_name(value: object) -> object:
     return value
 
 
+_PRESET_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "title": "Preset",
+    "description": "A material that ships, and the values that differ from it.",
+    "properties": {PRESET: {"type": "string", "description": "Its name: fingerslip show lists all."}},
+    "required": [PRESET],
+}
+
+
 def _check_preset(values: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return a material that starts from one that ships as it is written, where it is right."""
     MATERIALS.changed(values)
@@ -132,9 +141,7 @@ else:
     _FromPreset = Annotated[
         Mapping[str, Any],
         pydantic.AfterValidator(_check_preset),
-        pydantic.WithJsonSchema(
-            {"type": "object", "properties": {PRESET: {"type": "string"}}, "required": [PRESET], "title": "Preset"}
-        ),
+        pydantic.WithJsonSchema(_PRESET_SCHEMA),
         pydantic.Tag(PRESET),
     ]
     _EachLaw = [Annotated[law, pydantic.Tag(name)] for name, law in _LAWS.items()]
