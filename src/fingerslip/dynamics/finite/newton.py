@@ -106,8 +106,8 @@ def advance_finite(
     ConvergenceError
         Where the step was not solved.
     """
-    begun = factors.system.require_body().begun(before.large_body, factors.scheme.step)
-    start = predict_ends(factors.at(before.large_body), replace(before, body=begun), time, counterfaces)
+    begun = replace(before, body=factors.system.require_body().begun(before.large_body, factors.scheme.step))
+    start = predict_ends(factors.at(before.large_body, before.velocity), begun, time, counterfaces)
     found, contact, iterations = _solve(factors, start, watch)
     factors.used(iterations)
     stepper = factors.current

@@ -12,6 +12,7 @@ from scipy import sparse
 
 from fingerslip.errors import InvertedCellError
 from fingerslip.fe.cell_materials import CellMaterials
+from fingerslip.fe.finite.assembly import Pattern, pattern_of_cells
 from fingerslip.fe.finite.deformed import Deformed
 from fingerslip.fe.finite.history import Left, Relaxation, relaxation_of, selective_excess
 from fingerslip.fe.finite.history_kernels import add_forces, add_stiffness, add_thickness, push_forward
@@ -198,8 +199,7 @@ class LargeStrain:
         stiffness_of_cells(self.gradients, self.weights.ravel(), *parts, moduli, positive, matrices)
         if state.pulled is not None and not positive:
             self._add_pulled(state, state.pulled, matrices)
-        rows, columns, shape = *self._pattern, (self.space.n_dofs, self.space.n_dofs)
-        total = sparse.coo_matrix((matrices.ravel(), (rows, columns)), shape=shape).tocsr()
+        total = self._pattern.assembled(matrices)
         if self.volumes is None or state.mean_volume is None:
             return total
         slopes, weights = self._volume_slopes(state), self._mean_curvature(state)
@@ -208,9 +208,8 @@ class LargeStrain:
         return sparse.csr_matrix(total + slopes.T @ sparse.diags(weights) @ slopes)
 
     @cached_property
-    def _pattern(self) -> tuple[Indices, Indices]:
-        dofs = cell_dofs(self.space.full, np.arange(len(self.nodes))).astype(np.int64, copy=False)
-        return np.repeat(dofs, dofs.shape[1], axis=1).ravel(), np.tile(dofs, (1, dofs.shape[1])).ravel()
+    def _pattern(self) -> Pattern:
+        return pattern_of_cells(self.nodes, len(self.space.positions), self.space.dim)
 
     def _stressed(self, state: Deformed) -> Deformed:
         """Return a state with its stresses, and in plane stress its thickness."""

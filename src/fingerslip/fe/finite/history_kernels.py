@@ -121,17 +121,17 @@ def shape_tensors(squared, directions, log_strain, stress, reference):  # type: 
 @numba.njit(cache=True, nogil=True)
 def principal_values(current, dim, values):  # type: ignore[no-untyped-def]
     """Fill in the principal values (n, 3) of the deviators of tensors (n, k), the one across the plane last."""
-    tensor, directions = np.empty((dim, dim)), np.empty((dim, dim))
+    directions = np.empty((3, 3))
     for p in range(current.shape[0]):
-        across = _unpack(current[p], dim, tensor)
-        mean = across
-        for i in range(dim):
-            mean += tensor[i, i]
-        mean /= 3.0
-        diagonalise(tensor, directions)
-        values[p, 2] = across - mean
-        for i in range(dim):
-            values[p, i] = tensor[i, i] - mean
+        own = current[p]
+        if dim == 2:
+            middle, half = 0.5 * (own[0] + own[1]), 0.5 * (own[0] - own[1])
+            radius = np.sqrt(half * half + own[2] * own[2])
+            one, two, three = middle + radius, middle - radius, own[3]
+        else:
+            one, two, three = diagonalise((own[0], own[1], own[2], own[3], own[5], own[4]), directions)
+        mean = (one + two + three) / 3.0
+        values[p, 0], values[p, 1], values[p, 2] = one - mean, two - mean, three - mean
 
 
 @numba.njit(cache=True, nogil=True)
