@@ -21,12 +21,14 @@ from fingerslip.verification import (
     large_contact,
     large_laws,
     large_motion,
+    large_relaxation,
     line,
     locking,
     reduced,
     resting,
     sphere,
     viscoelastic,
+    viscous_contact,
 )
 from fingerslip.verification.problem import Problem
 
@@ -48,8 +50,10 @@ PROBLEMS: tuple[Problem, ...] = (
     *controlled.PROBLEMS,
     *line.PROBLEMS,
     *sphere.PROBLEMS,
+    *viscous_contact.PROBLEMS,
     *fingertip.PROBLEMS,
     *large_laws.PROBLEMS,
+    *large_relaxation.PROBLEMS,
     *large_motion.PROBLEMS,
     *large_bodies.PROBLEMS,
     *large_contact.PROBLEMS,
