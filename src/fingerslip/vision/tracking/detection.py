@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.vision.tracking.opencv import opencv
+from fingerslip.vision.opencv import opencv
 
 __all__ = ["Blobs", "find_blobs"]
 

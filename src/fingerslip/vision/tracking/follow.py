@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from fingerslip.vision.tracking.assignment import assign
 from fingerslip.vision.tracking.markers import Markers, Measured, measure
 from fingerslip.vision.tracking.neighbours import consistent, expected_displacement
-from fingerslip.vision.tracking.opencv import opencv
+from fingerslip.vision.opencv import opencv
 
 __all__ = ["State", "follow", "rest_state"]
 
@@ -30,6 +30,9 @@ _LEAST_AGAIN = 0.6  # after it was lost
 _CONTRAST = (0.25, 4.0)
 # How far from a guess a marker may be found, in distances between neighbours.
 _REACH = 0.45
+# How far the displacement of a marker may leave its neighbours' from one frame to the next, in the same distances; it grows
+# by a fifth for each frame in which the marker was not seen, up to the largest.
+_STRANGE, _FORGETTING, _STRANGEST = 0.12, 0.2, 0.35
 # What a new frame adds to the memory of a marker's contrast.
 _ADAPTION = 0.05
 _FOUND_AGAIN = 0.5  # the quality of the first sight counts half
@@ -99,7 +102,7 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     here = state.missing == 0
     guess = np.where(here[:, None], state.position + state.velocity, np.nan)
     found = measure(markers, image, mask, guess)
-    sure = _agreed(markers, found, _looks_right(markers, state, found, guess, _LEAST_QUALITY))
+    sure = _agreed(markers, state, found, _looks_right(markers, state, found, guess, _LEAST_QUALITY))
     if state.image is not None and (here & ~sure).any():
         found, sure = _by_flow(markers, state, image, mask, found, sure)
     if not sure.all():
@@ -115,8 +118,11 @@ def _looks_right(markers: Markers, state: State, found: Measured, guess: Floats,
     return right & (apart <= _REACH * markers.spacing)
 
 
-def _agreed(markers: Markers, found: Measured, sure: Flags) -> Flags:
-    return consistent(markers.position, found.position, sure, markers.neighbours, markers.spacing)
+def _agreed(markers: Markers, state: State, found: Measured, sure: Flags) -> Flags:
+    """Tell which markers are displaced as their neighbours are, but for what they were before; see `State.offset`."""
+    share = np.minimum(_STRANGE * (1.0 + _FORGETTING * state.missing), _STRANGEST)
+    displacement = found.position - markers.position - state.offset
+    return consistent(markers.position, displacement, sure, markers.neighbours, share * markers.spacing)
 
 
 def _by_flow(
@@ -130,7 +136,7 @@ def _by_flow(
     again = measure(markers, image, mask, guess)
     right = _looks_right(markers, state, again, guess, _LEAST_QUALITY)
     merged = _merged(found, again, right)
-    return merged, _agreed(markers, merged, sure | right)
+    return merged, _agreed(markers, state, merged, sure | right)
 
 
 def _flow(before: Frame | None, image: Frame, points: Floats) -> Floats:
@@ -175,7 +181,7 @@ def _searched(
     again.position[wanted[rows]] = seen.position[chosen]
     again.amplitude[wanted[rows]] = seen.amplitude[chosen]
     again.quality[wanted[rows]] = _FOUND_AGAIN * seen.quality[chosen]
-    return again, _agreed(markers, again, sure | taken)
+    return again, _agreed(markers, state, again, sure | taken)
 
 
 def _expected(markers: Markers, state: State, found: Measured, sure: Flags) -> Floats:

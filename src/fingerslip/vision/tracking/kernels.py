@@ -1,4 +1,4 @@
-"""Where a marker is in an image, below the pixel: a windowed centroid, and then a fit of the marker's own profile.
+"""Where a marker is in an image, below the pixel: a fit of its own profile, led there by a windowed centroid if need be.
 
 The brightness around a marker is taken to be ``a + gx dx + gy dy + A p(r)``: a background with a gradient, and a profile p of
 the distance r from the marker's centre, which was learnt while the sensor rested. Six numbers are found by weighted
@@ -13,7 +13,7 @@ import math
 import numba
 import numpy as np
 
-__all__ = ["AMPLITUDE", "COLUMNS", "CORRELATION", "N_PROFILE", "WEIGHT", "learn_profiles", "measure_markers"]
+__all__ = ["AMPLITUDE", "COLUMNS", "CORRELATION", "N_PROFILE", "WEIGHT", "learn_profiles", "learn_shapes", "measure_markers"]
 
 #: Samples of a profile, from the centre to the edge of the window.
 N_PROFILE = 48
@@ -26,12 +26,16 @@ _CENTROIDS, _FITS = 4, 8
 _FLOOR = 0.25
 # A residual of this share of the amplitude halves the weight of a pixel; noise of the image is far below.
 _TOLERATED = 0.3
-# The fit ends where it moves less [px].
-_SMALL = 2e-3
+_SHAPE_FLOOR = 0.4
+_LONGEST = 9.0  # an ellipse whose axes are as 2.6 to 1
+# A fit of this quality from where the marker was expected needs no second one.
+_CLEAR = 0.75
+# The fit ends where it moves less [px]: the next step would move it by a hundredth of that.
+_SMALL = 2e-2
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def measure_markers(image, mask, start, radius, window, profiles, polarity, out):  # type: ignore[no-untyped-def]
+def measure_markers(image, mask, start, radius, window, shapes, profiles, polarity, out):  # type: ignore[no-untyped-def]
     """Measure markers near given positions, in place.
 
     Parameters
@@ -44,6 +48,8 @@ def measure_markers(image, mask, start, radius, window, profiles, polarity, out)
         Where the search begins, x and y [px].
     radius, window : (n,) array
         Radius of each marker, and of its window [px].
+    shapes : (n, 3) array
+        Metric a, b, c of each marker, of determinant 1: r² = a dx² + 2 b dx dy + c dy².
     profiles : (n, N_PROFILE) array
         Brightness over the distance from the centre, 1 in the centre and 0 far off, of each marker.
     polarity : float
@@ -51,9 +57,16 @@ def measure_markers(image, mask, start, radius, window, profiles, polarity, out)
     out : (n, COLUMNS) array
         Gets what was measured; correlation 0 where nothing was found.
     """
+    again = np.empty(COLUMNS)
     for n in range(len(start)):
+        _fit(image, mask, start[n, 0], start[n, 1], window[n], shapes[n], profiles[n], polarity, out[n])
+        if out[n, CORRELATION] * out[n, WEIGHT] >= _CLEAR:
+            continue
+        # Too far off for the fit, perhaps: the centroid of what is in the window brings it nearer.
         x, y = _centroid(image, mask, start[n, 0], start[n, 1], radius[n], window[n], polarity)
-        _fit(image, mask, x, y, window[n], profiles[n], polarity, out[n])
+        _fit(image, mask, x, y, window[n], shapes[n], profiles[n], polarity, again)
+        if again[CORRELATION] * again[WEIGHT] > out[n, CORRELATION] * out[n, WEIGHT]:
+            out[n] = again
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -116,7 +129,7 @@ def _levels(image, mask, x, y, radius, window, polarity):  # type: ignore[no-unt
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _fit(image, mask, x, y, window, profile, polarity, out):  # type: ignore[no-untyped-def]
+def _fit(image, mask, x, y, window, shape, profile, polarity, out):  # type: ignore[no-untyped-def]
     """Fit background, gradient, amplitude and place; the marker's own profile says what it looks like."""
     out[:] = 0.0
     out[0], out[1] = np.nan, np.nan
@@ -128,7 +141,7 @@ def _fit(image, mask, x, y, window, profile, polarity, out):  # type: ignore[no-
     for turn in range(_FITS):
         if not _inside(x, y, image.shape):
             return
-        _gather(image, mask, x, y, window, profile, found, tolerance, normal, right_side, sums)
+        _gather(image, mask, x, y, window, shape, profile, found, tolerance, normal, right_side, sums)
         if sums[1] < 0.3 * sums[0] or not _solve(normal, right_side):
             return
         found[:] = right_side
@@ -140,7 +153,7 @@ def _fit(image, mask, x, y, window, profile, polarity, out):  # type: ignore[no-
         scale = min(1.0, 0.25 * window / step) if step > 0.0 else 1.0
         x, y = x + scale * dx, y + scale * dy
         tolerance = _TOLERATED * amplitude
-        if step < _SMALL and turn > 1:
+        if step < _SMALL and turn > 0:
             break
     if (x - x0) ** 2 + (y - y0) ** 2 > window * window:
         return
@@ -156,25 +169,32 @@ def _inside(x, y, shape):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _gather(image, mask, x, y, window, profile, found, tolerance, normal, right_side, sums):  # type: ignore[no-untyped-def]
+def _gather(  # type: ignore[no-untyped-def]  # noqa: PLR0914, PLR0915
+    image, mask, x, y, window, shape, profile, found, tolerance, normal, right_side, sums
+):
     """Sum the normal equations of the fit around a position.
 
     `sums` gets the weight without and with the residuals' part, the weighted variance of the profile, and the weighted
     square of the residuals of `found`.
     """
-    normal[:] = 0.0
-    right_side[:] = 0.0
-    sums[:] = 0.0
-    basis = np.empty(6)
+    # The lower triangle n and the right side r of the equations stand in variables of their own: half the time.
+    n00 = r0 = 0.0
+    n10 = n11 = r1 = 0.0
+    n20 = n21 = n22 = r2 = 0.0
+    n30 = n31 = n32 = n33 = r3 = 0.0
+    n40 = n41 = n42 = n43 = n44 = r4 = 0.0
+    n50 = n51 = n52 = n53 = n54 = n55 = r5 = 0.0
+    whole = rest = 0.0
     scale = (len(profile) - 1) / window
-    rest, mean, square = 0.0, 0.0, 0.0
-    first, last = _bounds(y, window, image.shape[0])
-    left, right = _bounds(x, window, image.shape[1])
+    a, b, c = shape
+    first, last = _bounds(y, window * math.sqrt(a), image.shape[0])
+    left, right = _bounds(x, window * math.sqrt(c), image.shape[1])
     for row in range(first, last):
         dy = row - y
         for column in range(left, right):
             dx = column - x
-            distance = math.sqrt(dx * dx + dy * dy)
+            ax, ay = a * dx + b * dy, b * dx + c * dy
+            distance = math.sqrt(dx * ax + dy * ay)
             if distance >= window or not _counts(mask, row, column):
                 continue
             place = distance * scale
@@ -187,20 +207,47 @@ def _gather(image, mask, x, y, window, profile, found, tolerance, normal, right_
             residual = grey - found[0] - found[1] * dx - found[2] * dy - found[3] * value
             part = 1.0 / (1.0 + (residual / tolerance) ** 2)
             weight = share * part
-            sums[0] += share
-            sums[1] += weight
+            whole += share
             rest += weight * residual * residual
-            mean += weight * value
-            square += weight * value * value
-            basis[0], basis[1], basis[2], basis[3] = 1.0, dx, dy, value
-            basis[4], basis[5] = slope * dx, slope * dy
-            for i in range(6):
-                for j in range(i + 1):
-                    normal[i, j] += weight * basis[i] * basis[j]
-                right_side[i] += weight * basis[i] * grey
-    if sums[1] > 0.0:
-        sums[2] = square - mean * mean / sums[1]
-    sums[3] = rest
+            sx, sy = slope * ax, slope * ay
+            wx, wy, wv, wsx, wsy = weight * dx, weight * dy, weight * value, weight * sx, weight * sy
+            n00 += weight
+            r0 += weight * grey
+            n10 += wx
+            n11 += wx * dx
+            r1 += wx * grey
+            n20 += wy
+            n21 += wy * dx
+            n22 += wy * dy
+            r2 += wy * grey
+            n30 += wv
+            n31 += wv * dx
+            n32 += wv * dy
+            n33 += wv * value
+            r3 += wv * grey
+            n40 += wsx
+            n41 += wsx * dx
+            n42 += wsx * dy
+            n43 += wsx * value
+            n44 += wsx * sx
+            r4 += wsx * grey
+            n50 += wsy
+            n51 += wsy * dx
+            n52 += wsy * dy
+            n53 += wsy * value
+            n54 += wsy * sx
+            n55 += wsy * sy
+            r5 += wsy * grey
+    normal[0, 0] = n00
+    normal[1, 0], normal[1, 1] = n10, n11
+    normal[2, 0], normal[2, 1], normal[2, 2] = n20, n21, n22
+    normal[3, 0], normal[3, 1], normal[3, 2], normal[3, 3] = n30, n31, n32, n33
+    normal[4, 0], normal[4, 1], normal[4, 2], normal[4, 3], normal[4, 4] = n40, n41, n42, n43, n44
+    normal[5, 0], normal[5, 1], normal[5, 2], normal[5, 3], normal[5, 4], normal[5, 5] = n50, n51, n52, n53, n54, n55
+    right_side[0], right_side[1], right_side[2], right_side[3], right_side[4], right_side[5] = r0, r1, r2, r3, r4, r5
+    sums[0], sums[1], sums[3] = whole, n00, rest
+    if n00 > 0.0:
+        sums[2] = n33 - n30 * n30 / n00
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
@@ -230,7 +277,7 @@ def _solve(matrix, vector):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def learn_profiles(image, points, window, polarity, out):  # type: ignore[no-untyped-def]
+def learn_profiles(image, points, window, shapes, polarity, out):  # type: ignore[no-untyped-def]
     """Learn the profile of each marker from an image, in place.
 
     Parameters
@@ -241,26 +288,70 @@ def learn_profiles(image, points, window, polarity, out):  # type: ignore[no-unt
         The centres of the markers [px].
     window : (n,) array
         Radius of each window [px].
+    shapes : (n, 3) array
+        Metric of each marker; see :func:`measure_markers`.
     polarity : float
         1 for bright markers, -1 for dark ones.
     out : (n, N_PROFILE) array
         Gets mean grey level times polarity over the distance, NaN where no pixel is.
     """
     for n in range(len(points)):
-        x, y = points[n]
+        (x, y), (a, b, c) = points[n], shapes[n]
         total, count = np.zeros(N_PROFILE), np.zeros(N_PROFILE)
         scale = (N_PROFILE - 1) / window[n]
-        first, last = _bounds(y, window[n], image.shape[0])
-        left, right = _bounds(x, window[n], image.shape[1])
+        first, last = _bounds(y, window[n] * math.sqrt(a), image.shape[0])
+        left, right = _bounds(x, window[n] * math.sqrt(c), image.shape[1])
         for row in range(first, last):
             for column in range(left, right):
-                place = math.sqrt((column - x) ** 2 + (row - y) ** 2) * scale
+                dx, dy = column - x, row - y
+                place = math.sqrt(a * dx * dx + 2.0 * b * dx * dy + c * dy * dy) * scale
                 below = int(place)
                 if below >= N_PROFILE - 1:
                     continue
                 share = place - below
-                for bin_, weight in ((below, 1.0 - share), (below + 1, share)):
-                    total[bin_] += weight * polarity * image[row, column]
-                    count[bin_] += weight
+                for sample, weight in ((below, 1.0 - share), (below + 1, share)):
+                    total[sample] += weight * polarity * image[row, column]
+                    count[sample] += weight
         for k in range(N_PROFILE):
             out[n, k] = total[k] / count[k] if count[k] > 0.0 else np.nan
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def learn_shapes(image, points, radius, window, polarity, out):  # type: ignore[no-untyped-def]
+    """Learn the ellipse of each marker from the second moments of what stands out, in place.
+
+    Parameters
+    ----------
+    image : (height, width) array of float64
+        Mean of some frames [grey levels].
+    points : (n, 2) array
+        The centres of the markers [px].
+    radius, window : (n,) array
+        Radius of each marker and of its window [px].
+    polarity : float
+        1 for bright markers, -1 for dark ones.
+    out : (n, 3) array
+        Gets the metric, see :func:`measure_markers`; that of a circle where the moments are none of an ellipse.
+    """
+    everywhere = np.empty((0, 0), dtype=np.bool_)
+    for n in range(len(points)):
+        x, y = points[n]
+        level, peak = _levels(image, everywhere, x, y, radius[n], window[n], polarity)
+        floor = level + _SHAPE_FLOOR * (peak - level)
+        xx, xy, yy = 0.0, 0.0, 0.0
+        first, last = _bounds(y, window[n], image.shape[0])
+        left, right = _bounds(x, window[n], image.shape[1])
+        for row in range(first, last):
+            for column in range(left, right):
+                dx, dy = column - x, row - y
+                value = min(polarity * image[row, column] - floor, 0.5 * (peak - floor))
+                if value > 0.0 and dx * dx + dy * dy < window[n] * window[n]:
+                    xx += value * dx * dx
+                    xy += value * dx * dy
+                    yy += value * dy * dy
+        determinant = xx * yy - xy * xy
+        out[n, 0], out[n, 1], out[n, 2] = 1.0, 0.0, 1.0
+        # The ratio of the axes, squared, is at most about (trace² / determinant).
+        if determinant > 0.0 and (xx + yy) ** 2 < _LONGEST * determinant:
+            root = math.sqrt(determinant)
+            out[n, 0], out[n, 1], out[n, 2] = yy / root, -xy / root, xx / root

@@ -14,6 +14,7 @@ from fingerslip.vision.tracking.kernels import (
     N_PROFILE,
     WEIGHT,
     learn_profiles,
+    learn_shapes,
     measure_markers,
 )
 from fingerslip.vision.tracking.neighbours import nearest_neighbours
@@ -42,6 +43,8 @@ class Markers:
         Positions at rest [px].
     radius, window : (n,) array
         Radius at half the contrast, and radius of the window in which a marker is measured [px].
+    shape : (n, 3) array
+        Ellipse of each, as the metric of :mod:`fingerslip.vision.tracking.kernels`.
     profiles : (n, N_PROFILE) array
         Brightness over the distance from the centre: 1 in the centre, 0 at the edge of the window.
     polarity : float
@@ -59,6 +62,7 @@ class Markers:
     position: Floats
     radius: Floats
     window: Floats
+    shape: Floats
     profiles: Floats
     polarity: float
     spacing: Floats
@@ -74,6 +78,7 @@ class Markers:
             position,
             self.radius[order],
             self.window[order],
+            self.shape[order],
             self.profiles[order],
             self.polarity,
             spacing,
@@ -126,8 +131,8 @@ def measure(
     """
     out = np.empty((len(start), COLUMNS))
     counted = np.empty((0, 0), dtype=bool) if mask is None else mask
-    radius, window, profiles = markers.radius[which], markers.window[which], markers.profiles[which]
-    measure_markers(image, counted, start, radius, window, profiles, markers.polarity, out)
+    radius, window, shape = markers.radius[which], markers.window[which], markers.shape[which]
+    measure_markers(image, counted, start, radius, window, shape, markers.profiles[which], markers.polarity, out)
     return Measured(out[:, :2].copy(), out[:, AMPLITUDE].copy(), out[:, CORRELATION] * out[:, WEIGHT])
 
 
@@ -151,20 +156,23 @@ def known_markers(image: Floats, mask: Flags | None, points: Floats, radius: flo
     polarity = 1.0 if bright else -1.0
     neighbours, spacing = nearest_neighbours(points)
     radii, places = np.full(len(points), radius), points.copy()
-    for _ in range(_ROUNDS):
+    shape = np.tile([1.0, 0.0, 1.0], (len(points), 1))
+    for turn in range(_ROUNDS):
         window = _windows(radii, spacing)
         profiles = np.empty((len(points), N_PROFILE))
-        learn_profiles(image, places, window, polarity, profiles)
+        learn_profiles(image, places, window, shape, polarity, profiles)
         profiles = _normalised(profiles)
         guess = Markers(
-            places, radii, window, profiles, polarity, spacing, neighbours, np.ones(len(points)), np.ones(len(points))
+            places, radii, window, shape, profiles, polarity, spacing, neighbours, *np.ones((2, len(points)))
         )
         measured = measure(guess, grey, mask, places)
         found = np.isfinite(measured.position[:, 0])
         places = np.where(found[:, None], measured.position, places)
         radii = _half_height(profiles, window)
+        if turn < _ROUNDS - 1:
+            learn_shapes(image, places, radii, window, polarity, shape)
     return Markers(
-        places, radii, window, profiles, polarity, spacing, neighbours, measured.amplitude, measured.quality
+        places, radii, window, shape, profiles, polarity, spacing, neighbours, measured.amplitude, measured.quality
     )
 
 

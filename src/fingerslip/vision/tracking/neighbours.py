@@ -15,8 +15,6 @@ Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 _COUNT = 8
-# A displacement that differs from what the neighbours say by this share of their distance belongs to another marker.
-_LARGEST = 0.35
 # Gradients count as if they were known to be zero to this many squared neighbour distances: rims extrapolate less.
 _STIFFNESS = 0.5
 
@@ -41,24 +39,28 @@ def nearest_neighbours(points: Floats) -> tuple[NDArray[np.intp], Floats]:
     return indices[:, 1:].astype(np.intp), distances[:, 1].astype(np.float64)
 
 
-def consistent(reference: Floats, found: Floats, sure: Flags, neighbours: NDArray[np.intp], spacing: Floats) -> Flags:
-    """Tell which markers moved as their neighbours did.
+def consistent(
+    reference: Floats, displacement: Floats, sure: Flags, neighbours: NDArray[np.intp], allowed: Floats
+) -> Flags:
+    """Tell which markers are displaced as their neighbours are.
 
     The one that differs most from the others is left out, and the rest judged again, until all agree.
 
     Parameters
     ----------
-    reference, found : (n, 2) array
-        Positions at rest and now [px].
+    reference : (n, 2) array
+        Positions at rest [px].
+    displacement : (n, 2) array
+        Displacements [px], without what is known to differ from the neighbours.
     sure : (n,) array of bool
         Which of the found ones may count.
     neighbours : (n, k) array of int
         Neighbours of each.
-    spacing : (n,) array
-        Distance to the nearest neighbour at rest [px].
+    allowed : (n,) array
+        How far each may be from what its neighbours say [px].
     """
     kept = sure.copy()
-    _drop_strangers(reference, found - reference, kept, neighbours, _LARGEST * spacing)
+    _drop_strangers(reference, displacement, kept, neighbours, allowed)
     return kept
 
 

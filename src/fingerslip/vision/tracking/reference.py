@@ -24,6 +24,7 @@ _ROUNDS = 6
 _LEAST_QUALITY = 0.6
 _LEAST_SHARE = 0.8  # of the markers; with fewer there is no tracking
 _LEAST_STEP = 1.15
+_ODD = 3.0  # robust standard deviations
 _DARK, _BRIGHT = 6.0, 245.0  # grey levels
 
 
@@ -136,7 +137,23 @@ def _chosen(image: Floats, mask: Flags | None, blobs: Blobs, n_markers: int | No
             break
     markers = known_markers(image, mask, blobs.position[chosen], blobs.radius, blobs.bright)
     alike = _alike(markers, blobs.position[chosen], blobs.radius)
+    if n_markers is None:
+        alike &= ~_odd(markers)
     return markers.taken(np.flatnonzero(alike)) if alike.any() else None
+
+
+def _odd(markers: Markers) -> Flags:
+    """Tell which blobs are no markers but reflections: of another size, and worse of shape, than the others."""
+    size, shape = (_outlying(values) for values in (markers.radius, -markers.quality))
+    odd: Flags = (np.abs(size) > _ODD) & (shape > _ODD) & (np.abs(markers.radius / np.median(markers.radius) - 1) > 0.2)
+    return odd
+
+
+def _outlying(values: Floats) -> Floats:
+    """Return how far values are from their median, in robust standard deviations."""
+    apart = values - np.median(values)
+    outlying: Floats = apart / max(1.4826 * float(np.median(np.abs(apart))), 1e-9)
+    return outlying
 
 
 def _alike(markers: Markers, points: Floats, radius: float) -> Flags:

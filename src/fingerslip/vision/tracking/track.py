@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+import dataclasses
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,10 +13,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import FingerslipError, InputError
-from fingerslip.vision.tracking.calibration import Calibration, read_calibration, undistorted
+from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
+from fingerslip.vision.opencv import opencv
 from fingerslip.vision.tracking.exposure import DUPLICATED, STATES, Exposure, frame_state, rest_exposure
 from fingerslip.vision.tracking.follow import follow, rest_state
 from fingerslip.vision.tracking.frames import Channel, Frames, VideoInput, open_frames
+from fingerslip.vision.tracking.lens import lens_of, undistorted
 from fingerslip.vision.tracking.reference import Reference, first_frames, reference_of
 from fingerslip.vision.tracking.topology import LayoutName, check_layout
 from fingerslip.vision.tracks import make_tracks
@@ -26,10 +28,10 @@ __all__ = ["TrackingWarning", "track_markers"]
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Frame = NDArray[np.uint8]
+_Row = tuple[NDArray[np.float32], NDArray[np.float32], int]
 
 # Markers are looked for in the mean of this many frames, or of the rest frames where they are fewer.
 _AVERAGED = 10
-_BLOCK = 4096  # frames
 _MOVED = 0.5  # px that the rest frames may move
 # Positions of a frame that shows nothing new are marked.
 _OLD_QUALITY = 0.5
@@ -46,7 +48,7 @@ def track_markers(
     rest_frames: int = 30,
     layout: LayoutName = "rings",
     mask: NDArray[np.bool_] | str | Path | None = None,
-    calibration: Calibration | str | Path | None = None,
+    calibration: Pinhole | Fisheye | str | Path | None = None,
     bright: bool | None = None,
     frame_rate: float | None = None,
     channel: Channel = "grey",
@@ -66,8 +68,8 @@ def track_markers(
         by rising angle from x to y of the image, free ones by rows.
     mask : (height, width) array of bool, or path, optional
         Pixels that count, such as those inside a bright ring; a path is that of an image which is white there.
-    calibration : Calibration or path, optional
-        Intrinsics of the camera; positions are then those of a camera without distortion.
+    calibration : Pinhole or Fisheye or path, optional
+        Intrinsics of the camera, or a file of them in OpenCV's form; positions are then those of a camera without distortion.
     bright : bool, optional
         Whether markers are brighter than what is around them; without it, what the first frames show.
     frame_rate : float, optional
@@ -113,9 +115,9 @@ def track_markers(
     allowed = _mask(mask, first.shape)
     reference = reference_of(averaged, allowed, n_markers, layout, bright, frames.name)
     course = _followed(frames, reference, allowed, rest_exposure(np.clip(averaged, 0, 255).astype(np.uint8)))
-    lens = read_calibration(calibration) if isinstance(calibration, str | Path) else calibration
-    if lens is not None:
-        course = _Course(undistorted(lens, course.position), course.quality, course.states)
+    if calibration is not None:
+        lens = lens_of(calibration, first.shape[::-1])
+        course = dataclasses.replace(course, position=undistorted(lens, course.position))
     tracks = _labelled(frames, reference, course, min(rest_frames, len(course.states)), first.shape)
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         warnings.warn(text, TrackingWarning, stacklevel=2)
@@ -133,8 +135,6 @@ def _mask(mask: NDArray[np.bool_] | str | Path | None, shape: tuple[int, ...]) -
     if mask is None:
         return None
     if isinstance(mask, str | Path):
-        from fingerslip.vision.tracking.opencv import opencv
-
         image = opencv().imread(str(mask), 0) if Path(mask).is_file() else None
         if image is None:
             raise InputError("mask", f"{mask} cannot be read as an image", "needs one that is white where markers are")
@@ -157,26 +157,25 @@ class _Course:
 
 def _followed(frames: Frames, reference: Reference, mask: Flags | None, rest: Exposure) -> _Course:
     """Return what was found in all frames; of the frames, only two are in memory at a time."""
-    steps = _steps(frames, reference, mask, rest)
-    broken, blocks = "", []
-    while True:
-        rows: list[tuple[NDArray[np.float32], NDArray[np.float32], int]] = []
-        try:
-            rows.extend(itertools.islice(steps, _BLOCK))
-        except FingerslipError as error:
-            broken = str(error)
-        if rows:
-            positions, qualities, states = zip(*rows, strict=True)
-            blocks.append((np.array(positions), np.array(qualities), np.array(states, dtype=np.int8)))
-        if len(rows) < _BLOCK:
-            break
-    joined = [np.concatenate(parts) for parts in zip(*blocks, strict=True)]
-    return _Course(joined[0].astype(np.float64), joined[1].astype(np.float64), joined[2], broken)
+    rows: list[_Row] = []
+    broken = ""
+    try:
+        for row in _steps(frames, reference, mask, rest):
+            rows.append(row)  # noqa: PERF402  what was read before an error is kept
+    except FingerslipError as error:
+        broken = str(error)
+    position, quality, states = zip(*rows, strict=True)
+    return _Course(
+        np.array(position, dtype=np.float64),
+        np.array(quality, dtype=np.float64),
+        np.array(states, dtype=np.int8),
+        broken,
+    )
 
 
 def _steps(
     frames: Frames, reference: Reference, mask: Flags | None, rest: Exposure
-) -> Iterator[tuple[NDArray[np.float32], NDArray[np.float32], int]]:
+) -> Iterator[_Row]:
     state, before = rest_state(reference.markers), None
     for frame in frames.read():
         light = frame_state(frame, before, rest)
@@ -190,7 +189,7 @@ def _steps(
 
 def _labelled(frames: Frames, reference: Reference, course: _Course, rest: int, shape: tuple[int, ...]) -> xr.Dataset:
     complaints = [*reference.warnings, *_complaints(frames, course, rest)]
-    partial = course.broken or len(course.states) < (frames.stated or 0) or bool(reference.warnings)
+    partial = bool(course.broken or reference.warnings)
     tracks = make_tracks(
         course.position,
         np.arange(len(course.states)) / frames.frame_rate,
@@ -205,7 +204,7 @@ def _labelled(frames: Frames, reference: Reference, course: _Course, rest: int, 
             "source": frames.name,
             "rest_frames": rest,
             "bright": int(reference.markers.polarity > 0),
-            "partial": int(bool(partial)),
+            "partial": int(partial),
             "warnings": "\n".join(complaints),
         },
     )
@@ -233,9 +232,7 @@ def _complaints(frames: Frames, course: _Course, rest: int) -> Iterator[str]:
     """Yield what is wrong with the frames."""
     count = len(course.states)
     if course.broken:
-        yield f"{frames.name}: stopped after {count} frames: {course.broken}"
-    elif frames.stated and count < frames.stated:
-        yield f"{frames.name}: ends after {count} of {frames.stated} frames: the file is truncated; tracks are partial"
+        yield f"{course.broken}; the tracks are those of the first {count} frames"
     for number, state in enumerate(STATES):
         which = np.flatnonzero(course.states == number)
         if number and which.size:
