@@ -87,3 +87,4 @@ from .study.definition.spec import Study as Study, read_study as read_study, stu
 from .study.running.runner import StudyFailedError as StudyFailedError, run_study as run_study
 from .timing import Adaptive as Adaptive, QuasiStatic as QuasiStatic, TimeStepping as TimeStepping
 from .version import __version__ as __version__
+from .vision.tracking.track import TrackingWarning as TrackingWarning, track_markers as track_markers

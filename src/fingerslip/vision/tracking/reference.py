@@ -24,7 +24,8 @@ _ROUNDS = 6
 _LEAST_QUALITY = 0.6
 _LEAST_SHARE = 0.8  # of the markers; with fewer there is no tracking
 _LEAST_STEP = 1.15
-_ODD = 3.0  # robust standard deviations
+# Markers of rings and lattices are not nearer to each other than this, in distances between neighbours.
+_CLOSEST = 0.65
 _DARK, _BRIGHT = 6.0, 245.0  # grey levels
 
 
@@ -95,7 +96,7 @@ def reference_of(
         Where there is no marker, or less than four fifths of those that there should be.
     """
     blobs = find_blobs(image, mask, n_markers, bright) or find_blobs(image, mask, None, bright)
-    markers = None if blobs is None else _chosen(image, mask, blobs, n_markers)
+    markers = None if blobs is None else _chosen(image, mask, blobs, n_markers, layout != "free")
     count = 0 if markers is None else len(markers.position)
     if markers is None or count < _LEAST_SHARE * (n_markers or 1):
         raise InputError(name, _found(image, count), _needed(n_markers), _REPAIR)
@@ -119,7 +120,9 @@ def _needed(n_markers: int | None) -> str:
     return f"needs {n_markers}" if n_markers else "needs blobs that are alike and stand out of what is around them"
 
 
-def _chosen(image: Floats, mask: Flags | None, blobs: Blobs, n_markers: int | None) -> Markers | None:
+def _chosen(
+    image: Floats, mask: Flags | None, blobs: Blobs, n_markers: int | None, regular: bool
+) -> Markers | None:
     """Return the strongest blobs that look like each other; those that do not make room for the next."""
     if n_markers is None and blobs.step < _LEAST_STEP:
         return None
@@ -137,23 +140,19 @@ def _chosen(image: Floats, mask: Flags | None, blobs: Blobs, n_markers: int | No
             break
     markers = known_markers(image, mask, blobs.position[chosen], blobs.radius, blobs.bright)
     alike = _alike(markers, blobs.position[chosen], blobs.radius)
-    if n_markers is None:
-        alike &= ~_odd(markers)
+    if regular and len(alike) > 1:
+        alike &= ~_crowded(markers)
     return markers.taken(np.flatnonzero(alike)) if alike.any() else None
 
 
-def _odd(markers: Markers) -> Flags:
-    """Tell which blobs are no markers but reflections: of another size, and worse of shape, than the others."""
-    size, shape = (_outlying(values) for values in (markers.radius, -markers.quality))
-    odd: Flags = (np.abs(size) > _ODD) & (shape > _ODD) & (np.abs(markers.radius / np.median(markers.radius) - 1) > 0.2)
-    return odd
-
-
-def _outlying(values: Floats) -> Floats:
-    """Return how far values are from their median, in robust standard deviations."""
-    apart = values - np.median(values)
-    outlying: Floats = apart / max(1.4826 * float(np.median(np.abs(apart))), 1e-9)
-    return outlying
+def _crowded(markers: Markers) -> Flags:
+    """Tell which blobs lie between markers of a regular layout: too near to one that is more like a marker."""
+    apart = np.linalg.norm(markers.position[:, None] - markers.position[None], axis=2)
+    np.fill_diagonal(apart, np.inf)
+    near = apart < _CLOSEST * np.median(apart.min(axis=0))
+    better = markers.quality[None] > markers.quality[:, None]
+    crowded: Flags = (near & better).any(axis=1)
+    return crowded
 
 
 def _alike(markers: Markers, points: Floats, radius: float) -> Flags:

@@ -81,8 +81,8 @@ def track_markers(
     -------
     xarray.Dataset
         Tracks in pixels, see :mod:`fingerslip.vision.tracks`, with also ``reference`` (marker, axis), the mean position
-        in the rest frames; ``rest_noise`` (marker, axis), the standard deviation there; ``frame_state`` (time): 0 fine,
-        1 dark, 2 overexposed, 3 duplicated. The attribute ``partial`` is 1 where the video or the markers are not
+        in the rest frames; ``rest_noise`` (marker, axis), the standard deviation there; ``radius`` (marker); ``frame_state``
+        (time): 0 fine, 1 dark, 2 overexposed, 3 duplicated; and with a calibration ``image_position``. The attribute ``partial`` is 1 where the video or the markers are not
         whole, and ``warnings`` says why.
 
     Raises
@@ -117,7 +117,7 @@ def track_markers(
     course = _followed(frames, reference, allowed, rest_exposure(np.clip(averaged, 0, 255).astype(np.uint8)))
     if calibration is not None:
         lens = lens_of(calibration, first.shape[::-1])
-        course = dataclasses.replace(course, position=undistorted(lens, course.position))
+        course = dataclasses.replace(course, position=undistorted(lens, course.position), raw=course.position)
     tracks = _labelled(frames, reference, course, min(rest_frames, len(course.states)), first.shape)
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         warnings.warn(text, TrackingWarning, stacklevel=2)
@@ -147,12 +147,14 @@ def _mask(mask: NDArray[np.bool_] | str | Path | None, shape: tuple[int, ...]) -
 
 @dataclass(frozen=True)
 class _Course:
-    """What was found in all frames: positions (t, n, 2), qualities (t, n), states (t,), and why reading ended early."""
+    """What was found in all frames: positions (t, n, 2), qualities (t, n), states (t,), why reading ended early, and
+    positions before the lens was corrected."""
 
     position: Floats
     quality: Floats
     states: NDArray[np.int8]
     broken: str = ""
+    raw: Floats | None = None
 
 
 def _followed(frames: Frames, reference: Reference, mask: Flags | None, rest: Exposure) -> _Course:
@@ -208,6 +210,9 @@ def _labelled(frames: Frames, reference: Reference, course: _Course, rest: int, 
             "warnings": "\n".join(complaints),
         },
     )
+    if course.raw is not None:
+        meaning = {"units": "px", "long_name": "position in the frames, with the lens's distortion"}
+        tracks = tracks.assign(image_position=(("time", "marker", "axis"), course.raw, meaning))
     return tracks.assign(_at_rest(course.position[:rest])).assign(
         frame_state=("time", course.states, {"long_name": ", ".join(f"{n} {s}" for n, s in enumerate(STATES))}),
         radius=("marker", reference.markers.radius, {"units": "px", "long_name": "radius of the markers at rest"}),
