@@ -61,7 +61,7 @@ BAD = Look(
 def field(look: Look = DEFAULT, layout: str = "rings", pitch: float = 0.0, rings: int = 4) -> Floats:
     """Return markers at rest around the middle of the frame (n, 2) [px]."""
     height, width = look.shape
-    pitch = pitch or 0.105 * height * 4 / rings
+    pitch = pitch or 0.092 * height * 4 / rings
     made = ring_layout(pitch, RING_COUNTS[: rings + 1]) if layout == "rings" else hexagonal_layout(pitch, rings)
     return made.position + [0.5 * width + 0.21, 0.5 * height - 0.37]
 
@@ -98,7 +98,9 @@ def truth_of(positions: Floats, look: Look) -> Floats:
     return positions + 0.5 * look.exposure * _steps(positions)
 
 
-def filmed(positions: Floats, look: Look = DEFAULT, *, seed: int = 0, hidden: NDArray[np.bool_] | None = None) -> Iterator[NDArray[np.uint8]]:
+def filmed(
+    positions: Floats, look: Look = DEFAULT, *, seed: int = 0, hidden: NDArray[np.bool_] | None = None
+) -> Iterator[NDArray[np.uint8]]:
     """Yield the frames of markers that move (t, n, 2); those that are `hidden` (t, n) are not drawn."""
     rng = np.random.default_rng(seed)
     light, pattern, spots = _light(look), _texture(look, rng), _spots(look, rng)
@@ -132,7 +134,11 @@ def _grid(look: Look) -> tuple[Floats, Floats]:
 
 def _light(look: Look) -> NDArray[np.float32]:
     x, y = _grid(look)
-    return ((1.0 + 0.5 * look.gradient * (0.8 * x + 0.6 * y)) * (1.0 - 0.6 * look.vignette * (x * x + y * y))).clip(0.05).astype(np.float32)
+    return (
+        ((1.0 + 0.5 * look.gradient * (0.8 * x + 0.6 * y)) * (1.0 - 0.6 * look.vignette * (x * x + y * y)))
+        .clip(0.05)
+        .astype(np.float32)
+    )
 
 
 def _ring(look: Look) -> NDArray[np.float32] | float:
@@ -239,7 +245,12 @@ def in_true_order(position: Floats, truth: Floats) -> Floats:
     """Return positions (t, n, 2) with markers as in the truth, matched at rest; NaN for markers without a track."""
     from scipy.optimize import linear_sum_assignment
 
-    start = np.array([np.nanmedian(track[:10], axis=0) if np.isfinite(track[:10]).any() else [1e6, 1e6] for track in position.transpose(1, 0, 2)])
+    start = np.array(
+        [
+            np.nanmedian(track[:10], axis=0) if np.isfinite(track[:10]).any() else [1e6, 1e6]
+            for track in position.transpose(1, 0, 2)
+        ]
+    )
     rows, columns = linear_sum_assignment(np.linalg.norm(start[:, None] - truth[0][None], axis=2).clip(0, 50.0))
     out = np.full(truth.shape, np.nan)
     for row, column in zip(rows, columns, strict=True):

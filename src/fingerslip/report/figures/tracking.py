@@ -64,9 +64,7 @@ def noise_figure(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> 
     drawn.set_facecolor("none")
     figure.colorbar(drawn, ax=axes, label="standard deviation [px]", shrink=0.8)
     for (x, y), number in zip(places, tracks["marker"].values[seen_once], strict=True):
-        axes.annotate(
-            str(number), (x, y), xytext=(4, 4), textcoords="offset points", fontsize=5.5, color=ORANGE
-        )
+        axes.annotate(str(number), (x, y), xytext=(4, 4), textcoords="offset points", fontsize=5.5, color=ORANGE)
     axes.set_aspect("equal")
     axes.grid(visible=False)
     if frame is None:

@@ -81,9 +81,10 @@ def quality_report(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -
     )
     sections = (
         ReportSection("Summary", (), (_summary(tracks),), warnings=warnings),
-        ReportSection("Markers over time", pictures=pictures[:1], tables=(_lost(tracks),)),
+        ReportSection("Markers over time", pictures=pictures[:1]),
         ReportSection("Noise at rest", pictures=pictures[1:2]),
         ReportSection("Jumps", pictures=pictures[2:]),
+        ReportSection("Lost markers", tables=(_lost(tracks),)),
     )
     source = str(tracks.attrs.get("source", ""))
     return Report(f"Tracks of {Path(source).name}", sections, {"fingerslip": __version__, "source": source})
@@ -124,4 +125,4 @@ def _lost(tracks: xr.Dataset) -> Table:
         Column("found again"),
     )
     note = f"The longest {_LONGEST_LIST} of {len(longest)}." if len(longest) > _LONGEST_LIST else ""
-    return Table("Lost markers" if rows else "No marker was lost", columns, rows, note)
+    return Table("" if rows else "No marker was lost", columns, rows, note)

@@ -20,6 +20,8 @@ _SCALES = tuple(1.2 * 2.0 ** (step / 3.0) for step in range(14))
 _SMALLEST_SIDE = 24  # px of a reduced image
 # Hessians of edges and lines have one large eigenvalue; 1 is a round blob.
 _ROUNDNESS = 0.35
+# Answers below this share of the brightness are none.
+_FAINTEST = 2e-3
 _FEWEST = 4
 _MOST = 4000
 # Weber's law: contrast is taken relative to the brightness around, which lifts markers in dark corners.
@@ -91,7 +93,9 @@ def _relative(image: Floats) -> NDArray[np.float32]:
     cv2 = opencv()
     height, width = image.shape
     reach = max(height, width) / 24.0
-    small = cv2.resize(image.astype(np.float32), (max(width // 8, 1), max(height // 8, 1)), interpolation=cv2.INTER_AREA)
+    small = cv2.resize(
+        image.astype(np.float32), (max(width // 8, 1), max(height // 8, 1)), interpolation=cv2.INTER_AREA
+    )
     around = cv2.resize(cv2.GaussianBlur(small, (0, 0), reach / 8.0), (width, height), interpolation=cv2.INTER_LINEAR)
     contrast: NDArray[np.float32] = (image.astype(np.float32) - around) / (around + _DARKEST)
     return contrast
@@ -128,7 +132,7 @@ def _peaks(smooth: NDArray[np.float32], sigma: float, polarity: float) -> tuple[
     side = 2 * math.ceil(1.5 * sigma) + 1
     highest = cv2.dilate(answer, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side)))
     round_ = 4.0 * (along * across - mixed**2) > _ROUNDNESS * (along + across) ** 2
-    rows, columns = np.nonzero((answer >= highest) & (answer > 0) & round_)
+    rows, columns = np.nonzero((answer >= highest) & (answer > _FAINTEST) & round_)
     strengths = answer[rows, columns].astype(np.float64)
     order = np.argsort(-strengths, kind="stable")[:_MOST]
     return np.column_stack([columns, rows])[order].astype(np.float64), strengths[order]

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.vision.opencv import opencv
 from fingerslip.vision.tracking.assignment import assign
 from fingerslip.vision.tracking.markers import Markers, Measured, measure
 from fingerslip.vision.tracking.neighbours import consistent, expected_displacement
-from fingerslip.vision.opencv import opencv
 
 __all__ = ["State", "follow", "rest_state"]
 

@@ -13,7 +13,16 @@ import math
 import numba
 import numpy as np
 
-__all__ = ["AMPLITUDE", "COLUMNS", "CORRELATION", "N_PROFILE", "WEIGHT", "learn_profiles", "learn_shapes", "measure_markers"]
+__all__ = [
+    "AMPLITUDE",
+    "COLUMNS",
+    "CORRELATION",
+    "N_PROFILE",
+    "WEIGHT",
+    "learn_profiles",
+    "learn_shapes",
+    "measure_markers",
+]
 
 #: Samples of a profile, from the centre to the edge of the window.
 N_PROFILE = 48
@@ -169,7 +178,7 @@ def _inside(x, y, shape):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=True)
-def _gather(  # type: ignore[no-untyped-def]  # noqa: PLR0914, PLR0915
+def _gather(  # type: ignore[no-untyped-def]  # noqa: PLR0915
     image, mask, x, y, window, shape, profile, found, tolerance, normal, right_side, sums
 ):
     """Sum the normal equations of the fit around a position.

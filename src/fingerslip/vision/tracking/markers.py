@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,9 @@ _MARGIN = 1.5  # px, for blur
 _SMALLEST_WINDOW = 3.0  # px
 _ROUNDS = 3
 _OUTSIDE = 6  # samples of a profile that are the background
+_CIRCLE = (1.0, 0.0, 1.0)
+# Quality so far below the median is odd, in itself and in median deviations.
+_BADLY, _OUTLYING = 0.03, 6.0
 _CENTRE = 4  # samples of a profile that are the top
 
 
@@ -156,23 +160,46 @@ def known_markers(image: Floats, mask: Flags | None, points: Floats, radius: flo
     polarity = 1.0 if bright else -1.0
     neighbours, spacing = nearest_neighbours(points)
     radii, places = np.full(len(points), radius), points.copy()
-    shape = np.tile([1.0, 0.0, 1.0], (len(points), 1))
+    shape = np.tile(_CIRCLE, (len(points), 1))
+    ones = np.ones(len(points))
     for turn in range(_ROUNDS):
         window = _windows(radii, spacing)
         profiles = np.empty((len(points), N_PROFILE))
         learn_profiles(image, places, window, shape, polarity, profiles)
         profiles = _normalised(profiles)
-        guess = Markers(
-            places, radii, window, shape, profiles, polarity, spacing, neighbours, *np.ones((2, len(points)))
-        )
-        measured = measure(guess, grey, mask, places)
-        found = np.isfinite(measured.position[:, 0])
-        places = np.where(found[:, None], measured.position, places)
+        markers = Markers(places, radii, window, shape, profiles, polarity, spacing, neighbours, ones, ones)
+        markers, places = _measured_again(markers, grey, mask)
         radii = _half_height(profiles, window)
         if turn < _ROUNDS - 1:
             learn_shapes(image, places, radii, window, polarity, shape)
-    return Markers(
-        places, radii, window, shape, profiles, polarity, spacing, neighbours, measured.amplitude, measured.quality
+    markers = dataclasses.replace(markers, radius=radii)
+    return _measured_again(_with_typical_looks(markers), grey, mask)[0]
+
+
+def _measured_again(markers: Markers, grey: NDArray[np.uint8], mask: Flags | None) -> tuple[Markers, Floats]:
+    """Return markers where they are measured in an image, and their positions; those not found stay where they were."""
+    measured = measure(markers, grey, mask, markers.position)
+    found = np.isfinite(measured.position[:, :1])
+    places = np.where(found, measured.position, markers.position)
+    again = dataclasses.replace(
+        markers, position=places, amplitude=measured.amplitude, quality=np.where(found[:, 0], measured.quality, 0.0)
+    )
+    return again, places
+
+
+def _with_typical_looks(markers: Markers) -> Markers:
+    """Return markers of which those that fit badly look like the others: a reflection beside them was learnt too."""
+    apart = np.median(markers.quality) - markers.quality
+    odd = apart > max(_BADLY, _OUTLYING * float(np.median(np.abs(apart))))
+    if not odd.any() or odd.all():
+        return markers
+    radius = np.where(odd, np.median(markers.radius[~odd]), markers.radius)
+    return dataclasses.replace(
+        markers,
+        radius=radius,
+        window=_windows(radius, markers.spacing),
+        shape=np.where(odd[:, None], _CIRCLE, markers.shape),
+        profiles=np.where(odd[:, None], np.median(markers.profiles[~odd], axis=0), markers.profiles),
     )
 
 

@@ -27,7 +27,7 @@ _RINGS: tuple[Colour, ...] = (
     (66, 228, 240),
     (178, 114, 0),
 )
-_DARK, _LIGHT = (0, 0, 0), (255, 255, 255)
+_LIGHT: Colour = (255, 255, 255)
 _BITS = 4  # OpenCV draws in sixteenths of a pixel
 _DOUBTFUL = 0.6
 _REFERENCE_HEIGHT = 480.0  # px, of a frame in which a line of one pixel is right
@@ -55,7 +55,8 @@ def overlaid(frames: Iterable[Frame], tracks: xr.Dataset) -> Iterator[Frame]:
     name = "image_position" if "image_position" in tracks else "position"
     position, quality = tracks[name].values, tracks["quality"].values
     rest = position[: max(int(tracks.attrs.get("rest_frames", 1)), 1)]
-    start = np.nanmedian(rest, axis=0) if np.isfinite(rest).any() else rest[0]
+    # Where it was first seen: the line is a guide, not a measurement.
+    start = rest[np.isfinite(rest[..., 0]).argmax(axis=0), np.arange(rest.shape[1])]
     radius = tracks["radius"].values if "radius" in tracks else np.full(position.shape[1], 6.0)
     states = tracks["frame_state"].values if "frame_state" in tracks else np.zeros(len(position), dtype=int)
     colours = _colours(tracks)
@@ -63,7 +64,9 @@ def overlaid(frames: Iterable[Frame], tracks: xr.Dataset) -> Iterator[Frame]:
         picture = cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR) if frame.ndim == 2 else frame.copy()
         line = max(round(frame.shape[0] / _REFERENCE_HEIGHT), 1)
         for n in np.flatnonzero(np.isfinite(here).all(axis=1)):
-            _marker(cv2, picture, here[n], start[n], radius[n], colours[n], line * (2 if quality[t, n] >= _DOUBTFUL else 1))
+            _marker(
+                cv2, picture, here[n], start[n], radius[n], colours[n], line * (2 if quality[t, n] >= _DOUBTFUL else 1)
+            )
         found = int(np.isfinite(here).all(axis=1).sum())
         state = "" if states[t] == FINE else f", {STATES[states[t]]}"
         _text(cv2, picture, f"{float(tracks['time'][t]):.3f} s  {found}/{len(here)} markers{state}", line)
@@ -96,6 +99,7 @@ def _fixed(point: NDArray[np.float64]) -> tuple[int, int]:
 
 
 def _text(cv2: ModuleType, picture: Frame, text: str, line: int) -> None:
-    place, size = (8 * line, 20 * line), 0.5 * line
-    for colour, width in ((_DARK, 3 * line), (_LIGHT, line)):
-        cv2.putText(picture, text, place, cv2.FONT_HERSHEY_SIMPLEX, size, colour, width, cv2.LINE_AA)
+    height = 26 * line
+    picture[:height, : min(len(text) * 10 * line + 12 * line, picture.shape[1])] = 0
+    place = (8 * line, 18 * line)
+    cv2.putText(picture, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.5 * line, _LIGHT, line, cv2.LINE_AA)

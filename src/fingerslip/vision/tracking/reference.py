@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.vision.tracking.detection import Blobs, find_blobs
 from fingerslip.vision.tracking.markers import Markers, known_markers
-from fingerslip.vision.tracking.topology import LayoutName, topology
+from fingerslip.vision.tracking.topology import LayoutName, out_of_place, topology
 
 __all__ = ["Reference", "first_frames", "reference_of"]
 
@@ -24,8 +25,10 @@ _ROUNDS = 6
 _LEAST_QUALITY = 0.6
 _LEAST_SHARE = 0.8  # of the markers; with fewer there is no tracking
 _LEAST_STEP = 1.15
-# Markers of rings and lattices are not nearer to each other than this, in distances between neighbours.
+# Markers of a lattice are not nearer to each other than this, in distances between neighbours.
 _CLOSEST = 0.65
+# Contrast over noise, both summed over the pixels of a marker: the largest of pure noise is about 5.
+_LEAST_RATIO = 8.0
 _DARK, _BRIGHT = 6.0, 245.0  # grey levels
 
 
@@ -62,7 +65,7 @@ def first_frames(frames: Iterable[Frame], count: int) -> tuple[Floats, Frame]:
         How many, at most.
     """
     total, first, number = np.zeros(0), np.zeros((0, 0), dtype=np.uint8), 0
-    for number, frame in enumerate(itertools.islice(frames, count), start=1):  # noqa: B007  counts
+    for number, frame in enumerate(itertools.islice(frames, count), start=1):
         if number == 1:
             total, first = frame.astype(np.float64), frame
         else:
@@ -95,8 +98,7 @@ def reference_of(
     InputError
         Where there is no marker, or less than four fifths of those that there should be.
     """
-    blobs = find_blobs(image, mask, n_markers, bright) or find_blobs(image, mask, None, bright)
-    markers = None if blobs is None else _chosen(image, mask, blobs, n_markers, layout != "free")
+    markers = _best(image, mask, n_markers, layout, bright)
     count = 0 if markers is None else len(markers.position)
     if markers is None or count < _LEAST_SHARE * (n_markers or 1):
         raise InputError(name, _found(image, count), _needed(n_markers), _REPAIR)
@@ -120,8 +122,31 @@ def _needed(n_markers: int | None) -> str:
     return f"needs {n_markers}" if n_markers else "needs blobs that are alike and stand out of what is around them"
 
 
+def _best(
+    image: Floats, mask: Flags | None, n_markers: int | None, layout: LayoutName, bright: bool | None
+) -> Markers | None:
+    """Return as many markers as can be found, up to their number."""
+    best = None
+    # Where fewer are there than there should be, those that stand out by themselves may be more.
+    for wanted in dict.fromkeys((n_markers, None)):
+        blobs = find_blobs(image, mask, wanted, bright)
+        found = None if blobs is None else _chosen(image, mask, blobs, wanted, layout)
+        if found is not None and _stands_out(image, found) and len(found.position) <= (n_markers or np.inf):
+            best = found if best is None or len(found.position) > len(best.position) else best
+        if best is not None and len(best.position) == n_markers:
+            break
+    return best
+
+
+def _stands_out(image: Floats, markers: Markers) -> bool:
+    """Tell whether markers are more than the noise of the image, from pixel to pixel, makes."""
+    noise = float(np.median(np.abs(np.diff(image, axis=1)))) / (0.6745 * math.sqrt(2.0))
+    pixels = math.sqrt(math.pi) * float(np.median(markers.radius))
+    return float(np.median(markers.amplitude)) * pixels > _LEAST_RATIO * noise
+
+
 def _chosen(
-    image: Floats, mask: Flags | None, blobs: Blobs, n_markers: int | None, regular: bool
+    image: Floats, mask: Flags | None, blobs: Blobs, n_markers: int | None, layout: LayoutName
 ) -> Markers | None:
     """Return the strongest blobs that look like each other; those that do not make room for the next."""
     if n_markers is None and blobs.step < _LEAST_STEP:
@@ -130,7 +155,7 @@ def _chosen(
     chosen, behind = np.arange(count), count
     for _ in range(_ROUNDS):
         markers = known_markers(image, mask, blobs.position[chosen], blobs.radius, blobs.bright)
-        alike = _alike(markers, blobs.position[chosen], blobs.radius)
+        alike = _alike(markers, blobs.position[chosen], blobs.radius, layout)
         wanted = 0 if n_markers is None else count - int(alike.sum())
         more = np.arange(behind, min(behind + wanted, len(blobs.position)))
         if alike.all() or not alike.any():
@@ -139,25 +164,26 @@ def _chosen(
         if not len(more):
             break
     markers = known_markers(image, mask, blobs.position[chosen], blobs.radius, blobs.bright)
-    alike = _alike(markers, blobs.position[chosen], blobs.radius)
-    if regular and len(alike) > 1:
-        alike &= ~_crowded(markers)
+    alike = _alike(markers, blobs.position[chosen], blobs.radius, layout)
     return markers.taken(np.flatnonzero(alike)) if alike.any() else None
 
 
-def _crowded(markers: Markers) -> Flags:
-    """Tell which blobs lie between markers of a regular layout: too near to one that is more like a marker."""
-    apart = np.linalg.norm(markers.position[:, None] - markers.position[None], axis=2)
-    np.fill_diagonal(apart, np.inf)
-    near = apart < _CLOSEST * np.median(apart.min(axis=0))
-    better = markers.quality[None] > markers.quality[:, None]
-    crowded: Flags = (near & better).any(axis=1)
-    return crowded
-
-
-def _alike(markers: Markers, points: Floats, radius: float) -> Flags:
+def _alike(markers: Markers, points: Floats, radius: float, layout: LayoutName) -> Flags:
     """Tell which markers look like the typical one, where they were said to be, and are not the same twice."""
     near = np.linalg.norm(markers.position - points, axis=1) < radius
     apart = np.linalg.norm(markers.position[:, None] - markers.position[None], axis=2)
     twice = np.triu(apart < 0.8 * radius, 1).any(axis=0)
-    return (markers.quality >= _LEAST_QUALITY) & near & ~twice
+    alike: Flags = (markers.quality >= _LEAST_QUALITY) & near & ~twice
+    if layout == "rings" and alike.any():
+        alike[alike] = ~out_of_place(markers.position[alike])
+    if layout == "hex" and alike.sum() > 1:
+        alike[alike] = ~_crowded(apart[np.ix_(alike, alike)], markers.quality[alike])
+    return alike
+
+
+def _crowded(apart: Floats, quality: Floats) -> Flags:
+    """Tell which blobs lie between markers of a lattice: too near to one that is more like a marker."""
+    distance = np.where(np.eye(len(apart), dtype=bool), np.inf, apart)
+    near = distance < _CLOSEST * np.median(distance.min(axis=0))
+    crowded: Flags = (near & (quality[None] > quality[:, None])).any(axis=1)
+    return crowded

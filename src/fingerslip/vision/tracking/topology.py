@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
 
-__all__ = ["LayoutName", "Topology", "check_layout", "topology"]
+__all__ = ["LayoutName", "Topology", "check_layout", "out_of_place", "topology"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.intp]
@@ -23,6 +23,9 @@ LayoutName = Literal["rings", "hex", "free"]
 _GAP = 0.45
 # How far a marker may lie from where the lattice has it, in distances between neighbours.
 _OFF_LATTICE = 0.4
+# Rings have at least so many markers, and none much nearer to the next than the others are.
+_FEWEST = 4
+_NARROW = 0.65
 _HEX_STEPS = ((1, 0), (0, 1), (-1, 1), (-1, 0), (0, -1), (1, -1))
 
 
@@ -76,6 +79,44 @@ def topology(points: Floats, layout: LayoutName) -> Topology:
     sorting = (angle + first) % (2.0 * math.pi)
     order = np.lexsort((sorting, ring))
     return Topology(order, ring[order], angle[order], complaint)
+
+
+def out_of_place(points: Floats) -> NDArray[np.bool_]:
+    """Tell which points are no part of evenly spaced rings: of two that are too near, the one the ring is even without.
+
+    Parameters
+    ----------
+    points : (n, 2) array
+        Positions at rest [px].
+    """
+    odd = np.zeros(len(points), dtype=bool)
+    if len(points) < _FEWEST:
+        return odd
+    centre = _centre(points)
+    ring, _ = _circles(points, centre)
+    for members in (np.flatnonzero(ring == number) for number in range(1, int(ring.max()) + 1)):
+        if len(members) < _FEWEST:
+            odd[members] = True
+        else:
+            odd[_uneven(points, centre, members)] = True
+    return odd
+
+
+def _uneven(points: Floats, centre: Floats, members: Integers) -> Integers:
+    """Return those members of a ring that stand between its others."""
+    dx, dy = (points[members] - centre).T
+    angle, radius = np.arctan2(dy, dx), np.hypot(dx, dy)
+    order = np.argsort(angle)
+    gaps = np.diff(angle[order], append=angle.min() + 2.0 * math.pi)
+    even = float(np.median(gaps))
+    # Without a member the gaps on its sides become one, which is as wide as the others if it did not belong there.
+    without = np.abs(gaps + np.roll(gaps, 1) - even) / even
+    off = np.abs(radius[order] / np.median(radius) - 1.0) / even
+    found = []
+    for place in np.flatnonzero(gaps < _NARROW * even):
+        pair = np.array([place, (place + 1) % len(order)])
+        found.append(members[order[pair[np.argmin((without - off)[pair])]]])
+    return np.array(found, dtype=np.intp)
 
 
 def _centre(points: Floats) -> Floats:

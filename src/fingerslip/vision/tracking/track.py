@@ -148,7 +148,8 @@ def _mask(mask: NDArray[np.bool_] | str | Path | None, shape: tuple[int, ...]) -
 @dataclass(frozen=True)
 class _Course:
     """What was found in all frames: positions (t, n, 2), qualities (t, n), states (t,), why reading ended early, and
-    positions before the lens was corrected."""
+    positions before the lens was corrected.
+    """
 
     position: Floats
     quality: Floats
@@ -175,9 +176,7 @@ def _followed(frames: Frames, reference: Reference, mask: Flags | None, rest: Ex
     )
 
 
-def _steps(
-    frames: Frames, reference: Reference, mask: Flags | None, rest: Exposure
-) -> Iterator[_Row]:
+def _steps(frames: Frames, reference: Reference, mask: Flags | None, rest: Exposure) -> Iterator[_Row]:
     state, before = rest_state(reference.markers), None
     for frame in frames.read():
         light = frame_state(frame, before, rest)
