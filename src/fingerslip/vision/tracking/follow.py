@@ -35,6 +35,8 @@ _REACH = 0.45
 _STRANGE, _FORGETTING, _STRANGEST = 0.12, 0.2, 0.35
 # What a new frame adds to the memory of a marker's contrast.
 _ADAPTION = 0.05
+# Quality from which on the offset of a marker from its neighbours is believed at once; below it, more slowly.
+_TRUSTED, _LEAST_TRUST = 0.9, 0.05
 _FOUND_AGAIN = 0.5  # the quality of the first sight counts half
 _FLOW_WINDOW, _FLOW_LEVELS = 31, 4
 
@@ -121,8 +123,11 @@ def _looks_right(markers: Markers, state: State, found: Measured, guess: Floats,
 def _agreed(markers: Markers, state: State, found: Measured, sure: Flags) -> Flags:
     """Tell which markers are displaced as their neighbours are, but for what they were before; see `State.offset`."""
     share = np.minimum(_STRANGE * (1.0 + _FORGETTING * state.missing), _STRANGEST)
-    displacement = found.position - markers.position - state.offset
-    return consistent(markers.position, displacement, sure, markers.neighbours, share * markers.spacing)
+    displacement = found.position - markers.position
+    near = consistent(
+        markers.position, displacement - state.offset, sure, markers.neighbours, share * markers.spacing
+    )
+    return consistent(markers.position, displacement, near, markers.neighbours, _STRANGEST * markers.spacing)
 
 
 def _by_flow(
@@ -209,6 +214,12 @@ def _free(positions: Floats, others: Floats, radius: Floats) -> Flags:
     return known & (apart > radius)
 
 
+def _trust(quality: Floats) -> Floats:
+    """Return how much a marker's own way counts: little where it may be a reflection that stands still."""
+    trust: Floats = np.clip((quality - _LEAST_AGAIN) / (_TRUSTED - _LEAST_AGAIN), _LEAST_TRUST, 1.0)
+    return trust
+
+
 def _updated(
     markers: Markers, state: State, image: Frame, found: Measured, sure: Flags
 ) -> tuple[State, Floats, Floats]:
@@ -225,11 +236,12 @@ def _updated(
     displacement = np.where(sure[:, None], found.position - markers.position, 0.0)
     expected, counts = expected_displacement(markers.position, displacement, sure, markers.neighbours)
     fresh = (sure & (counts > 0))[:, None]
+    apart = displacement - np.where(fresh, expected, 0.0) - state.offset
     adapted = state.amplitude + _ADAPTION * (found.amplitude - state.amplitude)
     new = State(
         np.where(sure[:, None], found.position, state.position),
         velocity,
-        np.where(fresh, displacement - np.where(fresh, expected, 0.0), state.offset),
+        np.where(fresh, state.offset + _trust(quality)[:, None] * apart, state.offset),
         np.where(sure, adapted, state.amplitude),
         np.where(sure, 0, state.missing + 1),
         image,

@@ -24,6 +24,7 @@ Frame = NDArray[np.uint8]
 _ROUNDS = 6
 _LEAST_QUALITY = 0.6
 _LEAST_SHARE = 0.8  # of the markers; with fewer there is no tracking
+_SPARE, _SPARE_STRENGTH = 8, 0.4
 _LEAST_STEP = 1.15
 # Markers of a lattice are not nearer to each other than this, in distances between neighbours.
 _CLOSEST = 0.65
@@ -152,7 +153,10 @@ def _chosen(
     if n_markers is None and blobs.step < _LEAST_STEP:
         return None
     count = min(n_markers or blobs.count, len(blobs.position))
-    chosen, behind = np.arange(count), count
+    # A regular layout says which of some more are markers.
+    spare = blobs.strength[count : count + _SPARE] > _SPARE_STRENGTH * blobs.strength[count - 1]
+    behind = count + (int(spare.sum()) if layout == "rings" else 0)
+    chosen = np.arange(behind)
     for _ in range(_ROUNDS):
         markers = known_markers(image, mask, blobs.position[chosen], blobs.radius, blobs.bright)
         alike = _alike(markers, blobs.position[chosen], blobs.radius, layout)
@@ -165,7 +169,8 @@ def _chosen(
             break
     markers = known_markers(image, mask, blobs.position[chosen], blobs.radius, blobs.bright)
     alike = _alike(markers, blobs.position[chosen], blobs.radius, layout)
-    return markers.taken(np.flatnonzero(alike)) if alike.any() else None
+    kept = np.flatnonzero(alike)[: n_markers or None]
+    return markers.taken(kept) if kept.size else None
 
 
 def _alike(markers: Markers, points: Floats, radius: float, layout: LayoutName) -> Flags:
