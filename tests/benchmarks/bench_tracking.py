@@ -1,4 +1,4 @@
-"""The tables of docs/tracking.md: error, identities, what is kept, drift and speed of the tracker, on clips with known truth.
+"""The tables of docs/tracking.md: error, identities, what is kept, drift and speed, on clips with known truth.
 
 Run it as it is: ``python tests/benchmarks/bench_tracking.py [--cases error directions bad vanish drift speed]``. Every
 table is printed in Markdown. The plain tracker beside ours takes the nearest blob in each frame.
@@ -7,6 +7,7 @@ table is printed in Markdown. The plain tracker beside ours takes the nearest bl
 from __future__ import annotations
 
 import argparse
+import itertools
 import sys
 import tempfile
 import time
@@ -205,7 +206,7 @@ def speed() -> None:
         parts = {"follow 81 markers": _timed(lambda: _follow(reference, frames), len(frames))}
         rest = rest_exposure(frames[0])
         parts["judge the exposure"] = _timed(
-            lambda: [frame_state(b, a, rest) for a, b in zip(frames, frames[1:], strict=False)], len(frames)
+            lambda: [frame_state(b, a, rest) for a, b in itertools.pairwise(frames)], len(frames)
         )
         parts["decode MJPEG"] = _timed(lambda: sum(1 for _ in open_frames(video).read()), len(frames))
         parts["all three"] = sum(parts.values())

@@ -63,7 +63,7 @@ def field(look: Look = DEFAULT, layout: str = "rings", pitch: float = 0.0, rings
     height, width = look.shape
     pitch = pitch or 0.092 * height * 4 / rings
     made = ring_layout(pitch, RING_COUNTS[: rings + 1]) if layout == "rings" else hexagonal_layout(pitch, rings)
-    return made.position + [0.5 * width + 0.21, 0.5 * height - 0.37]
+    return made.position + np.array([0.5 * width + 0.21, 0.5 * height - 0.37])
 
 
 def still(points: Floats, count: int) -> Floats:
@@ -193,7 +193,9 @@ def _cover(look: Look, points: Floats, steps: Floats, rest: Floats) -> NDArray[n
     return cover.clip(0.0, 1.0)
 
 
-def _disk(cover: NDArray[np.float32], here: Floats, look: Look, outwards: Floats, squeeze: float, share: float) -> None:
+def _disk(  # noqa: PLR0917
+    cover: NDArray[np.float32], here: Floats, look: Look, outwards: Floats, squeeze: float, share: float
+) -> None:
     side = int(look.radius + 4.0 * look.blur + 3.0)
     column, row = np.rint(here).astype(int)
     top, left = max(row - side, 0), max(column - side, 0)

@@ -60,7 +60,7 @@ def noise_figure(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> 
     if frame is not None:
         axes.imshow(frame, cmap="gray", vmin=0, vmax=255)
     places, noise = np.nanmean(rest[:, seen_once], axis=0), noise_at_rest(tracks)[seen_once]
-    drawn = axes.scatter(*places.T, c=noise, s=46, cmap="viridis", linewidths=1.4, vmin=0.0)
+    drawn = axes.scatter(places[:, 0], places[:, 1], c=noise, s=46, cmap="viridis", linewidths=1.4, vmin=0.0)
     drawn.set_facecolor("none")
     figure.colorbar(drawn, ax=axes, label="standard deviation [px]", shrink=0.8)
     for (x, y), number in zip(places, tracks["marker"].values[seen_once], strict=True):
@@ -83,6 +83,6 @@ def jump_figure(tracks: xr.Dataset) -> Figure:
         say(axes, "no two frames with neighbours")
         return figure
     edges = np.linspace(0.0, max(float(found.max()), 0.1) * 1.02, 61)
-    axes.hist(found, bins=edges, color=BLUE)
+    axes.hist(found, bins=list(edges), color=BLUE)
     axes.set_yscale("log")
     return figure

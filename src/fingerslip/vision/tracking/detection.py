@@ -15,7 +15,7 @@ __all__ = ["Blobs", "find_blobs"]
 
 Floats = NDArray[np.float64]
 
-# Standard deviations of the Laplacian of a Gaussian that are tried [px]; a disk of radius r answers most at r / sqrt(2).
+# Standard deviations of the Laplacian of a Gaussian that are tried [px]; a disk of radius r answers most at r / √2.
 _SCALES = tuple(1.2 * 2.0 ** (step / 3.0) for step in range(14))
 _SMALLEST_SIDE = 24  # px of a reduced image
 # Hessians of edges and lines have one large eigenvalue; 1 is a round blob.
@@ -61,10 +61,10 @@ def find_blobs(
 ) -> Blobs | None:
     """Find the markers of an image by the blob size and polarity at which they stand out most.
 
-    For each size of blob (Lindeberg 1998) the answers of the image to the Laplacian of a Gaussian are sorted by strength.
-    Where the number of markers is known, the size is taken whose `n_markers` strongest answers are strongest, measured by
-    the last of them and by its ratio to the one after. Where it is not, the number is the one at which the sorted
-    strengths fall most steeply: a threshold can move there without changing the count.
+    For each size of blob (Lindeberg 1998) the answers of the image to the Laplacian of a Gaussian are sorted by
+    strength. Where the number of markers is known, the size is taken whose `n_markers` strongest answers are strongest,
+    measured by the last of them and by its ratio to the one after. Where it is not, the number is the one at which the
+    sorted strengths fall most steeply: a threshold can move there without changing the count.
 
     Parameters
     ----------

@@ -30,8 +30,8 @@ _LEAST_AGAIN = 0.6  # after it was lost
 _CONTRAST = (0.25, 4.0)
 # How far from a guess a marker may be found, in distances between neighbours.
 _REACH = 0.45
-# How far the displacement of a marker may leave its neighbours' from one frame to the next, in the same distances; it grows
-# by a fifth for each frame in which the marker was not seen, up to the largest.
+# How far the displacement of a marker may leave its neighbours' from one frame to the next, in the same distances; it
+# grows by a fifth for each frame in which the marker was not seen, up to the largest.
 _STRANGE, _FORGETTING, _STRANGEST = 0.12, 0.2, 0.35
 # What a new frame adds to the memory of a marker's contrast.
 _ADAPTION = 0.05
@@ -117,20 +117,19 @@ def _looks_right(markers: Markers, state: State, found: Measured, guess: Floats,
     contrast = found.amplitude / state.amplitude
     apart = np.linalg.norm(found.position - guess, axis=1)
     right: Flags = (found.quality >= least) & (contrast > _CONTRAST[0]) & (contrast < _CONTRAST[1])
-    return right & (apart <= _REACH * markers.spacing)
+    right &= apart <= _REACH * markers.spacing
+    return right
 
 
 def _agreed(markers: Markers, state: State, found: Measured, sure: Flags) -> Flags:
     """Tell which markers are displaced as their neighbours are, but for what they were before; see `State.offset`."""
     share = np.minimum(_STRANGE * (1.0 + _FORGETTING * state.missing), _STRANGEST)
     displacement = found.position - markers.position
-    near = consistent(
-        markers.position, displacement - state.offset, sure, markers.neighbours, share * markers.spacing
-    )
+    near = consistent(markers.position, displacement - state.offset, sure, markers.neighbours, share * markers.spacing)
     return consistent(markers.position, displacement, near, markers.neighbours, _STRANGEST * markers.spacing)
 
 
-def _by_flow(
+def _by_flow(  # noqa: PLR0917  a step of follow
     markers: Markers, state: State, image: Frame, mask: Flags | None, found: Measured, sure: Flags
 ) -> tuple[Measured, Flags]:
     """Measure again, where optical flow says, what was seen in the last frame and is not sure now."""
@@ -162,7 +161,7 @@ def _merged(found: Measured, again: Measured, taken: Flags) -> Measured:
     )
 
 
-def _searched(
+def _searched(  # noqa: PLR0917  a step of follow
     markers: Markers, state: State, image: Frame, mask: Flags | None, found: Measured, sure: Flags
 ) -> tuple[Measured, Flags]:
     """Search around the expected places for all that is not sure, and match it one to one with what is there."""
@@ -211,7 +210,8 @@ def _free(positions: Floats, others: Floats, radius: Floats) -> Flags:
     if not len(others):
         return known
     apart = np.linalg.norm(positions[:, None] - others[None], axis=2).min(axis=1)
-    return known & (apart > radius)
+    free: Flags = known & (apart > radius)
+    return free
 
 
 def _trust(quality: Floats) -> Floats:

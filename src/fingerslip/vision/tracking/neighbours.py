@@ -90,13 +90,17 @@ def expected_displacement(
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _expect(reference, displacement, usable, neighbours, out, counts):  # type: ignore[no-untyped-def]
+def _expect(  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    reference, displacement, usable, neighbours, out, counts
+):
     for n in range(len(reference)):
         counts[n] = _expect_one(reference, displacement, usable, neighbours, n, out)
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _expect_one(reference, displacement, usable, neighbours, n, out):  # type: ignore[no-untyped-def]
+def _expect_one(  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    reference, displacement, usable, neighbours, n, out
+):
     """Fit the neighbours' displacements around marker n; return how many there are."""
     count, mx, my, mu, mv = 0, 0.0, 0.0, 0.0, 0.0
     for k in neighbours[n]:

@@ -36,8 +36,8 @@ _REFERENCE_HEIGHT = 480.0  # px, of a frame in which a line of one pixel is righ
 def overlaid(frames: Iterable[Frame], tracks: xr.Dataset) -> Iterator[Frame]:
     """Yield frames in colour with a circle around every marker that was found and a line from where it rested.
 
-    Circles have the colour of the ring of the marker; those of a quality below 0.6 are thin. The first line of text says how
-    many markers were found, of how many, and what is wrong with the frame.
+    Circles have the colour of the ring of the marker; those of a quality below 0.6 are thin. The text says how many
+    markers were found, of how many, and what is wrong with the frame.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def _colours(tracks: xr.Dataset) -> list[Colour]:
     return [_RINGS[int(ring) % len(_RINGS)] for ring in rings]
 
 
-def _marker(
+def _marker(  # noqa: PLR0917  what is drawn, and how
     cv2: ModuleType,
     picture: Frame,
     here: NDArray[np.float64],

@@ -74,7 +74,7 @@ def first_frames(frames: Iterable[Frame], count: int) -> tuple[Floats, Frame]:
     return total / max(number, 1), first
 
 
-def reference_of(
+def reference_of(  # noqa: PLR0917  the options of a search
     image: Floats, mask: Flags | None, n_markers: int | None, layout: LayoutName, bright: bool | None, name: str
 ) -> Reference:
     """Find, measure and number the markers of the mean of the first frames.

@@ -64,8 +64,8 @@ def track_markers(
     rest_frames : int, optional
         How many frames the sensor rests at the beginning: their mean is the reference.
     layout : {'rings', 'hex', 'free'}, optional
-        Arrangement of the markers, which numbers them: concentric rings and hexagonal lattices from the centre outwards and
-        by rising angle from x to y of the image, free ones by rows.
+        Arrangement of the markers, which numbers them: concentric rings and hexagonal lattices from the centre outwards
+        and by rising angle from x to y of the image, free ones by rows.
     mask : (height, width) array of bool, or path, optional
         Pixels that count, such as those inside a bright ring; a path is that of an image which is white there.
     calibration : Pinhole or Fisheye or path, optional
@@ -81,9 +81,9 @@ def track_markers(
     -------
     xarray.Dataset
         Tracks in pixels, see :mod:`fingerslip.vision.tracks`, with also ``reference`` (marker, axis), the mean position
-        in the rest frames; ``rest_noise`` (marker, axis), the standard deviation there; ``radius`` (marker); ``frame_state``
-        (time): 0 fine, 1 dark, 2 overexposed, 3 duplicated; and with a calibration ``image_position``. The attribute ``partial`` is 1 where the video or the markers are not
-        whole, and ``warnings`` says why.
+        in the rest frames; ``rest_noise`` (marker, axis), the standard deviation there; ``radius`` (marker);
+        ``frame_state`` (time): 0 fine, 1 dark, 2 overexposed, 3 duplicated; and with a calibration ``image_position``.
+        The attribute ``partial`` is 1 where the video or the markers are not whole, and ``warnings`` says why.
 
     Raises
     ------

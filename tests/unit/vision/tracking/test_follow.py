@@ -28,7 +28,7 @@ def begun(reference: Reference) -> State:
 
 @pytest.mark.parametrize("step", [0.1, 3.0, 9.0, 15.0])
 def test_sudden_step_of_all_markers_is_followed(reference: Reference, step: float) -> None:
-    moved = clips.field() + [0.8 * step, 0.6 * step]
+    moved = clips.field() + np.array([0.8 * step, 0.6 * step])
     _, found, quality = follow(reference.markers, begun(reference), one(moved), None)
     assert np.abs(found - moved).max() < 0.05
     assert quality.min() > 0.4
@@ -37,7 +37,7 @@ def test_sudden_step_of_all_markers_is_followed(reference: Reference, step: floa
 def test_hidden_marker_is_not_a_number_and_comes_back_with_less_quality(reference: Reference) -> None:
     state, markers, gone = begun(reference), reference.markers, [0, 17, 80]
     for shift in range(1, 12):
-        here = clips.field() + [2.0 * shift, 0.0]
+        here = clips.field() + np.array([2.0 * shift, 0.0])
         state, found, quality = follow(markers, state, one(here, gone), None)
         assert np.isnan(found[gone]).all()
         assert (quality[gone] == 0.0).all()

@@ -37,7 +37,7 @@ def test_glare_and_a_bright_ring_are_no_markers(count: int | None, bright: bool,
 def test_missing_markers_are_said_and_too_many_missing_ones_are_refused() -> None:
     few = mean_frame(clips.DEFAULT, clips.field()[:70])
     assert "found 70 of 81 markers in the first frames" in reference_of(few, None, 81, "free", None, "clip").warnings[0]
-    with pytest.raises(InputError, match="clip: found 70 markers in the first frames.*needs 100; give the number"):
+    with pytest.raises(InputError, match=r"clip: found 70 markers in the first frames.*needs 100; give the number"):
         reference_of(few, None, 100, "free", None, "clip")
 
 

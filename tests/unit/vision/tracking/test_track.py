@@ -150,7 +150,7 @@ def test_odd_frames_are_said_and_marked(change: Callable[[list[np.ndarray]], Non
 
 def test_sensor_that_moves_at_rest_is_said() -> None:
     with pytest.warns(
-        TrackingWarning, match="the sensor moved by .* px in the 30 rest frames; the reference is no rest"
+        TrackingWarning, match=r"the sensor moved by .* px in the 30 rest frames; the reference is no rest"
     ):
         tracked(clips.slide(clips.field(), 0.0, count=40, rest=10), rest_frames=30)
 
@@ -159,7 +159,7 @@ def test_truncated_video_gives_partial_tracks(tmp_path: Path, clip: Clip) -> Non
     write_video(tmp_path / "whole.avi", clip.frames, RATE)
     content = (tmp_path / "whole.avi").read_bytes()
     (tmp_path / "cut.avi").write_bytes(content[: len(content) // 2])
-    with pytest.warns(TrackingWarning, match="ends after .* frames"):
+    with pytest.warns(TrackingWarning, match=r"ends after .* frames"):
         tracks = track_markers(tmp_path / "cut.avi", n_markers=81, rest_frames=REST)
     assert tracks.attrs["partial"] == 1
     assert 10 < tracks.sizes["time"] < 40

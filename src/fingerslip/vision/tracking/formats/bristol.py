@@ -1,8 +1,8 @@
 """Data sets as the tactile laboratory in Bristol keeps them.
 
-A folder has ``targets.csv`` with a row for each image (``sensor_image``, and labels such as ``pose_*`` and ``shear_*``),
-``sensor_images/`` with the images, ``sensor_image_params.json`` with the settings of the camera, and
-``processed_markers/markers_N.npy`` with the markers of ``image_N``: x and y in shares of the width and height of the image.
+A folder has ``targets.csv`` with a row for each image (``sensor_image``, and labels such as ``pose_*`` and
+``shear_*``), ``sensor_images/`` with the images, ``sensor_image_params.json`` with the settings of the camera, and
+``processed_markers/markers_N.npy`` with the markers of ``image_N``: x and y in shares of the width and height.
 """
 
 from __future__ import annotations
@@ -101,7 +101,8 @@ def _markers(folder: Path, name: str) -> NDArray[np.float64]:
         raise InputError(str(path), f"is no array ({shortened(str(error))})", "needs x and y of markers") from None
     if found.ndim != 2 or found.shape[1] != 2 or found.dtype.kind not in "fiu":
         raise InputError(str(path), f"has shape {found.shape} of {found.dtype}", "needs numbers of shape (n, 2)")
-    return found.astype(np.float64)
+    markers: NDArray[np.float64] = found.astype(np.float64)
+    return markers
 
 
 def bristol_tracks(data: BristolSet, size: tuple[int, int], frame_rate: float) -> xr.Dataset:

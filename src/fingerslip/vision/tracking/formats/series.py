@@ -1,7 +1,7 @@
 """Recordings in time: folders ``run_0``, ``run_1``, ... each with images and tables of what else was measured.
 
-A run has ``time_series_images/`` and ``image_data.csv``; perhaps ``control_data.csv`` (times ``start``, ``shear_start``,
-``shear_end`` and ``end``), ``ft_sensor_data.csv`` and ``robot_data.csv``.
+A run has ``time_series_images/`` and ``image_data.csv``; perhaps ``control_data.csv`` (times ``start``,
+``shear_start``, ``shear_end`` and ``end``), ``ft_sensor_data.csv`` and ``robot_data.csv``.
 """
 
 from __future__ import annotations

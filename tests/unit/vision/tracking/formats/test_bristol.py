@@ -37,12 +37,12 @@ def test_markers_that_change_in_number_are_no_tracks(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"markers_2.npy: has shape \(5,\) of float64"):
         read_bristol(tmp_path / "data")
     (tmp_path / "data" / "processed_markers" / "markers_2.npy").unlink()
-    with pytest.raises(InputError, match="markers_2.npy: there is no such file"):
+    with pytest.raises(InputError, match=r"markers_2.npy: there is no such file"):
         read_bristol(tmp_path / "data")
 
 
 def test_damaged_and_missing_parts(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="targets.csv: there is no such file"):
+    with pytest.raises(InputError, match=r"targets.csv: there is no such file"):
         read_bristol(tmp_path)
     (tmp_path / "targets.csv").write_text("pose_1\n3\n")
     with pytest.raises(InputError, match="has no column sensor_image"):
