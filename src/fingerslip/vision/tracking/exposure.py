@@ -47,8 +47,8 @@ def rest_exposure(frame: Frame) -> Exposure:
 def frame_state(frame: Frame, before: Frame | None, rest: Exposure) -> int:
     """Return the state of a frame: `FINE`, `DARK`, `OVEREXPOSED` or `DUPLICATED`.
 
-    Dark is below a quarter of the mean level at rest, overexposed where two fifths more of the pixels are saturated than
-    at rest, duplicated where no pixel differs from the frame before.
+    Dark is below a quarter of the mean level at rest, overexposed where two fifths more of the pixels are saturated
+    than at rest, duplicated where no pixel differs from the frame before.
     """
     now = rest_exposure(frame)
     if now.mean < max(_DARK_SHARE * rest.mean, _DARKEST):

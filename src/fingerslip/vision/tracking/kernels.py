@@ -1,9 +1,9 @@
 """Where a marker is, below the pixel: a fit of its own profile, led there by a windowed centroid if need be.
 
-The brightness around a marker is taken to be ``B + gx dx + gy dy + A p(r)``: a background with a gradient, and a profile
-p of the distance r from the marker's centre, in the metric of an ellipse; both were learnt at rest. Six numbers are found
-by weighted least squares (Gauss-Newton), with weights that fall smoothly to zero at the edge of the window, so that no
-pixel enters at once, and with Cauchy's weights of the residual, so that glare on one side of the marker does not pull it.
+The brightness around a marker is taken to be ``B + gx dx + gy dy + A p(r)``: a background with a gradient, and a
+profile p of the distance r from the marker's centre, in the metric of an ellipse; both were learnt at rest. Six numbers
+are found by weighted least squares (Gauss-Newton), with weights that fall smoothly to zero at the edge of the window,
+so that no pixel enters at once, and with Cauchy's weights of the residual, so that glare on one side does not pull.
 """
 
 from __future__ import annotations

@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.vision.opencv import opencv
+from fingerslip.vision.overlay import RING_COLOURS
 from fingerslip.vision.tracking.exposure import FINE, STATES
 
 __all__ = ["overlaid"]
@@ -17,16 +18,6 @@ __all__ = ["overlaid"]
 Frame = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 
-# The palette of Okabe and Ito, blue first, which people with any kind of colour vision can tell apart.
-_RINGS: tuple[Colour, ...] = (
-    (0, 94, 213),
-    (0, 159, 230),
-    (115, 158, 0),
-    (233, 180, 86),
-    (167, 121, 204),
-    (66, 228, 240),
-    (178, 114, 0),
-)
 _LIGHT: Colour = (255, 255, 255)
 _BITS = 4  # OpenCV draws in sixteenths of a pixel
 _DOUBTFUL = 0.6
@@ -75,7 +66,7 @@ def overlaid(frames: Iterable[Frame], tracks: xr.Dataset) -> Iterator[Frame]:
 
 def _colours(tracks: xr.Dataset) -> list[Colour]:
     rings = tracks["ring"].values if "ring" in tracks.coords else np.zeros(tracks.sizes["marker"], dtype=int)
-    return [_RINGS[int(ring) % len(_RINGS)] for ring in rings]
+    return [RING_COLOURS[int(ring) % len(RING_COLOURS)] for ring in rings]
 
 
 def _marker(  # noqa: PLR0917  what is drawn, and how

@@ -64,12 +64,13 @@ def track_markers(
     rest_frames : int, optional
         How many frames the sensor rests at the beginning: their mean is the reference.
     layout : {'rings', 'hex', 'free'}, optional
-        Arrangement of the markers, which numbers them: concentric rings and hexagonal lattices from the centre outwards
-        and by rising angle from x to y of the image, free ones by rows.
+        Arrangement of the markers, which numbers them: concentric rings and hexagonal lattices from the centre
+        outwards and by rising angle from x to y of the image, free ones by rows.
     mask : (height, width) array of bool, or path, optional
         Pixels that count, such as those inside a bright ring; a path is that of an image which is white there.
     calibration : Pinhole or Fisheye or path, optional
-        Intrinsics of the camera, or a file of them in OpenCV's form; positions are then those of a camera without distortion.
+        Intrinsics of the camera, or a file of them in OpenCV's form; positions are then those of a camera without
+        distortion.
     bright : bool, optional
         Whether markers are brighter than what is around them; without it, what the first frames show.
     frame_rate : float, optional

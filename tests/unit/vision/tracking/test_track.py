@@ -109,7 +109,7 @@ def test_mask_as_array_and_image(clip: Clip, tmp_path: Path) -> None:
         assert (tracks["position"].values[0, :, 0] < 330).all()
     with pytest.raises(InputError, match=r"mask: got shape \(480, 100\), needs \(480, 640\)"):
         track_markers(clip.frames, frame_rate=RATE, mask=mask[:, :100])
-    with pytest.raises(InputError, match="mask: none.png cannot be read as an image"):
+    with pytest.raises(InputError, match=r"mask: none.png cannot be read as an image"):
         track_markers(clip.frames, frame_rate=RATE, mask="none.png")
 
 
