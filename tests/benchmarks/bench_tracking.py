@@ -100,7 +100,7 @@ def directions() -> None:
         "swaps",
         "markers swapped at the end",
     )
-    for count in (REST + 100, REST + 10, REST + 4, REST + 2):
+    for count in (REST + 60, REST + 10, REST + 4):
         found = [
             both(clips.slide(clips.field(), k * np.pi / 4, count=count, rest=REST), clips.DEFAULT) for k in range(8)
         ]
@@ -137,7 +137,7 @@ def bad() -> None:
     }
     for name, (points, look, layout, travel) in cases.items():
         own, plain, count = [], [], 0
-        for k in range(8):
+        for k in range(0, 8, 2):
             path = (
                 clips.press(points, count=120) if travel is None else clips.slide(points, k * np.pi / 4, travel=travel)
             )
@@ -145,7 +145,7 @@ def bad() -> None:
             own.append(pair[0])
             plain.append(pair[1])
             count += path.shape[0] * path.shape[1]
-        line(name, 8, count, percent(np.mean([s.kept for s in own])), percent(min(s.kept for s in own)),
+        line(name, len(own), count, percent(np.mean([s.kept for s in own])), percent(min(s.kept for s in own)),
              sum(s.stray for s in own), sum(s.swapped for s in own), _rms(own),
              percent(np.mean([s.kept for s in plain])), sum(s.swapped for s in plain))  # fmt: skip
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
 from fingerslip.vision.tracking.kernels import (
     AMPLITUDE,
@@ -31,6 +32,8 @@ _MARGIN = 1.5  # px, for blur
 _SMALLEST_WINDOW = 3.0  # px
 _ROUNDS = 3
 _OUTSIDE = 6  # samples of a profile that are the background
+# A profile has no edge sharper than this [px]: pixels are no points, and a fit needs its slope.
+_SOFT = 0.4
 _CIRCLE = (1.0, 0.0, 1.0)
 # Quality so far below the median is odd, in itself and in median deviations.
 _BADLY, _OUTLYING = 0.03, 6.0
@@ -166,7 +169,7 @@ def known_markers(image: Floats, mask: Flags | None, points: Floats, radius: flo
         window = _windows(radii, spacing)
         profiles = np.empty((len(points), N_PROFILE))
         learn_profiles(image, places, window, shape, polarity, profiles)
-        profiles = _normalised(profiles)
+        profiles = _normalised(profiles, window)
         markers = Markers(places, radii, window, shape, profiles, polarity, spacing, neighbours, ones, ones)
         markers, places = _measured_again(markers, grey, mask)
         radii = _half_height(profiles, window)
@@ -210,9 +213,12 @@ def _windows(radii: Floats, spacing: Floats) -> Floats:
     return windows
 
 
-def _normalised(profiles: Floats) -> Floats:
+def _normalised(profiles: Floats, window: Floats) -> Floats:
     """Return profiles from 1 in the centre to 0 at the edge, half of each what all have in common."""
-    filled = np.array([_filled(profile) for profile in profiles])
+    samples = _SOFT * (profiles.shape[1] - 1) / window
+    filled = np.array(
+        [gaussian_filter1d(_filled(one), width, mode="nearest") for one, width in zip(profiles, samples, strict=True)]
+    )
     outside = filled[:, -_OUTSIDE:].mean(axis=1, keepdims=True)
     height = filled[:, :_CENTRE].mean(axis=1, keepdims=True) - outside
     own = np.clip((filled - outside) / np.where(height > 1.0, height, 1.0), -0.5, 1.5)

@@ -26,6 +26,8 @@ _OFF_LATTICE = 0.4
 # Rings have at least so many markers, and none much nearer to the next than the others are.
 _FEWEST = 4
 _NARROW = 0.65
+# A gap between sorted heights of this share of the distance between neighbours separates two rows of free markers.
+_ROW = 0.2
 _HEX_STEPS = ((1, 0), (0, 1), (-1, 1), (-1, 0), (0, -1), (1, -1))
 
 
@@ -69,7 +71,7 @@ def topology(points: Floats, layout: LayoutName) -> Topology:
     """
     check_layout(layout)
     if layout == "free" or len(points) < 2:
-        return Topology(np.lexsort((points[:, 0], points[:, 1])), None, None)
+        return Topology(np.lexsort((points[:, 0], _rows(points))), None, None)
     centre = _centre(points)
     ring, complaint = _circles(points, centre) if layout == "rings" else _hexagons(points, centre)
     dx, dy = (points - centre).T
@@ -79,6 +81,15 @@ def topology(points: Floats, layout: LayoutName) -> Topology:
     sorting = (angle + first) % (2.0 * math.pi)
     order = np.lexsort((sorting, ring))
     return Topology(order, ring[order], angle[order], complaint)
+
+
+def _rows(points: Floats) -> Integers:
+    """Return the row of each point: sorted by y, a new one begins where there is a gap."""
+    order = np.argsort(points[:, 1])
+    gap = _ROW * _spacing(points) if len(points) > 1 else 0.0
+    rows = np.empty(len(points), dtype=np.intp)
+    rows[order] = np.concatenate([[0], np.cumsum(np.diff(points[order, 1]) > gap)])
+    return rows
 
 
 def out_of_place(points: Floats) -> NDArray[np.bool_]:

@@ -106,7 +106,7 @@ def track_markers(
     ...     frame[np.hypot(columns - x, rows - y) < 5] = 40
     >>> frames = [np.roll(frame, shift, axis=1) for shift in (0, 1, 2, 3)]
     >>> tracks = track_markers(frames, n_markers=6, rest_frames=1, layout="free", frame_rate=30.0)
-    >>> tracks["position"].sel(marker=0, axis="x").values.round(2).tolist()
+    >>> tracks["position"].sel(marker=0, axis="x").values.round(1).tolist()
     [30.0, 31.0, 32.0, 33.0]
     """
     check_layout(layout)
