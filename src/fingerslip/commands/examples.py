@@ -7,13 +7,14 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import print_tables
+from fingerslip.commands.shared import AsJson, print_tables
 
 __all__ = ["examples"]
 
 
 def examples(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Study to copy; without it all are listed.")] = "",
+    as_json: AsJson = False,
 ) -> None:
     """List the studies that ship, or copy one of them into this folder."""
     from fingerslip.study.shipped import copy_example, examples_table
@@ -21,4 +22,4 @@ def examples(
     if name:
         typer.echo(str(copy_example(name, Path())))
     else:
-        print_tables([examples_table()])
+        print_tables([examples_table()], as_json)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import print_tables
+from fingerslip.commands.shared import AsJson, print_tables
 
 __all__ = ["show"]
 
@@ -20,8 +20,9 @@ def show(
         Path | None,
         typer.Option("--figure", metavar="FILE", help="Draw the fingertip of a preset or a study (.png, .svg, .pdf)."),
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Show the values of a preset or a study with unit and source, assumed ones first, or the events of a result."""
     from fingerslip.study.inspection.show import show as tables_of
 
-    print_tables(tables_of(target, figure))
+    print_tables(tables_of(target, figure), as_json)

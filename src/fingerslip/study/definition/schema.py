@@ -11,11 +11,18 @@ from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.parameters.schema import field_words, json_schema
 from fingerslip.rigid_bodies import RigidBody
 from fingerslip.specimens.choice import SPECIMENS
+from fingerslip.study.definition.base import BASE
 from fingerslip.study.definition.spec import Study
 
 __all__ = ["study_schema"]
 
 _Schema = dict[str, Any]
+
+_BASE = {
+    "type": "string",
+    "description": "Study file in the same folder that has all that is not written here.",
+    "examples": ["wang2014_table2.yaml"],
+}
 
 
 def study_schema() -> _Schema:
@@ -35,6 +42,9 @@ def study_schema() -> _Schema:
     for law in LAWS:
         # What a preset gives may be left out of its materials, but not the name of another law than the usual one.
         definitions[law.__name__]["required"] = [] if law is Elastic else ["law"]
+    schema["properties"] = {BASE: _BASE} | schema["properties"]
+    # A base may have what the study leaves out.
+    schema.pop("required", None)
     for name, words in field_words(RigidBody).items():
         # A body of a study file has the values of a rigid body, which that one describes.
         definitions["BodySettings"]["properties"][name].setdefault("description", words)

@@ -34,6 +34,7 @@ from fingerslip.results import flatten
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.protocol import Specimen
+from fingerslip.study.definition.base import read_with_base
 from fingerslip.study.definition.relations import mistakes_between
 from fingerslip.study.definition.sampled import SampleSettings, sample_mistakes
 from fingerslip.study.definition.settings import (
@@ -48,7 +49,7 @@ from fingerslip.study.definition.settings import (
 )
 from fingerslip.study.definition.swept import check_sweep, swept_mistakes, swept_together
 from fingerslip.study.definition.time_settings import TimeSettings
-from fingerslip.study.definition.yaml import line_numbers, read_mapping
+from fingerslip.study.definition.yaml import line_numbers
 
 __all__ = [
     "NOT_OF_A_RUN",
@@ -198,7 +199,7 @@ def read_study(path: str | Path) -> Study:
         every run of its sweep, and of the ends of the ranges of its samples.
     """
     path = Path(path)
-    mapping = read_mapping(path)
+    mapping = read_with_base(path)
     with line_numbers(path):
         return parse_study(mapping, path)
 
@@ -211,7 +212,7 @@ def given_paths(path: str | Path) -> tuple[str, ...]:
     path : path
         A study file without mistakes.
     """
-    mapping = read_mapping(Path(path))
+    mapping = read_with_base(Path(path))
     written = flatten({key: value for key, value in mapping.items() if key not in ("sweep", "sample")})
     sample = mapping.get("sample") or {}
     swept = (path for key in mapping.get("sweep") or {} for path in swept_together(str(key)))
