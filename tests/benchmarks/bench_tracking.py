@@ -100,7 +100,7 @@ def directions() -> None:
         "swaps",
         "markers swapped at the end",
     )
-    for count in (REST + 60, REST + 10, REST + 4):
+    for count in (REST + 60, REST + 10, REST + 4, REST + 2):
         found = [
             both(clips.slide(clips.field(), k * np.pi / 4, count=count, rest=REST), clips.DEFAULT) for k in range(8)
         ]
