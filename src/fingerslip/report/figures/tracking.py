@@ -61,9 +61,9 @@ def noise_figure(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> 
         axes.imshow(frame, cmap="gray", vmin=0, vmax=255)
     places, noise = np.nanmean(rest[:, seen_once], axis=0), noise_at_rest(tracks)[seen_once]
     drawn = axes.scatter(places[:, 0], places[:, 1], c=noise, s=46, cmap="viridis", linewidths=1.4, vmin=0.0)
-    # Rings, which leave the marker visible: without a face the colour goes to the edge.
+    # Rings, which leave the marker visible: without a face the colour goes to the edge. The stubs lack None.
     drawn.set_facecolor("none")
-    drawn.set_edgecolor(None)  # type: ignore[arg-type]  its stubs lack None
+    drawn.set_edgecolor(None)  # type: ignore[arg-type]
     figure.colorbar(drawn, ax=axes, label="standard deviation [px]", shrink=0.8)
     for (x, y), number in zip(places, tracks["marker"].values[seen_once], strict=True):
         axes.annotate(str(number), (x, y), xytext=(4, 4), textcoords="offset points", fontsize=5.5, color=ORANGE)
