@@ -16,6 +16,7 @@ from fingerslip.verification import (
     fingertip,
     friction,
     impact,
+    independent,
     large_bodies,
     large_contact,
     large_laws,
@@ -52,6 +53,7 @@ PROBLEMS: tuple[Problem, ...] = (
     *large_motion.PROBLEMS,
     *large_bodies.PROBLEMS,
     *large_contact.PROBLEMS,
+    *independent.PROBLEMS,
 )
 
 
