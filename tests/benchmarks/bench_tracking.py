@@ -20,7 +20,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import fingerslip as fs
-from fingerslip.vision.tracking.exposure import frame_state, rest_exposure
+from fingerslip.vision.exposure import frame_state, rest_exposure
 from fingerslip.vision.tracking.follow import follow, rest_state
 from fingerslip.vision.tracking.frames import open_frames
 from fingerslip.vision.tracking.reference import first_frames, reference_of

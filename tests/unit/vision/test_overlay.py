@@ -31,7 +31,7 @@ def test_markers_have_circles_and_arrows_in_the_colour_of_their_ring():
     for frame, ring, x in ((first, 0, 40), (first, 1, 100), (second, 0, 60)):
         columns = np.flatnonzero(coloured(frame, ring).any(axis=0))
         assert x - 5 <= columns.min() <= x + 5
-    assert np.flatnonzero(coloured(first, 0).any(axis=0)).max() <= 45, "no arrow at rest"
+    assert np.flatnonzero(coloured(first, 0).any(axis=0)).max() <= 46, "no arrow at rest"
     assert np.flatnonzero(coloured(second, 0).any(axis=0)).max() == pytest.approx(80, abs=1)
     assert not coloured(second, 1).any(), "a lost marker is not drawn"
     assert (first[:30] == 255).all(axis=2).any(), "time and count"
@@ -74,3 +74,26 @@ def test_what_does_not_fit_is_refused(tmp_path):
 
 def test_no_frames_are_none():
     assert list(overlay_frames([], tracks().isel(time=slice(0)))) == []
+
+
+def test_circles_have_the_size_of_markers_and_are_thin_in_doubt():
+    sized = tracks(quality=[[1.0, 0.3], [1.0, 0.0]]).assign(radius=("marker", [10.0, 10.0]))
+    first = next(overlay_frames([GREY, GREY], sized))
+    bold, thin = (coloured(first, ring).sum() for ring in (0, 1))
+    columns = np.flatnonzero(coloured(first, 0).any(axis=0))
+    assert np.ptp(columns) == pytest.approx(2 * 17.0, abs=2)
+    assert bold > 1.5 * thin
+
+
+def test_what_is_wrong_with_a_frame_is_written():
+    states = tracks().assign(frame_state=("time", [0, 1]))
+    plain, told = (list(overlay_frames([GREY, GREY], one))[1] for one in (tracks(), states))
+    assert (told[:30] != plain[:30]).any()
+    assert (told[30:] == plain[30:]).all()
+
+
+def test_frames_in_colour_are_left_as_they_are():
+    colour = np.repeat(GREY[..., None], 3, axis=2)
+    before = colour.copy()
+    next(overlay_frames([colour, colour], tracks()))
+    assert np.array_equal(colour, before)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fingerslip.report.figures.style import BLUE, GREY, ORANGE, SKY, VERMILLION, figure_grid, say, styled
-from fingerslip.vision.tracking.exposure import FINE
+from fingerslip.vision.exposure import FINE
 from fingerslip.vision.tracking.quality import jumps, lost_intervals, noise_at_rest, seen_count
 
 __all__ = ["count_figure", "jump_figure", "noise_figure"]

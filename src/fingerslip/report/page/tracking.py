@@ -14,10 +14,10 @@ from fingerslip.report.figures.tracking import count_figure, jump_figure, noise_
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
 from fingerslip.report.tables.table import Column, Table
 from fingerslip.version import __version__
+from fingerslip.vision.exposure import STATES
+from fingerslip.vision.overlay import overlay_frames
 from fingerslip.vision.tables import write_tracks_csv
-from fingerslip.vision.tracking.exposure import STATES
 from fingerslip.vision.tracking.frames import Frames
-from fingerslip.vision.tracking.overlay import overlaid
 from fingerslip.vision.tracking.quality import jumps, lost_intervals, noise_at_rest, seen_count, seen_share
 from fingerslip.vision.tracks import write_tracks
 from fingerslip.vision.video import write_video
@@ -55,10 +55,17 @@ def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path) -> Pa
         write_tracks_csv(tracks, partial / "tracks.csv")
         # Tracks of a truncated video end before the frames do, or with them.
         shown = itertools.islice(frames.read(), tracks.sizes["time"])
-        write_video(partial / "overlay.avi", overlaid(shown, tracks), frames.frame_rate)
+        write_video(partial / "overlay.avi", overlay_frames(shown, _in_the_image(tracks)), frames.frame_rate)
         first = next(iter(frames.read()))
         write_page(quality_report(tracks, first), partial / "quality.html")
     return final
+
+
+def _in_the_image(tracks: xr.Dataset) -> xr.Dataset:
+    """Return tracks at the pixels of the video, from before the calibration."""
+    if "image_position" not in tracks:
+        return tracks
+    return tracks.assign(position=tracks["image_position"].assign_attrs(tracks["position"].attrs))
 
 
 def quality_report(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> Report:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import FingerslipError, InputError
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
+from fingerslip.vision.exposure import DUPLICATED, STATES, Exposure, frame_state, rest_exposure
 from fingerslip.vision.opencv import opencv
-from fingerslip.vision.tracking.exposure import DUPLICATED, STATES, Exposure, frame_state, rest_exposure
 from fingerslip.vision.tracking.follow import follow, rest_state
 from fingerslip.vision.tracking.frames import Channel, Frames, VideoInput, open_frames
 from fingerslip.vision.tracking.lens import lens_of, undistorted
