@@ -23,8 +23,8 @@ _Entity = tuple[int, int]
 
 # Kinds of cells in Gmsh by their corners.
 _KINDS = {(2, 3): 2, (2, 4): 3, (3, 4): 4}
-# Straight edges in place of a circle, at least.
-_SEGMENTS_OF_A_CIRCLE = 12
+# Straight edges in place of a circle, at least, in the plane and in space.
+_SEGMENTS_OF_A_CIRCLE = {2: 12, 3: 8}
 _QUADRILATERALS_ONLY = 2
 _FRONTAL, _DELAUNAY = 6, 5
 
@@ -122,7 +122,7 @@ def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False) -> None:
     )
     for option in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints"):
         gmsh.option.setNumber(f"Mesh.{option}", 0)
-    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", _SEGMENTS_OF_A_CIRCLE)
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", _SEGMENTS_OF_A_CIRCLE[dim])
     gmsh.option.setNumber("Mesh.RecombineAll", int(quadrilaterals))
     gmsh.option.setNumber("Mesh.RecombinationAlgorithm", _QUADRILATERALS_ONLY)
     gmsh.option.setNumber("Mesh.Algorithm", _DELAUNAY if quadrilaterals else _FRONTAL)

@@ -12,10 +12,11 @@ from fingerslip.specimens.tactip.parts import Dome, Ridges, Skin
 __all__ = ["SkinLines", "inward", "placed", "skin_lines"]
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
-# Points on an arc of a ridge, and on the plain skin between two of them at least.
-_ON_ARC = 13
-_LONGEST = 0.1e-3
+# Points on an arc of a ridge, and the longest distance of two on the plain skin [m]; cubic splines join them.
+_ON_ARC = 7
+_LONGEST = 1e-3
 
 
 @dataclass(frozen=True)
@@ -26,10 +27,13 @@ class SkinLines:
     ----------
     outer, inner : (n, 2) arrays
         Distance from the axis and height [m].
+    corners : (k,) array
+        Rows at which smooth pieces of both lines begin and end: crowns, valleys and both ends.
     """
 
     outer: Floats
     inner: Floats
+    corners: Integers
 
 
 def placed(dome: Dome, along: Floats, depth: Floats) -> Floats:
@@ -65,10 +69,13 @@ def inward(dome: Dome, along: Floats) -> Floats:
 
 def skin_lines(dome: Dome, skin: Skin) -> SkinLines:
     """Return the lines of the skin of a sensor."""
-    outer, inner = np.zeros((1, 2)), np.array([[0.0, skin.thickness]])
-    if skin.ridges.enabled:
-        outer, inner = _ridged(skin.ridges, skin.thickness)
-    return SkinLines(*(_to_window(dome, line) for line in (outer, inner)))
+    if not skin.ridges.enabled:
+        lines = [_to_window(dome, np.array([[0.0, depth]])) for depth in (0.0, skin.thickness)]
+        return SkinLines(lines[0], lines[1], np.array([0, len(lines[0]) - 1]))
+    waves = _ridged(skin.ridges, skin.thickness)
+    corners = np.linspace(0, len(waves[0]) - 1, 2 * skin.ridges.number + 2).round().astype(np.int64)
+    outer, inner = (_to_window(dome, line) for line in waves)
+    return SkinLines(outer, inner, np.append(corners, len(outer) - 1))
 
 
 def _ridged(ridges: Ridges, thickness: float) -> tuple[Floats, Floats]:
@@ -84,7 +91,8 @@ def _half_wave(ridges: Ridges, radii: tuple[float, float], centres: tuple[float,
     angle = np.linspace(0.0, ridges.steepness, _ON_ARC)
     crown = np.column_stack([radii[0] * np.sin(angle), centres[0] - radii[0] * np.cos(angle)])
     valley = np.column_stack([ridges.pitch / 2 - radii[1] * np.sin(angle), centres[1] + radii[1] * np.cos(angle)])
-    return np.vstack([crown, valley[::-1]])
+    meets = np.allclose(crown[-1], valley[-1], rtol=0.0, atol=1e-9)
+    return np.vstack([crown, valley[-2 if meets else -1 :: -1]])
 
 
 def _repeated(half: Floats, ridges: Ridges) -> Floats:
@@ -98,11 +106,11 @@ def _repeated(half: Floats, ridges: Ridges) -> Floats:
 def _to_window(dome: Dome, line: Floats) -> Floats:
     """Return the points of a line in the plane, continued at its last depth up to the window."""
     last, depth = line[-1]
-    rest = np.linspace(last, _end(dome, depth), max(2, int(np.ceil((_end(dome, depth) - last) / _LONGEST)) + 1))
+    # The same number of points for both lines of a skin.
+    count = max(2, int(np.ceil((_end(dome, 0.0) - last) / _LONGEST)) + 1)
+    rest = np.linspace(last, _end(dome, depth), count)
     along = np.concatenate([line[:, 0], rest[1:]])
-    points = placed(dome, along, np.concatenate([line[:, 1], np.full(len(rest) - 1, depth)]))
-    keep = np.concatenate([[True], np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-9])
-    points = points[keep]
+    points = placed(dome, along, np.concatenate([line[:, 1], np.full(count - 1, depth)]))
     points[-1, 1] = dome.height
     return points
 

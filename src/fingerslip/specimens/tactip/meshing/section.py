@@ -8,9 +8,10 @@ import skfem
 from numpy.typing import NDArray
 
 from fingerslip.mesh.fragments import Fragments, fragmented, generate, read_fragments
-from fingerslip.mesh.gmsh_session import MILLIMETRES, gmsh_session
+from fingerslip.mesh.gmsh_session import gmsh_session
 from fingerslip.mesh.quality import check_quality
 from fingerslip.mesh.smoothing import smoothed
+from fingerslip.specimens.tactip.meshing.curves import polygon, smooth_curves
 from fingerslip.specimens.tactip.meshing.names import with_names
 from fingerslip.specimens.tactip.meshing.sizes import SensorSizes, size_function
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
@@ -57,23 +58,25 @@ def mesh_sensor_section(sensor: TacTipNumbers, sizes: SensorSizes, element: str)
 def _draw(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, list[int]]:
     """Draw all regions, one over the other; return their tags in Gmsh."""
     lines, top = skin_lines(sensor.dome, sensor.skin), sensor.dome.height
-    outer, inner = (np.vstack([(line * [-1.0, 1.0])[:0:-1], line]) for line in (lines.outer, lines.inner))
-    half = float(outer[-1, 0])
+    half = float(lines.outer[-1, 0])
     window = np.array([[-half, top], [half, top], [half, top + sensor.window.thickness]])
     window = np.vstack([window, [-half, top + sensor.window.thickness]])
     return {
-        "skin": [_below(outer)],
-        "gel": [_below(inner)],
-        "rods": [_polygon(_strip(foot, end, sensor.rods.radius)) for foot, end in zip(feet, ends, strict=True)],
-        "window": [_polygon(window)],
+        "skin": [_below(lines.outer, lines.corners)],
+        "gel": [_below(lines.inner, lines.corners)],
+        "rods": [polygon(_strip(foot, end, sensor.rods.radius)) for foot, end in zip(feet, ends, strict=True)],
+        "window": [polygon(window)],
     }
 
 
-def _below(line: Floats) -> int:
-    """Return the surface between a curve and the straight line between its ends."""
-    points = [gmsh.model.occ.addPoint(*(point * MILLIMETRES), 0.0) for point in line]
-    curve, chord = gmsh.model.occ.addSpline(points), gmsh.model.occ.addLine(points[-1], points[0])
-    surface: int = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop([curve, chord])])
+def _below(line: Floats, corners: Integers) -> int:
+    """Return the surface between a mirrored line and the straight line between its ends."""
+    right = smooth_curves(line, corners)
+    left = smooth_curves(line * [-1.0, 1.0], corners, first=right.points[0])
+    chord = gmsh.model.occ.addLine(left.points[-1], right.points[-1])
+    surface: int = gmsh.model.occ.addPlaneSurface(
+        [gmsh.model.occ.addCurveLoop([*right.curves, chord, *left.curves])]
+    )
     return surface
 
 
@@ -81,13 +84,6 @@ def _strip(foot: Floats, end: Floats, radius: float) -> Floats:
     along = (end - foot) / np.linalg.norm(end - foot)
     side = radius * np.array([-along[1], along[0]])
     return np.array([foot - side, end - side, end + side, foot + side])
-
-
-def _polygon(corners: Floats) -> int:
-    points = [gmsh.model.occ.addPoint(*(corner * MILLIMETRES), 0.0) for corner in corners]
-    lines = [gmsh.model.occ.addLine(a, b) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
-    surface: int = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop(lines)])
-    return surface
 
 
 def _smoothed(found: Fragments) -> Fragments:

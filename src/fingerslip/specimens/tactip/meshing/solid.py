@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fingerslip.mesh.fragments import fragmented, generate, read_fragments
 from fingerslip.mesh.gmsh_session import MILLIMETRES, gmsh_session
 from fingerslip.mesh.quality import check_quality
+from fingerslip.specimens.tactip.meshing.curves import polygon, smooth_curves
 from fingerslip.specimens.tactip.meshing.names import with_names
 from fingerslip.specimens.tactip.meshing.sizes import SensorSizes, size_function
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
@@ -19,6 +20,7 @@ from fingerslip.specimens.tactip.sites import modelled_places, points_at
 __all__ = ["mesh_sensor_solid"]
 
 Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
 
 _TURNS = {"half": np.pi, "whole": 2.0 * np.pi}
 
@@ -70,20 +72,19 @@ def _draw(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, list[i
         rods = _front_of_plane(sensor, rods)
     half, over = float(lines.outer[-1, 0]), top + sensor.window.thickness
     return {
-        "skin": [_revolved(lines.outer, turn)],
-        "gel": [_revolved(lines.inner, turn)],
+        "skin": [_revolved(lines.outer, lines.corners, turn)],
+        "gel": [_revolved(lines.inner, lines.corners, turn)],
         "rods": rods,
-        "window": [_turned(_polygon(np.array([[0.0, top], [half, top], [half, over], [0.0, over]])), turn)],
+        "window": [_turned(polygon(np.array([[0.0, top], [half, top], [half, over], [0.0, over]])), turn)],
     }
 
 
-def _revolved(line: Floats, turn: float) -> int:
+def _revolved(line: Floats, corners: Integers, turn: float) -> int:
     """Return the volume between a line that starts on the axis, turned about it, and the plane of its end."""
-    points = [gmsh.model.occ.addPoint(*(point * MILLIMETRES), 0.0) for point in line]
+    own = smooth_curves(line, corners)
     corner = gmsh.model.occ.addPoint(0.0, float(line[-1, 1]) * MILLIMETRES, 0.0)
-    curve = gmsh.model.occ.addSpline(points)
-    sides = [gmsh.model.occ.addLine(points[-1], corner), gmsh.model.occ.addLine(corner, points[0])]
-    surface = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop([curve, *sides])])
+    sides = [gmsh.model.occ.addLine(own.points[-1], corner), gmsh.model.occ.addLine(corner, own.points[0])]
+    surface = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop([*own.curves, *sides])])
     return _turned(surface, turn)
 
 
@@ -91,13 +92,6 @@ def _turned(surface: int, turn: float) -> int:
     """Return the volume of a surface that turns about the axis, from +x over +z."""
     made = gmsh.model.occ.revolve([(2, surface)], 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -turn)
     return next(tag for dim, tag in made if dim == 3)
-
-
-def _polygon(corners: Floats) -> int:
-    points = [gmsh.model.occ.addPoint(*(corner * MILLIMETRES), 0.0) for corner in corners]
-    lines = [gmsh.model.occ.addLine(a, b) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
-    surface: int = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop(lines)])
-    return surface
 
 
 def _rod(foot: Floats, end: Floats, radius: float) -> int:
