@@ -36,7 +36,7 @@ class SensorSizes(Protocol):
 
 
 def size_function(sensor: TacTipNumbers, sizes: SensorSizes, rods: Floats) -> Callable[[float, float, float], float]:
-    """Return the wanted size [m] at x, y, z [m].
+    """Return the wanted size [m] at x, y, z [m], looked up on a grid because Gmsh asks for it very often.
 
     Parameters
     ----------
@@ -47,28 +47,44 @@ def size_function(sensor: TacTipNumbers, sizes: SensorSizes, rods: Floats) -> Ca
     rods : (n, 2, dim) array
         Both ends of the axes of the rods [m].
     """
-    foot = np.zeros((len(rods), 3))
-    foot[:, : rods.shape[2]] = rods[:, 0]
-    axis = np.zeros_like(foot)
-    axis[:, : rods.shape[2]] = rods[:, 1] - rods[:, 0]
-    square = np.maximum(np.sum(axis**2, axis=1), 1e-30)
-    deepest = sensor.skin.relief + sensor.skin.thickness
+    spacing = 0.5 * sizes.contact_size
+    half = sensor.dome.radius + sensor.dome.flat_radius
+    low = np.array([-half, 0.0, 0.0 if rods.shape[2] == 2 or sensor.part == "half" else -half])
+    high = np.array([half, sensor.dome.height + sensor.window.thickness, 0.0 if rods.shape[2] == 2 else half])
+    axes = [start + spacing * np.arange(np.ceil((end - start) / spacing) + 1) for start, end in zip(low, high, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    grid = _sizes(sensor, sizes, points.reshape(-1, 3), rods).reshape(points.shape[:3])
+    table, (x0, y0, z0), (nx, ny, nz) = grid.tolist(), low.tolist(), (count - 1 for count in grid.shape)
 
     def size(x: float, y: float, z: float) -> float:
-        beyond = max(_beyond_skin(sensor, x, y, z, deepest), y - sizes.contact_reach)
-        if len(foot):
-            offset = np.array([x, y, z]) - foot
-            share = np.clip((offset * axis).sum(axis=1) / square, 0.0, 1.0)
-            away = np.sqrt(((offset - share[:, None] * axis) ** 2).sum(axis=1).min()) - sensor.rods.radius
-            beyond = min(beyond, away)
-        return min(sizes.bulk_size, sizes.contact_size + GROWTH * max(beyond, 0.0))
+        i, j, k = (round((value - start) / spacing) for value, start in ((x, x0), (y, y0), (z, z0)))
+        found: float = table[min(max(i, 0), nx)][min(max(j, 0), ny)][min(max(k, 0), nz)]
+        return found
 
     return size
 
 
-def _beyond_skin(sensor: TacTipNumbers, x: float, y: float, z: float, deepest: float) -> float:
-    """Return how far a point lies inside the skin [m], about; negative in it."""
+def _sizes(sensor: TacTipNumbers, sizes: SensorSizes, points: Floats, rods: Floats) -> Floats:
+    """Return the wanted sizes [m] at (m, 3) points."""
+    beyond = np.maximum(_inside_skin(sensor, points), points[:, 1] - sizes.contact_reach)
+    for foot, end in rods:
+        beyond = np.minimum(beyond, _from_axis(points[:, : len(foot)], foot, end) - sensor.rods.radius)
+    wanted: Floats = np.minimum(sizes.bulk_size, sizes.contact_size + GROWTH * np.maximum(beyond, 0.0))
+    return wanted
+
+
+def _inside_skin(sensor: TacTipNumbers, points: Floats) -> Floats:
+    """Return how far points lie inside the skin [m], about; negative in it."""
     dome = sensor.dome
-    across = max((x * x + z * z) ** 0.5 - dome.flat_radius, 0.0)
-    up = dome.radius - min(y, dome.radius)
-    return dome.radius - (across * across + up * up) ** 0.5 - deepest
+    across = np.maximum(np.hypot(points[:, 0], points[:, 2]) - dome.flat_radius, 0.0)
+    up = dome.radius - np.minimum(points[:, 1], dome.radius)
+    deep: Floats = dome.radius - np.hypot(across, up) - sensor.skin.relief - sensor.skin.thickness
+    return deep
+
+
+def _from_axis(points: Floats, foot: Floats, end: Floats) -> Floats:
+    """Return the distance of points from the axis of a rod [m]."""
+    axis, offset = end - foot, points - foot
+    share = np.clip(offset @ axis / (axis @ axis), 0.0, 1.0)
+    away: Floats = np.linalg.norm(offset - share[:, None] * axis, axis=1)
+    return away

@@ -22,6 +22,8 @@ __all__ = ["mesh_sensor_solid"]
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+# Sides of a rod, and the share of its direction across the axis below which it is upright.
+_SIDES, _UPRIGHT = 8, 1e-9
 _TURNS = {"half": np.pi, "whole": 2.0 * np.pi}
 
 
@@ -95,8 +97,19 @@ def _turned(surface: int, turn: float) -> int:
 
 
 def _rod(foot: Floats, end: Floats, radius: float) -> int:
-    tag: int = gmsh.model.occ.addCylinder(*(foot * MILLIMETRES), *((end - foot) * MILLIMETRES), radius * MILLIMETRES)
-    return tag
+    """Draw a rod as an octagonal prism of the cross-section of the cylinder, which has no seam to make short edges."""
+    along = (end - foot) / np.linalg.norm(end - foot)
+    # Corners lie in the plane through the rod and the axis of the sensor, so that one of symmetry cuts no edge in two.
+    across = np.cross(along, [0.0, 1.0, 0.0]) if np.hypot(along[0], along[2]) > _UPRIGHT else np.array([0.0, 0.0, 1.0])
+    across /= np.linalg.norm(across)
+    angle = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
+    around = np.outer(np.cos(angle), np.cross(across, along)) + np.outer(np.sin(angle), across)
+    reach = radius * np.sqrt(2.0 * np.pi / (_SIDES * np.sin(2.0 * np.pi / _SIDES)))
+    points = [gmsh.model.occ.addPoint(*(MILLIMETRES * (foot + reach * corner))) for corner in around]
+    lines = [gmsh.model.occ.addLine(a, b) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
+    face = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop(lines)])
+    made = gmsh.model.occ.extrude([(2, face)], *(MILLIMETRES * (end - foot)))
+    return next(tag for dim, tag in made if dim == 3)
 
 
 def _front_of_plane(sensor: TacTipNumbers, rods: list[int]) -> list[int]:
