@@ -1,8 +1,9 @@
-"""The examples of README and docs/solid.md run as they are printed."""
+"""The examples of README, docs/solid.md and docs/vision.md run as they are printed."""
 
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from fingerslip.history import OPEN
 from places import ROOT
 
-README, SOLID = ROOT / "README.md", ROOT / "docs" / "solid.md"
+README, SOLID, VISION = ROOT / "README.md", ROOT / "docs" / "solid.md", ROOT / "docs" / "vision.md"
 
 
 def test_python_example_finds_overall_slip(capsys: pytest.CaptureFixture[str]) -> None:
@@ -43,3 +44,18 @@ def test_example_in_space_slips_and_has_what_the_page_names(capsys: pytest.Captu
     # The skin in the middle of the contact goes along with the plate until it slips, and not to its end.
     assert 1e-3 < float(names["middle"][-1]) < 6e-3
     assert f"{names['history'].sizes['node']:,} nodes" in SOLID.read_text(encoding="utf-8")
+
+
+def test_example_of_cameras_films_and_measures(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (example,) = re.findall(r"```python\n(.*?)```", VISION.read_text(encoding="utf-8"), re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(compile(example, "vision.md", "exec"), names)
+    assert (tmp_path / "slide.mkv").is_file()
+    assert names["truth"].sizes["time"] == 61
+    assert names["errors"].rms < 0.02
+    # Markers that spread by 5 % in both directions.
+    assert names["spread"] == pytest.approx(0.1, abs=1e-3)
+    assert "61 frames, positions to 0.0" in capsys.readouterr().out
