@@ -24,7 +24,7 @@ _Entity = tuple[int, int]
 # Kinds of cells in Gmsh by their corners.
 _KINDS = {(2, 3): 2, (2, 4): 3, (3, 4): 4}
 # Straight edges in place of a circle, at least, in the plane and in space.
-_SEGMENTS_OF_A_CIRCLE = {2: 12, 3: 8}
+_SEGMENTS_OF_A_CIRCLE = {2: 20, 3: 8}
 _QUADRILATERALS_ONLY = 2
 _FRONTAL, _DELAUNAY = 6, 5
 

@@ -12,7 +12,7 @@ from fingerslip.report.tables.measures import measures_table
 from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
 from fingerslip.report.tables.table import Column, Table
 from fingerslip.results import RESULT, RunResult
-from fingerslip.specimens.fingertip import preset_header, preset_names, preset_table
+from fingerslip.specimens.choice import preset_names, presets_of
 from fingerslip.study.definition.spec import given_paths, read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.inspection.draw import draw_fingertip
@@ -63,13 +63,14 @@ def _tables(target: str) -> tuple[Table, ...]:
 
 def presets_table() -> Table:
     """Return the presets that ship."""
-    rows = tuple((name, preset_header(name)["citation"]) for name in preset_names())
+    rows = tuple((name, presets_of(name).header(name)["citation"]) for name in preset_names())
     return Table("Presets", (Column("name"), Column("after")), rows, "fingerslip show NAME lists all values.")
 
 
 def _preset_table(name: str) -> Table:
-    header = preset_header(name)
-    rows = tuple((row.path, row.value, row.source, row.note) for row in preset_table(name))
+    presets = presets_of(name)
+    header = presets.header(name)
+    rows = tuple((row.path, row.value, row.source, row.note) for row in presets.table(name))
     return Table(f"{name}: {header['citation']}", COLUMNS, rows, f"{header['published']} {header['claims_not']}")
 
 

@@ -13,6 +13,11 @@ from fingerslip.specimens.tactip.numbers import TacTipNumbers
 
 __all__ = ["SensorSizes", "size_function"]
 
+# Largest element at a rod over the radius of the rod, so that two fit on each half of its end.
+_OF_ROD = 0.7
+# The same over the thickness of the skin where it cannot touch, in the plane.
+_OF_SKIN = 0.6
+
 Floats = NDArray[np.float64]
 
 
@@ -67,9 +72,14 @@ def size_function(sensor: TacTipNumbers, sizes: SensorSizes, rods: Floats) -> Ca
 def _sizes(sensor: TacTipNumbers, sizes: SensorSizes, points: Floats, rods: Floats) -> Floats:
     """Return the wanted sizes [m] at (m, 3) points."""
     beyond = np.maximum(_inside_skin(sensor, points), points[:, 1] - sizes.contact_reach)
+    away = np.full(len(points), np.inf)
     for foot, end in rods:
-        beyond = np.minimum(beyond, _from_axis(points[:, : len(foot)], foot, end) - sensor.rods.radius)
-    wanted: Floats = np.minimum(sizes.bulk_size, sizes.contact_size + GROWTH * np.maximum(beyond, 0.0))
+        away = np.minimum(away, _from_axis(points[:, : len(foot)], foot, end) - sensor.rods.radius)
+    in_skin = sizes.contact_size + GROWTH * np.maximum(beyond, 0.0)
+    at_rods = min(sizes.contact_size, _OF_ROD * sensor.rods.radius) + GROWTH * np.maximum(away, 0.0)
+    share = _OF_SKIN if sensor.part == "section" else np.inf
+    through_skin = share * sensor.skin.thickness + GROWTH * np.maximum(_inside_skin(sensor, points), 0.0)
+    wanted: Floats = np.min([np.full_like(away, sizes.bulk_size), in_skin, at_rods, through_skin], axis=0)
     return wanted
 
 
