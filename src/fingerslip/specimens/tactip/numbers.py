@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import Literal
 
+import numpy as np
+from scipy.spatial import cKDTree
+
 from fingerslip.errors import InputError
 from fingerslip.materials.choice import MaterialChoice
 from fingerslip.parameters import PositiveLength, parameters
@@ -16,6 +19,8 @@ __all__ = ["REGIONS", "Part", "TacTipNumbers"]
 
 #: What of the sensor is modelled: its section in the plane, its half z >= 0 or the whole of it in space.
 Part = Literal["section", "half", "whole"]
+# Distance of neighbouring rods over their diameter, at least.
+_APART = 1.1
 REGIONS = ("skin", "gel", "rods", "window")
 
 
@@ -73,11 +78,24 @@ def _check_rods(sensor: TacTipNumbers) -> None:
     if ridges.enabled and rods.radius >= 0.9 * (ridges.bend_radius + thickness / 2):
         allowed = f"needs < {millimetres(0.9 * (ridges.bend_radius + thickness / 2))}, inside its ridge"
         raise InputError("rods.radius", f"got {millimetres(rods.radius)}", allowed)
-    places = marker_places(sensor.markers)
-    ends = placed(sensor.dome, places.along, sensor.marker_depth + 0.0 * places.along)
-    if sensor.marker_depth >= sensor.dome.radius or ends[:, 1].max() + rods.radius >= sensor.dome.height:
-        found = f"markers {millimetres(sensor.marker_depth)} below the crowns"
+    _check_ends(sensor)
+
+
+def _check_ends(sensor: TacTipNumbers) -> None:
+    """Refuse rods that reach the window or each other."""
+    rods, places = sensor.rods, marker_places(sensor.markers)
+    found = f"markers {millimetres(sensor.marker_depth)} below the crowns"
+    if sensor.marker_depth >= sensor.dome.radius:
+        raise InputError("rods.length", found, f"needs < {millimetres(sensor.dome.radius)} (dome.radius)")
+    distance, height = placed(sensor.dome, places.along, np.full(len(places.along), sensor.marker_depth)).T
+    if height.max() + rods.radius >= sensor.dome.height:
         raise InputError("rods.length", found, "needs markers below the window", "make the rods shorter")
+    ends = np.column_stack([distance * np.cos(places.azimuth), height, distance * np.sin(places.azimuth)])
+    nearest = float(cKDTree(ends).query(ends, k=2)[0][:, 1].min()) if len(ends) > 1 else np.inf
+    if nearest <= _APART * 2.0 * rods.radius:
+        allowed = f"needs ends at least {millimetres(_APART * 2.0 * rods.radius)} apart"
+        repair = "make the rods shorter or thinner, or markers.spacing larger"
+        raise InputError("rods.length", f"has ends {millimetres(nearest)} apart", allowed, repair)
 
 
 def _check_layout(sensor: TacTipNumbers) -> None:

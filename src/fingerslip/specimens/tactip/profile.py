@@ -67,14 +67,25 @@ def inward(dome: Dome, along: Floats) -> Floats:
     return np.column_stack([-np.sin(turned), np.cos(turned)])
 
 
-def skin_lines(dome: Dome, skin: Skin) -> SkinLines:
-    """Return the lines of the skin of a sensor."""
+def skin_lines(dome: Dome, skin: Skin, spacing: float) -> SkinLines:
+    """Return the lines of the skin of a sensor.
+
+    Parameters
+    ----------
+    dome : Dome
+        The outermost surface.
+    skin : Skin
+        Thickness and ridges.
+    spacing : float
+        Distance of rings of markers [m], at which a smooth skin has points.
+    """
+    step = spacing / np.ceil(spacing / _LONGEST)
     if not skin.ridges.enabled:
-        lines = [_to_window(dome, np.array([[0.0, depth]])) for depth in (0.0, skin.thickness)]
+        lines = [_to_window(dome, np.array([[0.0, depth]]), step) for depth in (0.0, skin.thickness)]
         return SkinLines(lines[0], lines[1], np.array([0, len(lines[0]) - 1]))
     waves = _ridged(skin.ridges, skin.thickness)
     corners = np.linspace(0, len(waves[0]) - 1, 2 * skin.ridges.number + 2).round().astype(np.int64)
-    outer, inner = (_to_window(dome, line) for line in waves)
+    outer, inner = (_to_window(dome, line, step) for line in waves)
     return SkinLines(outer, inner, np.append(corners, len(outer) - 1))
 
 
@@ -103,14 +114,15 @@ def _repeated(half: Floats, ridges: Ridges) -> Floats:
     return np.vstack([half, *waves])
 
 
-def _to_window(dome: Dome, line: Floats) -> Floats:
+def _to_window(dome: Dome, line: Floats, step: float) -> Floats:
     """Return the points of a line in the plane, continued at its last depth up to the window."""
     last, depth = line[-1]
     # The same number of points for both lines of a skin.
-    count = max(2, int(np.ceil((_end(dome, 0.0) - last) / _LONGEST)) + 1)
-    rest = np.linspace(last, _end(dome, depth), count)
-    along = np.concatenate([line[:, 0], rest[1:]])
-    points = placed(dome, along, np.concatenate([line[:, 1], np.full(count - 1, depth)]))
+    between = np.arange(1, np.ceil((_end(dome, 0.0) - last) / step - 0.5)) * step
+    end = _end(dome, depth)
+    rest = np.append(last + between * min(1.0, (end - last) / (_end(dome, 0.0) - last)), end)
+    along = np.concatenate([line[:, 0], rest])
+    points = placed(dome, along, np.concatenate([line[:, 1], np.full(len(rest), depth)]))
     points[-1, 1] = dome.height
     return points
 

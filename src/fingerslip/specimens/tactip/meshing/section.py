@@ -57,7 +57,7 @@ def mesh_sensor_section(sensor: TacTipNumbers, sizes: SensorSizes, element: str)
 
 def _draw(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, list[int]]:
     """Draw all regions, one over the other; return their tags in Gmsh."""
-    lines, top = skin_lines(sensor.dome, sensor.skin), sensor.dome.height
+    lines, top = skin_lines(sensor.dome, sensor.skin, sensor.markers.spacing), sensor.dome.height
     half = float(lines.outer[-1, 0])
     window = np.array([[-half, top], [half, top], [half, top + sensor.window.thickness]])
     window = np.vstack([window, [-half, top + sensor.window.thickness]])

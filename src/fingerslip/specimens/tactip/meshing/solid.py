@@ -67,7 +67,7 @@ def mesh_sensor_solid(sensor: TacTipNumbers, sizes: SensorSizes, element: str) -
 
 def _draw(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, list[int]]:
     """Draw all regions, one over the other; return their tags in Gmsh."""
-    lines, top = skin_lines(sensor.dome, sensor.skin), sensor.dome.height
+    lines, top = skin_lines(sensor.dome, sensor.skin, sensor.markers.spacing), sensor.dome.height
     turn = _TURNS[sensor.part]
     rods = [_rod(foot, end, sensor.rods.radius) for foot, end in zip(feet, ends, strict=True)]
     if sensor.part == "half":
