@@ -43,6 +43,7 @@ def cells(axes: plt.Axes, points: np.ndarray, corners: np.ndarray, colour: str, 
 
 
 def level(axes: plt.Axes, title: str) -> None:
+    """Give a picture of a section its title and equal scales."""
     axes.autoscale()
     axes.set_aspect("equal")
     axes.set_title(title)
@@ -170,5 +171,4 @@ def draw_solid() -> None:
 
 
 if __name__ == "__main__":
-
     main()

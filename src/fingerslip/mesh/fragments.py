@@ -1,4 +1,4 @@
-"""Conforming meshes of shapes that overlap: Gmsh cuts them along each other, and the last one named keeps what is shared."""
+"""Conforming meshes of shapes that overlap: Gmsh cuts them along each other, the last one keeps what is shared."""
 
 from __future__ import annotations
 
@@ -94,11 +94,11 @@ def _without_overlap(shapes: Mapping[str, list[_Entity]]) -> dict[str, list[_Ent
     """Cut from every region what later ones cover, so that these keep no lines of what they cover."""
     own: dict[str, list[_Entity]] = {}
     later: list[_Entity] = []
-    for name, shape in reversed(shapes.items()):
+    for name, shape in reversed(list(shapes.items())):
         made = gmsh.model.occ.cut(shape, later, removeTool=False)[0] if later and shape else shape
         own[name] = list(made)
         later += own[name]
-    return dict(reversed(own.items()))
+    return dict(reversed(list(own.items())))
 
 
 def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False) -> None:
@@ -120,7 +120,9 @@ def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False) -> None:
     """
     # Gmsh passes the size that bends need.
     gmsh.model.mesh.setSizeCallback(
-        lambda _dim, _tag, x, y, z, bend: min(bend, MILLIMETRES * size(x / MILLIMETRES, y / MILLIMETRES, z / MILLIMETRES))
+        lambda _dim, _tag, x, y, z, bend: min(
+            bend, MILLIMETRES * size(x / MILLIMETRES, y / MILLIMETRES, z / MILLIMETRES)
+        )
     )
     for option in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints"):
         gmsh.option.setNumber(f"Mesh.{option}", 0)

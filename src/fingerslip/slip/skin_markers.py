@@ -35,8 +35,8 @@ class MarkerSlips:
     distance : (n,) array
         Distance from the one in the middle at rest [m].
     time : (n,) array
-        Time from which a marker has lagged the counterface by more than the tolerance, for as long as an event has to be
-        sustained [s]; NaN for one that does not slip.
+        Time from which a marker has lagged the counterface by more than the tolerance, for as long as an event has to
+        be sustained [s]; NaN for one that does not slip.
     """
 
     names: tuple[str, ...]
@@ -76,7 +76,7 @@ def skin_marker_slips(history: xr.Dataset, settings: EventSettings | None = None
 
 
 def share_before_centre(slips: MarkerSlips) -> float | None:
-    """Return the share of the outer markers that slip before the one in the middle; None without it or without others."""
+    """Return the share of the outer markers that slip before the central one; None without it or without others."""
     outer = slips.distance > 1e-9
     if outer.all() or not outer.any():
         return None

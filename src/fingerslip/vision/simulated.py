@@ -24,8 +24,8 @@ Rows = NDArray[np.intp]
 def marker_tracks(history: xr.Dataset, kinds: Sequence[str] = KINDS) -> xr.Dataset:
     """Return where the markers of a simulated sensor were at every record.
 
-    Markers are recorded sites of the kinds ``internal marker`` and ``external marker``, whose names end in their ring and
-    their number in it, such as ``internal-marker-2-05``.
+    Markers are recorded sites of the kinds ``internal marker`` and ``external marker``, whose names end in their ring
+    and their number in it, such as ``internal-marker-2-05``.
 
     Parameters
     ----------

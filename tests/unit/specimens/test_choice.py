@@ -54,11 +54,11 @@ class WithSensor(SpecimenChoice):
 
 def test_two_specimens_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(choice, "SPECIMENS", {**SPECIMENS, "sensor": SPECIMENS["fingertip"]})
-    assert given_specimen({"fingertip": None, "sensor": None}) is None
-    assert given_specimen({"fingertip": None, "sensor": FINGER}) == "sensor"
+    assert given_specimen({"fingertip": None, "tactip": None, "sensor": None}) is None
+    assert given_specimen({"fingertip": None, "tactip": None, "sensor": FINGER}) == "sensor"
     assert WithSensor(sensor=FINGER).specimen_kind == "sensor"
     with pytest.raises(InputError, match="sensor: is given with fingertip, needs one of the two"):
-        given_specimen({"fingertip": FINGER, "sensor": FINGER})
+        given_specimen({"fingertip": FINGER, "tactip": None, "sensor": FINGER})
 
 
 def test_a_mesh_has_to_suit_the_specimen(monkeypatch: pytest.MonkeyPatch) -> None:

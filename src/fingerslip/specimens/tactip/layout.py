@@ -82,4 +82,5 @@ def _hexagons(markers: Markers) -> MarkerPlaces:
     ring = np.max([np.abs(first), np.abs(second), np.abs(first + second)], axis=0)
     first, second, ring = (values[ring <= markers.layers] for values in (first, second, ring))
     x, z = markers.spacing * (first + 0.5 * second), markers.spacing * np.sqrt(0.75) * second
-    return MarkerPlaces(ring, np.hypot(x, z), np.mod(np.arctan2(z, x), 2.0 * np.pi))
+    along: Floats = np.asarray(np.hypot(x, z), dtype=np.float64)
+    return MarkerPlaces(ring, along, np.mod(np.arctan2(z, x), 2.0 * np.pi))

@@ -26,7 +26,10 @@ REGIONS = ("skin", "gel", "rods", "window")
 
 @parameters
 class TacTipNumbers:
-    """The numbers of a TacTip, held to fit together; :class:`~fingerslip.specimens.tactip.tactip.TacTip` explains them."""
+    """The numbers of a TacTip, held to fit together.
+
+    :class:`~fingerslip.specimens.tactip.tactip.TacTip` explains them.
+    """
 
     part: Part
     dome: Dome

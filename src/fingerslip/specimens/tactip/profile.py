@@ -109,8 +109,8 @@ def _half_wave(ridges: Ridges, radii: tuple[float, float], centres: tuple[float,
 def _repeated(half: Floats, ridges: Ridges) -> Floats:
     """Return the line over all ridges: the half wave, and then waves of two mirrored ones."""
     up = np.column_stack([ridges.pitch - half[:, 0], half[:, 1]])[::-1]
-    wave = np.vstack([up[1:], (half + [ridges.pitch, 0.0])[1:]])
-    waves = [wave + [number * ridges.pitch, 0.0] for number in range(ridges.number)]
+    wave = np.vstack([up[1:], (half + np.array([ridges.pitch, 0.0]))[1:]])
+    waves = [wave + np.array([number * ridges.pitch, 0.0]) for number in range(ridges.number)]
     return np.vstack([half, *waves])
 
 

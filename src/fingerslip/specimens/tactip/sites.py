@@ -13,7 +13,7 @@ from fingerslip.specimens.tactip.layout import MarkerPlaces, marker_places
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
 from fingerslip.specimens.tactip.profile import placed
 
-__all__ = ["GROUPS", "marker_sites", "marker_name", "modelled_places", "points_at"]
+__all__ = ["GROUPS", "marker_name", "marker_sites", "modelled_places", "points_at"]
 
 Floats = NDArray[np.float64]
 

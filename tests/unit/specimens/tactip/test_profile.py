@@ -17,7 +17,9 @@ def test_points_of_a_dome_lie_on_circles():
     along = np.linspace(0.0, 30e-3, 7)
     points = placed(DOME, along, np.full(7, 2e-3)) - [0.0, 20e-3]
     assert np.hypot(*points.T) == pytest.approx(18e-3)
-    assert placed(DOME, along, np.zeros(7)) + 2e-3 * inward(DOME, along) == pytest.approx(points + [0.0, 20e-3])
+    assert placed(DOME, along, np.zeros(7)) + 2e-3 * inward(DOME, along) == pytest.approx(
+        points + np.array([0.0, 20e-3])
+    )
 
 
 def test_a_flat_sensor_is_flat_then_turns_then_rises():

@@ -74,9 +74,7 @@ def _below(line: Floats, corners: Integers) -> int:
     right = smooth_curves(line, corners)
     left = smooth_curves(line * [-1.0, 1.0], corners, first=right.points[0])
     chord = gmsh.model.occ.addLine(left.points[-1], right.points[-1])
-    surface: int = gmsh.model.occ.addPlaneSurface(
-        [gmsh.model.occ.addCurveLoop([*right.curves, chord, *left.curves])]
-    )
+    surface: int = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop([*right.curves, chord, *left.curves])])
     return surface
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,10 +56,13 @@ def size_function(sensor: TacTipNumbers, sizes: SensorSizes, rods: Floats) -> Ca
     half = sensor.dome.radius + sensor.dome.flat_radius
     low = np.array([-half, 0.0, 0.0 if rods.shape[2] == 2 or sensor.part == "half" else -half])
     high = np.array([half, sensor.dome.height + sensor.window.thickness, 0.0 if rods.shape[2] == 2 else half])
-    axes = [start + spacing * np.arange(np.ceil((end - start) / spacing) + 1) for start, end in zip(low, high, strict=True)]
+    axes = [
+        start + spacing * np.arange(np.ceil((end - start) / spacing) + 1) for start, end in zip(low, high, strict=True)
+    ]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     grid = _sizes(sensor, sizes, points.reshape(-1, 3), rods).reshape(points.shape[:3])
-    table, (x0, y0, z0), (nx, ny, nz) = grid.tolist(), low.tolist(), (count - 1 for count in grid.shape)
+    table: Any = grid.tolist()
+    (x0, y0, z0), (nx, ny, nz) = low.tolist(), (int(count) - 1 for count in grid.shape)
 
     def size(x: float, y: float, z: float) -> float:
         i, j, k = (round((value - start) / spacing) for value, start in ((x, x0), (y, y0), (z, z0)))

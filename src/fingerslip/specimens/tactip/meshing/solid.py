@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fingerslip.mesh.fragments import fragmented, generate, read_fragments
 from fingerslip.mesh.gmsh_session import MILLIMETRES, gmsh_session
 from fingerslip.mesh.quality import check_quality
+from fingerslip.mesh.short_edges import without_short_edges
 from fingerslip.specimens.tactip.meshing.curves import polygon, smooth_curves
 from fingerslip.specimens.tactip.meshing.names import with_names
 from fingerslip.specimens.tactip.meshing.sizes import SensorSizes, size_function
@@ -24,6 +25,8 @@ Integers = NDArray[np.int64]
 
 # Sides of a rod, and the share of its direction across the axis below which it is upright.
 _SIDES, _UPRIGHT = 8, 1e-9
+# Shortest edge over the radius of rods.
+_SHORTEST = 0.1
 _TURNS = {"half": np.pi, "whole": 2.0 * np.pi}
 
 
@@ -52,7 +55,7 @@ def mesh_sensor_solid(sensor: TacTipNumbers, sizes: SensorSizes, element: str) -
         generate(3, size_function(sensor, sizes, np.stack([feet, ends], axis=1)))
         gmsh.model.mesh.optimize("")
         gmsh.model.mesh.optimize("Netgen")
-        found = read_fragments(pieces, 3, 4)
+        found = without_short_edges(read_fragments(pieces, 3, 4), _SHORTEST * sensor.rods.radius)
     half = sensor.part == "half"
     points = found.points.copy()
     if half:
@@ -93,7 +96,8 @@ def _revolved(line: Floats, corners: Integers, turn: float) -> int:
 def _turned(surface: int, turn: float) -> int:
     """Return the volume of a surface that turns about the axis, from +x over +z."""
     made = gmsh.model.occ.revolve([(2, surface)], 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -turn)
-    return next(tag for dim, tag in made if dim == 3)
+    tag: int = next(tag for dim, tag in made if dim == 3)
+    return tag
 
 
 def _rod(foot: Floats, end: Floats, radius: float) -> int:
@@ -109,7 +113,8 @@ def _rod(foot: Floats, end: Floats, radius: float) -> int:
     lines = [gmsh.model.occ.addLine(a, b) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
     face = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop(lines)])
     made = gmsh.model.occ.extrude([(2, face)], *(MILLIMETRES * (end - foot)))
-    return next(tag for dim, tag in made if dim == 3)
+    tag: int = next(tag for dim, tag in made if dim == 3)
+    return tag
 
 
 def _front_of_plane(sensor: TacTipNumbers, rods: list[int]) -> list[int]:

@@ -35,7 +35,7 @@ def test_every_marker_is_a_node(ridged):
     sensor = PRESETS.read("tactip-ridged-2d")
     sites = sensor.sites(tuple(GROUPS), 2)
     nodes = site_nodes(ridged, sites)
-    assert ridged.p[:, nodes].T == pytest.approx(np.array([site.position for site in sites]), abs=1e-9)
+    assert pytest.approx(np.array([site.position for site in sites]), abs=1e-9) == ridged.p[:, nodes].T
 
 
 def test_regions_share_nodes_and_leave_no_gaps(ridged):

@@ -10,9 +10,9 @@ from fingerslip.specimens.tactip.presets import PRESETS
 
 
 def test_a_section_is_no_solid():
-    with pytest.raises(InputError, match="part: got section with mesh.element T4"):
+    with pytest.raises(InputError, match=r"part: got section with mesh.element T4"):
         SensorSolidSizes().build(PRESETS.read("tactip-ridged-2d"))
-    with pytest.raises(InputError, match="part: got half with mesh.element Q4"):
+    with pytest.raises(InputError, match=r"part: got half with mesh.element Q4"):
         SensorSectionSizes().build(PRESETS.read("tactip-ridged-3d"))
 
 
