@@ -59,6 +59,7 @@ def draw_sections() -> None:
         for name, colour in COLOURS.items():
             cells(axes, mesh.p.T, mesh.t[:, mesh.subdomains[name]].T, colour, 0.25)
         level(axes, f"{kind}: {mesh.p.shape[1]} nodes")
+        axes.set_xlim(-21.0, 21.0)
     both[0].set_ylabel("y [mm]")
     figure.savefig(HERE / "tactip-section.png", dpi=110)
 
