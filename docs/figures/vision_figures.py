@@ -106,7 +106,19 @@ def table() -> list[str]:
     return lines
 
 
+def beside_glare() -> str:
+    """Return how long errors last in bad light, and how heavy their tails are."""
+    camera, moving = fs.PixelCamera(CAMERA, lighting=HARSH_LIGHT), slide(2.0, 0.3e-3)
+    truth = fs.true_tracks(CAMERA, moving)["position"].values
+    errors = LOCATE(frames_of(camera, moving), truth[0]) - truth
+    errors = errors[:, ~np.isnan(errors).any(axis=(0, 2))]
+    errors -= errors.mean(axis=0)
+    shares = [float((errors[lag:] * errors[:-lag]).mean() / (errors**2).mean()) for lag in (1, 20)]
+    excess = float((errors**4).mean() / (errors**2).mean() ** 2 - 3.0)
+    return f"bad light: correlation {shares[0]:.2f} over 1 frame, {shares[1]:.2f} over 20, excess kurtosis {excess:.1f}"
+
+
 if __name__ == "__main__":
     draw_frames()
     draw_fields()
-    sys.stdout.write("\n".join(table()) + "\n")
+    sys.stdout.write("\n".join([*table(), beside_glare()]) + "\n")

@@ -22,6 +22,7 @@ from .errors import (
     ResultError as ResultError,
     SlipOutsideContactError as SlipOutsideContactError,
 )
+from .export import export_history as export_history, history_tables as history_tables
 from .history import read_history as read_history, write_history as write_history
 from .materials.damping import RayleighDamping as RayleighDamping
 from .materials.elastic import Elastic as Elastic
@@ -83,7 +84,9 @@ from .specimens.fingertip.solid_sites import (
     reference_sites as reference_sites,
     solid_receptor_sites as solid_receptor_sites,
 )
-from .study.definition.spec import Study as Study, read_study as read_study, study_schema as study_schema
+from .study.definition.schema import study_schema as study_schema
+from .study.definition.spec import Study as Study, read_study as read_study
+from .study.opened import OpenedStudy as OpenedStudy, open_study as open_study
 from .study.running.runner import StudyFailedError as StudyFailedError, run_study as run_study
 from .timing import Adaptive as Adaptive, QuasiStatic as QuasiStatic, TimeStepping as TimeStepping
 from .version import __version__ as __version__
@@ -101,6 +104,7 @@ from .vision.cameras.look import (
 )
 from .vision.cameras.pixel import film as film
 from .vision.cameras.point import PointCamera as PointCamera, point_tracks as point_tracks
+from .vision.cameras.presets import external_camera as external_camera, internal_camera as internal_camera
 from .vision.fields.fields import marker_fields as marker_fields
 from .vision.layouts import (
     MarkerLayout as MarkerLayout,

@@ -13,18 +13,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.bodies import body_centres
 from fingerslip.dynamics.body_records import BodyRecords, moments
-from fingerslip.dynamics.memory import relaxed_force, viscous_steps
-from fingerslip.dynamics.motion import phase_table
+from fingerslip.dynamics.memory import viscous_steps
+from fingerslip.dynamics.record_coordinates import record_coordinates, rotation_axes
 from fingerslip.dynamics.scheme import make_scheme
 from fingerslip.dynamics.state import State
 from fingerslip.dynamics.steps import record_type, snapshot_steps
+from fingerslip.dynamics.support_records import SupportRecords
 from fingerslip.dynamics.system import System
-from fingerslip.fe.edges import free_edge_distances
 from fingerslip.fe.finite.recovery import FiniteRecovery, finite_cell_recovery, finite_site_recovery
 from fingerslip.fe.recovery import Recovery, cell_recovery, site_recovery, stress_components, von_mises
-from fingerslip.fe.space import cell_nodes, vector_dofs
+from fingerslip.fe.space import vector_dofs
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.viscoelastic import Relaxed, followed, in_space
@@ -51,7 +50,7 @@ _STRAINED_AT_ONCE, _AT_ONCE = 64, 50_000
 
 
 # What a recorder keeps beside its values.
-_KEPT = ("_held", "_strains", "_strained", "_near_fields", "_limits")
+_KEPT = ("_strains", "_strained", "_limits")
 
 
 class CellFields:
@@ -106,15 +105,11 @@ class Recorder:
         self._at_strained, self._strain_map = coordinates.mapped(self._sites.strain)
         self._strained = np.zeros((min(_STRAINED_AT_ONCE, times.size), self._strain_map.shape[1]))
         self._strains = np.zeros((times.size, len(sites), self._sites.components))
-        self._scheme, self._damping = make_scheme(model.time), model.damping
+        self._scheme = make_scheme(model.time)
         self._viscous = viscous_steps(system.relaxing, self._scheme.step)
         # Dashpots follow recorded strains from step to step; where steps lie between records, states remember them.
         self._of_states = bool(self._viscous) and isinstance(model.time, Adaptive)
-        self._near = system.supports.columns
-        self._near_maps = system.supports.stiffness[:, self._near], system.supports.mass[:, self._near]
-        self._near_fields = np.zeros((3, len(self._strained), self._near.size))
-        self._held = np.zeros((3, times.size, system.supports.contact.shape[0]))
-        self._passed: dict[int, list[Array]] = {}
+        self._supports = SupportRecords(system, self._scheme, model.damping, times.size, len(self._strained))
         self._bodies = BodyRecords(model, system, times)
         self._limits = np.zeros((times.size, len(system.candidates.nodes)))
         self._cells = cells or CellFields(system)
@@ -127,7 +122,7 @@ class Recorder:
             "component": system.space.dim,
             "stress_component": len(stress_components(system.space.dim)),
             "counterface": len(model.contacts),
-            "rotation_axis": len(_rotation_axes(system.space.dim)),
+            "rotation_axis": len(rotation_axes(system.space.dim)),
             "rigid_body": len(model.bodies),
             "support": len(model.supports),
             "snapshot_time": len(self._snapshots),
@@ -139,7 +134,7 @@ class Recorder:
             for name, known in VARIABLES.items()
             if self._snapshots or "snapshot_time" not in known.dims
         }
-        self.values |= _coordinates(model, system, times, times[snapshots])
+        self.values |= record_coordinates(model, system, times, times[snapshots])
 
     @property
     def nbytes(self) -> int:
@@ -147,7 +142,7 @@ class Recorder:
         return (
             self._strained.nbytes
             + self._strains.nbytes
-            + self._near_fields.nbytes
+            + sum(array.nbytes for array in self._supports.kept.values())
             + self._limits.nbytes
             + sum(np.asarray(value).nbytes for value in self.values.values())
         )
@@ -157,7 +152,9 @@ class Recorder:
         step, self._next = self._next, self._next + 1
         self._record_motion(step, state)
         self._record_contact(step, state)
-        self._record_supports(step, state)
+        self._supports.record(step, state)
+        if step % len(self._strained) == len(self._strained) - 1:
+            self._complete_last()
         if self._finite is not None and state.body is not None:
             self.values["stress"][step] = self._finite.stresses(state.body.deformed)
             self.values["strain_energy_density"][step] = self._finite.energy_densities(state.body.deformed)
@@ -172,10 +169,7 @@ class Recorder:
 
     def pass_by(self, state: State) -> None:
         """Take note of a state between two that are recorded: the inertia of what is held goes on from it."""
-        if self._scheme.start_weight and self._held.shape[2]:
-            acceleration = np.take(state.acceleration, self._near, mode="clip")
-            inertia: Array = self._scheme.inertia_factor * (self._near_maps[1] @ acceleration)
-            self._passed.setdefault(self._next, []).append(inertia)
+        self._supports.pass_by(self._next, state)
 
     def part(self, start: int, end: int) -> Recorder:
         """Return a completed copy of the records from one step to before another that were made so far."""
@@ -188,7 +182,7 @@ class Recorder:
             values={name: self._part_of(name, value, steps, shots) for name, value in self.values.items()},
             _times=self._times[steps],
             _strains=self._strains[steps],
-            _held=self._held[:, steps],
+            _supports=self._supports.part(steps),
             _limits=self._limits[steps],
             _bodies=self._bodies.part(steps),
             _is_part=True,
@@ -203,7 +197,7 @@ class Recorder:
 
     def saved(self) -> Any:
         """Return what :meth:`restore` needs, as plain data and arrays."""
-        arrays = {name: getattr(self, name) for name in _KEPT}
+        arrays = {name: getattr(self, name) for name in _KEPT} | self._supports.kept
         values = {name: value for name, value in self.values.items() if _is_over_time(name)}
         return {"next": self._next, "values": values, "moved": self._bodies.moved, **arrays}
 
@@ -212,6 +206,8 @@ class Recorder:
         self._next = saved["next"]
         for name in _KEPT:
             getattr(self, name)[...] = saved[name]
+        for name, array in self._supports.kept.items():
+            array[...] = saved[name]
         for name, value in saved["values"].items():
             self.values[name][...] = value
         self._bodies.moved[...] = saved["moved"]
@@ -229,7 +225,7 @@ class Recorder:
             self.values["stress"][:] = self._sites.stresses(self._strains)
             self.values["strain_energy_density"][:] = self._sites.energy_densities(self._strains)
         self._bodies.complete_motion(self.values)
-        self._complete_supports()
+        self._supports.complete(self.values)
         candidates = self._system.candidates
         at_once = max(1, _AT_ONCE // max(1, len(candidates.nodes)))
         for start in range(0, len(self._times), at_once):
@@ -244,10 +240,6 @@ class Recorder:
             self._at_candidates.take(field, values[f"contact_{name}"][step])
         row = step % len(self._strained)
         self._at_strained.take(state.displacement, self._strained[row])
-        for field, near in zip(fields.values(), self._near_fields, strict=True):
-            np.take(field, self._near, out=near[row], mode="clip")
-        if row == len(self._strained) - 1:
-            self._complete_last()
         self._bodies.record(step, state)
 
     def _record_contact(self, step: int, state: State) -> None:
@@ -268,41 +260,12 @@ class Recorder:
         self.values["stress"][step] = sites.stresses(strains)
         self.values["strain_energy_density"][step] = sites.energy_densities(strains)
 
-    def _record_supports(self, step: int, state: State) -> None:
-        """Keep the loads and contact forces on what supports hold."""
-        supports = self._system.supports
-        if supports.loads:
-            self._held[2, step] -= supports.load(state.time)
-        if supports.contact.nnz:
-            self._held[2, step] -= supports.contact @ state.contact_forces.ravel()
-        if state.body is not None:
-            self._held[2, step] += supports.rows @ state.body.nodal
-        if state.memories:
-            self._held[2, step] -= relaxed_force(supports.relaxing, self._viscous, state.memories)
-
-    def _complete_supports(self) -> None:
-        """Compute the forces of the supports; see :mod:`fingerslip.dynamics.supports`."""
-        elastic, inertia, others = self._held
-        force = elastic + others
-        found = self.values["support_force"].reshape(force.shape)
-        unbalance = -inertia[0]
-        for step in range(len(force)):
-            for moved in [*self._passed.get(step, []), *([inertia[step]] if step else [])]:
-                unbalance = (self._scheme.start_weight * unbalance - moved) / self._scheme.end_weight
-            found[step] = force[step] - unbalance
-
     def _complete_last(self) -> None:
-        """Compute what follows from the displacements, velocities and accelerations of the last steps that are kept."""
+        """Compute what follows from the last steps that are kept."""
         start = (self._next - 1) // len(self._strained) * len(self._strained)
         strains = self._strains[start : self._next]
         strains[:] = (self._strain_map @ self._strained[: len(strains)].T).T.reshape(strains.shape)
-        displacement, velocity, acceleration = (near[: len(strains)].T for near in self._near_fields)
-        stiffness, mass = self._near_maps
-        # At large strain the elastic forces are those of the states.
-        strained = displacement if self._system.body is None else 0.0
-        force = stiffness @ (strained + self._damping.stiffness * velocity)
-        self._held[0, start : self._next] = (force + self._damping.mass * (mass @ velocity)).T
-        self._held[1, start : self._next] = self._scheme.inertia_factor * (mass @ acceleration).T
+        self._supports.follow(slice(start, self._next))
 
     def _relaxed(self, material: Elastic, strains: Array, _: NDArray[np.int64]) -> Relaxed:
         """Return all strains of points (n_times, k, m) [-] with their dashpots."""
@@ -379,66 +342,3 @@ def _first_dimension(name: str) -> str:
 
 def _is_over_time(name: str) -> bool:
     return name in VARIABLES and _first_dimension(name) in {"time", "snapshot_time"}
-
-
-def _regions(model: Model) -> NDArray[np.int8]:
-    """Return the index of the region of every cell, among all regions; groups without a material do not count."""
-    mesh = model.mesh
-    regions = np.full(mesh.nelements, -1, dtype=np.int8)
-    for number, (name, cells) in enumerate(mesh.subdomains.items()):
-        if name in model.materials:
-            regions[cells] = number
-    return regions
-
-
-def _edge_distances(model: Model, system: System) -> Array:
-    """Return how far each contact candidate is from a free edge of its boundary [m]."""
-    candidates = system.candidates
-    held = np.ones(system.space.n_dofs, dtype=bool)
-    held[system.free] = False
-    distances = np.zeros(len(candidates.nodes))
-    for number, contact in enumerate(model.contacts):
-        own = candidates.counterface == number
-        nodes, components = candidates.nodes[own], held.reshape(-1, system.space.dim)
-        distances[own] = free_edge_distances(system.space, contact.boundary, components, nodes)
-    return distances
-
-
-def _rotation_axes(dim: int) -> list[str]:
-    return ["z"] if dim == 2 else ["x", "y", "z"]
-
-
-def _coordinates(model: Model, system: System, times: Array, snapshot_times: Array) -> dict[str, Any]:
-    kinds, knots = phase_table(model.programmes[0] or model.programme)
-    sites, counterfaces = model.record.sites, [contact.counterface for contact in model.contacts]
-    positions, candidates = system.space.positions, system.candidates
-    dim = system.space.dim
-    values = {
-        "time": times,
-        "component": ["x", "y", "z"][:dim],
-        "stress_component": list(stress_components(dim)),
-        "phase_kind": np.array(kinds, dtype=str),
-        "phase_start": knots[:-1],
-        "phase_end": knots[1:],
-        "site": np.array([site.name for site in sites], dtype=str),
-        "site_kind": np.array([site.kind for site in sites], dtype=str),
-        "site_region": np.array([site.region or "" for site in sites], dtype=str),
-        "site_position": positions[system.site_nodes],
-        "counterface": np.array([contact.boundary for contact in model.contacts], dtype=str),
-        "rotation_axis": _rotation_axes(dim),
-        "rigid_body": np.array(list(model.bodies), dtype=str),
-        "rigid_body_centre": body_centres(model)[0],
-        "support": np.array(list(model.supports), dtype=str),
-        "counterface_normal": np.reshape([counterface.unit_normal for counterface in counterfaces], (-1, dim)),
-        "counterface_friction_coefficient": np.array([own.friction.coefficient for own in model.contacts], dtype=float),
-        "contact_node": candidates.nodes,
-        "contact_counterface": candidates.counterface,
-        "contact_position": positions[candidates.nodes],
-        "contact_area": candidates.area,
-        "contact_edge_distance": _edge_distances(model, system),
-        "snapshot_time": snapshot_times,
-        "node_position": positions,
-        "cell_nodes": cell_nodes(system.space),
-        "cell_region": _regions(model),
-    }
-    return {name: values[name] for name in COORDINATES}

@@ -12,7 +12,7 @@ import pytest
 
 @pytest.mark.usefixtures("no_report")
 def test_diff_shows_what_differs_and_by_how_much(invoke: Callable[..., Any], block: Callable[..., Path]) -> None:
-    invoke("run", block(sweep={"contact.friction_coefficient": [0.2, 0.4]}))
+    invoke("run", "--workers", "1", block(sweep={"contact.friction_coefficient": [0.2, 0.4]}))
     result = invoke("diff", *(f"results/block/friction_coefficient-{friction}" for friction in (0.2, 0.4)))
     assert result.exit_code == 0
     assert re.search(r"contact\.friction_coefficient +0\.2 +0\.4", result.output)

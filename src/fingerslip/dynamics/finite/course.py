@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import is_dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from fingerslip.dynamics.finite.factors import Factors
 from fingerslip.dynamics.finite.newton import advance_finite
 from fingerslip.dynamics.scheme import make_scheme
@@ -69,7 +67,7 @@ class FiniteCourse:
 
     def start(self) -> State:
         """Return the state at time zero."""
-        at_rest = self._system.require_body().at(np.zeros(self._system.mass.shape[0]))
+        at_rest = self._system.require_body().at_rest(make_scheme(self._model.time).step)
         return first_state(self._of(0).renew(at_rest))
 
     def advance(self, state: State, end: float) -> State:
@@ -103,7 +101,7 @@ class FiniteCourse:
         if depth not in self._factors:
             time = self._model.time
             shorter = replace(time, step=time.step / 2**depth) if depth else time  # type: ignore[type-var]
-            parts = self._model.damping, self._solver, self._watch, self._reserved
+            parts = self._model.damping, self._solver.series(), self._watch, self._reserved
             self._factors[depth] = Factors(self._system, make_scheme(shorter), *parts)
         return self._factors[depth]
 

@@ -17,8 +17,8 @@ from fingerslip.study.definition.settings import (
     DynamicsSettings,
     MeshSettings,
     RecordSettings,
-    TimeSettings,
 )
+from fingerslip.study.definition.time_settings import TimeSettings
 
 __all__ = ["mistakes_between"]
 

@@ -6,6 +6,7 @@ of the first one, as in OpenCV.
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Protocol
 
 import numpy as np
@@ -24,7 +25,7 @@ from fingerslip.vision.cameras.distortion import (
     pinhole_undistorted,
 )
 
-__all__ = ["Fisheye", "Intrinsics", "Pinhole", "PixelCount", "PositiveNumber", "pinhole_for_view"]
+__all__ = ["Fisheye", "Intrinsics", "Pinhole", "PixelCount", "PositiveNumber", "fisheye_for_view", "pinhole_for_view"]
 
 Floats = NDArray[np.float64]
 PixelCount = Annotated[int, pydantic.Field(ge=1, le=100_000)]
@@ -213,7 +214,29 @@ def pinhole_for_view(width: int, height: int, view_width: float, distance: float
     >>> pinhole_for_view(640, 480, 0.064, 0.05).focal_x
     500.0
     """
-    if not (view_width > 0 and distance > 0):
-        raise InputError("view_width, distance", f"got {view_width}, {distance}", "needs lengths > 0 in metres")
+    _check_view(view_width, distance)
     focal = width * distance / view_width
     return Pinhole(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))
+
+
+def fisheye_for_view(width: int, height: int, view_width: float, distance: float) -> Fisheye:
+    """Return a fisheye with equal distances for equal angles that sees a given width at a given distance.
+
+    Parameters
+    ----------
+    width, height, view_width, distance
+        As for :func:`pinhole_for_view`.
+
+    Raises
+    ------
+    InputError
+        Where a length is not above 0.
+    """
+    _check_view(view_width, distance)
+    focal = 0.5 * width / math.atan2(0.5 * view_width, distance)
+    return Fisheye(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))
+
+
+def _check_view(view_width: float, distance: float) -> None:
+    if not (view_width > 0 and distance > 0):
+        raise InputError("view_width, distance", f"got {view_width}, {distance}", "needs lengths > 0 in metres")

@@ -11,6 +11,8 @@ import pytest
 from places import ROOT
 from unit.scans import SCAN
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def example() -> dict[str, Any]:

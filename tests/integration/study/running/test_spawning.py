@@ -27,7 +27,7 @@ PRINTED = ["the script runs", " ".join(f"friction_coefficient-{friction}" for fr
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["script.py"],
+        pytest.param(["script.py"], marks=pytest.mark.slow),
         pytest.param(["-"], marks=pytest.mark.slow),
         pytest.param(["-m", "script"], marks=pytest.mark.slow),
     ],

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, pinhole_for_view
+from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, fisheye_for_view, pinhole_for_view
 from fingerslip.vision.opencv import opencv
 
 POINTS = np.random.default_rng(0).uniform((-0.4, -0.3, 0.8), (0.4, 0.3, 1.2), (100, 3))
@@ -69,6 +69,12 @@ def test_points_beyond_the_fold_of_the_lens_have_no_image():
     assert np.isnan(fisheye.project(np.array([2.0, 0.0, 1.0]))).all()
 
 
+@pytest.mark.parametrize("make", [pinhole_for_view, fisheye_for_view])
+def test_a_lens_for_a_view_sees_it_from_edge_to_edge(make):
+    ends = make(640, 480, 0.1, 0.03).project(np.array([[-0.05, 0.0, 0.03], [0.05, 0.0, 0.03]]))
+    np.testing.assert_allclose(ends, [[-0.5, 239.5], [639.5, 239.5]], atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("make", "said"),
     [
@@ -77,6 +83,7 @@ def test_points_beyond_the_fold_of_the_lens_have_no_image():
         (lambda: Pinhole(0, 480, 1.0, 1.0, 0.0, 0.0), "width"),
         (lambda: Pinhole(640, 480, -1.0, 1.0, 0.0, 0.0), "focal_x"),
         (lambda: pinhole_for_view(640, 480, 0.0, 1.0), "view_width"),
+        (lambda: fisheye_for_view(640, 480, 0.1, -1.0), "view_width"),
     ],
 )
 def test_what_cannot_be_is_refused(make, said):
