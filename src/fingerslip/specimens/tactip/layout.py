@@ -71,8 +71,8 @@ def marker_places(markers: Markers) -> MarkerPlaces:
 
 def _rings(markers: Markers) -> MarkerPlaces:
     ring = np.repeat(np.arange(len(markers.rings)), markers.rings)
-    azimuth = np.concatenate([2.0 * np.pi * np.arange(count) / count for count in markers.rings])
-    return MarkerPlaces(ring, markers.spacing * ring, azimuth)
+    azimuth: Floats = np.concatenate([2.0 * np.pi * np.arange(count) / count for count in markers.rings])
+    return MarkerPlaces(ring, np.asarray(markers.spacing * ring, dtype=np.float64), azimuth)
 
 
 def _hexagons(markers: Markers) -> MarkerPlaces:
@@ -83,4 +83,5 @@ def _hexagons(markers: Markers) -> MarkerPlaces:
     first, second, ring = (values[ring <= markers.layers] for values in (first, second, ring))
     x, z = markers.spacing * (first + 0.5 * second), markers.spacing * np.sqrt(0.75) * second
     along: Floats = np.asarray(np.hypot(x, z), dtype=np.float64)
-    return MarkerPlaces(ring, along, np.mod(np.arctan2(z, x), 2.0 * np.pi))
+    azimuth: Floats = np.asarray(np.mod(np.arctan2(z, x), 2.0 * np.pi), dtype=np.float64)
+    return MarkerPlaces(ring, along, azimuth)
