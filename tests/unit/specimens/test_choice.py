@@ -72,7 +72,8 @@ def test_a_mesh_has_to_suit_the_specimen(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_presets_of_all_kinds_are_found_by_name() -> None:
-    assert preset_names() == ("wang2014-2d", "wang2014-3d")
+    tips = tuple(f"tactip-{skin}-{dim}d" for skin in ("ridged", "smooth") for dim in (2, 3))
+    assert preset_names() == ("wang2014-2d", "wang2014-3d", *tips)
     assert presets_of("wang2014-3d").read("wang2014-3d") == preset("wang2014-3d")
     with pytest.raises(InputError, match="preset: 'nobody' is not known, needs one of wang2014-2d, wang2014-3d"):
         presets_of("nobody")
@@ -84,4 +85,4 @@ def test_names_of_presets_are_unique() -> None:
 
 def test_mesh_sources_are_those_of_all_kinds() -> None:
     every: Mapping[str, Any] = {source.__name__: source for source in specimen_mesh_sources()}
-    assert list(every) == ["MeshSizes", "SolidSizes"]
+    assert list(every) == ["MeshSizes", "SolidSizes", "SensorSectionSizes", "SensorSolidSizes"]

@@ -26,7 +26,7 @@ Integers = NDArray[np.int64]
 # Sides of a rod, and the share of its direction across the axis below which it is upright.
 _SIDES, _UPRIGHT = 8, 1e-9
 # Shortest edge over the radius of rods.
-_SHORTEST = 0.1
+_SHORTEST = 0.13
 _TURNS = {"half": np.pi, "whole": 2.0 * np.pi}
 
 

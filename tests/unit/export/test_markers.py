@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from fingerslip.errors import InputError
-from fingerslip.vision.simulated import marker_tracks
+from fingerslip.export.markers import marker_tracks
 
 
 def history():
