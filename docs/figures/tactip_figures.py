@@ -15,10 +15,10 @@ import pyvista
 import xarray as xr
 from matplotlib.collections import PolyCollection
 
+from fingerslip.export.markers import marker_tracks
 from fingerslip.history import nearest_snapshot, phase_times, read_history
 from fingerslip.specimens.choice import presets_of
 from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes, SensorSolidSizes
-from fingerslip.export.markers import marker_tracks
 
 HERE = Path(__file__).parent
 COLOURS = {"skin": "#4a4a4a", "gel": "#cfe6f5", "rods": "#f4f1e6", "window": "#d9d9d9"}

@@ -64,7 +64,7 @@ def test_two_specimens_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_mesh_has_to_suit_the_specimen(monkeypatch: pytest.MonkeyPatch) -> None:
     check_mesh("fingertip", MeshSizes())
     check_mesh(None, MeshFile("a.msh"))
-    with pytest.raises(InputError, match=r"fingertip: is missing, needs a preset, or mesh.file for a body"):
+    with pytest.raises(InputError, match=r"fingertip or tactip: is missing, needs a preset, or mesh.file for a body"):
         check_mesh(None, MeshSizes())
     monkeypatch.setattr(Fingertip, "mesh_sources", (SolidSizes,))
     with pytest.raises(InputError, match="mesh: does not mesh a fingertip"):
