@@ -63,7 +63,7 @@ def size_function(sensor: TacTipNumbers, sizes: SensorSizes, rods: Floats) -> Ca
     grid = _sizes(sensor, sizes, points.reshape(-1, 3), rods).reshape(points.shape[:3])
     table: Any = grid.tolist()
     x0, y0, z0 = low.tolist()
-    nx, ny, nz = (int(size) - 1 for size in grid.shape)
+    nx, ny, nz = (count - 1 for count in map(int, grid.shape))
 
     def size(x: float, y: float, z: float) -> float:
         i, j, k = (round((value - start) / spacing) for value, start in ((x, x0), (y, y0), (z, z0)))
