@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Protocol, Self, get_args, get_type_hints
+from typing import Any, Literal, Protocol, Self, get_args, get_origin, get_type_hints
 
 import skfem
 
@@ -15,7 +15,7 @@ from fingerslip.errors import InputError
 from fingerslip.mesh.quality import quality_table
 from fingerslip.parameters import as_mapping
 
-__all__ = ["InspectedMesh", "MeshSource", "MeshTable", "choose_source", "inspected", "mesh_size_note"]
+__all__ = ["InspectedMesh", "MeshSource", "MeshTable", "choose_source", "inspected", "marks", "mesh_size_note"]
 
 Cell = str | float | int
 
@@ -156,8 +156,8 @@ class MeshSource(Protocol):
 def choose_source(sources: Sequence[type], values: Mapping[str, Any]) -> type:
     """Choose the class of mesh source that is meant by the keys and values of a file.
 
-    That is the first class with a required parameter among the keys; else the first that has the given `element`;
-    else the first of all without required parameters.
+    That is the first class with a required parameter among the keys; else the first whose :func:`marks` allow what is
+    given, such as `element`; else the first of all without required parameters.
 
     Parameters
     ----------
@@ -168,17 +168,26 @@ def choose_source(sources: Sequence[type], values: Mapping[str, Any]) -> type:
     """
     named = [source for source in sources if not values.keys().isdisjoint(_required(source))]
     of_sizes = [source for source in sources if not _required(source)]
-    with_element = [source for source in of_sizes if values.get("element") in _elements(source)]
-    found = [*named, *with_element, *of_sizes]
+    known = {name for source in of_sizes for name in marks(source)} & values.keys()
+    marked = [source for source in of_sizes if known and _allows(source, {name: values[name] for name in known})]
+    found = [*named, *marked, *of_sizes]
     if not found:
         needed = " or ".join(", ".join(_required(source)) for source in sources)
         raise InputError("mesh", "does not say where the mesh comes from", f"needs {needed}")
     return found[0]
 
 
+def marks(source: type) -> Mapping[str, tuple[Any, ...]]:
+    """Return the parameters with few named values, by which a class of mesh source is told from others, and these."""
+    hints = get_type_hints(source)
+    named = {field.name: hints[field.name] for field in fields(source)}
+    return {name: get_args(hint) for name, hint in named.items() if get_origin(hint) is Literal}
+
+
+def _allows(source: type, values: Mapping[str, Any]) -> bool:
+    own = marks(source)
+    return all(value in own.get(name, ()) for name, value in values.items())
+
+
 def _required(source: type) -> tuple[str, ...]:
     return tuple(field.name for field in fields(source) if field.default is field.default_factory is MISSING)
-
-
-def _elements(source: type) -> tuple[str, ...]:
-    return get_args(get_type_hints(source).get("element"))

@@ -20,6 +20,7 @@ from fingerslip.slip.free_edge import edge_distance
 from fingerslip.slip.front import force_ratio_times, front_arrivals
 from fingerslip.slip.peaks import acceleration_peaks
 from fingerslip.slip.settings import EventSettings
+from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
 from fingerslip.slip.windows import slide_window
 from fingerslip.units import Unit
 
@@ -192,6 +193,11 @@ def _overall_by_peaks(history: xr.Dataset) -> float | None:
     return acceleration_events(history).overall if _has_candidates(history) else None
 
 
+def _outer_markers_first(history: xr.Dataset) -> Number:
+    slips = skin_marker_slips(history)
+    return None if slips is None else share_before_centre(slips)
+
+
 def _records(history: xr.Dataset) -> Number:
     return int(history.sizes["time"])
 
@@ -256,6 +262,12 @@ MEASURES: tuple[Measure, ...] = (
         "acceleration peaks before overall slip",
         _peaks_before_overall,
         reading="acceleration",
+    ),
+    Measure("stick_slip_cycles", "cycles of stick and slip in the slide", stick_slip_cycles),
+    Measure(
+        "outer_markers_before_centre",
+        "share of touching skin markers that slip before the central one",
+        _outer_markers_first,
     ),
     Measure(
         "edge_distance_min",

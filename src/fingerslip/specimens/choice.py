@@ -15,6 +15,7 @@ from fingerslip.parameters import parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.specimens.fingertip.presets import PRESETS as FINGERTIPS
 from fingerslip.specimens.protocol import Specimen
+from fingerslip.specimens.tactip.presets import PRESETS as TACTIPS
 
 __all__ = [
     "SPECIMENS",
@@ -27,7 +28,7 @@ __all__ = [
 ]
 
 #: The presets of every kind of specimen, by the key that names the kind in a study file.
-SPECIMENS: Mapping[str, Presets[Any]] = MappingProxyType({"fingertip": FINGERTIPS})
+SPECIMENS: Mapping[str, Presets[Any]] = MappingProxyType({"fingertip": FINGERTIPS, "tactip": TACTIPS})
 
 
 def _checked(kind: str) -> pydantic.AfterValidator:
@@ -46,11 +47,12 @@ class SpecimenChoice:
 
     Parameters
     ----------
-    fingertip : mapping, optional
+    fingertip, tactip : mapping, optional
         `preset` and the values that differ from it.
     """
 
     fingertip: Annotated[Mapping[str, Any], _checked("fingertip")] | None = field(default=None, kw_only=True)
+    tactip: Annotated[Mapping[str, Any], _checked("tactip")] | None = field(default=None, kw_only=True)
 
     @property
     def specimen_kind(self) -> str | None:

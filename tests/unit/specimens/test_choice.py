@@ -54,17 +54,17 @@ class WithSensor(SpecimenChoice):
 
 def test_two_specimens_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(choice, "SPECIMENS", {**SPECIMENS, "sensor": SPECIMENS["fingertip"]})
-    assert given_specimen({"fingertip": None, "sensor": None}) is None
-    assert given_specimen({"fingertip": None, "sensor": FINGER}) == "sensor"
+    assert given_specimen({"fingertip": None, "tactip": None, "sensor": None}) is None
+    assert given_specimen({"fingertip": None, "tactip": None, "sensor": FINGER}) == "sensor"
     assert WithSensor(sensor=FINGER).specimen_kind == "sensor"
     with pytest.raises(InputError, match="sensor: is given with fingertip, needs one of the two"):
-        given_specimen({"fingertip": FINGER, "sensor": FINGER})
+        given_specimen({"fingertip": FINGER, "tactip": None, "sensor": FINGER})
 
 
 def test_a_mesh_has_to_suit_the_specimen(monkeypatch: pytest.MonkeyPatch) -> None:
     check_mesh("fingertip", MeshSizes())
     check_mesh(None, MeshFile("a.msh"))
-    with pytest.raises(InputError, match=r"fingertip: is missing, needs a preset, or mesh.file for a body"):
+    with pytest.raises(InputError, match=r"fingertip or tactip: is missing, needs a preset, or mesh.file for a body"):
         check_mesh(None, MeshSizes())
     monkeypatch.setattr(Fingertip, "mesh_sources", (SolidSizes,))
     with pytest.raises(InputError, match="mesh: does not mesh a fingertip"):
@@ -72,7 +72,8 @@ def test_a_mesh_has_to_suit_the_specimen(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_presets_of_all_kinds_are_found_by_name() -> None:
-    assert preset_names() == ("wang2014-2d", "wang2014-3d")
+    tips = tuple(f"tactip-{skin}-{dim}d" for skin in ("ridged", "smooth") for dim in (2, 3))
+    assert preset_names() == ("wang2014-2d", "wang2014-3d", *tips)
     assert presets_of("wang2014-3d").read("wang2014-3d") == preset("wang2014-3d")
     with pytest.raises(InputError, match="preset: 'nobody' is not known, needs one of wang2014-2d, wang2014-3d"):
         presets_of("nobody")
@@ -84,4 +85,4 @@ def test_names_of_presets_are_unique() -> None:
 
 def test_mesh_sources_are_those_of_all_kinds() -> None:
     every: Mapping[str, Any] = {source.__name__: source for source in specimen_mesh_sources()}
-    assert list(every) == ["MeshSizes", "SolidSizes"]
+    assert list(every) == ["MeshSizes", "SolidSizes", "SensorSectionSizes", "SensorSolidSizes"]

@@ -82,6 +82,10 @@ def _no_reference_nodes_of_a_body(specimen: str | None, mesh: MeshSettings, reco
     _check_no_sites("reference_nodes", specimen, mesh, record)
 
 
+def _no_groups_of_a_body(specimen: str | None, mesh: MeshSettings, record: RecordSettings) -> None:
+    _check_no_sites("groups", specimen, mesh, record)
+
+
 def _fixed_step_of_a_basis(dynamics: DynamicsSettings, time: TimeSettings) -> None:
     if dynamics.basis == "reduced" and time.step == "auto":
         repair = "write basis: full, or a fixed step"
@@ -98,6 +102,7 @@ _CHECKS: tuple[Callable[..., None], ...] = (
     _depth_of_a_body,
     _no_receptors_of_a_body,
     _no_reference_nodes_of_a_body,
+    _no_groups_of_a_body,
     _fixed_step_of_a_basis,
 )
 

@@ -229,6 +229,8 @@ class RecordSettings:
     reference_nodes : bool
         Whether the reference nodes h1 to h7 and v1 to v7 on the skin and on the tissue are recorded; of the fingertip
         in space.
+    groups : tuple of str
+        Other groups of the specimen's own sites, such as the `internal_markers` of a sensor.
     sites : tuple of Site
         Further sites.
     snapshots_every : float
@@ -237,13 +239,14 @@ class RecordSettings:
 
     receptors: tuple[ReceptorKind, ...] = ()
     reference_nodes: bool = False
+    groups: tuple[str, ...] = ()
     sites: tuple[Site, ...] = ()
     snapshots_every: Duration = 0.0
 
     @property
-    def groups(self) -> tuple[str, ...]:
-        """Groups of the specimen's own sites that are recorded."""
-        return (*self.receptors, *(("reference_nodes",) if self.reference_nodes else ()))
+    def all_groups(self) -> tuple[str, ...]:
+        """All groups of the specimen's own sites that are recorded."""
+        return (*self.receptors, *(("reference_nodes",) if self.reference_nodes else ()), *self.groups)
 
 
 _MESH_SOURCES: tuple[type[MeshSource], ...] = (MeshFile, SurfaceMesh, *specimen_mesh_sources())

@@ -15,6 +15,7 @@ from fingerslip.fe.integration import Integration
 from fingerslip.materials.choice import PRESET, AnyMaterial, MaterialEntry, material_of
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.materials.material import Formulation
+from fingerslip.mesh.source import MeshSource, marks
 from fingerslip.model import Component, Kinematics, SupportMotion
 from fingerslip.parameters import (
     PositiveLength,
@@ -142,7 +143,7 @@ class Study(SpecimenChoice):
         Published tables with which the results are compared.
     converge : RefinementSettings
         How ``fingerslip converge`` refines the runs.
-    fingertip : mapping, optional
+    fingertip, tactip : mapping, optional
         The specimen: `preset` and the values that differ from it.
     """
 
@@ -246,7 +247,7 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     InputError
         For all mistakes, in the order of `mapping`.
     """
-    mapping = _with_element(_with_current_sweep(mapping))
+    mapping = _with_marks(_with_current_sweep(mapping))
     mistakes = _mistakes_of(mapping)
     if mapping.get("sweep"):
         mistakes += swept_mistakes(_completed(mapping), mistakes, known_paths(mapping), _mistakes_of)
@@ -259,8 +260,8 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     return dataclasses.replace(study, mesh=study.mesh.beside(source.parent))
 
 
-def _with_element(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return a study that says the kind of element, as its specimen has it, where it gives nothing but sizes.
+def _with_marks(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a study that says whose mesh it has and of which element, as its specimen does, where it gives only sizes.
 
     Without this a preset in space would be meshed as a section, because only the kind of element tells them apart.
     """
@@ -268,11 +269,17 @@ def _with_element(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
     specimen = _specimen_of(mapping)
     if specimen is None or not isinstance(mesh, Mapping):
         return mapping
-    source = specimen.default_mesh
-    sizes = {field.name for field in dataclasses.fields(source)}  # type: ignore[arg-type]
-    if source.element is None or "element" in mesh or not mesh.keys() <= sizes:
-        return mapping
-    return {**mapping, "mesh": {"element": source.element, **mesh}}
+    for source in (specimen.default_mesh, *(kind() for kind in specimen.mesh_sources)):
+        own = {field.name: getattr(source, field.name) for field in dataclasses.fields(source)}  # type: ignore[arg-type]
+        given = {name: own[name] for name in marks(type(source)) if own[name] is not None} | dict(mesh)
+        if mesh.keys() <= own.keys() and _fits(type(source), mesh):
+            return {**mapping, "mesh": given}
+    return mapping
+
+
+def _fits(source: type[MeshSource], mesh: Mapping[str, Any]) -> bool:
+    """Tell whether what a study says of its mesh may be of a source."""
+    return all(mesh[name] in allowed for name, allowed in marks(source).items() if name in mesh)
 
 
 def _specimen_of(mapping: Mapping[str, Any]) -> Specimen | None:

@@ -15,7 +15,7 @@ from fingerslip.report.tables.measures import measures_table
 from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
 from fingerslip.report.tables.table import Column, Table
 from fingerslip.results import RESULT, RunResult
-from fingerslip.specimens.fingertip import preset_header, preset_names, preset_table
+from fingerslip.specimens.choice import preset_names, presets_of
 from fingerslip.study.definition.spec import given_paths, read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.inspection.draw import draw_fingertip
@@ -59,7 +59,8 @@ def _tables(target: str) -> tuple[Table, ...]:
     if path.suffix in (".yaml", ".yml"):
         return (_study_table(path),)
     if target in preset_names():
-        return (_preset_table(target, preset_header(target), preset_table(target)),)
+        presets = presets_of(target)
+        return (_preset_table(target, presets.header(target), presets.table(target)),)
     if target in material_names():
         return (_preset_table(target, material_header(target), material_table(target)),)
     repair = f"presets: {', '.join((*preset_names(), *material_names()))}"
@@ -68,7 +69,7 @@ def _tables(target: str) -> tuple[Table, ...]:
 
 def presets_table() -> Table:
     """Return the presets that ship."""
-    rows = tuple((name, preset_header(name)["citation"]) for name in preset_names())
+    rows = tuple((name, presets_of(name).header(name)["citation"]) for name in preset_names())
     return Table("Presets", (Column("name"), Column("after")), rows, "fingerslip show NAME lists all values.")
 
 

@@ -148,7 +148,7 @@ def _model(run: Run, mesh: Any) -> Model:
         damping=study.damping,
         integration=study.integration,
         kinematics=study.kinematics,
-        record=_recording(study, specimen.sites(study.record.groups, dim)),
+        record=_recording(study, specimen.sites(study.record.all_groups, dim)),
         basis=study.dynamics.reduced,
         gravity=study.gravity,
         initial_velocity=study.initial_velocity,

@@ -196,7 +196,7 @@ def _use(study: Study) -> ModelUse:
         dim=3 if _is_solid(study) else 2,
         meshed=study.mesh.needs_specimen,
         held=not study.supports,
-        groups=frozenset(study.record.groups),
+        groups=frozenset(study.record.all_groups),
     )
 
 

@@ -25,7 +25,8 @@ def test_body_that_is_no_fingertip_says_everything_itself(name: str) -> None:
 
 @pytest.mark.parametrize(("name", "value"), [("receptors", ["FA-I"]), ("reference_nodes", True)])
 def test_sites_of_a_fingertip_need_one(name: str, value: object) -> None:
-    with pytest.raises(InputError, match=rf"record\.{name}: is given without a fingertip, .*name points in record"):
+    missing = rf"record\.{name}: is given without a fingertip or tactip, .*name points in record"
+    with pytest.raises(InputError, match=missing):
         parse_study(block_values() | {"record": {name: value}}, SOURCE)
 
 
@@ -43,9 +44,9 @@ def test_fields_that_are_missing_together_come_with_mistakes_elsewhere() -> None
 
 
 def test_a_relation_is_checked_where_all_its_fields_are_known() -> None:
-    fields = {"fingertip": None, "mesh": MeshFile("a.msh"), "formulation": "solid", "materials": {}}
+    fields = {"fingertip": None, "tactip": None, "mesh": MeshFile("a.msh"), "formulation": "solid", "materials": {}}
     assert [mistake.where for mistake in mistakes_between(fields)] == ["materials"]
-    assert mistakes_between({"fingertip": None, "materials": {}}) == []
+    assert mistakes_between({"fingertip": None, "tactip": None, "materials": {}}) == []
     assert [mistake.where for mistake in mistakes_between(fields | {"formulation": None, "depth": None})] == [
         "materials",
         "formulation",

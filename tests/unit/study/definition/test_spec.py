@@ -134,7 +134,7 @@ def test_written_study_reads_back_the_same() -> None:
         (
             "fingertip",
             None,
-            "fingertip: is missing, needs a preset, or mesh.file for a body that is no fingertip",
+            "fingertip or tactip: is missing, needs a preset, or mesh.file for a body that is no fingertip or tactip",
         ),
         ("sweep", {"time.step": []}, "sweep.time.step: has no values, needs a list such as [0.2, 0.4]"),
         ("sweep", {"time.step": ["1 ms", "1 ms"]}, "sweep.time.step: has '1 ms' twice, needs every value once"),

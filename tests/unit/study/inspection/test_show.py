@@ -11,7 +11,8 @@ import yaml
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.materials.library import material_names
-from fingerslip.specimens.fingertip import preset_names, preset_table
+from fingerslip.specimens.choice import preset_names
+from fingerslip.specimens.fingertip import preset_table
 from fingerslip.study.inspection.show import presets_table, show
 from fingerslip.study.running.runner import run_study
 from unit.study.block import FRICTIONS, block_values

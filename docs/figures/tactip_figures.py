@@ -1,0 +1,175 @@
+"""Draw the figures of docs/tactip.md.
+
+First: fingerslip run studies/tactip_slide.yaml studies/ridged_vs_smooth.yaml studies/tactip_gate_3d.yaml
+Then: python docs/figures/tactip_figures.py [RESULTS]
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pyvista
+import xarray as xr
+from matplotlib.collections import PolyCollection
+
+from fingerslip.export.markers import marker_tracks
+from fingerslip.history import nearest_snapshot, phase_times, read_history
+from fingerslip.specimens.choice import presets_of
+from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes, SensorSolidSizes
+
+HERE = Path(__file__).parent
+COLOURS = {"skin": "#4a4a4a", "gel": "#cfe6f5", "rods": "#f4f1e6", "window": "#d9d9d9"}
+DEPTHS = (2, 3, 4, 5)
+# Slip travel at which the central pin of real smooth sensors saturates, by depth, both in mm.
+REAL = {0.5: 0.46, 1.5: 0.97, 2.5: 1.47, 3.5: 3.7, 4.5: 4.8}
+
+
+def main() -> None:
+    """Draw all figures; those in space need no results."""
+    results = Path(sys.argv[1] if len(sys.argv) > 1 else "results")
+    draw_sections()
+    draw_states(read_history(results / "tactip_slide" / "run" / "history.nc"))
+    draw_tracks(results / "ridged_vs_smooth")
+    draw_gate(results / "tactip_gate_3d")
+    draw_solid()
+
+
+def cells(axes: plt.Axes, points: np.ndarray, corners: np.ndarray, colour: str, edge: float) -> None:
+    """Fill the cells of a region; lengths in mm."""
+    axes.add_collection(PolyCollection(1e3 * points[corners], facecolor=colour, edgecolor="k", linewidth=edge))
+
+
+def level(axes: plt.Axes, title: str) -> None:
+    """Give a picture of a section its title and equal scales."""
+    axes.autoscale()
+    axes.set_aspect("equal")
+    axes.set_title(title)
+    axes.set_xlabel("x [mm]")
+
+
+def draw_sections() -> None:
+    """Draw the meshes of both sections."""
+    figure, both = plt.subplots(1, 2, figsize=(12, 5.2), sharey=True, layout="constrained")
+    for axes, kind in zip(both, ("ridged", "smooth"), strict=True):
+        sensor = presets_of(f"tactip-{kind}-2d").read(f"tactip-{kind}-2d")
+        mesh = SensorSectionSizes(contact_size=0.4e-3, bulk_size=1.6e-3).build(sensor)
+        for name, colour in COLOURS.items():
+            cells(axes, mesh.p.T, mesh.t[:, mesh.subdomains[name]].T, colour, 0.25)
+        level(axes, f"{kind}: {mesh.p.shape[1]} nodes")
+        axes.set_xlim(-21.0, 21.0)
+    both[0].set_ylabel("y [mm]")
+    figure.savefig(HERE / "tactip-section.png", dpi=110)
+
+
+def draw_states(history: xr.Dataset) -> None:
+    """Draw the section at rest, pressed, before the first slip and at the end."""
+    start, end = phase_times(history, "slide")[0]
+    friction = history["counterface_force"].values[:, 0, 0]
+    largest = float(history["time"].values[friction.argmax()])
+    moments = {"at rest": 0.0, "pressed": start, "largest friction": largest, "end of the slide": end}
+    names = [str(name) for name in history.attrs["regions"].split(", ")]
+    figure, axes = plt.subplots(1, 4, figsize=(15, 4.2), sharey=True, layout="constrained")
+    for one, (title, moment) in zip(axes, moments.items(), strict=True):
+        row = nearest_snapshot(history, moment)
+        points = history["node_position"].values + history["snapshot_displacement"].values[row]
+        for number, name in enumerate(names):
+            own = history["cell_nodes"].values[history["cell_region"].values == number]
+            cells(one, points, own, COLOURS[name], 0.05)
+        plate = history["counterface_displacement"].values[
+            np.abs(history["time"].values - float(history["snapshot_time"].values[row])).argmin(), 0
+        ]
+        one.axhline(1e3 * plate[1], color="#d55e00", linewidth=1.5)
+        level(one, f"{title}, {float(history['snapshot_time'].values[row]):.1f} s")
+    axes[0].set_ylabel("y [mm]")
+    figure.savefig(HERE / "tactip-states.png", dpi=110)
+
+
+def ring_lines(axes: plt.Axes, history: xr.Dataset) -> None:
+    """Draw the displacement of internal markers along x in the slide, coloured by ring."""
+    tracks = marker_tracks(history, ("internal",))
+    start, end = phase_times(history, "slide")[0]
+    slide = (tracks["time"].values >= start - 1e-9) & (tracks["time"].values <= end + 1e-9)
+    x = 1e3 * tracks["position"].values[slide, :, 0]
+    rings = tracks["ring"].values
+    colours = plt.get_cmap("viridis")(rings / max(1, rings.max()))
+    for number, ring in enumerate(rings):
+        label = f"ring {ring}" if number == np.flatnonzero(rings == ring)[0] else None
+        style = "-" if tracks["position"].values[0, number, 0] >= 0 else "--"
+        travel = 0.3 * (tracks["time"].values[slide] - start)
+        axes.plot(travel, x[:, number] - x[0, number], style, color=colours[number], label=label, linewidth=1)
+
+
+def draw_tracks(folder: Path) -> None:
+    """Draw the markers of both skins at all indentations."""
+    figure, axes = plt.subplots(2, 4, figsize=(15, 6.4), sharex=True, sharey="row", layout="constrained")
+    for row, (kind, flag) in enumerate((("ridged", "true"), ("smooth", "false"))):
+        for column, depth in enumerate(DEPTHS):
+            name = next(folder.glob(f"*{flag}*depth-{depth}mm"))
+            ring_lines(axes[row, column], read_history(name / "history.nc"))
+            axes[row, column].set_title(f"{kind}, {depth} mm deep")
+    for one in axes[1]:
+        one.set_xlabel("travel of the plate [mm]")
+    for one in axes[:, 0]:
+        one.set_ylabel("displacement along x [mm]")
+    axes[0, 0].legend(fontsize=8)
+    figure.savefig(HERE / "tactip-tracks.png", dpi=110)
+
+
+def central_pin(folder: Path) -> dict[float, tuple[np.ndarray, np.ndarray]]:
+    """Return travel of the plate and of the central pin in the slide [mm], by depth [mm]."""
+    found = {}
+    for path in sorted(folder.glob("*/history.nc")):
+        history = read_history(path)
+        tracks = marker_tracks(history, ("internal",))
+        start, _ = phase_times(history, "slide")[0]
+        centre = int(np.flatnonzero(tracks["ring"].values == 0)[0])
+        rows = tracks["time"].values >= start - 1e-9
+        plate = 1e3 * history["counterface_displacement"].values[rows, 0]
+        x = 1e3 * tracks["position"].values[rows, centre, 0]
+        found[float(np.round(plate[0, 1], 3))] = (plate[:, 0] - plate[0, 0], x - x[0])
+    return found
+
+
+def saturation(travel: np.ndarray, pin: np.ndarray) -> float:
+    """Return the travel of the plate at which the pin has 95 % of its largest displacement [mm]."""
+    return float(np.interp(0.95 * pin.max(), np.maximum.accumulate(pin), travel))
+
+
+def draw_gate(folder: Path) -> None:
+    """Draw the displacement of the central pin of the smooth sensor in space, and where it saturates."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.2), layout="constrained")
+    pins = central_pin(folder)
+    for depth, (travel, pin) in pins.items():
+        left.plot(travel, pin, label=f"{depth:g} mm deep")
+    left.set_xlabel("travel of the plate [mm]")
+    left.set_ylabel("displacement of the central pin [mm]")
+    left.legend()
+    right.plot(list(REAL), list(REAL.values()), "ks", label="real smooth sensors")
+    right.plot(list(pins), [saturation(*pin) for pin in pins.values()], "o-", label="simulated, 95 %")
+    right.set_xlabel("depth [mm]")
+    right.set_ylabel("travel at saturation [mm]")
+    right.legend()
+    figure.savefig(HERE / "tactip-gate.png", dpi=110)
+
+
+def draw_solid() -> None:
+    """Draw the ridged sensor in space, cut open along its plane of symmetry."""
+    sensor = presets_of("tactip-ridged-3d").read("tactip-ridged-3d")
+    mesh = SensorSolidSizes(contact_size=1e-3, bulk_size=3e-3).build(sensor)
+    plotter = pyvista.Plotter(off_screen=True, window_size=(1100, 800))
+    plotter.set_background("white")
+    for name, colour in COLOURS.items():
+        own = mesh.t[:, mesh.subdomains[name]].T
+        grid = pyvista.UnstructuredGrid({pyvista.CellType.TETRA: own}, mesh.p.T * 1e3)
+        opacity = 0.35 if name == "gel" else 1.0
+        plotter.add_mesh(grid, color=colour, show_edges=name != "gel", line_width=0.3, opacity=opacity)
+    plotter.view_vector((0.35, -0.35, -1.0), viewup=(0.0, 1.0, 0.0))
+    plotter.screenshot(HERE / "tactip-solid.png")
+    plotter.close()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,174 @@
+"""Conforming meshes of shapes that overlap: Gmsh cuts them along each other, the last one keeps what is shared."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import gmsh
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.errors import MeshError
+from fingerslip.mesh.gmsh_session import MILLIMETRES
+
+__all__ = ["Fragments", "fragmented", "generate", "read_fragments"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+#: Wanted element size [m] at a point x, y, z [m].
+SizeAt = Callable[[float, float, float], float]
+
+_Entity = tuple[int, int]
+
+# Kinds of cells in Gmsh by their corners.
+_KINDS = {(2, 3): 2, (2, 4): 3, (3, 4): 4}
+# Straight edges in place of a circle, at least, in the plane and in space.
+_SEGMENTS_OF_A_CIRCLE = {2: 20, 3: 8}
+_QUADRILATERALS_ONLY = 2
+_PLANE = 2
+_FRONTAL, _DELAUNAY = 6, 5
+
+
+@dataclass(frozen=True)
+class Fragments:
+    """Cells of the regions of a mesh.
+
+    Parameters
+    ----------
+    points : (n, dim) array
+        Node positions [m].
+    cells : (m, corners) array
+        Nodes of all cells, region after region.
+    region : (m,) array
+        Number of the region of each cell, in the order in which they were named.
+    """
+
+    points: Floats
+    cells: Integers
+    region: Integers
+
+
+def fragmented(shapes: Mapping[str, Sequence[int]], points: Floats, dim: int) -> dict[str, list[int]]:
+    """Cut shapes of Gmsh's OpenCASCADE kernel along each other.
+
+    Parameters
+    ----------
+    shapes : mapping of str to sequence of int
+        Tags of the surfaces or volumes of each region; where regions overlap, the later one keeps what they share.
+    points : (k, dim) array
+        Points at which the mesh gets nodes [m].
+    dim : int
+        2 for surfaces, 3 for volumes.
+
+    Returns
+    -------
+    dict
+        Tags of the pieces of each region.
+
+    Raises
+    ------
+    MeshError
+        Where Gmsh cannot cut them, or nothing is left of a region.
+    """
+    nodes = [(0, gmsh.model.occ.addPoint(*_three(point * MILLIMETRES))) for point in points]
+    drawn = {name: [(dim, tag) for tag in tags] for name, tags in shapes.items()}
+    try:
+        # In space cutting first takes many times as long, and tetrahedra bear the faces that stay in covered solids.
+        own = _without_overlap(drawn) if dim == _PLANE else drawn
+        every = [piece for pieces in own.values() for piece in pieces]
+        _, pieces = gmsh.model.occ.fragment(every[:1], [*every[1:], *nodes])
+    except Exception as error:
+        raise MeshError("shapes", f"Gmsh says '{error}'", "needs shapes that can be cut") from error
+    gmsh.model.occ.synchronize()
+    names = [name for name, own_pieces in own.items() for _ in own_pieces]
+    owner = {tag: name for name, made in zip(names, pieces, strict=False) for _, tag in made}
+    found = {name: sorted(tag for tag, kept in owner.items() if kept == name) for name in shapes}
+    empty = next((name for name, tags in found.items() if shapes[name] and not tags), None)
+    if empty is not None:
+        raise MeshError(empty, "is covered by other regions", "needs some room of its own")
+    return found
+
+
+def _without_overlap(shapes: Mapping[str, list[_Entity]]) -> dict[str, list[_Entity]]:
+    """Cut from every region what later ones cover, so that these keep no lines of what they cover."""
+    own: dict[str, list[_Entity]] = {}
+    later: list[_Entity] = []
+    for name, shape in reversed(list(shapes.items())):
+        made = gmsh.model.occ.cut(shape, later, removeTool=False)[0] if later and shape else shape
+        own[name] = list(made)
+        later += own[name]
+    return dict(reversed(list(own.items())))
+
+
+def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False) -> None:
+    """Mesh what was cut, with element sizes given point by point.
+
+    Parameters
+    ----------
+    dim : int
+        2 or 3.
+    size : callable
+        Wanted size [m] at x, y, z [m].
+    quadrilaterals : bool, optional
+        Whether surfaces get quadrilaterals only.
+
+    Raises
+    ------
+    MeshError
+        Where Gmsh fails.
+    """
+    # Gmsh passes the size that bends need.
+    gmsh.model.mesh.setSizeCallback(
+        lambda _dim, _tag, x, y, z, bend: min(
+            bend, MILLIMETRES * size(x / MILLIMETRES, y / MILLIMETRES, z / MILLIMETRES)
+        )
+    )
+    for option in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints"):
+        gmsh.option.setNumber(f"Mesh.{option}", 0)
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", _SEGMENTS_OF_A_CIRCLE[dim])
+    gmsh.option.setNumber("Mesh.RecombineAll", int(quadrilaterals))
+    gmsh.option.setNumber("Mesh.RecombinationAlgorithm", _QUADRILATERALS_ONLY)
+    gmsh.option.setNumber("Mesh.Algorithm", _DELAUNAY if quadrilaterals else _FRONTAL)
+    try:
+        gmsh.model.mesh.generate(dim)
+    except Exception as error:
+        raise MeshError("shapes", f"Gmsh says '{error}'", "needs shapes that Gmsh can mesh") from error
+
+
+def read_fragments(pieces: Mapping[str, Sequence[int]], dim: int, corners: int) -> Fragments:
+    """Read the cells of all regions out of Gmsh, and the points that they use.
+
+    Parameters
+    ----------
+    pieces : mapping of str to sequence of int
+        Tags of the pieces of each region, as of :func:`fragmented`.
+    dim, corners : int
+        Dimension and corners of the cells.
+
+    Raises
+    ------
+    MeshError
+        Where a region has no such cells.
+    """
+    kind = _KINDS[dim, corners]
+    tags, positions, _ = gmsh.model.mesh.getNodes()
+    order = np.argsort(tags)
+    found = {
+        name: np.concatenate([gmsh.model.mesh.getElementsByType(kind, tag)[1] for tag in own]).astype(np.int64)
+        for name, own in pieces.items()
+        if own
+    }
+    empty = next((name for name, nodes in found.items() if not len(nodes)), None)
+    if empty is not None:
+        raise MeshError(empty, f"Gmsh made no cells of {corners} corners", "needs some")
+    used = np.unique(np.concatenate(list(found.values())))
+    points = positions.reshape(-1, 3)[order[np.searchsorted(tags, used, sorter=order)], :dim] / MILLIMETRES
+    cells = [np.searchsorted(used, nodes).reshape(-1, corners) for nodes in found.values()]
+    region = np.repeat([list(pieces).index(name) for name in found], [len(own) for own in cells])
+    return Fragments(points, np.vstack(cells), region)
+
+
+def _three(point: Floats) -> tuple[float, float, float]:
+    x, y, z = (*map(float, point), 0.0)[:3]
+    return x, y, z

@@ -1,0 +1,135 @@
+"""When points of the skin slip over the counterface, and how often a slide sticks and slips."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
+
+from fingerslip.history import OPEN, sites_of_kinds
+from fingerslip.slip.counterface import contact_forces, split_along
+from fingerslip.slip.settings import EventSettings
+from fingerslip.slip.windows import slide_window, sustained_crossing
+
+__all__ = ["EXTERNAL", "MarkerSlips", "share_before_centre", "skin_marker_slips", "stick_slip_cycles"]
+
+#: Kind of the recorded sites that mark the skin.
+EXTERNAL = "external marker"
+# A fall of the friction force counts from this share of its largest value in the slide: less is noise of single nodes.
+_LEAST_FALL = 0.1
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MarkerSlips:
+    """When the markers of the skin that touch at the start of a slide begin to slip.
+
+    Parameters
+    ----------
+    names : tuple of str
+        Names of their sites.
+    distance : (n,) array
+        Distance from the one in the middle at rest [m].
+    time : (n,) array
+        Time from which a marker has lagged the counterface by more than the tolerance, for as long as an event has to
+        be sustained [s]; NaN for one that does not slip.
+    """
+
+    names: tuple[str, ...]
+    distance: Floats
+    time: Floats
+
+
+def skin_marker_slips(history: xr.Dataset, settings: EventSettings | None = None) -> MarkerSlips | None:
+    """Return when the touching markers of the skin begin to slip in the first slide.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with recorded sites of the kind ``external marker``.
+    settings : EventSettings, optional
+        `displacement_tolerance` and `sustained` count.
+
+    Returns
+    -------
+    MarkerSlips or None
+        None where there is no slide or no such marker.
+    """
+    settings, window = settings or EventSettings(), slide_window(history)
+    rows = sites_of_kinds(history, [EXTERNAL])
+    if window is None or not rows.size or not history.sizes.get("contact_node", 0):
+        return None
+    rest = history["site_position"].values[rows]
+    touching = _touching(history, rest, window.first)
+    rows, rest = rows[touching], rest[touching]
+    lag = _lag(history, rows)[window.records]
+    lag = np.linalg.norm(lag - lag[0], axis=2)
+    times = history["time"].values[window.records]
+    found = [sustained_crossing(times, own, settings.displacement_tolerance, settings.sustained) for own in lag.T]
+    names = tuple(map(str, history["site"].values[rows]))
+    distance = np.linalg.norm(np.delete(rest, 1, axis=1), axis=1)
+    return MarkerSlips(names, distance, np.array([np.nan if time is None else time for time in found]))
+
+
+def share_before_centre(slips: MarkerSlips) -> float | None:
+    """Return the share of the outer markers that slip before the central one; None without it or without others."""
+    outer = slips.distance > 1e-9
+    if outer.all() or not outer.any():
+        return None
+    centre = np.nan_to_num(slips.time[~outer][0], nan=np.inf)
+    return float(np.mean(np.nan_to_num(slips.time[outer], nan=np.inf) < centre))
+
+
+def stick_slip_cycles(history: xr.Dataset) -> int | None:
+    """Return how often friction builds up and falls in the first slide; None where there is no slide.
+
+    A fall counts where the force loses a tenth of its largest value in the slide, or more.
+    """
+    window = slide_window(history)
+    if window is None or not history.sizes.get("counterface", 0):
+        return None
+    friction = contact_forces(history).friction[window.records]
+    largest = float(friction.max(initial=0.0))
+    if largest <= 0.0:
+        return 0
+    peaks, _ = find_peaks(friction)
+    falls = [_fall_behind(friction, peak) for peak in peaks]
+    return _counted(friction, peaks[np.array(falls, dtype=float) >= _LEAST_FALL * largest], _LEAST_FALL * largest)
+
+
+def _fall_behind(friction: Floats, peak: int) -> float:
+    """Return how far the force falls behind a peak before it is as large again [N]."""
+    behind = friction[peak:]
+    again = np.flatnonzero(behind[1:] > behind[0])
+    until = behind if not again.size else behind[: again[0] + 1]
+    return float(behind[0] - until.min())
+
+
+def _counted(friction: Floats, peaks: NDArray[np.intp], least: float) -> int:
+    """Count peaks between which the force falls by at least `least` [N]."""
+    count, last = 0, None
+    for peak in peaks:
+        if last is None or friction[last] - friction[last : peak + 1].min() >= least:
+            count, last = count + 1, peak
+        elif friction[peak] > friction[last]:
+            last = peak
+    return count
+
+
+def _touching(history: xr.Dataset, rest: Floats, record: int) -> NDArray[np.bool_]:
+    """Tell which markers are at a node that is in contact at a record."""
+    nodes, state = history["contact_position"].values, history["contact_state"].values[record]
+    away = np.linalg.norm(rest[:, None] - nodes[None], axis=2)
+    touching: NDArray[np.bool_] = (away.min(axis=1) < 1e-9) & (state[away.argmin(axis=1)] != OPEN)
+    return touching
+
+
+def _lag(history: xr.Dataset, rows: NDArray[np.intp]) -> Floats:
+    """Return the displacement of sites relative to the counterface, along its surface [m]."""
+    moved = history["displacement"].values[:, rows] - history["counterface_displacement"].values[:, :1]
+    _, along = split_along(moved, history["counterface_normal"].values[0])
+    return along

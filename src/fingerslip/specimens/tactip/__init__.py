@@ -1,0 +1,26 @@
+"""What an optical sensor of the TacTip kind is, in numbers: dome, ridged skin, gel, rods, markers, and its presets."""
+
+from fingerslip.specimens.tactip.layout import MarkerPlaces, marker_places
+from fingerslip.specimens.tactip.numbers import REGIONS, TacTipNumbers
+from fingerslip.specimens.tactip.parts import Dome, Markers, Ridges, Rods, Skin, Window
+from fingerslip.specimens.tactip.presets import PRESETS
+from fingerslip.specimens.tactip.profile import SkinLines, placed, skin_lines
+from fingerslip.specimens.tactip.tactip import TacTip
+
+__all__ = [
+    "PRESETS",
+    "REGIONS",
+    "Dome",
+    "MarkerPlaces",
+    "Markers",
+    "Ridges",
+    "Rods",
+    "Skin",
+    "SkinLines",
+    "TacTip",
+    "TacTipNumbers",
+    "Window",
+    "marker_places",
+    "placed",
+    "skin_lines",
+]

@@ -1,0 +1,104 @@
+"""Element sizes in a TacTip: fine in the skin that can touch and around the rods, growing into the gel."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.mesh.sizes import GROWTH
+from fingerslip.specimens.tactip.numbers import TacTipNumbers
+
+__all__ = ["SensorSizes", "size_function"]
+
+# Largest element at a rod over the radius of the rod, so that two fit on each half of its end.
+_OF_ROD = 0.7
+# The same over the thickness of the skin where it cannot touch, in the plane.
+_OF_SKIN = 0.6
+
+Floats = NDArray[np.float64]
+
+
+class SensorSizes(Protocol):
+    """Element sizes of a mesh that is finer where it can touch."""
+
+    @property
+    def contact_size(self) -> float:
+        """Size in the skin that can touch, and at the rods [m]."""
+        ...
+
+    @property
+    def bulk_size(self) -> float:
+        """Largest size [m]."""
+        ...
+
+    @property
+    def contact_reach(self) -> float:
+        """Height above the lowest point up to which the skin is meshed at `contact_size` [m]."""
+        ...
+
+
+def size_function(sensor: TacTipNumbers, sizes: SensorSizes, rods: Floats) -> Callable[[float, float, float], float]:
+    """Return the wanted size [m] at x, y, z [m], looked up on a grid because Gmsh asks for it very often.
+
+    Parameters
+    ----------
+    sensor : TacTipNumbers
+        The sensor.
+    sizes : SensorSizes
+        Sizes.
+    rods : (n, 2, dim) array
+        Both ends of the axes of the rods [m].
+    """
+    spacing = 0.5 * sizes.contact_size
+    half = sensor.dome.radius + sensor.dome.flat_radius
+    low = np.array([-half, 0.0, 0.0 if rods.shape[2] == 2 or sensor.part == "half" else -half])
+    high = np.array([half, sensor.dome.height + sensor.window.thickness, 0.0 if rods.shape[2] == 2 else half])
+    axes = [
+        start + spacing * np.arange(np.ceil((end - start) / spacing) + 1) for start, end in zip(low, high, strict=True)
+    ]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    grid = _sizes(sensor, sizes, points.reshape(-1, 3), rods).reshape(points.shape[:3])
+    table: Any = grid.tolist()
+    x0, y0, z0 = low.tolist()
+    nx, ny, nz = (count - 1 for count in map(int, grid.shape))
+
+    def size(x: float, y: float, z: float) -> float:
+        i, j, k = (round((value - start) / spacing) for value, start in ((x, x0), (y, y0), (z, z0)))
+        found: float = table[min(max(i, 0), nx)][min(max(j, 0), ny)][min(max(k, 0), nz)]
+        return found
+
+    return size
+
+
+def _sizes(sensor: TacTipNumbers, sizes: SensorSizes, points: Floats, rods: Floats) -> Floats:
+    """Return the wanted sizes [m] at (m, 3) points."""
+    beyond = np.maximum(_inside_skin(sensor, points), points[:, 1] - sizes.contact_reach)
+    away = np.full(len(points), np.inf)
+    for foot, end in rods:
+        away = np.minimum(away, _from_axis(points[:, : len(foot)], foot, end) - sensor.rods.radius)
+    in_skin = sizes.contact_size + GROWTH * np.maximum(beyond, 0.0)
+    at_rods = min(sizes.contact_size, _OF_ROD * sensor.rods.radius) + GROWTH * np.maximum(away, 0.0)
+    share = _OF_SKIN if sensor.part == "section" else np.inf
+    through_skin = share * sensor.skin.thickness + GROWTH * np.maximum(_inside_skin(sensor, points), 0.0)
+    wanted: Floats = np.min([np.full_like(away, sizes.bulk_size), in_skin, at_rods, through_skin], axis=0)
+    return wanted
+
+
+def _inside_skin(sensor: TacTipNumbers, points: Floats) -> Floats:
+    """Return how far points lie inside the skin [m], about; negative in it."""
+    dome = sensor.dome
+    across = np.maximum(np.hypot(points[:, 0], points[:, 2]) - dome.flat_radius, 0.0)
+    up = dome.radius - np.minimum(points[:, 1], dome.radius)
+    deep: Floats = dome.radius - np.hypot(across, up) - sensor.skin.relief - sensor.skin.thickness
+    return deep
+
+
+def _from_axis(points: Floats, foot: Floats, end: Floats) -> Floats:
+    """Return the distance of points from the axis of a rod [m]."""
+    axis, offset = end - foot, points - foot
+    share = np.clip(offset @ axis / (axis @ axis), 0.0, 1.0)
+    away: Floats = np.linalg.norm(offset - share[:, None] * axis, axis=1)
+    return away

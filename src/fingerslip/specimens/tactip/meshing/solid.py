@@ -1,0 +1,125 @@
+"""The mesh of a TacTip in space, half or whole."""
+
+from __future__ import annotations
+
+import gmsh
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+
+from fingerslip.mesh.fragments import fragmented, generate, read_fragments
+from fingerslip.mesh.gmsh_session import MILLIMETRES, gmsh_session
+from fingerslip.mesh.quality import check_quality
+from fingerslip.mesh.short_edges import without_short_edges
+from fingerslip.specimens.tactip.meshing.curves import polygon, smooth_curves
+from fingerslip.specimens.tactip.meshing.names import with_names
+from fingerslip.specimens.tactip.meshing.sizes import SensorSizes, size_function
+from fingerslip.specimens.tactip.numbers import TacTipNumbers
+from fingerslip.specimens.tactip.profile import skin_lines
+from fingerslip.specimens.tactip.sites import modelled_places, points_at
+
+__all__ = ["mesh_sensor_solid"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Sides of a rod, and the share of its direction across the axis below which it is upright.
+_SIDES, _UPRIGHT = 8, 1e-9
+# Shortest edge over the radius of rods.
+_SHORTEST = 0.13
+_TURNS = {"half": np.pi, "whole": 2.0 * np.pi}
+
+
+def mesh_sensor_solid(sensor: TacTipNumbers, sizes: SensorSizes, element: str) -> skfem.Mesh3D:
+    """Build the mesh of a half or the whole of a sensor.
+
+    Parameters
+    ----------
+    sensor : TacTipNumbers
+        The sensor.
+    sizes : SensorSizes
+        Element sizes.
+    element : {'T4', 'T10'}
+        Kind of cell.
+
+    Raises
+    ------
+    MeshError
+        Where no mesh of good quality comes out.
+    """
+    places = modelled_places(sensor)
+    feet, ends, crowns = (points_at(sensor, places, d) for d in (sensor.rod_depth, sensor.marker_depth, 0.0))
+    with gmsh_session():
+        shapes = _draw(sensor, feet, ends)
+        pieces = fragmented(shapes, np.vstack([crowns, feet, ends]), 3)
+        generate(3, size_function(sensor, sizes, np.stack([feet, ends], axis=1)))
+        gmsh.model.mesh.optimize("")
+        gmsh.model.mesh.optimize("Netgen")
+        found = without_short_edges(read_fragments(pieces, 3, 4), _SHORTEST * sensor.rods.radius)
+    half = sensor.part == "half"
+    points = found.points.copy()
+    if half:
+        points[np.abs(points[:, 2]) < 1e-9, 2] = 0.0
+    mesh = skfem.MeshTet1(np.ascontiguousarray(points.T), np.ascontiguousarray(found.cells.T.astype(np.int32)))
+    if element == "T10":
+        mesh = skfem.MeshTet2.from_mesh(mesh)
+    mesh = with_names(mesh, found.region, half)
+    check_quality(mesh)
+    return mesh
+
+
+def _draw(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, list[int]]:
+    """Draw all regions, one over the other; return their tags in Gmsh."""
+    lines, top = skin_lines(sensor.dome, sensor.skin, sensor.markers.spacing), sensor.dome.height
+    turn = _TURNS[sensor.part]
+    rods = [_rod(foot, end, sensor.rods.radius) for foot, end in zip(feet, ends, strict=True)]
+    if sensor.part == "half":
+        rods = _front_of_plane(sensor, rods)
+    half, over = float(lines.outer[-1, 0]), top + sensor.window.thickness
+    return {
+        "skin": [_revolved(lines.outer, lines.corners, turn)],
+        "gel": [_revolved(lines.inner, lines.corners, turn)],
+        "rods": rods,
+        "window": [_turned(polygon(np.array([[0.0, top], [half, top], [half, over], [0.0, over]])), turn)],
+    }
+
+
+def _revolved(line: Floats, corners: Integers, turn: float) -> int:
+    """Return the volume between a line that starts on the axis, turned about it, and the plane of its end."""
+    own = smooth_curves(line, corners)
+    corner = gmsh.model.occ.addPoint(0.0, float(line[-1, 1]) * MILLIMETRES, 0.0)
+    sides = [gmsh.model.occ.addLine(own.points[-1], corner), gmsh.model.occ.addLine(corner, own.points[0])]
+    surface = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop([*own.curves, *sides])])
+    return _turned(surface, turn)
+
+
+def _turned(surface: int, turn: float) -> int:
+    """Return the volume of a surface that turns about the axis, from +x over +z."""
+    made = gmsh.model.occ.revolve([(2, surface)], 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -turn)
+    tag: int = next(tag for dim, tag in made if dim == 3)
+    return tag
+
+
+def _rod(foot: Floats, end: Floats, radius: float) -> int:
+    """Draw a rod as an octagonal prism of the cross-section of the cylinder, which has no seam to make short edges."""
+    along = (end - foot) / np.linalg.norm(end - foot)
+    # Corners lie in the plane through the rod and the axis of the sensor, so that one of symmetry cuts no edge in two.
+    across = np.cross(along, [0.0, 1.0, 0.0]) if np.hypot(along[0], along[2]) > _UPRIGHT else np.array([0.0, 0.0, 1.0])
+    across /= np.linalg.norm(across)
+    angle = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
+    around = np.outer(np.cos(angle), np.cross(across, along)) + np.outer(np.sin(angle), across)
+    reach = radius * np.sqrt(2.0 * np.pi / (_SIDES * np.sin(2.0 * np.pi / _SIDES)))
+    points = [gmsh.model.occ.addPoint(*(MILLIMETRES * (foot + reach * corner))) for corner in around]
+    lines = [gmsh.model.occ.addLine(a, b) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
+    face = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop(lines)])
+    made = gmsh.model.occ.extrude([(2, face)], *(MILLIMETRES * (end - foot)))
+    tag: int = next(tag for dim, tag in made if dim == 3)
+    return tag
+
+
+def _front_of_plane(sensor: TacTipNumbers, rods: list[int]) -> list[int]:
+    """Return what of the rods is on the side z >= 0."""
+    extent = 3.0 * MILLIMETRES * (sensor.dome.radius + sensor.dome.flat_radius + sensor.dome.height)
+    box = gmsh.model.occ.addBox(-extent, -extent, 0.0, 2 * extent, 2 * extent, extent)
+    made, _ = gmsh.model.occ.intersect([(3, rod) for rod in rods], [(3, box)])
+    return [tag for _, tag in made]

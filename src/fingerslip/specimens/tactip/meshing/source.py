@@ -1,0 +1,96 @@
+"""The section and the solid of a TacTip as sources of meshes."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import skfem
+
+from fingerslip.errors import InputError
+from fingerslip.mesh.sizes import check_sizes
+from fingerslip.mesh.source import MeshSource
+from fingerslip.parameters import PositiveLength, parameters
+from fingerslip.specimens.tactip.meshing.section import mesh_sensor_section
+from fingerslip.specimens.tactip.meshing.solid import mesh_sensor_solid
+from fingerslip.specimens.tactip.numbers import TacTipNumbers
+
+__all__ = ["SensorSectionSizes", "SensorSolidSizes"]
+
+
+@parameters
+class SensorSectionSizes(MeshSource):
+    """Element sizes and element type of the section of a TacTip.
+
+    Parameters
+    ----------
+    contact_size : float
+        Size in the skin that can touch, and at the rods [m].
+    bulk_size : float
+        Largest size [m].
+    contact_reach : float
+        Height above the lowest point up to which the skin is meshed at `contact_size` [m].
+    element : {'Q4', 'T3', 'T6'}
+        Bilinear quadrilateral, linear or quadratic triangle.
+    body : {'tactip'}
+        What is meshed.
+    """
+
+    needs_specimen: ClassVar[bool] = True
+    element_sizes: ClassVar[tuple[str, ...]] = ("contact_size", "bulk_size")
+    dim: ClassVar[int] = 2
+
+    contact_size: PositiveLength = 0.3e-3
+    bulk_size: PositiveLength = 1.2e-3
+    contact_reach: PositiveLength = 8e-3
+    element: Literal["Q4", "T3", "T6"] = "Q4"
+    body: Literal["tactip"] = "tactip"
+
+    def __post_init__(self) -> None:
+        check_sizes(self.contact_size, self.bulk_size)
+
+    def build(self, specimen: TacTipNumbers, /) -> skfem.Mesh2D:
+        """Build the mesh [m]: regions `skin`, `gel`, `rods`, `window`, boundaries `contact` and `window_face`."""
+        _check_part(specimen, ("section",), self.element)
+        return mesh_sensor_section(specimen, self, self.element)
+
+
+@parameters
+class SensorSolidSizes(MeshSource):
+    """Element sizes and element type of a TacTip in space.
+
+    Parameters
+    ----------
+    contact_size : float
+        Size in the skin that can touch, and at the rods [m].
+    bulk_size : float
+        Largest size [m].
+    contact_reach : float
+        Height above the lowest point up to which the skin is meshed at `contact_size` [m].
+    element : {'T4', 'T10'}
+        Linear or quadratic tetrahedron.
+    body : {'tactip'}
+        What is meshed.
+    """
+
+    needs_specimen: ClassVar[bool] = True
+    element_sizes: ClassVar[tuple[str, ...]] = ("contact_size", "bulk_size")
+    dim: ClassVar[int] = 3
+
+    contact_size: PositiveLength = 0.8e-3
+    bulk_size: PositiveLength = 3e-3
+    contact_reach: PositiveLength = 6e-3
+    element: Literal["T4", "T10"] = "T4"
+    body: Literal["tactip"] = "tactip"
+
+    def __post_init__(self) -> None:
+        check_sizes(self.contact_size, self.bulk_size)
+
+    def build(self, specimen: TacTipNumbers, /) -> skfem.Mesh3D:
+        """Build the mesh [m]: regions and boundaries of the section, and `symmetry` of a half."""
+        _check_part(specimen, ("half", "whole"), self.element)
+        return mesh_sensor_solid(specimen, self, self.element)
+
+
+def _check_part(specimen: TacTipNumbers, parts: tuple[str, ...], element: str) -> None:
+    if specimen.part not in parts:
+        raise InputError("part", f"got {specimen.part} with mesh.element {element}", f"needs {' or '.join(parts)}")

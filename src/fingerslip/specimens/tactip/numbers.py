@@ -1,0 +1,116 @@
+"""The TacTip as numbers, and which of them do not fit together."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from fingerslip.errors import InputError
+from fingerslip.materials.choice import MaterialChoice
+from fingerslip.parameters import PositiveLength, parameters
+from fingerslip.specimens.tactip.layout import marker_places
+from fingerslip.specimens.tactip.parts import Dome, Markers, Rods, Skin, Window
+from fingerslip.specimens.tactip.profile import placed
+from fingerslip.units import millimetres
+
+__all__ = ["REGIONS", "Part", "TacTipNumbers"]
+
+#: What of the sensor is modelled: its section in the plane, its half z >= 0 or the whole of it in space.
+Part = Literal["section", "half", "whole"]
+# Distance of neighbouring rods over their diameter, at least.
+_APART = 1.1
+REGIONS = ("skin", "gel", "rods", "window")
+
+
+@parameters
+class TacTipNumbers:
+    """The numbers of a TacTip, held to fit together.
+
+    :class:`~fingerslip.specimens.tactip.tactip.TacTip` explains them.
+    """
+
+    part: Part
+    dome: Dome
+    skin: Skin
+    rods: Rods
+    markers: Markers
+    window: Window
+    materials: dict[str, MaterialChoice]
+    formulation: Literal["plane_strain", "plane_stress"]
+    depth: PositiveLength
+
+    def __post_init__(self) -> None:
+        _check_materials(self)
+        _check_skin(self)
+        _check_rods(self)
+        _check_layout(self)
+
+    @property
+    def marker_depth(self) -> float:
+        """Depth of the internal markers below the outermost surface [m]."""
+        return self.skin.relief + self.skin.thickness + self.rods.length
+
+    @property
+    def rod_depth(self) -> float:
+        """Depth at which rods begin below the outermost surface [m]."""
+        return self.skin.thickness - self.rods.embedding
+
+
+def _check_materials(sensor: TacTipNumbers) -> None:
+    if set(sensor.materials) != set(REGIONS):
+        found = f"has {', '.join(sensor.materials) or 'nothing'}"
+        raise InputError("materials", found, f"needs {', '.join(REGIONS)}")
+
+
+def _check_skin(sensor: TacTipNumbers) -> None:
+    deepest = sensor.skin.relief + sensor.skin.thickness
+    room = min(sensor.dome.radius, sensor.dome.height)
+    if deepest >= room:
+        allowed = f"needs < {millimetres(room)} (dome.radius, dome.height)"
+        raise InputError("skin", f"got {millimetres(deepest)} from crowns to its inside", allowed)
+
+
+def _check_rods(sensor: TacTipNumbers) -> None:
+    rods, thickness = sensor.rods, sensor.skin.thickness
+    if rods.embedding >= thickness:
+        allowed = f"needs < {millimetres(thickness)} (skin.thickness)"
+        raise InputError("rods.embedding", f"got {millimetres(rods.embedding)}", allowed)
+    ridges = sensor.skin.ridges
+    if ridges.enabled and rods.radius >= 0.9 * (ridges.bend_radius + thickness / 2):
+        allowed = f"needs < {millimetres(0.9 * (ridges.bend_radius + thickness / 2))}, inside its ridge"
+        raise InputError("rods.radius", f"got {millimetres(rods.radius)}", allowed)
+    _check_ends(sensor)
+
+
+def _check_ends(sensor: TacTipNumbers) -> None:
+    """Refuse rods that reach the window or each other."""
+    rods, places = sensor.rods, marker_places(sensor.markers)
+    found = f"markers {millimetres(sensor.marker_depth)} below the crowns"
+    if sensor.marker_depth >= sensor.dome.radius:
+        raise InputError("rods.length", found, f"needs < {millimetres(sensor.dome.radius)} (dome.radius)")
+    distance, height = placed(sensor.dome, places.along, np.full(len(places.along), sensor.marker_depth)).T
+    if height.max() + rods.radius >= sensor.dome.height:
+        raise InputError("rods.length", found, "needs markers below the window", "make the rods shorter")
+    ends = np.column_stack([distance * np.cos(places.azimuth), height, distance * np.sin(places.azimuth)])
+    nearest = float(cKDTree(ends).query(ends, k=2)[0][:, 1].min()) if len(ends) > 1 else np.inf
+    if nearest <= _APART * 2.0 * rods.radius:
+        allowed = f"needs ends at least {millimetres(_APART * 2.0 * rods.radius)} apart"
+        repair = "make the rods shorter or thinner, or markers.spacing larger"
+        raise InputError("rods.length", f"has ends {millimetres(nearest)} apart", allowed, repair)
+
+
+def _check_layout(sensor: TacTipNumbers) -> None:
+    markers, ridges = sensor.markers, sensor.skin.ridges
+    if not ridges.enabled:
+        return
+    if markers.layout != "rings":
+        found = "is hexagonal under concentric ridges"
+        raise InputError("markers.layout", found, "needs rings", "or write skin: {ridges: {enabled: false}}")
+    if abs(markers.spacing - ridges.pitch) > 1e-9:
+        allowed = f"needs {millimetres(ridges.pitch)} (skin.ridges.pitch), as a ridge has each ring"
+        raise InputError("markers.spacing", f"got {millimetres(markers.spacing)}", allowed)
+    if len(markers.rings) - 1 > ridges.number:
+        found = f"has {len(markers.rings) - 1} rings around the axis"
+        raise InputError("markers.rings", found, f"needs at most {ridges.number} (skin.ridges.number)")

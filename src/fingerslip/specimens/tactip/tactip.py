@@ -1,0 +1,91 @@
+"""The TacTip as a specimen: its numbers, and what a model takes from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
+
+from fingerslip.errors import InputError
+from fingerslip.mesh.source import MeshSource
+from fingerslip.parameters import as_mapping, parameters
+from fingerslip.sites import Site
+from fingerslip.specimens.protocol import ModelUse
+from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes, SensorSolidSizes
+from fingerslip.specimens.tactip.numbers import TacTipNumbers
+from fingerslip.specimens.tactip.sites import GROUPS, marker_sites
+from fingerslip.specimens.tactip.usage import why_unused
+
+__all__ = ["TacTip"]
+
+_OF_NO_EFFECT = frozenset({"materials", "formulation", "depth"})
+
+
+@parameters
+class TacTip(TacTipNumbers):
+    """Everything that describes one optical sensor of the TacTip kind, and what a model takes from it.
+
+    Parameters
+    ----------
+    part : {'section', 'half', 'whole'}
+        What is modelled: the section through the axis, the half z >= 0, or the whole sensor in space.
+    dome : Dome
+        The surface on which the crowns of the skin lie.
+    skin : Skin
+        Thickness and ridges.
+    rods : Rods
+        Rigid rods from each ridge to its internal markers.
+    markers : Markers
+        Layout of the internal markers.
+    window : Window
+        Rigid window above the gel.
+    materials : dict of str to Elastic, NeoHookean, MooneyRivlin or Ogden
+        Material of each of `skin`, `gel`, `rods` and `window`.
+    formulation : {'plane_strain', 'plane_stress'}
+        Out-of-plane behaviour of the section.
+    depth : float
+        Out-of-plane thickness of the section [m].
+    """
+
+    mesh_sources: ClassVar[tuple[type[MeshSource], ...]] = (SensorSectionSizes, SensorSolidSizes)
+    largest_extent: ClassVar[float] = 0.2
+
+    @property
+    def default_mesh(self) -> MeshSource:
+        """The mesh of the part that is modelled."""
+        return SensorSectionSizes() if self.part == "section" else SensorSolidSizes()
+
+    @property
+    def shape(self) -> Mapping[str, Any]:
+        """All values but materials and what of a section is not seen in its plane."""
+        return {name: value for name, value in as_mapping(self).items() if name not in _OF_NO_EFFECT}
+
+    def supports(self, dim: int, /) -> Mapping[str, tuple[str, ...]]:
+        """Return what is held: the window, and the plane z = 0 of a half across itself."""
+        held = {"window": tuple("xyz"[:dim])}
+        return held | {"symmetry": ("z",)} if self.part == "half" else held
+
+    def sites(self, groups: Sequence[str], dim: int, /) -> tuple[Site, ...]:
+        """Return the sites of groups.
+
+        Parameters
+        ----------
+        groups : sequence of str
+            Among internal_markers, rod_feet (where the rods begin in the skin) and external_markers.
+        dim : int
+            Dimension of space, 2 for a section.
+
+        Raises
+        ------
+        InputError
+            For unknown groups, and where the part that is modelled has another dimension.
+        """
+        unknown = next((group for group in groups if group not in GROUPS), None)
+        if unknown is not None:
+            raise InputError("record", f"a tactip has no '{unknown}'", f"needs some of {', '.join(GROUPS)}")
+        if groups and dim != (2 if self.part == "section" else 3):
+            raise InputError("record", f"got the sites of a {self.part} for {dim} dimensions", "needs a mesh of it")
+        return tuple(site for group in groups for site in marker_sites(self, group))
+
+    def why_unused(self, path: str, use: ModelUse, /) -> str:
+        """Return why a value, such as ``skin.ridges.pitch``, makes no difference to a model; see `ModelUse`."""
+        return why_unused(self, path, use)

@@ -1,0 +1,34 @@
+"""Shapes that overlap become a conforming mesh."""
+
+from __future__ import annotations
+
+import gmsh
+import numpy as np
+import pytest
+
+from fingerslip.errors import MeshError
+from fingerslip.mesh.fragments import fragmented, generate, read_fragments
+from fingerslip.mesh.gmsh_session import gmsh_session
+
+
+def rectangle(x, y, width, height):
+    return gmsh.model.occ.addRectangle(x, y, 0.0, width, height)
+
+
+@pytest.mark.parametrize("quadrilaterals", [False, True])
+def test_the_later_region_keeps_what_is_shared(quadrilaterals):
+    with gmsh_session():
+        shapes = {"outer": [rectangle(0, 0, 4, 2)], "inner": [rectangle(1, 0.5, 2, 1)], "none": []}
+        pieces = fragmented(shapes, np.array([[2e-3, 1e-3]]), 2)
+        generate(2, lambda *_: 0.25e-3, quadrilaterals=quadrilaterals)
+        found = read_fragments(pieces, 2, 4 if quadrilaterals else 3)
+    corners = found.points[found.cells]
+    x, y = corners[..., 0], corners[..., 1]
+    area = 0.5 * np.abs(np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1))
+    assert [area[found.region == number].sum() for number in (0, 1)] == pytest.approx([6e-6, 2e-6])
+    assert np.linalg.norm(found.points - [2e-3, 1e-3], axis=1).min() < 1e-12
+
+
+def test_a_region_that_is_covered_is_refused():
+    with gmsh_session(), pytest.raises(MeshError, match="under: is covered by other regions"):
+        fragmented({"under": [rectangle(1, 1, 1, 1)], "over": [rectangle(0, 0, 4, 4)]}, np.empty((0, 2)), 2)

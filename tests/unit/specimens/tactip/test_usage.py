@@ -1,0 +1,32 @@
+"""Values of a TacTip that make no difference."""
+
+from __future__ import annotations
+
+import pytest
+
+from fingerslip.specimens.protocol import ModelUse
+from fingerslip.specimens.tactip.presets import PRESETS
+from fingerslip.specimens.tactip.usage import why_unused
+
+RIDGED, SMOOTH = PRESETS.read("tactip-ridged-2d"), PRESETS.read("tactip-smooth-2d")
+
+
+@pytest.mark.parametrize(
+    ("sensor", "path", "use", "reason"),
+    [
+        (RIDGED, "depth", ModelUse(3), "of 2D sections only"),
+        (RIDGED, "dome.radius", ModelUse(2, meshed=False), "the mesh comes from a file"),
+        (SMOOTH, "skin.ridges.pitch", ModelUse(2), "switched off"),
+        (SMOOTH, "skin.ridges.enabled", ModelUse(2), ""),
+        (RIDGED, "markers.layers", ModelUse(2), "of the hexagonal layout only"),
+        (RIDGED, "markers.rings", ModelUse(2), ""),
+        (RIDGED, "skin.ridges.pitch", ModelUse(2), ""),
+    ],
+)
+def test_reasons(sensor, path, use, reason):
+    assert why_unused(sensor, path, use) == reason
+
+
+def test_rings_are_not_of_a_hexagonal_layout():
+    sensor = PRESETS.changed({"preset": "tactip-smooth-2d", "markers": {"layout": "hexagonal"}})
+    assert why_unused(sensor, "markers.rings", ModelUse(2)) == "of rings only"
