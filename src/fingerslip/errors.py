@@ -18,6 +18,7 @@ __all__ = [
     "Mistakes",
     "ResultError",
     "SlipOutsideContactError",
+    "TruncatedVideoError",
     "shortened",
     "warn_renamed",
 ]
@@ -290,3 +291,24 @@ class DamagedError(ResultError):
 
     def __str__(self) -> str:
         return f"{self.file}: {self.found}; {self.repair}"
+
+
+class TruncatedVideoError(FingerslipError):
+    """A video that ends before the frame that should be its last.
+
+    Parameters
+    ----------
+    file : str
+        The video.
+    found : int
+        Number of frames that could be read.
+    said : int
+        Number of frames that the video should have.
+    """
+
+    def __init__(self, file: str, found: int, said: int) -> None:
+        self.file, self.found, self.said = file, found, said
+        super().__init__(file, found, said)
+
+    def __str__(self) -> str:
+        return f"{self.file}: ends after {self.found} of {self.said} frames; copy or record it again"

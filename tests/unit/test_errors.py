@@ -15,6 +15,7 @@ from fingerslip.errors import (
     Mistakes,
     ResultError,
     SlipOutsideContactError,
+    TruncatedVideoError,
 )
 
 CASES = [
@@ -24,6 +25,7 @@ CASES = [
     ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step"),
     ResultError("x: cannot be written"),
     InputError("x.yaml: depth", "got 1 s", "needs a unit of [m]", line=7),
+    TruncatedVideoError("slide.avi", 30, 60),
 ]
 
 

@@ -1,0 +1,138 @@
+"""Tracks as tidy tables: a row for each marker at each time, for CSV files and data frames."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import xarray as xr
+
+from fingerslip.errors import InputError, ResultError, shortened
+from fingerslip.files import write_text
+from fingerslip.vision.tracks import AXES, UNITS, check_tracks, make_tracks
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["read_tracks_csv", "tracks_from_table", "tracks_table", "write_tracks_csv"]
+
+_OPTIONAL = {"ring": "ring", "angle": "angle_rad"}
+
+
+def tracks_table(tracks: xr.Dataset) -> pd.DataFrame:
+    """Return tracks as a table, sorted by time and then as the markers are.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Columns ``time_s``, ``marker``, ``x_px`` and ``y_px`` (or ``x_m``, ``y_m`` and in space ``z_m``), ``quality``,
+        ``kind``, and ``ring`` and ``angle_rad`` where the tracks have them. Attributes are not in it.
+
+    Raises
+    ------
+    InputError
+        Where the dataset is no tracks.
+    """
+    import pandas as pd
+
+    check_tracks(tracks)
+    times, count = tracks.sizes["time"], tracks.sizes["marker"]
+    unit = tracks["position"].attrs["units"]
+    columns = {
+        "time_s": np.repeat(tracks["time"].values, count),
+        "marker": np.tile(tracks["marker"].values, times),
+    }
+    for number, axis in enumerate(tracks["axis"].values):
+        columns[f"{axis}_{unit}"] = tracks["position"].values[:, :, number].ravel()
+    columns["quality"] = tracks["quality"].values.ravel()
+    columns["kind"] = np.tile(tracks["kind"].values, times)
+    for name, column in _OPTIONAL.items():
+        if name in tracks.coords:
+            columns[column] = np.tile(tracks[name].values, times)
+    return pd.DataFrame(columns)
+
+
+def tracks_from_table(table: pd.DataFrame, where: str = "table") -> xr.Dataset:
+    """Return the tracks of a table as :func:`tracks_table` makes it.
+
+    Parameters
+    ----------
+    table : pandas.DataFrame
+        The table. Rows may be in any order; a marker without a row at some time was not seen then. The column
+        ``quality`` may be missing, and ``kind``, which is then ``internal``.
+    where : str, optional
+        What an error puts first, such as the name of a file.
+
+    Raises
+    ------
+    InputError
+        Where a column is missing, or a marker has two rows at one time.
+    """
+    unit = next((unit for unit in UNITS if f"x_{unit}" in table.columns), None)
+    if unit is None or not {"time_s", "marker", f"y_{unit}"} <= set(table.columns):
+        found = f"has the columns {', '.join(map(str, table.columns))}"
+        raise InputError(where, shortened(found), "needs time_s, marker, and x_px and y_px or x_m and y_m")
+    twice = table.duplicated(["time_s", "marker"])
+    if twice.any():
+        row = table[twice].iloc[0]
+        raise InputError(where, f"marker {row['marker']} has two rows at {row['time_s']} s", "needs one")
+    places = [f"{axis}_{unit}" for axis in AXES if f"{axis}_{unit}" in table.columns]
+    grids = {
+        name: table.pivot_table(index="time_s", columns="marker", values=name, dropna=False, sort=True)
+        for name in [*places, *(["quality"] if "quality" in table.columns else [])]
+    }
+    position = np.stack([grids[name].to_numpy(dtype=np.float64) for name in places], axis=2)
+    times, markers = grids[places[0]].index.to_numpy(), grids[places[0]].columns.to_numpy()
+    first = table.drop_duplicates("marker").set_index("marker").loc[markers]
+    return make_tracks(
+        position,
+        times,
+        units=unit,
+        quality=grids["quality"].fillna(0.0).to_numpy() if "quality" in grids else None,
+        kind=[str(kind) for kind in first["kind"]] if "kind" in first.columns else "internal",
+        marker=markers,
+        ring=first["ring"].to_numpy() if "ring" in first.columns else None,
+        angle=first["angle_rad"].to_numpy() if "angle_rad" in first.columns else None,
+    )
+
+
+def write_tracks_csv(tracks: xr.Dataset, path: str | Path) -> None:
+    """Write tracks as a CSV file with the columns of :func:`tracks_table`, whole or not at all.
+
+    A position that was not seen is an empty cell. Attributes are not written: netCDF keeps them.
+
+    Raises
+    ------
+    InputError
+        Where the dataset is no tracks.
+    ResultError
+        Where the file cannot be written.
+    """
+    stream = io.StringIO()
+    tracks_table(tracks).to_csv(stream, index=False)
+    write_text(Path(path), stream.getvalue())
+
+
+def read_tracks_csv(path: str | Path) -> xr.Dataset:
+    """Read tracks from a CSV file with the columns of :func:`tracks_table`.
+
+    Raises
+    ------
+    ResultError
+        Where the file cannot be read.
+    InputError
+        Where it is no table of tracks.
+    """
+    import pandas as pd
+
+    try:
+        table = pd.read_csv(path)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be read ({error.strerror}); name a file that can be") from error
+    except ValueError as error:
+        raise InputError(
+            str(path), f"is no table ({shortened(str(error))})", "needs CSV with a line of names"
+        ) from error
+    return tracks_from_table(table, str(path))

@@ -1,0 +1,331 @@
+"""Marker tracks: where each marker was at each time, as one labelled dataset for simulations, cameras and trackers.
+
+The variables, their dimensions and their units are in :data:`VARIABLES`. Positions are in pixels of an image (``px``; x
+to the right and y down, the centre of the first pixel at 0, 0) or in metres. A marker that was not seen has the
+position NaN and the quality 0, never a stale position.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, NDArray
+
+from fingerslip.errors import InputError, ResultError, shortened
+from fingerslip.files import write_bytes
+
+__all__ = [
+    "ATTRIBUTES",
+    "AXES",
+    "KINDS",
+    "UNITS",
+    "VARIABLES",
+    "check_tracks",
+    "make_tracks",
+    "read_tracks",
+    "seen",
+    "tracks_in_metres",
+    "write_tracks",
+]
+
+AXES = ("x", "y", "z")
+UNITS = ("px", "m")
+KINDS = ("internal", "external")
+
+#: Dimensions, unit and meaning of everything in a dataset of tracks. The unit of the position is ``px`` or ``m``.
+VARIABLES: Mapping[str, tuple[tuple[str, ...], str, str]] = {
+    "position": (("time", "marker", "axis"), "px", "position of the markers, NaN where not seen"),
+    "quality": (("time", "marker"), "1", "quality of the position from 0 (not seen) to 1"),
+    "time": (("time",), "s", "time"),
+    "marker": (("marker",), "", "number of the marker"),
+    "axis": (("axis",), "", "axis of the position"),
+    "kind": (("marker",), "", "internal or external marker"),
+    "ring": (("marker",), "", "ring of the marker in its layout, 0 in the centre"),
+    "angle": (("marker",), "rad", "angle of the marker in its layout"),
+}
+
+#: Attributes that have a fixed meaning; all of them are optional, and others may stand beside them.
+ATTRIBUTES: Mapping[str, str] = {
+    "image_width": "width of the image [px]",
+    "image_height": "height of the image [px]",
+    "frame_rate": "frames a second [1/s]",
+    "metres_per_pixel_x": "length along x of a pixel in the plane of the markers [m]",
+    "metres_per_pixel_y": "length along y of a pixel in the plane of the markers [m]",
+    "source": "what the tracks come from: a simulation, a camera model or a video file",
+}
+_POSITIVE = tuple(name for name in ATTRIBUTES if name != "source")
+_NUMBERS = ("position", "quality", "time", "angle")
+
+Floats = NDArray[np.float64]
+
+
+def make_tracks(
+    position: ArrayLike,
+    time: ArrayLike,
+    *,
+    units: str,
+    quality: ArrayLike | None = None,
+    kind: str | Sequence[str] = "internal",
+    marker: ArrayLike | None = None,
+    ring: ArrayLike | None = None,
+    angle: ArrayLike | None = None,
+    attributes: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
+    """Label arrays as tracks.
+
+    Parameters
+    ----------
+    position : (n_times, n_markers, 2 or 3) array_like
+        Positions, NaN where a marker was not seen.
+    time : (n_times,) array_like
+        Times [s], rising.
+    units : {'px', 'm'}
+        Unit of the positions.
+    quality : (n_times, n_markers) array_like, optional
+        From 0 (not seen) to 1. Without it, 1 where a marker was seen.
+    kind : str or sequence of str, optional
+        ``internal`` or ``external``, for all markers or for each.
+    marker : (n_markers,) array_like of int, optional
+        Numbers of the markers, each once; 0, 1, 2, ... without it.
+    ring, angle : (n_markers,) array_like, optional
+        Ring number and angle [rad] of each marker in its layout.
+    attributes : mapping, optional
+        :data:`ATTRIBUTES` and provenance, plain text and numbers. Those that are None are left out.
+
+    Returns
+    -------
+    xarray.Dataset
+        The tracks; every variable carries `units` and `long_name`.
+
+    Raises
+    ------
+    InputError
+        Where the arrays do not fit together or hold what tracks cannot; see :func:`check_tracks`.
+
+    Examples
+    --------
+    >>> tracks = make_tracks([[[1.0, 2.0]], [[1.5, 2.0]]], [0.0, 0.1], units="px")
+    >>> tracks.sizes["marker"], float(tracks["quality"].min())
+    (1, 1.0)
+    """
+    places = np.array(position, dtype=np.float64)
+    if places.ndim != len(VARIABLES["position"][0]) or places.shape[2] not in (2, 3):
+        raise InputError("tracks: position", f"got shape {places.shape}", "needs (n_times, n_markers, 2 or 3)")
+    times, count, dim = places.shape
+    visible = np.isfinite(places).all(axis=2)
+    given: dict[str, NDArray[Any]] = {
+        "position": places,
+        "quality": np.array(visible if quality is None else quality, dtype=np.float64),
+        "time": np.array(time, dtype=np.float64),
+        "marker": np.arange(count) if marker is None else np.array(marker),
+        "axis": np.array(AXES[:dim]),
+        "kind": np.full(count, kind) if isinstance(kind, str) else np.array(kind, dtype=str),
+        **({} if ring is None else {"ring": np.array(ring)}),
+        **({} if angle is None else {"angle": np.array(angle, dtype=np.float64)}),
+    }
+    _check_shapes({name: values.shape for name, values in given.items()}, {"time": times, "marker": count, "axis": dim})
+    kept = {name: value for name, value in (attributes or {}).items() if value is not None}
+    return check_tracks(_labelled(given, units, kept))
+
+
+def _check_shapes(shapes: Mapping[str, tuple[int, ...]], sizes: Mapping[str, int]) -> None:
+    for name, shape in shapes.items():
+        needed = tuple(sizes[dim] for dim in VARIABLES[name][0])
+        if shape != needed:
+            raise InputError(f"tracks: {name}", f"got shape {shape}", f"needs {needed}, as the positions have")
+
+
+def _labelled(given: Mapping[str, NDArray[Any]], units: str, attributes: Mapping[str, Any]) -> xr.Dataset:
+    variables = {}
+    for name, values in given.items():
+        dims, unit, meaning = VARIABLES[name]
+        variables[name] = xr.Variable(
+            dims, values, {"units": units if name == "position" else unit, "long_name": meaning}
+        )
+    own = {name: variables.pop(name) for name in ("position", "quality")}
+    return xr.Dataset(own, coords=variables, attrs=dict(attributes))
+
+
+def check_tracks(tracks: xr.Dataset, where: str = "tracks") -> xr.Dataset:
+    """Return tracks that are as all users of them take them to be.
+
+    Parameters
+    ----------
+    tracks : xarray.Dataset
+        What may be tracks.
+    where : str, optional
+        What an error puts first, such as the name of a file.
+
+    Raises
+    ------
+    InputError
+        Where a variable is missing or has other dimensions; where the unit, a kind or an attribute is another than
+        allowed; where times do not rise; where a number stands twice; where a position is infinite or known along one
+        axis only; where a quality is outside 0 to 1, or above 0 for a marker that was not seen.
+    """
+    for check in (_check_names, _check_labels, _check_values, _check_attributes):
+        check(tracks, where)
+    return tracks
+
+
+def _check_names(tracks: xr.Dataset, where: str) -> None:
+    for name in ("position", "quality", "time", "marker", "axis", "kind"):
+        if name not in tracks.variables:
+            raise InputError(where, f"has no {name!r}", f"tracks need {', '.join(VARIABLES)}", "see make_tracks")
+    for name, (dims, _, _) in VARIABLES.items():
+        found = tracks[name].dims if name in tracks.variables else dims
+        if found != dims:
+            raise InputError(f"{where}: {name}", f"has the dimensions {found}", f"needs {dims}", "transpose it")
+        if name in _NUMBERS and name in tracks.variables and tracks[name].dtype != np.float64:
+            raise InputError(f"{where}: {name}", f"has the type {tracks[name].dtype}", "needs float64")
+
+
+def _check_labels(tracks: xr.Dataset, where: str) -> None:
+    unit = tracks["position"].attrs.get("units")
+    if unit not in UNITS:
+        raise InputError(f"{where}: position", f"has the unit {unit!r}", f"needs one of {', '.join(UNITS)}")
+    axes = tuple(map(str, tracks["axis"].values))
+    if axes not in (AXES[:2], AXES):
+        raise InputError(f"{where}: axis", f"got {axes}", "needs ('x', 'y') or ('x', 'y', 'z')")
+    if unit == "px" and len(axes) > 2:
+        raise InputError(f"{where}: axis", f"got {axes}", "positions in px have the axes x and y")
+    strange = sorted(set(map(str, tracks["kind"].values)) - set(KINDS))
+    if strange:
+        raise InputError(f"{where}: kind", f"got {shortened(repr(strange[0]))}", f"needs one of {', '.join(KINDS)}")
+    for name in ("marker", "ring"):
+        if name in tracks.variables and tracks[name].dtype.kind not in "iu":
+            raise InputError(f"{where}: {name}", f"has the type {tracks[name].dtype}", "needs whole numbers")
+    numbers, counts = np.unique(tracks["marker"].values, return_counts=True)
+    if (counts > 1).any():
+        raise InputError(f"{where}: marker", f"{numbers[counts > 1][0]} stands twice", "needs each number once")
+
+
+def _check_values(tracks: xr.Dataset, where: str) -> None:
+    times = tracks["time"].values
+    if not np.isfinite(times).all() or (np.diff(times) <= 0).any():
+        later = np.flatnonzero(~(np.diff(times) > 0))
+        found = f"does not rise after {times[later[0]]:.6g} s" if later.size else "is not finite"
+        raise InputError(f"{where}: time", found, "needs finite times, each later than the one before")
+    position, quality = tracks["position"].values, tracks["quality"].values
+    unknown = np.isnan(position)
+    if np.isinf(position).any() or (unknown.any(axis=2) != unknown.all(axis=2)).any():
+        raise _at(
+            tracks, where, "position", np.isinf(position).any(axis=2) | unknown.any(axis=2) & ~unknown.all(axis=2)
+        )
+    # NaN is outside too.
+    outside = ~((quality >= 0) & (quality <= 1))
+    if outside.any():
+        raise _at(tracks, where, "quality", outside)
+    if (quality[unknown.any(axis=2)] > 0).any():
+        raise _at(tracks, where, "quality", unknown.any(axis=2) & (quality > 0))
+
+
+_NEEDED = {
+    "position": "needs finite numbers along all axes, or NaN along all where it was not seen",
+    "quality": "needs a number from 0 to 1, and 0 where the position is NaN",
+}
+
+
+def _at(tracks: xr.Dataset, where: str, name: str, wrong: NDArray[np.bool_]) -> InputError:
+    """Return the error of the first wrong value of some variable."""
+    row, column = (int(index) for index in np.argwhere(wrong)[0])
+    found = f"marker {tracks['marker'].values[column]} at {tracks['time'].values[row]:.6g} s"
+    return InputError(f"{where}: {name}", f"{found} has {tracks[name].values[row, column]}", _NEEDED[name])
+
+
+def _check_attributes(tracks: xr.Dataset, where: str) -> None:
+    for name in _POSITIVE:
+        value = tracks.attrs.get(name)
+        number = isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool)
+        if value is not None and not (number and np.isfinite(value) and value > 0):
+            raise InputError(
+                f"{where}: {name}", f"got {shortened(repr(value))}", f"needs a number > 0: {ATTRIBUTES[name]}"
+            )
+
+
+def seen(tracks: xr.Dataset) -> NDArray[np.bool_]:
+    """Tell which markers were seen when, shape (n_times, n_markers)."""
+    found: NDArray[np.bool_] = ~np.isnan(tracks["position"].values).any(axis=2)
+    return found
+
+
+def tracks_in_metres(tracks: xr.Dataset, metres_per_pixel: tuple[float, float] | None = None) -> xr.Dataset:
+    """Return tracks in metres; those that are in metres already as they are.
+
+    Parameters
+    ----------
+    tracks : xarray.Dataset
+        The tracks. The axes stay as they are: y of an image points down.
+    metres_per_pixel : (float, float), optional
+        Length of a pixel along x and y [m]; the attributes ``metres_per_pixel_x`` and ``_y`` without it.
+
+    Raises
+    ------
+    InputError
+        Where the tracks are in pixels and nothing says how long a pixel is.
+    """
+    if tracks["position"].attrs["units"] == "m":
+        return tracks
+    names = ("metres_per_pixel_x", "metres_per_pixel_y")
+    scale = metres_per_pixel or tuple(tracks.attrs.get(name, np.nan) for name in names)
+    if not (np.isfinite(scale).all() and min(scale) > 0):
+        raise InputError(
+            "metres_per_pixel", f"got {tuple(map(float, scale))}", "needs two lengths > 0 in metres", "film a ruler"
+        )
+    made = tracks.copy()
+    made["position"] = tracks["position"].copy(data=tracks["position"].values * np.asarray(scale))
+    made["position"].attrs["units"] = "m"
+    return made
+
+
+def write_tracks(tracks: xr.Dataset, path: str | Path) -> None:
+    """Write tracks as netCDF-4, whole or not at all.
+
+    Parameters
+    ----------
+    tracks : xarray.Dataset
+        The tracks; they are checked first.
+    path : path
+        The file; a file that is there is replaced only when the new one is whole.
+
+    Raises
+    ------
+    InputError
+        Where the dataset is no tracks.
+    ResultError
+        Where the file cannot be written.
+    """
+    check_tracks(tracks)
+    compressed = {name: {"zlib": True, "complevel": 1} for name in ("position", "quality")}
+    # Built in memory first: on a full disk the HDF5 library ends the process, writing bytes only fails.
+    write_bytes(Path(path), bytes(tracks.to_netcdf(engine="h5netcdf", encoding=compressed)))
+
+
+def read_tracks(path: str | Path) -> xr.Dataset:
+    """Read tracks back, with arrays in memory.
+
+    Parameters
+    ----------
+    path : path
+        A file that :func:`write_tracks` wrote.
+
+    Raises
+    ------
+    ResultError
+        Where the file is missing or damaged.
+    InputError
+        Where it holds something else than tracks.
+    """
+    try:
+        with xr.open_dataset(path, engine="h5netcdf", decode_timedelta=False) as stored:
+            tracks = stored.load()
+    # The readers of HDF5 fail in any way on a damaged file.
+    except Exception as error:
+        cause = shortened(str(error)) or type(error).__name__
+        raise ResultError(f"{path}: cannot be read as tracks ({cause}); make the tracks again") from error
+    texts = {name: tracks[name].astype(str) for name in ("axis", "kind") if name in tracks.variables}
+    return check_tracks(tracks.assign_coords(texts), str(path))

@@ -1,0 +1,311 @@
+"""Videos in and out: files that OpenCV reads, and folders of images. Frames stream, so memory does not grow."""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import math
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError, ResultError, TruncatedVideoError
+from fingerslip.files import new_file, new_folder, read_json, write_json
+from fingerslip.vision.opencv import opencv
+
+__all__ = ["CODECS", "VideoInfo", "frame_rate_of", "read_frames", "video_info", "write_video"]
+
+Frame = NDArray[np.uint8]
+
+#: Codec of each ending of a file. Those of ``mp4`` and ``avi`` lose detail, that of ``mkv`` keeps every grey level.
+CODECS = {".mp4": "mp4v", ".avi": "MJPG", ".mkv": "FFV1"}
+_IMAGES = {".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff"}
+_RATE_FILE = "video.json"
+_FASTEST = 1e4  # frames a second; files without a rate state their time base instead
+# Containers without an index estimate their length: so much may be missing from a whole file.
+_MISSING_FRAMES, _MISSING_SHARE = 2, 0.01
+
+
+@dataclass(frozen=True)
+class VideoInfo:
+    """What a video says of itself.
+
+    Parameters
+    ----------
+    path : str
+        The file or folder.
+    width, height : int
+        Size of the frames [px].
+    frame_rate : float or None
+        Frames a second [1/s]; None where the video does not say.
+    frame_count : int or None
+        How many frames there should be; None where the video does not say.
+    """
+
+    path: str
+    width: int
+    height: int
+    frame_rate: float | None
+    frame_count: int | None
+
+
+def video_info(path: str | Path) -> VideoInfo:
+    """Return size, rate and length of a video.
+
+    Parameters
+    ----------
+    path : path
+        A video file, or a folder of images that sort by the numbers in their names.
+
+    Raises
+    ------
+    InputError
+        Where there is no such file or folder, or nothing in it can be read as frames.
+    """
+    path = Path(path)
+    return _folder_info(path) if path.is_dir() else _file_info(path)
+
+
+def frame_rate_of(info: VideoInfo, given: float | None = None) -> float:
+    """Return the frames a second [1/s] of a video: those given, else those that it states.
+
+    Raises
+    ------
+    InputError
+        Where neither is a rate.
+    """
+    rate = info.frame_rate if given is None else given
+    if rate is None:
+        raise InputError(info.path, "states no frame rate", "needs one", "give the frames a second, such as 30")
+    if not (math.isfinite(rate) and 0 < rate <= _FASTEST):
+        raise InputError("frame_rate", f"got {rate}", f"needs a number of frames a second above 0, up to {_FASTEST:g}")
+    return float(rate)
+
+
+def read_frames(path: str | Path, *, start: int = 0, stop: int | None = None, colour: str = "grey") -> Iterator[Frame]:
+    """Yield the frames of a video one by one.
+
+    Parameters
+    ----------
+    path : path
+        A video file, or a folder of images that sort by the numbers in their names.
+    start, stop : int, optional
+        First frame and the one behind the last, counted from 0. The default is all.
+    colour : {'grey', 'bgr'}
+        ``grey`` gives (height, width) arrays, ``bgr`` (height, width, 3) with blue first as OpenCV has it.
+
+    Yields
+    ------
+    array of uint8
+        Each frame, an array of its own.
+
+    Raises
+    ------
+    InputError
+        Where nothing can be read; where an image has another size than the first.
+    TruncatedVideoError
+        Behind the last frame, where the video says that it has more.
+    """
+    if colour not in ("grey", "bgr"):
+        raise InputError("colour", f"got {colour!r}", "needs grey or bgr")
+    if start < 0 or (stop is not None and stop < start):
+        raise InputError("start, stop", f"got {start}, {stop}", "needs 0 <= start <= stop")
+    path = Path(path)
+    return (_folder_frames if path.is_dir() else _file_frames)(path, start, stop, colour)
+
+
+def _file_info(path: Path) -> VideoInfo:
+    with _opened(path) as (cv2, capture):
+        width, height = (round(capture.get(name)) for name in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT))
+        rate, count = capture.get(cv2.CAP_PROP_FPS), round(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+    known = math.isfinite(rate) and 0 < rate <= _FASTEST
+    return VideoInfo(str(path), width, height, rate if known else None, count if count > 0 else None)
+
+
+@contextlib.contextmanager
+def _opened(path: Path) -> Iterator[tuple[ModuleType, Any]]:
+    """Give OpenCV and its reader of a video file."""
+    cv2 = opencv()
+    if not path.is_file():
+        raise InputError(str(path), "is not there", "needs a video file or a folder of images")
+    if path.stat().st_size == 0:
+        raise InputError(str(path), "is empty", "needs a video", "record it again")
+    capture = cv2.VideoCapture(str(path))
+    try:
+        if not capture.isOpened():
+            raise InputError(
+                str(path),
+                "cannot be read as a video",
+                "needs a whole file in a format that OpenCV knows",
+                "convert it, as with 'ffmpeg -i IN OUT.avi'; an mp4 file that was cut off cannot be read at all",
+            )
+        yield cv2, capture
+    finally:
+        capture.release()
+
+
+def _file_frames(path: Path, start: int, stop: int | None, colour: str) -> Iterator[Frame]:
+    said = _file_info(path).frame_count
+    with _opened(path) as (cv2, capture):
+        for number in itertools.count() if stop is None else range(stop):
+            # Skipped frames are decoded too: jumping is not exact in all formats.
+            if not capture.grab():
+                _check_end(path, number, said)
+                return
+            if number >= start:
+                _, frame = capture.retrieve()
+                yield _coloured(cv2, frame, colour)
+
+
+def _check_end(path: Path, found: int, said: int | None) -> None:
+    if found == 0:
+        raise InputError(str(path), "has no frame that can be decoded", "needs a video with frames", "record it again")
+    if said is not None and said - found > max(_MISSING_FRAMES, _MISSING_SHARE * said):
+        raise TruncatedVideoError(str(path), found, said)
+
+
+def _coloured(cv2: ModuleType, frame: NDArray[Any], colour: str) -> Frame:
+    if frame.ndim == 2:
+        return frame if colour == "grey" else cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR)
+    return cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY) if colour == "grey" else frame
+
+
+def _images(folder: Path) -> list[Path]:
+    """Return the images of a folder by the numbers in their names: frame_2 stands before frame_10."""
+    found = [path for path in folder.iterdir() if path.suffix.lower() in _IMAGES]
+    if not found:
+        raise InputError(str(folder), "has no images", f"needs files that end in {', '.join(sorted(_IMAGES))}")
+    return sorted(found, key=lambda path: [int(part) if part.isdigit() else part for part in _parts(path.name)])
+
+
+def _parts(name: str) -> list[str]:
+    return re.split(r"(\d+)", name)
+
+
+def _folder_info(folder: Path) -> VideoInfo:
+    images = _images(folder)
+    height, width = _image(opencv(), images[0], "grey").shape[:2]
+    rate = None
+    if (folder / _RATE_FILE).is_file():
+        rate = float(read_json(folder / _RATE_FILE, "write the images again")["frame_rate"])
+    return VideoInfo(str(folder), width, height, rate, len(images))
+
+
+def _folder_frames(folder: Path, start: int, stop: int | None, colour: str) -> Iterator[Frame]:
+    cv2, first = opencv(), None
+    for path in _images(folder)[start:stop]:
+        frame = _image(cv2, path, colour)
+        first = first or frame.shape
+        if frame.shape != first:
+            found = f"is {frame.shape[1]} x {frame.shape[0]} px"
+            raise InputError(str(path), found, f"needs {first[1]} x {first[0]} px, as the first image has")
+        yield frame
+
+
+def _image(cv2: ModuleType, path: Path, colour: str) -> Frame:
+    frame: Frame | None = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE if colour == "grey" else cv2.IMREAD_COLOR)
+    if frame is None:
+        raise InputError(str(path), "cannot be read as an image", "needs a whole image file", "record it again")
+    return frame
+
+
+def write_video(
+    path: str | Path, frames: Iterable[NDArray[Any]], frame_rate: float, *, codec: str | None = None
+) -> int:
+    """Write frames as a video as they come, whole or not at all.
+
+    Parameters
+    ----------
+    path : path
+        A file that ends in ``.mp4``, ``.avi`` or ``.mkv``, or a folder, which gets PNG images and the frame rate in
+        ``video.json``. What is there is replaced only when the new video is whole.
+    frames : iterable of (height, width) or (height, width, 3) arrays of uint8
+        The frames, grey or with blue first.
+    frame_rate : float
+        Frames a second [1/s].
+    codec : str, optional
+        Four letters of a codec of OpenCV; the one in :data:`CODECS` without it.
+
+    Returns
+    -------
+    int
+        Number of frames.
+
+    Raises
+    ------
+    InputError
+        Where the ending or the codec is unknown, there is no frame, or a frame is not like the first.
+    ResultError
+        Where the file cannot be written.
+    """
+    path = Path(path)
+    checked = _checked(frames)
+    rate = frame_rate_of(VideoInfo(str(path), 0, 0, None, None), frame_rate)
+    if not path.suffix:
+        return _write_images(path, checked, rate)
+    chosen = codec or CODECS.get(path.suffix.lower())
+    if chosen is None or len(chosen) != 4:
+        found = f"has the ending {path.suffix!r}" if codec is None else f"got the codec {codec!r}"
+        raise InputError(str(path), found, f"needs one of {', '.join(CODECS)}, or a folder, or a codec of four letters")
+    return _write_file(path, checked, rate, chosen)
+
+
+def _checked(frames: Iterable[NDArray[Any]]) -> Iterator[Frame]:
+    """Yield frames that are like the first one."""
+    shape = None
+    for number, frame in enumerate(frames):
+        like = frame.dtype == np.uint8 and (frame.ndim == 2 or frame.shape[2:] == (3,)) and frame.size
+        shape = shape or frame.shape
+        if not like or frame.shape != shape:
+            found = f"has shape {frame.shape} and type {frame.dtype}"
+            raise InputError(f"frame {number}", found, f"needs uint8 and the shape of the first, {shape}")
+        yield frame
+    if shape is None:
+        raise InputError("frames", "got none", "needs at least one")
+
+
+def _write_file(path: Path, frames: Iterator[Frame], rate: float, codec: str) -> int:
+    cv2, written = opencv(), 0
+    first = next(frames)
+    with new_file(path) as partial:
+        writer = cv2.VideoWriter(
+            str(partial), cv2.VideoWriter_fourcc(*codec), rate, first.shape[1::-1], isColor=first.ndim == 3
+        )
+        try:
+            if not writer.isOpened():
+                found = f"{path}: cannot be written with the codec {codec}"
+                raise ResultError(f"{found}; give write access, or another codec such as one of {set(CODECS.values())}")
+            for frame in itertools.chain([first], frames):
+                writer.write(frame)
+                written += 1
+        finally:
+            writer.release()
+        _check_written(partial, path, written)
+    return written
+
+
+def _check_written(partial: Path, path: Path, written: int) -> None:
+    """Refuse a file that lacks frames: OpenCV says nothing when the disk is full."""
+    try:
+        found = _file_info(partial).frame_count or 0
+    except InputError:
+        found = 0
+    if written - found > max(_MISSING_FRAMES, _MISSING_SHARE * written):
+        raise ResultError(f"{path}: holds {found} of {written} frames; free some space or choose another folder")
+
+
+def _write_images(folder: Path, frames: Iterator[Frame], rate: float) -> int:
+    cv2, written = opencv(), 0
+    with new_folder(folder) as partial:
+        for number, frame in enumerate(frames):
+            _, content = cv2.imencode(".png", frame)
+            (partial / f"frame_{number:06d}.png").write_bytes(content.tobytes())
+            written += 1
+        write_json(partial / _RATE_FILE, {"frame_rate": rate})
+    return written

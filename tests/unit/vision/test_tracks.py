@@ -1,0 +1,143 @@
+"""Tracks have one form, come back from files bit by bit, and say what is wrong with them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fingerslip.errors import InputError, ResultError
+from fingerslip.vision.tracks import (
+    VARIABLES,
+    check_tracks,
+    make_tracks,
+    read_tracks,
+    seen,
+    tracks_in_metres,
+    write_tracks,
+)
+from unit.vision.synthetic import moving_tracks
+
+
+def test_variables_have_units_and_meanings():
+    tracks = moving_tracks(attributes={"frame_rate": 30.0, "source": None})
+    assert set(tracks.variables) == set(VARIABLES)
+    for name, (dims, unit, meaning) in VARIABLES.items():
+        assert tracks[name].dims == dims
+        assert tracks[name].attrs == {"units": unit, "long_name": meaning}
+    assert tracks.attrs == {"frame_rate": 30.0}
+    assert set(map(str, tracks["kind"].values)) == {"internal"}
+
+
+def test_a_marker_that_was_not_seen_has_no_quality():
+    tracks = moving_tracks()
+    assert not seen(tracks)[1, -1]
+    assert seen(tracks).sum() == seen(tracks).size - 1
+    np.testing.assert_array_equal(tracks["quality"].values, seen(tracks).astype(float))
+
+
+@pytest.mark.parametrize(("units", "dim"), [("px", 2), ("m", 2), ("m", 3)])
+def test_round_trip_through_netcdf_keeps_every_bit(tmp_path, units, dim):
+    kinds = ["internal"] * 20 + ["external"] * 5
+    tracks = moving_tracks(units=units, dim=dim, kind=kinds, attributes={"image_width": 640, "source": "a test"})
+    write_tracks(tracks, tmp_path / "tracks.nc")
+    back = read_tracks(tmp_path / "tracks.nc")
+    xr.testing.assert_equal(back, tracks)
+    for name in tracks.variables:
+        assert back[name].dtype.kind == tracks[name].dtype.kind
+        assert back[name].attrs == tracks[name].attrs
+    assert back.attrs == tracks.attrs
+    assert [entry.name for entry in tmp_path.iterdir()] == ["tracks.nc"]
+
+
+def test_no_frames_and_no_markers_are_tracks(tmp_path):
+    empty = make_tracks(np.empty((0, 0, 2)), [], units="px")
+    write_tracks(empty, tmp_path / "empty.nc")
+    assert read_tracks(tmp_path / "empty.nc").sizes == {"time": 0, "marker": 0, "axis": 2}
+
+
+def test_the_given_arrays_are_not_shared():
+    position = np.zeros((1, 1, 2))
+    tracks = make_tracks(position, [0.0], units="m")
+    position[:] = 7.0
+    assert float(tracks["position"].max()) == 0.0
+
+
+TWO = np.zeros((2, 2, 2))
+ONE_AXIS = np.array([[[0.0, 0.0], [0.0, np.nan]], [[0.0, 0.0], [0.0, 0.0]]])
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"position": np.zeros((2, 2))}, r"tracks: position: got shape \(2, 2\)"),
+        ({"position": np.zeros((2, 2, 4))}, "needs"),
+        ({"time": [0.0]}, r"tracks: time: got shape \(1,\), needs \(2,\)"),
+        ({"time": [0.0, 0.0]}, "does not rise after 0 s"),
+        ({"time": [0.0, np.nan]}, "time"),
+        ({"units": "mm"}, "has the unit 'mm', needs one of px, m"),
+        ({"units": "px", "position": np.zeros((2, 2, 3))}, "positions in px have the axes x and y"),
+        ({"kind": "inner"}, "kind: got 'inner', needs one of internal, external"),
+        ({"marker": [1, 1]}, "marker: 1 stands twice"),
+        ({"marker": [0.5, 1.5]}, "marker: has the type float64"),
+        ({"ring": [0.0, 1.0]}, "ring: has the type float64"),
+        ({"quality": [[0.0, 2.0], [0.0, 0.0]]}, "quality: marker 1 at 0 s has 2.0, needs a number from 0 to 1"),
+        ({"quality": [[0.0, np.nan], [0.0, 0.0]]}, "has nan"),
+        ({"position": ONE_AXIS}, "position: marker 1 at 0 s has"),
+        ({"position": TWO + np.inf}, "has .inf inf., needs finite"),
+        ({"position": TWO + np.nan, "quality": np.ones((2, 2))}, "0 where the position is NaN"),
+        ({"attributes": {"frame_rate": 0.0}}, "frame_rate: got 0.0, needs a number > 0"),
+        ({"attributes": {"image_width": "640"}}, "image_width: got '640'"),
+        ({"attributes": {"image_width": True}}, "image_width: got True"),
+    ],
+)
+def test_what_cannot_be_is_refused(values, said):
+    given = {"position": TWO, "time": [0.0, 1.0], "units": "m"} | values
+    with pytest.raises(InputError, match=said):
+        make_tracks(**given)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda tracks: tracks.drop_vars("quality"), "has no 'quality'"),
+        (lambda tracks: tracks.transpose("marker", "time", "axis"), "has the dimensions"),
+        (lambda tracks: tracks.assign(position=tracks["position"].astype("float32")), "float32"),
+        (lambda tracks: tracks.assign_coords(axis=["x", "z"]), "axis: got"),
+    ],
+)
+def test_other_datasets_are_refused(change, said):
+    with pytest.raises(InputError, match=said):
+        check_tracks(change(moving_tracks()))
+
+
+def test_damaged_and_missing_files_are_told(tmp_path):
+    path = tmp_path / "tracks.nc"
+    with pytest.raises(ResultError, match="cannot be read as tracks"):
+        read_tracks(path)
+    write_tracks(moving_tracks(), path)
+    path.write_bytes(path.read_bytes()[:500])
+    with pytest.raises(ResultError, match=r"tracks.nc: cannot be read as tracks .*; make the tracks again"):
+        read_tracks(path)
+
+
+def test_files_of_something_else_are_told(tmp_path):
+    xr.Dataset({"a": 1.0}).to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+    with pytest.raises(InputError, match=r"a.nc: has no 'position'"):
+        read_tracks(tmp_path / "a.nc")
+
+
+def test_pixels_become_metres_by_the_scale_of_each_axis():
+    tracks = moving_tracks(attributes={"metres_per_pixel_x": 1e-5, "metres_per_pixel_y": 2e-5})
+    made = tracks_in_metres(tracks)
+    assert made["position"].attrs["units"] == "m"
+    np.testing.assert_allclose(made["position"].values, tracks["position"].values * (1e-5, 2e-5))
+    assert tracks["position"].attrs["units"] == "px"
+    assert tracks_in_metres(made) is made
+    other = tracks_in_metres(tracks, (1e-3, 1e-3))
+    np.testing.assert_allclose(other["position"].values, tracks["position"].values * 1e-3)
+
+
+def test_pixels_without_a_scale_are_no_metres():
+    with pytest.raises(InputError, match="metres_per_pixel: got"):
+        tracks_in_metres(moving_tracks())

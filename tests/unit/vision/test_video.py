@@ -1,0 +1,177 @@
+"""Videos come back as they were written, stream, and tell what is wrong with them."""
+
+from __future__ import annotations
+
+import tracemalloc
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from fingerslip.errors import InputError, ResultError, TruncatedVideoError
+from fingerslip.vision.opencv import opencv
+from fingerslip.vision.video import VideoInfo, frame_rate_of, read_frames, video_info, write_video
+
+
+def clip(count: int = 12, colour: bool = False) -> Iterator[np.ndarray]:
+    """Yield frames of 64 x 48 with a bright square that moves, on a grey slope."""
+    slope = np.tile(np.linspace(40, 80, 64), (48, 1)).astype(np.uint8)
+    for number in range(count):
+        frame = slope.copy()
+        frame[16:32, 8 + 2 * number : 24 + 2 * number] = 220
+        yield np.dstack([frame, frame // 2, frame // 4]) if colour else frame
+
+
+@pytest.mark.parametrize(("name", "error"), [("a.mkv", 0), ("frames", 0), ("a.avi", 30), ("a.mp4", 30)])
+@pytest.mark.parametrize("colour", [False, True])
+def test_frames_come_back(tmp_path, name, error, colour):
+    path = tmp_path / name
+    assert write_video(path, clip(colour=colour), 29.97) == 12
+    info = video_info(path)
+    assert (info.width, info.height, info.frame_count) == (64, 48, 12)
+    assert info.frame_rate == pytest.approx(29.97, rel=1e-6)
+    back = list(read_frames(path, colour="bgr" if colour else "grey"))
+    for frame, original in zip(back, clip(colour=colour), strict=True):
+        assert (frame.dtype, frame.shape) == (np.uint8, original.shape)
+        assert np.abs(frame.astype(int) - original).mean() <= error / 4
+        # Colours are stored in coarser squares, and in steps, by formats that keep grey levels.
+        assert np.abs(frame.astype(int) - original).max() <= (error + 2 if not colour else 150)
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == [name]
+
+
+def test_colour_and_grey_become_each_other(tmp_path):
+    write_video(tmp_path / "a.mkv", clip(2), 30)
+    write_video(tmp_path / "frames", clip(2, colour=True), 30)
+    assert next(read_frames(tmp_path / "a.mkv", colour="bgr")).shape == (48, 64, 3)
+    assert next(read_frames(tmp_path / "frames")).shape == (48, 64)
+
+
+@pytest.mark.parametrize("name", ["a.mkv", "frames"])
+def test_a_range_of_frames_is_read(tmp_path, name):
+    write_video(tmp_path / name, clip(), 30)
+    chosen = list(read_frames(tmp_path / name, start=3, stop=6))
+    np.testing.assert_array_equal(chosen, list(clip())[3:6])
+
+
+def test_images_sort_by_their_numbers(tmp_path):
+    for number in (10, 2, 1):
+        opencv().imwrite(str(tmp_path / f"frame_{number}.png"), np.full((4, 4), number, dtype=np.uint8))
+    assert [int(frame[0, 0]) for frame in read_frames(tmp_path)] == [1, 2, 10]
+
+
+def test_frames_stream(tmp_path):
+    """Memory does not grow with the length of a video, in either direction."""
+
+    def peak(count: int) -> int:
+        tracemalloc.start()
+        write_video(tmp_path / "a.avi", clip(count), 30)
+        assert sum(1 for _ in read_frames(tmp_path / "a.avi")) == count
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return peak
+
+    peak(2)
+    assert peak(20) < 1.5 * peak(5)
+
+
+def cut(path) -> None:
+    path.write_bytes(path.read_bytes()[: 4 * path.stat().st_size // 5])
+
+
+def test_a_truncated_video_gives_its_frames_and_then_says_so(tmp_path):
+    path = tmp_path / "a.avi"
+    write_video(path, clip(20), 30)
+    cut(path)
+    found = []
+    with pytest.raises(TruncatedVideoError, match=r"a.avi: ends after \d+ of 20 frames; copy") as caught:
+        found.extend(read_frames(path))
+    assert 0 < len(found) == caught.value.found < 20
+
+
+def test_a_range_inside_a_truncated_video_is_read(tmp_path):
+    write_video(tmp_path / "a.avi", clip(20), 30)
+    cut(tmp_path / "a.avi")
+    assert len(list(read_frames(tmp_path / "a.avi", stop=5))) == 5
+
+
+def test_what_cannot_be_read_is_told(tmp_path):
+    write_video(tmp_path / "cut.mp4", clip(20), 30)
+    cut(tmp_path / "cut.mp4")
+    (tmp_path / "empty.avi").touch()
+    (tmp_path / "text.avi").write_text("no video")
+    (tmp_path / "none").mkdir()
+    cases = {
+        "missing.avi": "is not there",
+        "empty.avi": "is empty",
+        "text.avi": "cannot be read as a video",
+        "cut.mp4": "an mp4 file that was cut off cannot be read",
+        "none": "has no images",
+    }
+    for name, said in cases.items():
+        with pytest.raises(InputError, match=said):
+            video_info(tmp_path / name)
+        with pytest.raises(InputError, match=said):
+            list(read_frames(tmp_path / name))
+
+
+def test_damaged_and_odd_images_are_told(tmp_path):
+    write_video(tmp_path / "frames", clip(3), 30)
+    opencv().imwrite(str(tmp_path / "frames" / "frame_000001.png"), np.zeros((4, 4), dtype=np.uint8))
+    with pytest.raises(InputError, match=r"frame_000001.png: is 4 x 4 px, needs 64 x 48 px"):
+        list(read_frames(tmp_path / "frames"))
+    (tmp_path / "frames" / "frame_000001.png").write_bytes(b"")
+    with pytest.raises(InputError, match="cannot be read as an image"):
+        list(read_frames(tmp_path / "frames"))
+
+
+def test_a_folder_without_a_rate_needs_one(tmp_path):
+    write_video(tmp_path / "frames", clip(1), 60)
+    assert frame_rate_of(video_info(tmp_path / "frames")) == 60
+    (tmp_path / "frames" / "video.json").unlink()
+    info = video_info(tmp_path / "frames")
+    assert info.frame_rate is None
+    with pytest.raises(InputError, match="states no frame rate, needs one; give the frames a second"):
+        frame_rate_of(info)
+    assert frame_rate_of(info, 25) == 25
+
+
+@pytest.mark.parametrize("rate", [0.0, -30.0, float("nan"), float("inf"), 90000.0])
+def test_impossible_rates_are_refused(tmp_path, rate):
+    with pytest.raises(InputError, match="frame_rate: got"):
+        frame_rate_of(VideoInfo("a", 4, 4, 30.0, None), rate)
+    with pytest.raises(InputError, match="frame_rate: got"):
+        write_video(tmp_path / "a.avi", clip(), rate)
+
+
+@pytest.mark.parametrize(
+    ("frames", "said"),
+    [
+        ([], "frames: got none"),
+        ([np.zeros((4, 4))], "frame 0: has shape .* and type float64"),
+        ([np.zeros((4, 4), np.uint8), np.zeros((4, 6), np.uint8)], "frame 1: has shape"),
+        ([np.zeros((4, 4, 4), np.uint8)], "frame 0: has shape"),
+    ],
+)
+@pytest.mark.parametrize("name", ["a.avi", "frames"])
+def test_frames_that_are_none_are_refused_and_nothing_is_left(tmp_path, frames, said, name):
+    with pytest.raises(InputError, match=said):
+        write_video(tmp_path / name, frames, 30)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_unknown_endings_codecs_and_folders_are_told(tmp_path):
+    with pytest.raises(InputError, match=r"has the ending '.txt', needs one of .mp4, .avi, .mkv"):
+        write_video(tmp_path / "a.txt", clip(), 30)
+    with pytest.raises(InputError, match="got the codec 'h264x'"):
+        write_video(tmp_path / "a.avi", clip(), 30, codec="h264x")
+    with pytest.raises(ResultError, match="cannot be written with the codec"):
+        write_video(tmp_path / "a.avi", clip(), 30, codec="ZZZZ")
+    with pytest.raises(ResultError, match="cannot be written"):
+        write_video(tmp_path / "missing" / "a.avi", clip(), 30)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("values", [{"start": -1}, {"start": 3, "stop": 2}, {"colour": "rgb"}])
+def test_wrong_ranges_and_colours_are_refused_at_once(tmp_path, values):
+    with pytest.raises(InputError):
+        read_frames(tmp_path, **values)
