@@ -9,6 +9,7 @@ import argparse
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -44,14 +45,9 @@ def measure(folder: Path, repeats: int, workers: int) -> None:
     print(f"{samples.values.shape[0]} samples of {samples.values.shape[1]} features")  # noqa: T201
     tests, results, total = grouped_folds(trials.names, 5, 0), [], time.process_time()
     for name, one in CLASSIFIERS.items():
-        window = motion.window
-        results.append(
-            timed(
-                f"{name}, 5 folds",
-                lambda one=one: frames_by_trial(samples, onsets, one, tests, window=window, workers=workers),
-            )
-        )
-        timed(f"{name}, by sample", lambda one=one: frames_by_sample(samples, one, workers=workers))
+        folded = partial(frames_by_trial, samples, onsets, one, tests, window=motion.window, workers=workers)
+        results.append(timed(f"{name}, 5 folds", folded))
+        timed(f"{name}, by sample", partial(frames_by_sample, samples, one, workers=workers))
     timed("events of all frames, all classifiers", lambda: events_by_trial(trials, onsets, results, motion))
     print(f"all classifiers: {time.process_time() - total:.1f} s processor")  # noqa: T201
 

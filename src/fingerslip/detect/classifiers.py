@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from fingerslip.detect.features import PUBLISHED
 from fingerslip.detect.optional import optional
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, shortened
 
 __all__ = ["CLASSIFIERS", "SVM_GRID", "Candidate", "columns_of", "fit", "probabilities", "union_of_sets"]
 
@@ -105,14 +106,30 @@ def fit(
         raise InputError("training", f"has the classes {found.tolist()}", "needs 0, 1 and 2", "take more trials")
     if not np.isfinite(values).all():
         raise InputError("training", "has features that are not finite", "needs finite numbers", "check the tracks")
+    unfinished = optional("sklearn.exceptions").ConvergenceWarning
+    with warnings.catch_warnings(), optional("joblib").parallel_config("threading", n_jobs=workers):
+        warnings.simplefilter("error", unfinished)
+        # With fewer samples than points, the approximate kernel takes every sample: it is exact then.
+        warnings.filterwarnings("ignore", "n_components > n_samples")
+        try:
+            estimator = _set_up(candidate, values, classes, groups, seed)
+            return estimator.fit(_precise(estimator, values), classes)
+        except unfinished as error:
+            problem = f"does not converge ({shortened(str(error))})"
+            raise InputError(f"classifier {candidate.name}", problem, "needs to", "choose another one") from error
+
+
+def _set_up(
+    candidate: Candidate, values: NDArray[Any], classes: NDArray[np.int8], groups: NDArray[np.intp], seed: int
+) -> Any:
+    """Return the estimator with its parameters, chosen from its grid by some of the training trials."""
     estimator = candidate.make(seed)
     if candidate.grid is not None:
         few = np.random.default_rng(seed).permutation(np.unique(groups))[:_GRID_TRIALS]
         inside = np.isin(groups, few)
         grid = candidate.grid(values.shape[1])
         estimator.set_params(**_chosen(estimator, grid, values[inside], classes[inside], groups[inside]))
-    with optional("joblib").parallel_config("threading", n_jobs=workers):
-        return estimator.fit(_precise(estimator, values), classes)
+    return estimator
 
 
 def _chosen(

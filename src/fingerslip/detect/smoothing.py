@@ -101,7 +101,7 @@ class Hysteresis:
     Parameters
     ----------
     frames : int
-        How many; a frame that could not be classified counts as none.
+        How many; a frame that could not be classified says nothing, and has the score of the one before.
 
     Raises
     ------
@@ -122,12 +122,13 @@ class Hysteresis:
     def scores(self, state: Floats, interval: Floats, probabilities: Floats) -> tuple[Floats, Floats]:
         """Return the smallest odds of the last frames and the state after them; see :class:`Smoother`."""
         del interval  # frames count here, not seconds
-        odds = _log_odds(np.log(np.maximum(probabilities, _LEAST)))
-        known = np.concatenate([state, odds[~np.isnan(probabilities).any(axis=1)]])
-        lowest = np.full_like(odds, -np.inf)
-        if len(known) >= self.frames:
+        classified = ~np.isnan(probabilities).any(axis=1)
+        odds = _log_odds(np.log(np.maximum(probabilities[classified], _LEAST)))
+        known = np.concatenate([state, odds])
+        lowest = np.full((len(probabilities), 2), -np.inf)
+        if len(odds):
             smallest = np.lib.stride_tricks.sliding_window_view(known, self.frames, axis=0).min(axis=2)
-            number = np.cumsum(~np.isnan(probabilities).any(axis=1)) - 1
+            number = np.cumsum(classified) - 1
             lowest[number >= 0] = smallest[number[number >= 0]]
         return lowest, known[len(known) - self.frames + 1 :]
 

@@ -69,7 +69,7 @@ def frame_table(by_trial: Mapping[str, FrameScores]) -> Table:
 
 def confusion_table(matrices: Mapping[str, NDArray[np.intp]]) -> Table:
     """Return confusion matrices: a row for each true class."""
-    rows = tuple(
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
         (name, one, *(int(count) for count in matrix[number]))
         for name, matrix in matrices.items()
         for number, one in enumerate(CLASSES)
@@ -108,7 +108,9 @@ _EVENT_NOTE = (
 
 def event_table(scores: Mapping[str, EventScores], note: str = "") -> Table:
     """Return scores of events, a column for each classifier."""
-    rows = tuple((label, *(_event(one, name) for one in scores.values())) for label, name in _EVENTS)
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (label, *(_event(one, name) for one in scores.values())) for label, name in _EVENTS
+    )
     columns = (Column("event"), *(Column(name) for name in scores))
     return Table("Onset of slip", columns, rows, f"{note} {_EVENT_NOTE}".strip())
 
