@@ -116,8 +116,8 @@ class Hysteresis:
             raise InputError("smoothing: frames", f"got {self.frames}", "needs a number >= 1")
 
     def start(self) -> Floats:
-        """Return the state before the first frame: the odds of the frames before, none of slip."""
-        return np.full((self.frames - 1, 2), -np.inf)
+        """Return the state before the first frame: the odds of the last frames that were classified, none of slip."""
+        return np.full((self.frames, 2), -np.inf)
 
     def scores(self, state: Floats, interval: Floats, probabilities: Floats) -> tuple[Floats, Floats]:
         """Return the smallest odds of the last frames and the state after them; see :class:`Smoother`."""
@@ -125,12 +125,8 @@ class Hysteresis:
         classified = ~np.isnan(probabilities).any(axis=1)
         odds = _log_odds(np.log(np.maximum(probabilities[classified], _LEAST)))
         known = np.concatenate([state, odds])
-        lowest = np.full((len(probabilities), 2), -np.inf)
-        if len(odds):
-            smallest = np.lib.stride_tricks.sliding_window_view(known, self.frames, axis=0).min(axis=2)
-            number = np.cumsum(classified) - 1
-            lowest[number >= 0] = smallest[number[number >= 0]]
-        return lowest, known[len(known) - self.frames + 1 :]
+        smallest: Floats = np.lib.stride_tricks.sliding_window_view(known, self.frames, axis=0).min(axis=2)
+        return smallest[np.cumsum(classified)], known[-self.frames :]
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from fingerslip.detect.splits import benchmark_test_trials
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.trial_set import write_trials
 
-SETTINGS = ("--rest-frames", "20", "--window", "5", "--samples", "20,6,4,20")
+SETTINGS = ("--rest-frames", "20", "--window", "5", "--samples", "20,6,2,20")
 
 
 @pytest.fixture(scope="module")

@@ -27,7 +27,7 @@ def test_frame_by_frame_finds_what_whole_tracks_give(made: Detector, trials: Tri
     time, scores, onsets = detect(made, tracks)
     found = list(run_on_tracks(made, tracks))
     assert [one.time for one in found] == time.tolist()
-    assert [[one.slip, one.gross] for one in found] == pytest.approx(scores.tolist(), abs=1e-4)
+    assert np.array([[one.slip, one.gross] for one in found]) == pytest.approx(scores, abs=1e-4)
     assert found[-1].onsets == onsets
     assert latency_of(found).frames == len(time)
     assert latency_of(found).median > 0
