@@ -22,6 +22,7 @@ from .errors import (
     ResultError as ResultError,
     SlipOutsideContactError as SlipOutsideContactError,
 )
+from .export import export_history as export_history, history_tables as history_tables
 from .history import read_history as read_history, write_history as write_history
 from .materials.damping import RayleighDamping as RayleighDamping
 from .materials.elastic import Elastic as Elastic
@@ -83,7 +84,32 @@ from .specimens.fingertip.solid_sites import (
     reference_sites as reference_sites,
     solid_receptor_sites as solid_receptor_sites,
 )
-from .study.definition.spec import Study as Study, read_study as read_study, study_schema as study_schema
+from .study.definition.schema import study_schema as study_schema
+from .study.definition.spec import Study as Study, read_study as read_study
+from .study.opened import OpenedStudy as OpenedStudy, open_study as open_study
 from .study.running.runner import StudyFailedError as StudyFailedError, run_study as run_study
 from .timing import Adaptive as Adaptive, QuasiStatic as QuasiStatic, TimeStepping as TimeStepping
 from .version import __version__ as __version__
+from .vision.cameras.calibration import read_calibration as read_calibration, write_calibration as write_calibration
+from .vision.cameras.camera import Camera as Camera, Pose as Pose, true_tracks as true_tracks
+from .vision.cameras.errors import PositionErrors as PositionErrors, measure_errors as measure_errors
+from .vision.cameras.intrinsics import Fisheye as Fisheye, Pinhole as Pinhole, pinhole_for_view as pinhole_for_view
+from .vision.cameras.look import (
+    BrightRing as BrightRing,
+    Glare as Glare,
+    Lighting as Lighting,
+    MarkerLook as MarkerLook,
+    PixelCamera as PixelCamera,
+    SensorNoise as SensorNoise,
+)
+from .vision.cameras.pixel import film as film
+from .vision.cameras.point import PointCamera as PointCamera, point_tracks as point_tracks
+from .vision.cameras.presets import external_camera as external_camera, internal_camera as internal_camera
+from .vision.fields.fields import marker_fields as marker_fields
+from .vision.layouts import (
+    MarkerLayout as MarkerLayout,
+    hexagonal_layout as hexagonal_layout,
+    ring_layout as ring_layout,
+)
+from .vision.tables import read_tracks_csv as read_tracks_csv, write_tracks_csv as write_tracks_csv
+from .vision.tracks import make_tracks as make_tracks, read_tracks as read_tracks, write_tracks as write_tracks

@@ -36,6 +36,7 @@ __all__ = [
     "result_mapping",
     "result_of",
     "stored_result",
+    "unchecked_result",
     "write_result",
 ]
 
@@ -322,6 +323,32 @@ def stored_result(folder: Path) -> RunResult:
     ResultError
         Where there is no finished run.
     """
+    result, digests = _stored(folder)
+    for name, written in digests.items():
+        _check_file(folder / name, written)
+    return result
+
+
+def unchecked_result(folder: Path) -> RunResult:
+    """Read the result of a finished run without looking into its other files.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of a run.
+
+    Raises
+    ------
+    DamagedError
+        Where the file of its events is not as it was written.
+    ResultError
+        Where there is no finished run.
+    """
+    return _stored(folder)[0]
+
+
+def _stored(folder: Path) -> tuple[RunResult, dict[str, str]]:
+    """Return the result of a finished run, and the checksums of its files."""
     missing = ResultError(f"{folder}: holds no finished run; {_REPAIR}")
     try:
         values = read_json(folder / RESULT, _REPAIR)
@@ -330,12 +357,9 @@ def stored_result(folder: Path) -> RunResult:
     if not (folder / HISTORY).exists():
         raise missing
     try:
-        result, digests = result_from_mapping(values), dict(values["files"])
+        return result_from_mapping(values), dict(values["files"])
     except (KeyError, TypeError, ValueError):
         raise DamagedError(str(folder / RESULT), "is of another version", _REPAIR) from None
-    for name, written in digests.items():
-        _check_file(folder / name, written)
-    return result
 
 
 def write_result(result: RunResult, folder: Path) -> None:

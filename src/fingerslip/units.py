@@ -27,14 +27,23 @@ __all__ = [
     "metres",
     "millimetres",
     "parse_quantity",
+    "si_quantity",
     "split_quantity",
+    "unit_suffix",
 ]
 
 #: Units in which files may hold coordinates, and their metres.
 LengthUnit = Literal["m", "cm", "mm", "um"]
 METRES: Mapping[str, float] = MappingProxyType({"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6})
 
+# The SI units of the quantities that studies have, one of each dimension.
+_OF_MECHANICS = (
+    *("m", "s", "kg", "rad", "N", "Pa", "m/s", "rad/s", "m/s^2", "m^2", "kg/m^3", "Pa/m", "N/m", "N s/m"),
+    *("N m", "N m s", "kg m^2"),
+)
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+# A number and the beginning of a unit, as JSON Schema writes patterns.
+_WITH_UNIT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*(?![eE][-+]?\d)[^\s\d.]"
 _NOT_ZERO = re.compile(r"[-+.0]*[1-9]")
 # Numbers stand in units as exponents alone, of one digit: others would be calculated, 9**9**9 for hours.
 _UNIT = re.compile(r"(?:[^\W\d_]\w*|[ ()/*%°Ωµ·-]|(?:\*\*|\^) ?-?\d(?!\w| ?\*\*| ?\^)|1 ?/)+")
@@ -164,6 +173,32 @@ def split_quantity(text: str) -> tuple[float, str] | None:
     return (float(match[1]), match[2]) if match and match[2] else None
 
 
+def si_quantity(text: str) -> tuple[float, str] | None:
+    """Return the value of a quantity in SI and its unit there; None for text that is no quantity of mechanics.
+
+    Examples
+    --------
+    >>> si_quantity("3 mm/s"), si_quantity("34 kPa"), si_quantity("scaled")
+    ((0.003, 'm/s'), (34000.0, 'Pa'), None)
+    """
+    split = split_quantity(text)
+    if split is None:
+        return None
+    si = next((known for known in _OF_MECHANICS if _factor(split[1], known) is not None), None)
+    return None if si is None else (parse_quantity(text, si), si)
+
+
+def unit_suffix(si: str) -> str:
+    """Return a unit as names of columns end in it.
+
+    Examples
+    --------
+    >>> unit_suffix("kg/m^3"), unit_suffix("1/s"), unit_suffix("N m")
+    ('kg_per_m3', 'per_s', 'N_m')
+    """
+    return re.sub(r"^1?/", "per_", si).replace("/", "_per_").replace("^", "").replace(" ", "_")
+
+
 def format_quantity(value: float, si: str, display: str = "") -> str:
     """Write an SI value in its display unit with up to six digits.
 
@@ -244,4 +279,5 @@ class Unit:
         return core_schema.with_info_before_validator_function(read, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        return {"type": "string", "description": f"quantity in [{self.si}]", "examples": [f"1.5 {self.shown}"]}
+        words = f"A quantity such as '1.5 {self.shown}'"
+        return {"type": "string", "pattern": _WITH_UNIT, "description": words, "examples": [f"1.5 {self.shown}"]}

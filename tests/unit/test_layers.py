@@ -17,7 +17,7 @@ SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
     "errors units parameters digest files sites",
     "materials mesh specimens fe linear contact programme rigid_bodies timing model history dynamics",
-    "slip vision uncertainty published results sampling report detect",
+    "slip vision uncertainty published results sampling report export detect",
     "verification study validation commands",
 )
 LAYERS = [name for row in ROWS for name in row.split()]
@@ -71,6 +71,14 @@ def test_module_imports_lower_layers_only(name: str, path: Path) -> None:
 def test_module_that_stands_alone_imports_nothing_of_the_package(name: str) -> None:
     tree = ast.parse((SOURCE / f"{name}.py").read_text(encoding="utf-8"))
     assert [other for other in imported(tree, f"fingerslip.{name}") if other.split(".")[0] == "fingerslip"] == []
+
+
+def test_what_looks_at_markers_knows_nothing_of_finite_elements() -> None:
+    allowed = {*ROWS[0].split(), "vision"}
+    for name, path in MODULES:
+        if name.split(".")[1] == "vision":
+            found = {layer_of(other) for other in imported(ast.parse(path.read_text(encoding="utf-8")), name)}
+            assert found - {None} <= allowed, name
 
 
 def files_imported(tree: ast.AST, module: str, known: Mapping[str, Path]) -> set[str]:

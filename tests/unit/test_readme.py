@@ -1,4 +1,4 @@
-"""The examples of README, docs/solid.md and docs/detection.md run as they are printed."""
+"""The examples of README, docs/solid.md, docs/vision.md and docs/detection.md run as they are printed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ import pytest
 from fingerslip.history import OPEN
 from places import ROOT
 
-README, SOLID, DETECTION = (ROOT / name for name in ("README.md", "docs/solid.md", "docs/detection.md"))
+README, SOLID, VISION, DETECTION = (
+    ROOT / name for name in ("README.md", "docs/solid.md", "docs/vision.md", "docs/detection.md")
+)
 
 
 def test_python_example_finds_overall_slip(capsys: pytest.CaptureFixture[str]) -> None:
@@ -57,3 +59,18 @@ def test_example_of_slip_detection_finds_slip_and_says_that_it_is_no_result(
     assert abs(names["result"].error.value) < 1.0
     assert "frames a second" in capsys.readouterr().out
     assert sorted(path.name for path in tmp_path.iterdir()) == ["detector", "slides", "submission.csv"]
+
+
+def test_example_of_cameras_films_and_measures(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (example,) = re.findall(r"```python\n(.*?)```", VISION.read_text(encoding="utf-8"), re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(compile(example, "vision.md", "exec"), names)
+    assert (tmp_path / "slide.mkv").is_file()
+    assert names["truth"].sizes["time"] == 61
+    assert names["errors"].rms < 0.02
+    # Markers that spread by 5 % in both directions.
+    assert names["spread"] == pytest.approx(0.1, abs=1e-3)
+    assert "61 frames, positions to 0.0" in capsys.readouterr().out

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fingerslip.commands.shared import Results, Studies, print_tables
+from fingerslip.commands.shared import AsJson, Results, Studies, print_tables
 
 __all__ = ["check"]
 
 
-def check(studies: Studies, results: Results = Path("results")) -> None:
+def check(studies: Studies, results: Results = Path("results"), as_json: AsJson = False) -> None:
     """Check studies without computing them: the runs, their size and about how long they take."""
     from fingerslip.study.inspection.check import check_studies
 
-    print_tables([check_studies(studies, results)])
+    print_tables([check_studies(studies, results)], as_json)

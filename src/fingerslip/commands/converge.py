@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fingerslip.commands.shared import (
+    AsJson,
     Markdown,
     Results,
     Studies,
@@ -25,7 +26,9 @@ def converge(
     runs: Annotated[list[str] | None, typer.Option("--run", metavar="NAME", help="Only this run; repeatable.")] = None,
     results: Results = Path("results"),
     workers: Workers = 2,
+    *,
     markdown: Markdown = False,
+    as_json: AsJson = False,
 ) -> None:
     """Refine studies in mesh, time step, contact stiffness and numerical damping, and give every result its error bar.
 
@@ -41,5 +44,6 @@ def converge(
         if markdown:
             typer.echo(found.markdown)
             continue
-        print_tables(found.tables)
-        typer.echo(f"figures: {found.figures}")
+        print_tables(found.tables, as_json)
+        if not as_json:
+            typer.echo(f"figures: {found.figures}")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import print_tables
+from fingerslip.commands.shared import AsJson, print_tables
 
 __all__ = ["diff"]
 
@@ -15,8 +15,9 @@ __all__ = ["diff"]
 def diff(
     first: Annotated[Path, typer.Argument(metavar="RUN_A", help="Folder of a finished run.", show_default=False)],
     second: Annotated[Path, typer.Argument(metavar="RUN_B", help="Folder of another.", show_default=False)],
+    as_json: AsJson = False,
 ) -> None:
     """Show two runs side by side: the values in which they differ, and events and measures with their differences."""
     from fingerslip.study.inspection.diff import diff_runs
 
-    print_tables(diff_runs(first, second))
+    print_tables(diff_runs(first, second), as_json)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import print_tables
+from fingerslip.commands.shared import AsJson, print_tables
 
 __all__ = ["mesh"]
 
@@ -18,8 +18,9 @@ def mesh(
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="File to write (.msh, .vtu, .xdmf); else in meshes/."),
     ] = None,
+    as_json: AsJson = False,
 ) -> None:
     """Build a mesh, write it, and show the quality of its cells."""
     from fingerslip.study.inspection.mesh import save_mesh
 
-    print_tables(save_mesh(target, output))
+    print_tables(save_mesh(target, output), as_json)

@@ -7,7 +7,15 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import Results, Studies, Workers, print_results, screen_progress, stop_on_termination
+from fingerslip.commands.shared import (
+    AsJson,
+    Results,
+    Studies,
+    Workers,
+    print_results,
+    screen_progress,
+    stop_on_termination,
+)
 
 __all__ = ["run"]
 
@@ -17,6 +25,7 @@ def run(
     results: Results = Path("results"),
     workers: Workers = 2,
     force: Annotated[bool, typer.Option("--force", help="Compute finished runs again.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Run studies, and show their slip events beside the published ones.
 
@@ -26,9 +35,10 @@ def run(
 
     stop_on_termination()
     try:
-        print_results(
-            run_studies(studies, results_dir=results, workers=workers, force=force, progress=screen_progress())
+        results_of_all = run_studies(
+            studies, results_dir=results, workers=workers, force=force, progress=screen_progress()
         )
+        print_results(results_of_all, as_json)
     except StudyFailedError as error:
-        print_results(error.results)
+        print_results(error.results, as_json)
         raise

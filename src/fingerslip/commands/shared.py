@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import signal
 from collections.abc import Iterable
 from pathlib import Path
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from fingerslip.study.running.runner import StudyResult
 
 __all__ = [
+    "AsJson",
     "Markdown",
     "Results",
     "Studies",
@@ -38,19 +40,26 @@ Workers = Annotated[
 ]
 Markdown = Annotated[bool, typer.Option("--markdown", help="Print the tables in Markdown.")]
 
+AsJson = Annotated[bool, typer.Option("--json", help="Print the tables as JSON.")]
+
 _FILE_WIDTH = 160
 
 
-def print_tables(tables: Iterable[Table]) -> None:
+def print_tables(tables: Iterable[Table], as_json: bool = False) -> None:
     """Print tables on the screen, or uncut into a pipe or a file.
 
     Parameters
     ----------
     tables : iterable of Table
         The tables.
+    as_json : bool, optional
+        Whether they are printed as one JSON list.
     """
-    from fingerslip.report.tables.table import to_rich
+    from fingerslip.report.tables.table import to_mapping, to_rich
 
+    if as_json:
+        typer.echo(json.dumps([to_mapping(table) for table in tables], indent=2, ensure_ascii=False))
+        return
     screen = Console()
     if not screen.is_terminal:
         # A pipe or file has no width: nothing may be cut there.
@@ -59,20 +68,25 @@ def print_tables(tables: Iterable[Table]) -> None:
         screen.print(to_rich(table))
 
 
-def print_results(results: Iterable[StudyResult]) -> None:
+def print_results(results: Iterable[StudyResult], as_json: bool = False) -> None:
     """Print the slip events of studies and where their reports are.
 
     Parameters
     ----------
     results : iterable of StudyResult
         The results; a study without finished runs prints nothing.
+    as_json : bool, optional
+        Whether the tables of all studies are printed as one JSON list, and nothing else.
     """
     from fingerslip.study.storage.reporting import study_tables
 
-    for result in results:
-        if result.runs:
-            print_tables(study_tables(result))
-            typer.echo(f"report: {result.folder / 'report.html'}")
+    finished = [result for result in results if result.runs]
+    if as_json:
+        print_tables([table for result in finished for table in study_tables(result)], as_json)
+        return
+    for result in finished:
+        print_tables(study_tables(result))
+        typer.echo(f"report: {result.folder / 'report.html'}")
 
 
 def screen_progress() -> StudyProgress:

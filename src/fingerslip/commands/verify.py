@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import Markdown, print_tables
+from fingerslip.commands.shared import AsJson, Markdown, print_tables
 
 __all__ = ["verify"]
 
@@ -16,6 +16,7 @@ def verify(
         list[str] | None, typer.Option("--only", metavar="NAME", help="Only this problem; repeatable.")
     ] = None,
     markdown: Markdown = False,
+    as_json: AsJson = False,
 ) -> None:
     """Compute problems with known answers, and show the results beside the closed forms.
 
@@ -27,5 +28,5 @@ def verify(
     if markdown:
         typer.echo(found.markdown)
     else:
-        print_tables([found.table])
+        print_tables([found.table], as_json)
     raise typer.Exit(0 if found.passed else 1)

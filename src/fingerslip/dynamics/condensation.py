@@ -213,7 +213,8 @@ def _condense_by_schur(
     matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver, reserved_bytes: int
 ) -> tuple[Condensed, Array]:
     """Take the compliance from the Schur complement on all unknowns that the local displacements depend on."""
-    kept = np.unique(local.indices).astype(np.int64)
+    # One analysis tells the memory and serves the factors.
+    kept, solver = np.unique(local.indices).astype(np.int64), solver.series()
     dense = 8 * max(local.shape[0], kept.size) ** 2
     parts = {"factors": solver.bytes_around(matrix, kept), "compliance": _COPIES * dense, "history": reserved_bytes}
     require_memory(parts)

@@ -142,8 +142,10 @@ def _solved(
     coefficients = stepper.system.counterfaces.coefficients(given, candidates.counterface)
     problem = contact_problem(candidates, before, relative)
     old = start.before.working_set if earlier is None else earlier.working_set
-    first = before.forces if earlier is None else earlier.solution.forces
-    solution, working_set = solve_contact(compliance, problem, coefficients, first, _GOAL, working_set=old)
+    first, origin = (before.forces, None) if earlier is None else (earlier.solution.forces, before.forces)
+    solution, working_set = solve_contact(
+        compliance, problem, coefficients, first, _GOAL, working_set=old, origin=origin
+    )
     _check_solved(stepper, start, solution)
     response = compliance.response(solution.forces) if solution.response is None else solution.response
     return ContactStep(frames, coefficients, relative + response, solution, working_set)

@@ -64,6 +64,12 @@ class LinearSolver(Protocol):
     def is_available(self) -> bool:
         """Tell whether it can be used on this machine, and load it if so."""
 
+    def series(self) -> LinearSolver:
+        """Return a solver for matrices one after the other, which may keep what serves matrices of the same pattern.
+
+        It is the solver itself where there is nothing to keep, and of a series.
+        """
+
     def factorise(self, matrix: sparse.csr_matrix) -> Factor:
         """Factorise a matrix.
 

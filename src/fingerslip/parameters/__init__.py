@@ -1,8 +1,8 @@
 """Parameters: one definition of each serves YAML, Python, errors, tables and JSON Schema.
 
-``definition`` makes parameter sets, reads them from plain data and writes them back; ``fields`` reads their annotations
-and ``mistakes`` puts what is wrong in plain words; ``yaml_text`` reads and writes files, ``dotted`` names a place in
-them, and ``protocols`` checks objects that a user wrote.
+``definition`` makes parameter sets, reads them from plain data and writes them back; ``schema`` describes them to
+editors; ``fields`` reads their annotations and ``mistakes`` puts what is wrong in plain words; ``yaml_text`` reads and
+writes files, ``dotted`` names a place in them, and ``protocols`` checks objects that a user wrote.
 """
 
 from fingerslip.parameters.definition import (
@@ -30,7 +30,6 @@ from fingerslip.parameters.definition import (
     Stiffness,
     as_mapping,
     from_mapping,
-    json_schema,
     parameters,
     plain_fields,
     valid_fields,
@@ -62,7 +61,6 @@ __all__ = [
     "Stiffness",
     "as_mapping",
     "from_mapping",
-    "json_schema",
     "parameters",
     "plain_fields",
     "valid_fields",

@@ -49,7 +49,6 @@ __all__ = [
     "Stiffness",
     "as_mapping",
     "from_mapping",
-    "json_schema",
     "parameters",
     "plain_fields",
     "valid_fields",
@@ -218,11 +217,6 @@ def _together(mistakes: Iterable[InputError], front: str) -> InputError:
     """Return mistakes as one error, with `front` before each path, or without its separator where there is none."""
     alone = front.removesuffix(": ").removesuffix(".")
     return Mistakes([one.moved(lambda path: f"{front}{path}" if path else alone) for one in mistakes]).error()
-
-
-def json_schema(cls: type) -> dict[str, Any]:
-    """Return the JSON Schema of a parameter set, for editors."""
-    return _adapter(cls).json_schema()
 
 
 def as_mapping(instance: object) -> Any:

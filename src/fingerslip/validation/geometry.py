@@ -21,7 +21,7 @@ from fingerslip.report.tables.table import Cell, Column, Missing, Table, to_mark
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.sampling import PublishedInterval, published_intervals
 from fingerslip.slip.names import READINGS, event_label
-from fingerslip.study.definition.yaml import read_mapping
+from fingerslip.study.definition.base import read_with_base
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies
 from fingerslip.study.storage.provenance import versions
@@ -282,7 +282,7 @@ def _inputs(studies: Path) -> dict[str, str]:
     found = {}
     for name in GEOMETRY:
         try:
-            found[name] = digest([read_mapping(studies / f"{name}.yaml")])
+            found[name] = digest([read_with_base(studies / f"{name}.yaml")])
         except FingerslipError:
             continue
     return found

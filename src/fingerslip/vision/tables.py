@@ -103,6 +103,13 @@ def write_tracks_csv(tracks: xr.Dataset, path: str | Path) -> None:
 
     A position that was not seen is an empty cell. Attributes are not written: netCDF keeps them.
 
+    Parameters
+    ----------
+    tracks : xarray.Dataset
+        The tracks.
+    path : path
+        The file; a file that is there is replaced only when the new one is whole.
+
     Raises
     ------
     InputError
@@ -117,6 +124,16 @@ def write_tracks_csv(tracks: xr.Dataset, path: str | Path) -> None:
 
 def read_tracks_csv(path: str | Path) -> xr.Dataset:
     """Read tracks from a CSV file with the columns of :func:`tracks_table`.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+
+    Returns
+    -------
+    xarray.Dataset
+        The tracks, without attributes.
 
     Raises
     ------

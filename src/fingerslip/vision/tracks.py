@@ -313,6 +313,11 @@ def read_tracks(path: str | Path) -> xr.Dataset:
     path : path
         A file that :func:`write_tracks` wrote.
 
+    Returns
+    -------
+    xarray.Dataset
+        The tracks.
+
     Raises
     ------
     ResultError

@@ -240,7 +240,8 @@ def write_video(
     Raises
     ------
     InputError
-        Where the ending or the codec is unknown, there is no frame, or a frame is not like the first.
+        Where the ending or the codec is unknown, there is no frame, a frame is not like the first, or the frames of a
+        file have an odd width or height.
     ResultError
         Where the file cannot be written.
     """
@@ -273,6 +274,7 @@ def _checked(frames: Iterable[NDArray[Any]]) -> Iterator[Frame]:
 def _write_file(path: Path, frames: Iterator[Frame], rate: float, codec: str) -> int:
     cv2, written = opencv(), 0
     first = next(frames)
+    _check_even(path, first)
     with new_file(path) as partial:
         writer = cv2.VideoWriter(
             str(partial), cv2.VideoWriter_fourcc(*codec), rate, first.shape[1::-1], isColor=first.ndim == 3
@@ -280,7 +282,9 @@ def _write_file(path: Path, frames: Iterator[Frame], rate: float, codec: str) ->
         try:
             if not writer.isOpened():
                 found = f"{path}: cannot be written with the codec {codec}"
-                raise ResultError(f"{found}; give write access, or another codec such as one of {set(CODECS.values())}")
+                raise ResultError(
+                    f"{found}; give write access, or another codec such as {' or '.join(CODECS.values())}"
+                )
             for frame in itertools.chain([first], frames):
                 writer.write(frame)
                 written += 1
@@ -288,6 +292,14 @@ def _write_file(path: Path, frames: Iterator[Frame], rate: float, codec: str) ->
             writer.release()
         _check_written(partial, path, written)
     return written
+
+
+def _check_even(path: Path, frame: Frame) -> None:
+    """Refuse sizes of which OpenCV leaves a row or a column out without a word."""
+    height, width = frame.shape[:2]
+    if height % 2 or width % 2:
+        found = f"gets frames of {width} x {height} px"
+        raise InputError(str(path), found, "video files need an even width and height", "write a folder of images")
 
 
 def _check_written(partial: Path, path: Path, written: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from typing import Any
 
@@ -27,3 +28,9 @@ def test_tables_in_a_pipe_are_not_cut(invoke: Callable[..., Any], monkeypatch: p
     lines = invoke("show", "wang2014-2d").output.splitlines()
     assert max(len(line) for line in lines) > 100
     assert any("phalanx.sagittal.concavity_position" in line for line in lines)
+
+
+@pytest.mark.parametrize("verb", [["show", "wang2014-2d"], ["examples"]])
+def test_tables_are_printed_as_json(invoke: Callable[..., Any], verb: list[str]) -> None:
+    tables = json.loads(invoke(*verb, "--json").output)
+    assert all(table["rows"] and len(table["rows"][0]) == len(table["columns"]) for table in tables)

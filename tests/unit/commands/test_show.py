@@ -20,12 +20,6 @@ def test_show_lists_presets(invoke: Callable[..., Any]) -> None:
     assert "wang2014-2d" in invoke("show").output
 
 
-def test_show_schema_is_json(invoke: Callable[..., Any]) -> None:
-    import json
-
-    assert json.loads(invoke("show", "--schema").output)["title"] == "Study"
-
-
 def test_show_study_says_what_is_swept_and_what_is_default(
     invoke: Callable[..., Any], block: Callable[..., Path]
 ) -> None:

@@ -12,7 +12,8 @@ from fingerslip.materials.choice import LAWS, MaterialChoice, kept_values
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden, OgdenTerm
-from fingerslip.parameters import as_mapping, from_mapping, json_schema, parameters
+from fingerslip.parameters import as_mapping, from_mapping, parameters
+from fingerslip.parameters.schema import json_schema
 
 HOOKE = {"youngs_modulus": "34 kPa", "poisson_ratio": 0.48, "density": "1000 kg/m^3"}
 

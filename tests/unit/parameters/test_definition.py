@@ -22,7 +22,6 @@ from fingerslip.parameters import (
     SignedLength,
     as_mapping,
     from_mapping,
-    json_schema,
     parameters,
     plain_fields,
     valid_fields,
@@ -190,12 +189,6 @@ def test_defaults_are_those_of_the_field_or_of_the_part_it_is_in() -> None:
     inner = Inner(width=0.5)
     assert defaults(Nested(Outer(inner))) == {"outer.count", "around.width", "around.places"}
     assert defaults(Nested(Outer(inner, count=2), Inner(width=0.25))) == {"around.width"}
-
-
-def test_schema_says_that_quantities_are_text() -> None:
-    width = json_schema(Inner)["properties"]["width"]
-    assert width["type"] == "string"
-    assert "[m]" in width["description"]
 
 
 @pytest.mark.parametrize("value", [Hold(0.5), TimeStepping(step=0.005), Elastic(1.0, 0.3, 1.0)])

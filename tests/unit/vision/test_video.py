@@ -159,6 +159,15 @@ def test_frames_that_are_none_are_refused_and_nothing_is_left(tmp_path, frames, 
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize("shape", [(4, 5), (5, 4)])
+def test_files_take_even_sizes_and_folders_all(tmp_path, shape):
+    frames = [np.full(shape, 7, dtype=np.uint8)] * 2
+    with pytest.raises(InputError, match="video files need an even width and height; write a folder of images"):
+        write_video(tmp_path / "a.mkv", frames, 30)
+    write_video(tmp_path / "frames", frames, 30)
+    np.testing.assert_array_equal(list(read_frames(tmp_path / "frames")), frames)
+
+
 def test_unknown_endings_codecs_and_folders_are_told(tmp_path):
     with pytest.raises(InputError, match=r"has the ending '.txt', needs one of .mp4, .avi, .mkv"):
         write_video(tmp_path / "a.txt", clip(), 30)

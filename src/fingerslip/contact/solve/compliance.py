@@ -34,12 +34,16 @@ class Compliance:
         Frames of the nodes [-] where `body` is in global components; without them `body` is in the frames already.
     factor : float
         What makes a compliance of `body`, which large matrices share.
+    edition : tuple
+        Tells compliances of one motion apart that are made of different factors: what was kept of one does not serve
+        another.
     """
 
     body: Array
     penalty: Array
     frames: Array | None = None
     factor: float = 1.0
+    edition: tuple[float, ...] = ()
 
     @cached_property
     def diagonal(self) -> Array:

@@ -45,6 +45,7 @@ def solve_contact(
     tolerance: float,
     *,
     working_set: WorkingSet | Piece | None = None,
+    origin: Array | None = None,
 ) -> tuple[ContactSolution, WorkingSet | Piece | None]:
     """Find the contact forces of one step.
 
@@ -62,6 +63,8 @@ def solve_contact(
         Relative residual at which to stop, over all candidates [-].
     working_set : WorkingSet or Piece, optional
         What the last step left.
+    origin : (n_c, dim) array, optional
+        Forces at the start of the step where `start` is an earlier solution of the step itself [N].
 
     Returns
     -------
@@ -72,7 +75,10 @@ def solve_contact(
     """
     if free.size > _FEW:
         old = working_set if isinstance(working_set, WorkingSet) else None
-        return _solve_on_working_set(_problem(compliance, free, friction_coefficient), start, tolerance, old)
+        problem = _problem(compliance, free, friction_coefficient)
+        guess = start if old is None or origin is not None else _extrapolated(old.before, start)
+        solution, used = _solve_on_working_set(problem, guess, tolerance, old)
+        return solution, replace(used, before=start if origin is None else origin)
     matrix = compliance.matrix
     if free.shape[1] != 2:
         return solve_friction(matrix, free, friction_coefficient, start, tolerance), None
@@ -132,7 +138,7 @@ def _problem(compliance: Compliance, free: Array, friction: Array) -> _Problem:
 def _solve_on_working_set(
     problem: _Problem, start: Array, tolerance: float, old: WorkingSet | None
 ) -> tuple[ContactSolution, WorkingSet]:
-    found = problem.check(start if old is None else _extrapolated(old.before, start))
+    found = problem.check(start)
     working_set = _initial_working_set(problem, found, old)
     iterations, solved = 0, True
     for round_number in range(_ROUNDS):
@@ -153,7 +159,7 @@ def _solve_on_working_set(
         working_set = _chosen(problem, found, working_set)
     worst = int(np.argmax(np.abs(found.residual).max(axis=1)))
     solution = ContactSolution(found.forces, found.relative_residual, iterations, worst, found.response)
-    return solution, replace(working_set, before=start)
+    return solution, working_set
 
 
 def _initial_working_set(problem: _Problem, found: _Check, old: WorkingSet | None) -> WorkingSet:

@@ -50,6 +50,8 @@ class WorkingSet:
         What the preconditioner has beside it; in frames that turn, from when the nodes were gathered.
     before : (n_c, dim) array, optional
         Forces of all candidates one step before the last [N].
+    edition : tuple
+        Of the compliance that `body` was taken from.
     """
 
     nodes: Indices
@@ -62,9 +64,12 @@ class WorkingSet:
     inverse: LocalInverse
     coarse: CoarseSpace
     before: Array | None = None
+    edition: tuple[float, ...] = ()
 
     def in_step(self, compliance: Compliance, scale: Array) -> WorkingSet:
-        """Return the working set with the frames and step lengths (n_c, dim) [N/m] of a step."""
+        """Return the working set with the compliance, frames and step lengths (n_c, dim) [N/m] of a step."""
+        if compliance.edition != self.edition:
+            return gather(compliance, scale, self.nodes, self)
         if compliance.frames is None:
             return self
         return replace(self, frames=compliance.frames[self.nodes], scale=scale[self.nodes])
@@ -147,6 +152,7 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
         inverse=_taken_over(LocalInverse.empty(position[coupled[nodes]], (nodes.size, 2 * dim, dim)), position, old),
         coarse=CoarseSpace(group, group),
         before=None if old is None else old.before,
+        edition=compliance.edition,
     )
     return replace(made, coarse=CoarseSpace(group, made.products(group)))
 

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.scheme import Scheme
 from fingerslip.dynamics.stepper import Stepper, Stopwatch, build_stepper
 from fingerslip.dynamics.system import System
-from fingerslip.errors import FingerslipError
+from fingerslip.errors import FingerslipError, InvertedCellError
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.materials.damping import RayleighDamping
 
 __all__ = ["Factors"]
 
-# What new factors cost, in iterations of a step: tangent, factorisation and compliance of the contact. By
-# tests/benchmarks/bench_large_strain.py that is about 35 in the plane and 70 in space. A number and not a clock, so
-# that a motion computed twice is the same to the last bit.
-_COST = 30
+Array = NDArray[np.float64]
+
+# What new factors cost, in iterations of a step, by the dimension of space: tangent, factorisation and compliance of
+# the contact. By the processor time of these parts it is about 35 in the plane and 50 to 70 in space. Numbers and not
+# a clock, so that a motion computed twice is the same to the last bit.
+_COST = {2: 30, 3: 60}
+# Steps that factors look ahead at most.
+_FURTHEST = 10
 # Share of the stiffness at rest that a definite tangent has beside.
 _OF_REST = 1e-3
 
@@ -53,12 +61,22 @@ class Factors:
     made_at: tuple[BodyState, bool] | None = None
     _least: int = field(default=0, repr=False)
     _excess: int = field(default=0, repr=False)
+    _served: int = field(default=0, repr=False)
 
-    def at(self, state: BodyState) -> Stepper:
-        """Return the stepper of a step that begins with a body; new where old factors have cost more than these."""
-        if self.stepper is None or self._excess >= _COST:
-            return self.renew(state)
-        return self.stepper
+    def at(self, state: BodyState, velocity: Array | None = None) -> Stepper:
+        """Return the stepper of a step that begins with a body; new where old factors have cost more than these.
+
+        Parameters
+        ----------
+        state : BodyState
+            The body.
+        velocity : (n,) array, optional
+            Its velocity [m/s]. With it, new factors are those of where the body will be in the middle of their time:
+            they then fit from beginning to end. That time is expected to be as long as that of the last ones.
+        """
+        if self.stepper is not None and self._excess < _COST[self.system.space.dim]:
+            return self.stepper
+        return self.renew(state, None if velocity is None else self._ahead(state, velocity))
 
     @property
     def current(self) -> Stepper:
@@ -67,19 +85,20 @@ class Factors:
             raise ValueError("no factors were made yet")
         return self.stepper
 
-    def renew(self, state: BodyState) -> Stepper:
-        """Return the stepper with the tangent of a body.
+    def renew(self, state: BodyState, ahead: BodyState | None = None) -> Stepper:
+        """Return the stepper with the tangent of a body, or of where it goes if that can be factorised.
 
         An indefinite tangent, such as that of a body under much pressure, is made definite: it then only guides the
         iteration more slowly to the same solution.
         """
         # The old factors go first: in space there is no memory for both.
-        self.stepper = None
-        try:
-            self.stepper, self.made_at = self._made(state, positive=False), (state, False)
-        except FingerslipError:
-            self.stepper, self.made_at = self._made(state, positive=True), (state, True)
-        self.count, self._least, self._excess = self.count + 1, 0, 0
+        self.stepper, self.count = None, self.count + 1
+        self._least = self._excess = self._served = 0
+        for body in (state,) if ahead is None else (ahead, state):
+            with contextlib.suppress(FingerslipError):
+                self.stepper, self.made_at = self._made(body, positive=False), (body, False)
+                return self.stepper
+        self.stepper, self.made_at = self._made(state, positive=True), (state, True)
         return self.stepper
 
     def steer(self, system: System) -> None:
@@ -87,19 +106,29 @@ class Factors:
         self.system = system
         self.stepper = self.stepper and replace(self.stepper, system=system)
 
-    def saved(self) -> tuple[tuple[BodyState, bool] | None, int, int, int]:
+    def saved(self) -> tuple[tuple[BodyState, bool] | None, int, tuple[int, int, int]]:
         """Return what :meth:`restore` needs."""
-        return self.made_at, self.count, self._least, self._excess
+        return self.made_at, self.count, (self._least, self._excess, self._served)
 
-    def restore(self, made_at: tuple[BodyState, bool] | None, count: int, least: int, excess: int) -> None:
+    def restore(self, made_at: tuple[BodyState, bool] | None, count: int, used: tuple[int, int, int]) -> None:
         """Make the factors again that were saved."""
-        self.made_at, self.count, self._least, self._excess = made_at, count, least, excess
+        self.made_at, self.count = made_at, count
+        self._least, self._excess, self._served = used
         self.stepper = None if made_at is None else self._made(made_at[0], positive=made_at[1])
 
     def used(self, iterations: int) -> None:
         """Take note of the iterations of a step."""
         self._least = min(self._least, iterations) if self._least else iterations
         self._excess += iterations - self._least
+        self._served += 1
+
+    def _ahead(self, state: BodyState, velocity: Array) -> BodyState | None:
+        """Return the body after half as many steps as the present factors have served; None where there is none."""
+        steps = min(self._served // 2, _FURTHEST)
+        with contextlib.suppress(InvertedCellError):
+            if steps:
+                return self.system.require_body().at(state.displacement + steps * self.scheme.step * velocity, state)
+        return None
 
     def _made(self, state: BodyState, *, positive: bool) -> Stepper:
         with self.watch.part("tangent"):
@@ -112,4 +141,6 @@ class Factors:
             stepper = build_stepper(
                 tangential, self.scheme, self.damping, solver=self.solver, reserved_bytes=self.reserved_bytes
             )
-        return replace(stepper, system=self.system)
+        # A working set of other factors, or of those of a halved step, holds another compliance.
+        edition = replace(stepper.compliance, edition=(self.scheme.step, self.count))
+        return replace(stepper, system=self.system, compliance=edition)

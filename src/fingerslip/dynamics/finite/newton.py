@@ -106,7 +106,7 @@ def advance_finite(
     ConvergenceError
         Where the step was not solved.
     """
-    start = predict_ends(factors.at(before.large_body), before, time, counterfaces)
+    start = predict_ends(factors.at(before.large_body, before.velocity), before, time, counterfaces)
     found, contact, iterations = _solve(factors, start, watch)
     factors.used(iterations)
     stepper = factors.current

@@ -12,6 +12,7 @@ from scipy import sparse
 
 from fingerslip.errors import InvertedCellError
 from fingerslip.fe.cell_materials import CellMaterials
+from fingerslip.fe.finite.assembly import Pattern, pattern_of_cells
 from fingerslip.fe.finite.kernels import nodal_forces, stiffness_of_cells, strains, strains_in_plane, volume_slopes
 from fingerslip.fe.finite.thickness import thinned
 from fingerslip.fe.finite.volumes import Volumes, mean_volumes, selective_energy
@@ -179,8 +180,7 @@ class LargeStrain:
         parts = state.deformation, state.squared, state.directions, state.stress
         moduli = self._moduli(state)
         stiffness_of_cells(self.gradients, self.weights.ravel(), *parts, moduli, positive, matrices)
-        rows, columns, shape = *self._pattern, (self.space.n_dofs, self.space.n_dofs)
-        total = sparse.coo_matrix((matrices.ravel(), (rows, columns)), shape=shape).tocsr()
+        total = self._pattern.assembled(matrices)
         if self.volumes is None or state.mean_volume is None:
             return total
         slopes, weights = self._volume_slopes(state), self._mean_curvature(state)
@@ -189,9 +189,8 @@ class LargeStrain:
         return sparse.csr_matrix(total + slopes.T @ sparse.diags(weights) @ slopes)
 
     @cached_property
-    def _pattern(self) -> tuple[Indices, Indices]:
-        dofs = cell_dofs(self.space.full, np.arange(len(self.nodes))).astype(np.int64, copy=False)
-        return np.repeat(dofs, dofs.shape[1], axis=1).ravel(), np.tile(dofs, (1, dofs.shape[1])).ravel()
+    def _pattern(self) -> Pattern:
+        return pattern_of_cells(self.nodes, len(self.space.positions), self.space.dim)
 
     def _stressed(self, state: Deformed) -> Deformed:
         """Return a state with its stresses, and in plane stress its thickness."""

@@ -6,6 +6,7 @@ import contextlib
 import ctypes
 import functools
 import weakref
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -17,13 +18,13 @@ from scipy import sparse
 
 from fingerslip.errors import FingerslipError
 
-__all__ = ["SOLVER", "Pardiso", "PardisoFactor"]
+__all__ = ["SOLVER", "Pardiso", "PardisoFactor", "PardisoSeries"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 _SPD = 2
-_ANALYSE, _FACTORISE, _FORWARD, _BACKWARD, _RELEASE = 11, 22, 331, 333, -1
+_ANALYSE, _FACTORISE, _FORWARD, _BACKWARD, _RELEASE, _RELEASE_VALUES = 11, 22, 331, 333, -1, 0
 _OUT_OF_MEMORY = -2
 _NOT_DEFINITE = "the matrix is not positive definite"
 _SCHUR, _RETURN_SCHUR_KEEP_FACTORS = 35, 2
@@ -31,6 +32,7 @@ _PARALLEL, _TWO_LEVELS = 23, 1
 # Peak memory of the analysis, and what stays of it with the factors [KiB].
 _PEAK, _PERMANENT, _FACTORS = 14, 15, 16
 _ARGUMENTS = 16
+_NONE = np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -48,9 +50,46 @@ class Pardiso:
             return False
         return True
 
+    def series(self) -> PardisoSeries:
+        """Return a solver for matrices one after the other, which analyses a pattern once."""
+        return PardisoSeries()
+
     def factorise(self, matrix: sparse.csr_matrix) -> PardisoFactor:
         """Factorise a matrix (n, n)."""
-        return PardisoFactor(_Call(matrix))
+        return self.series().factorise(matrix)
+
+    def factorise_around(self, matrix: sparse.csr_matrix, kept: Indices) -> tuple[PardisoFactor, Array]:
+        """Factorise a matrix (n, n) but for unknowns `kept` (m,); also return their Schur complement (m, m)."""
+        return self.series().factorise_around(matrix, kept)
+
+    def bytes_around(self, matrix: sparse.csr_matrix, kept: Indices) -> int:
+        """Return the memory that the factors around unknowns `kept` (m,) take, with their Schur complement [bytes]."""
+        return self.series().bytes_around(matrix, kept)
+
+
+SOLVER = Pardiso()
+
+
+class PardisoSeries:
+    """MKL PARDISO for matrices one after the other: the analysis serves as long as their pattern stays."""
+
+    name: ClassVar[str] = Pardiso.name
+    preference: ClassVar[int] = Pardiso.preference
+
+    def __init__(self) -> None:
+        self._analysis: _Analysis | None = None
+
+    def is_available(self) -> bool:
+        """Tell whether MKL is installed, and load it if so."""
+        return SOLVER.is_available()
+
+    def series(self) -> PardisoSeries:
+        """Return this series."""
+        return self
+
+    def factorise(self, matrix: sparse.csr_matrix) -> PardisoFactor:
+        """Factorise a matrix (n, n)."""
+        return self._factorised(self._analysed(matrix, _NONE))
 
     def factorise_around(self, matrix: sparse.csr_matrix, kept: Indices) -> tuple[PardisoFactor, Array]:
         """Factorise a matrix (n, n) but for unknowns `kept` (m,); also return their Schur complement (m, m)."""
@@ -58,19 +97,27 @@ class Pardiso:
         if not (matrix.diagonal() > 0.0).all():
             raise FingerslipError(f"{self.name}: {_NOT_DEFINITE}")
         schur = np.zeros((kept.size, kept.size))
-        return PardisoFactor(_schur_call(matrix, kept), schur), schur
+        return self._factorised(self._analysed(matrix, kept), schur), schur
 
     def bytes_around(self, matrix: sparse.csr_matrix, kept: Indices) -> int:
         """Return the memory that the factors around unknowns `kept` (m,) take, with their Schur complement [bytes]."""
-        call, none = _schur_call(matrix, kept), np.zeros(matrix.shape[0])
+        return self._analysed(matrix, kept).bytes
+
+    def _analysed(self, matrix: sparse.csr_matrix, kept: Indices) -> _Analysis:
+        """Return the analysis of a matrix: the last one, unless the pattern is another or its factors are in use."""
+        upper = sparse.triu(matrix, format="csr")
+        upper.sort_indices()
+        if self._analysis is None or not self._analysis.takes(upper, kept):
+            self._analysis = None  # there may be no memory for both
+            self._analysis = _Analysis(upper, kept)
+        return self._analysis
+
+    def _factorised(self, analysis: _Analysis, schur: Array | None = None) -> PardisoFactor:
         try:
-            call(_ANALYSE, none)
-            return 1024 * int(max(call.settings[_PEAK], call.settings[_PERMANENT] + call.settings[_FACTORS]))
-        finally:
-            call(_RELEASE, none)
-
-
-SOLVER = Pardiso()
+            return PardisoFactor(analysis, schur)
+        except FingerslipError:
+            self._analysis = None
+            raise
 
 
 class PardisoFactor:
@@ -78,19 +125,19 @@ class PardisoFactor:
 
     Parameters
     ----------
-    call : callable
-        The matrix with its handle inside MKL.
+    analysis : object
+        The matrix, analysed.
     schur : (m, m) array, optional
         Takes the Schur complement of the unknowns that are left out.
     """
 
     substitutions = 1
 
-    def __init__(self, call: _Call, schur: Array | None = None) -> None:
-        self._call, none = call, np.zeros(call.size)
-        weakref.finalize(self, call, _RELEASE, none)
-        call(_ANALYSE, none)
-        call(_FACTORISE, none, schur)
+    def __init__(self, analysis: _Analysis, schur: Array | None = None) -> None:
+        self._analysis, self._call, none = analysis, analysis.call, np.zeros(analysis.call.size)
+        analysis.user = weakref.ref(self)
+        self._call(_FACTORISE, none, schur)
+        weakref.finalize(self, self._call.release, _RELEASE_VALUES)
 
     def forward(self, right_hand_side: Array) -> Array:
         """Return the forward half of a substitution for a right-hand side (n,) or (n, k), same shape."""
@@ -105,9 +152,26 @@ class PardisoFactor:
         return self.forward(right_hand_side)
 
 
-def _schur_call(matrix: sparse.csr_matrix, kept: Indices) -> _Call:
-    call = _Call(matrix)
-    call.order = np.zeros(matrix.shape[0], dtype=np.int32)
+class _Analysis:
+    """The pattern of a matrix, analysed for factors of all unknowns or of all but `kept`: for one factor at a time."""
+
+    def __init__(self, upper: sparse.csr_matrix, kept: Indices) -> None:
+        self.call, self._kept = _schur_call(upper, kept) if kept.size else _Call(upper), kept
+        self.user: Callable[[], PardisoFactor | None] = lambda: None
+        none = np.zeros(self.call.size)
+        weakref.finalize(self, self.call.release, _RELEASE)
+        self.call(_ANALYSE, none)
+        sizes = self.call.settings
+        self.bytes = 1024 * int(max(sizes[_PEAK], sizes[_PERMANENT] + sizes[_FACTORS]))
+
+    def takes(self, upper: sparse.csr_matrix, kept: Indices) -> bool:
+        """Take the values of another upper triangle; tell whether that was possible."""
+        return self.user() is None and np.array_equal(kept, self._kept) and self.call.takes(upper)
+
+
+def _schur_call(upper: sparse.csr_matrix, kept: Indices) -> _Call:
+    call = _Call(upper)
+    call.order = np.zeros(call.size, dtype=np.int32)
     call.order[kept] = 1
     call.settings[_SCHUR] = _RETURN_SCHUR_KEEP_FACTORS
     # With a Schur complement, substitutions use several threads only so (measured).
@@ -116,21 +180,19 @@ def _schur_call(matrix: sparse.csr_matrix, kept: Indices) -> _Call:
 
 
 class _Call:
-    """One matrix with its handle inside MKL, and the call that takes both.
+    """One matrix, by its upper triangle, with its handle inside MKL, and the call that takes both.
 
     pypardiso's own ``solve`` copies and hashes the matrix at every call; here its arrays are kept.
     """
 
-    def __init__(self, matrix: sparse.csr_matrix) -> None:
-        upper = sparse.triu(matrix, format="csr")
-        upper.sort_indices()
+    def __init__(self, upper: sparse.csr_matrix) -> None:
         self._function = _mkl_pardiso()
         self._handle, self.settings = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
         self.order = np.zeros(0, dtype=np.int32)
         self.settings[0] = 1  # the settings that follow count
         self.settings[1] = 2  # nested dissection
-        self.size = upper.shape[0]
-        self._values = np.ascontiguousarray(upper.data, dtype=np.float64)
+        self.size, self._released = upper.shape[0], False
+        self._values = np.array(upper.data, dtype=np.float64)
         self._rows = np.ascontiguousarray(upper.indptr + 1, dtype=np.int32)
         self._columns = np.ascontiguousarray(upper.indices + 1, dtype=np.int32)
         one, zero, kind, size = (ctypes.byref(ctypes.c_int32(value)) for value in (1, 0, _SPD, self.size))
@@ -138,6 +200,21 @@ class _Call:
         self._start = (self._handle.ctypes.data, one, one, kind)
         self._matrix = (size, *(array.ctypes.data for array in (self._values, self._rows, self._columns)))
         self._rest = (self.settings.ctypes.data, zero)
+
+    def takes(self, upper: sparse.csr_matrix) -> bool:
+        """Take the values of another upper triangle; tell whether its pattern is the same."""
+        starts, columns = self._rows - 1, self._columns - 1
+        if not (np.array_equal(starts, upper.indptr) and np.array_equal(columns, upper.indices)):
+            return False
+        self._values[:] = upper.data
+        return True
+
+    def release(self, phase: int) -> None:
+        """Release the factors, or with them the analysis, after which there is nothing to release."""
+        # Both may end together, in any order.
+        if not self._released:
+            self._released = phase == _RELEASE
+            self(phase, np.zeros(self.size))
 
     def __call__(self, phase: int, given: Array, found: Array | None = None) -> Array:
         given = np.asfortranarray(given)

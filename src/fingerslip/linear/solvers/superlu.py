@@ -36,6 +36,10 @@ class SuperLU:
         """Tell that SciPy has it everywhere."""
         return True
 
+    def series(self) -> SuperLU:
+        """Return this solver: it orders every matrix anew."""
+        return self
+
     def factorise(self, matrix: sparse.csr_matrix) -> SuperLUFactor:
         """Factorise a matrix (n, n)."""
         return SuperLUFactor(matrix)

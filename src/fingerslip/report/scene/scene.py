@@ -14,7 +14,7 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, nearest_record, site_kinds
 from fingerslip.parameters import parameters
 from fingerslip.report.figures.style import BLACK, RECEPTOR_COLOURS, region_colours
-from fingerslip.report.scene.snapshot import in_space, read_snapshot
+from fingerslip.report.scene.snapshot import flat_faces, in_space, read_snapshot
 
 __all__ = [
     "COLOUR_MAP",
@@ -49,7 +49,6 @@ _CAMERAS = {
     "below": ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0)),
     "oblique": ((0.8, -0.45, 0.9), (0.0, 1.0, 0.0)),
 }
-_FLAT = 1e-3
 # What VTK fits is the box around everything, which leaves wide margins.
 _ZOOM = 1.35
 
@@ -243,19 +242,11 @@ def _cut(
 
 
 def _draw_plate(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.UnstructuredGrid) -> None:
-    """Draw rigid planes where the gaps of the contact candidates say that they are."""
-    step = nearest_record(history, float(history["snapshot_time"][number]))
-    for counterface, normal in enumerate(history["counterface_normal"].values):
-        own = history["contact_counterface"].values == counterface
-        at = history["contact_position"].values[own] + history["contact_displacement"].values[step][own]
-        on_plate = at - history["gap"].values[step][own][:, None] * normal
-        heights = on_plate @ normal
-        if not own.any() or np.ptp(heights) > _FLAT * grid.length / 1e3:
-            continue  # a curved counterface
-        centre, direction = 1e3 * in_space(on_plate.mean(axis=0)[None]), in_space(normal[None])[0]
-        size = 1.2 * float(np.max(np.ptp(grid.points, axis=0)))
-        plane = pyvista.Plane(center=centre[0], direction=direction, i_size=size, j_size=size)
-        plotter.add_mesh(plane, name=f"plate {counterface}", color="#b8c4cc", opacity=0.35, reset_camera=False)
+    """Draw the flat counterfaces."""
+    size = 1.2 * float(np.max(np.ptp(grid.points, axis=0)))
+    for face in flat_faces(history, number):
+        plane = pyvista.Plane(center=1e3 * face.centre, direction=face.normal, i_size=size, j_size=size)
+        plotter.add_mesh(plane, name=f"plate {face.number}", color="#b8c4cc", opacity=0.35, reset_camera=False)
 
 
 def _draw_sites(plotter: Any, history: xr.Dataset, number: int) -> None:

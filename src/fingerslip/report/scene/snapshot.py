@@ -15,9 +15,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-__all__ = ["CELL_TYPES", "CellType", "Snapshot", "in_space", "read_snapshot"]
+from fingerslip.history import nearest_record
+
+__all__ = ["CELL_TYPES", "CellType", "FlatFace", "Snapshot", "flat_faces", "in_space", "read_snapshot"]
 
 Floats = NDArray[np.float64]
+
+# Of the size of the body: by how much points of a flat face may lie out of one plane.
+_FLAT = 1e-3
 
 
 @dataclass(frozen=True)
@@ -96,3 +101,43 @@ def read_snapshot(history: xr.Dataset, number: int) -> Snapshot:
 def in_space(vectors: Floats) -> Floats:
     """Fill vectors (n, dim) of any unit with zeros up to three components, shape (n, 3)."""
     return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))
+
+
+@dataclass(frozen=True)
+class FlatFace:
+    """A flat counterface at a moment.
+
+    Parameters
+    ----------
+    number : int
+        Its number among the counterfaces.
+    centre, normal : (3,) array
+        The middle of what may touch it, on the face [m], and its outward unit normal.
+    """
+
+    number: int
+    centre: Floats
+    normal: Floats
+
+
+def flat_faces(history: xr.Dataset, number: int) -> tuple[FlatFace, ...]:
+    """Return the flat counterfaces where the gaps of the contact candidates say that they are.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with snapshots.
+    number : int
+        Number of the snapshot.
+    """
+    step = nearest_record(history, float(history["snapshot_time"][number]))
+    extent = float(np.linalg.norm(np.ptp(history["node_position"].values, axis=0)))
+    faces = []
+    for counterface, normal in enumerate(history["counterface_normal"].values):
+        own = history["contact_counterface"].values == counterface
+        at = history["contact_position"].values[own] + history["contact_displacement"].values[step][own]
+        on_face = at - history["gap"].values[step][own][:, None] * normal
+        # The faces that are left out are curved.
+        if own.any() and np.ptp(on_face @ normal) <= _FLAT * extent:
+            faces.append(FlatFace(counterface, in_space(on_face.mean(axis=0)[None])[0], in_space(normal[None])[0]))
+    return tuple(faces)

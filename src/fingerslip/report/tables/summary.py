@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from fingerslip.report.labels import swept_text
 from fingerslip.report.tables.events import swept_paths
@@ -10,8 +12,9 @@ from fingerslip.report.tables.table import Cell, Column, Table
 from fingerslip.results import RefusedRun, RunResult
 from fingerslip.slip import measures
 from fingerslip.slip.names import LATENCY, MAIN_EVENTS, READINGS
+from fingerslip.units import si_quantity, unit_suffix
 
-__all__ = ["summary_table"]
+__all__ = ["summary_table", "summary_units"]
 
 _TIMES = (*MAIN_EVENTS, LATENCY)
 
@@ -19,7 +22,8 @@ _TIMES = (*MAIN_EVENTS, LATENCY)
 def summary_table(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ()) -> Table:
     """Put the slip events and measures of all runs into one table: one row per run, SI units, full precision.
 
-    The columns are the swept paths, in a study with samples also ``sample``, its number, and the sampled paths; then
+    The columns are ``run``, its name; the swept paths, in a study with samples also ``sample``, its number, and the
+    sampled paths, as numbers with their SI unit in the name, such as ``mesh.contact_size_m``, or as words; then
     ``incipient_s, three_quarter_s, overall_s, latency_s`` from accumulated slip, and the same four with
     ``_displacement`` and ``_acceleration``; then ``readings_recorded``, the readings whose signals the run recorded,
     so that an empty time says that the event did not happen where its reading is named and that it was not recorded
@@ -34,44 +38,87 @@ def summary_table(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ())
     refused : sequence of RefusedRun, optional
         Samples that were not computed.
     """
-    keys = [measure.key for measure in measures.MEASURES]
+    columns = _columns(runs, refused)
+    rows = tuple(tuple(column.of_run(run) for column in columns) for run in runs)
+    without = tuple(tuple(column.of_refused(one) for column in columns) for one in refused)
+    return Table("Slip events and measures", tuple(Column(column.name) for column in columns), (*rows, *without))
+
+
+def summary_units(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ()) -> dict[str, str]:
+    """Return the SI units of the columns of a summary by their names; pure numbers and words have none.
+
+    Parameters
+    ----------
+    runs, refused : sequence
+        As for :func:`summary_table`.
+    """
+    return {column.name: column.unit for column in _columns(runs, refused) if column.unit}
+
+
+@dataclass(frozen=True)
+class _Known:
+    """A column of the summary: its name and SI unit, and what stands there for a run and for a refused sample."""
+
+    name: str
+    unit: str
+    of_run: Callable[[RunResult], Cell]
+    of_refused: Callable[[RefusedRun], Cell] = lambda _: None
+
+
+def _columns(runs: Sequence[RunResult], refused: Sequence[RefusedRun]) -> list[_Known]:
     sampled = tuple(dict.fromkeys(path for run in runs for path in run.sampled))
-    paths, last = (*swept_paths(runs), *sampled), ("refused",) if sampled else ()
-    known = list(dict.fromkeys(key for run in runs for key in run.uncertainty))
-    names = [f"{time}_s{_suffix(reading)}" for reading in READINGS for time in _TIMES]
-    columns = (*paths, *names, "readings_recorded", *keys, *(_uncertainty_name(key) for key in known), *last)
-    rows = tuple(
-        (
-            *_values(run, paths),
-            *_times(run),
-            " ".join(reading for reading in READINGS if run.events.reading(reading).recorded),
-            *(run.numbers.get(key) for key in keys),
-            *(run.uncertainty.get(key) for key in known),
-            *("" for _ in last),
-        )
-        for run in runs
-    )
-    empty = (None,) * (len(columns) - len(paths) - 1)
-    without = tuple((*_values(one, paths), *empty, one.reason) for one in refused)
-    return Table("Slip events and measures", tuple(Column(name) for name in columns), (*rows, *without))
+    paths, known = (*swept_paths(runs), *sampled), dict.fromkeys(key for run in runs for key in run.uncertainty)
+    columns = [
+        _Known("run", "", lambda run: run.name, lambda one: one.name),
+        *(_swept_column(path, (*runs, *refused)) for path in paths),
+        *(_time_column(reading, time) for reading in READINGS for time in _TIMES),
+        _Known("readings_recorded", "", _recorded),
+        *(_measure_column(measure) for measure in measures.MEASURES),
+        *(_uncertainty_column(key) for key in known),
+    ]
+    return [*columns, _Known("refused", "", lambda _: "", lambda one: one.reason)] if sampled else columns
 
 
-def _values(run: RunResult | RefusedRun, paths: Sequence[str]) -> list[Cell]:
-    values = {**run.swept, **run.sampled}
-    return [swept_text(values.get(path)) for path in paths]
+def _swept_column(path: str, runs: Sequence[RunResult | RefusedRun]) -> _Known:
+    """Return the column of a swept path: numbers in one SI unit, or words where not all are quantities of one kind."""
+    found = [_quantity(_swept(run, path)) for run in runs]
+    units = {known[1] for known in found if known}
+    if not (all(found) and len(units) == 1):
+        return _Known(path, "", *(2 * [lambda run: swept_text(_swept(run, path))]))
+    (unit,) = units
+    return _Known(f"{path}_{unit_suffix(unit)}", unit, *(2 * [lambda run: _si_value(_swept(run, path))]))
 
 
-def _times(run: RunResult) -> list[Cell]:
-    return [run.events.reading(reading).time(time) for reading in READINGS for time in _TIMES]
+def _swept(run: RunResult | RefusedRun, path: str) -> Any:
+    return {**run.swept, **run.sampled}.get(path)
 
 
-def _suffix(reading: str) -> str:
-    return "" if reading == "slip" else f"_{reading}"
+def _quantity(value: object) -> tuple[float, str] | None:
+    return si_quantity(value) if isinstance(value, str) else None
 
 
-def _uncertainty_name(key: str) -> str:
-    """Name the column of an uncertainty: `slip_overall_uncertainty_s`, `normal_force_max_uncertainty_N`."""
+def _si_value(value: object) -> float | None:
+    known = _quantity(value)
+    return known[0] if known else None
+
+
+def _time_column(reading: str, time: str) -> _Known:
+    suffix = "" if reading == "slip" else f"_{reading}"
+    return _Known(f"{time}_s{suffix}", "s", lambda run: run.events.reading(reading).time(time))
+
+
+def _recorded(run: RunResult) -> Cell:
+    return " ".join(reading for reading in READINGS if run.events.reading(reading).recorded)
+
+
+def _measure_column(measure: measures.Measure) -> _Known:
+    return _Known(measure.key, measure.unit.si if measure.unit else "", lambda run: run.numbers.get(measure.key))
+
+
+def _uncertainty_column(key: str) -> _Known:
+    """Return the column of an uncertainty: `slip_overall_uncertainty_s`, `normal_force_max_uncertainty_N`."""
     measure = measures.measure_of(key)
     if measure is None:
-        return f"{key.replace('.', '_')}_uncertainty_s"
-    return f"{measure.name}_uncertainty{measure.key.removeprefix(measure.name)}"
+        return _Known(f"{key.replace('.', '_')}_uncertainty_s", "s", lambda run: run.uncertainty.get(key))
+    name = f"{measure.name}_uncertainty{measure.key.removeprefix(measure.name)}"
+    return _Known(name, measure.unit.si if measure.unit else "", lambda run: run.uncertainty.get(key))

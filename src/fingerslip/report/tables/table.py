@@ -6,7 +6,7 @@ import csv
 import enum
 import io
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import rich.box
 import rich.console
@@ -23,6 +23,7 @@ __all__ = [
     "is_numeric",
     "texts",
     "to_csv",
+    "to_mapping",
     "to_markdown",
     "to_rich",
     "typeset",
@@ -187,6 +188,33 @@ def to_csv(table: Table) -> str:
     writer.writerow(column.name for column in table.columns)
     writer.writerows([_exact(cell) for cell in row] for row in table.rows)
     return stream.getvalue()
+
+
+def to_mapping(table: Table) -> dict[str, Any]:
+    """Return a table as plain data for JSON, with full precision.
+
+    Returns
+    -------
+    dict
+        ``title``, ``columns`` with `name` and `unit`, ``rows`` and ``note``. A number with an uncertainty has the keys
+        `value` and `uncertainty`, a value that is missing for a reason the key `missing`; an empty cell is null.
+    """
+    return {
+        "title": table.title,
+        "columns": [{"name": column.name, "unit": column.unit} for column in table.columns],
+        "rows": [[_plain(cell) for cell in row] for row in table.rows],
+        "note": table.note,
+    }
+
+
+def _plain(cell: Cell) -> Any:
+    match cell:
+        case Missing():
+            return {"missing": cell.meaning}
+        case Measured():
+            return {"value": cell.value, "uncertainty": cell.uncertainty}
+        case _:
+            return cell
 
 
 def _exact(cell: Cell) -> str:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, Any
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Annotated, Any, Literal
 
+import numpy as np
 import pydantic
+from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from fingerslip.errors import InputError, Mistakes, shortened
@@ -19,6 +23,27 @@ __all__ = ["SampleSettings", "drawn", "sample_mistakes"]
 
 _GROUP, _EQUAL = "sample.ranges", "sample.equal"
 _DIGITS = 5
+
+#: What draws shares of the ranges in (0, 1), by the name of the method.
+_METHODS: Mapping[str, Callable[[int, int], Any]] = MappingProxyType(
+    {
+        "latin_hypercube": lambda dim, seed: qmc.LatinHypercube(dim, seed=seed),
+        "sobol": lambda dim, seed: qmc.Sobol(dim, seed=seed),
+        "random": lambda dim, seed: _Independent(dim, np.random.default_rng(seed)),
+    }
+)
+
+
+@dataclass(frozen=True)
+class _Independent:
+    """Independent uniform values, drawn as `scipy.stats.qmc` draws its samples."""
+
+    dim: int
+    generator: np.random.Generator
+
+    def random(self, count: int) -> NDArray[np.float64]:
+        """Return samples (count, dim)."""
+        return self.generator.random((count, self.dim))
 
 
 def _check_ranges(ranges: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[Any, ...]]:
@@ -60,10 +85,10 @@ Ranges = Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(_check
 
 @parameters
 class SampleSettings:
-    """Latin-hypercube samples of values that are known by their ranges only.
+    """Samples of values that are known by their ranges only.
 
-    Every range is cut into `count` equal parts, and every part holds the value of one sample; which parts of different
-    ranges come together is drawn at random.
+    In a Latin hypercube every range is cut into `count` equal parts, and every part holds the value of one sample;
+    which parts of different ranges come together is drawn at random.
 
     Parameters
     ----------
@@ -73,6 +98,8 @@ class SampleSettings:
         Number of samples.
     seed : int
         Seed of the random numbers: the same settings give the same samples.
+    method : {'latin_hypercube', 'sobol', 'random'}
+        A Latin hypercube; a scrambled Sobol sequence, whose `count` has to be a power of two; or independent values.
     equal : mapping of str to str
         Dotted paths of further values, which are the same as a sampled one, by the path of that one.
     """
@@ -80,9 +107,14 @@ class SampleSettings:
     ranges: Ranges
     count: Annotated[int, pydantic.Field(ge=2)]
     seed: Annotated[int, pydantic.Field(ge=0)] = 1
+    method: Literal["latin_hypercube", "sobol", "random"] = "latin_hypercube"
     equal: Mapping[str, str] = pydantic.Field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        if self.method == "sobol" and self.count & (self.count - 1):
+            below = 1 << (self.count.bit_length() - 1)
+            repair = f"write count: {below} or count: {2 * below}"
+            raise InputError("count", f"got {self.count} for a Sobol sequence", "needs a power of two", repair)
         for path, other in self.equal.items():
             if other not in self.ranges:
                 raise InputError(f"equal.{path}", f"got '{other}'", f"needs one of {', '.join(self.ranges)}")
@@ -102,7 +134,7 @@ def drawn(settings: SampleSettings) -> tuple[dict[str, Any], ...]:
     >>> drawn(SampleSettings({"time.step": ("1 ms", "3 ms")}, count=2))
     ({'time.step': '1.4882 ms'}, {'time.step': '2.0495 ms'})
     """
-    cube = qmc.LatinHypercube(len(settings.ranges), seed=settings.seed).random(settings.count)
+    cube = _METHODS[settings.method](len(settings.ranges), settings.seed).random(settings.count)
     return tuple(
         {path: _between(ends, share) for (path, ends), share in zip(settings.ranges.items(), shares, strict=True)}
         for shares in cube

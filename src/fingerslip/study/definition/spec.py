@@ -12,9 +12,8 @@ import pydantic
 
 from fingerslip.errors import InputError, Mistakes, warn_renamed
 from fingerslip.fe.integration import Integration
-from fingerslip.materials.choice import LAWS, MaterialChoice
+from fingerslip.materials.choice import MaterialChoice
 from fingerslip.materials.damping import RayleighDamping
-from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
 from fingerslip.model import Component, Kinematics, SupportMotion
 from fingerslip.parameters import (
@@ -23,7 +22,6 @@ from fingerslip.parameters import (
     SignedSpeed,
     as_mapping,
     from_mapping,
-    json_schema,
     parameters,
     plain_fields,
     valid_fields,
@@ -36,6 +34,7 @@ from fingerslip.results import flatten
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.protocol import Specimen
+from fingerslip.study.definition.base import read_with_base
 from fingerslip.study.definition.relations import mistakes_between
 from fingerslip.study.definition.sampled import SampleSettings, sample_mistakes
 from fingerslip.study.definition.settings import (
@@ -48,9 +47,9 @@ from fingerslip.study.definition.settings import (
     RefinementSettings,
     TractionSettings,
 )
-from fingerslip.study.definition.swept import check_sweep, swept_mistakes
+from fingerslip.study.definition.swept import check_sweep, swept_mistakes, swept_together
 from fingerslip.study.definition.time_settings import TimeSettings
-from fingerslip.study.definition.yaml import line_numbers, read_mapping
+from fingerslip.study.definition.yaml import line_numbers
 
 __all__ = [
     "NOT_OF_A_RUN",
@@ -66,7 +65,6 @@ __all__ = [
     "parse_study",
     "read_study",
     "study_mapping",
-    "study_schema",
 ]
 
 #: The fields of a study that do not belong to a single run.
@@ -135,7 +133,8 @@ class Study(SpecimenChoice):
     depth : float, optional
         Out-of-plane depth [m], not in space; without it that of the specimen.
     sweep : mapping of str to tuple
-        Values by dotted path; the runs are all combinations, the first path varies slowest.
+        Values by dotted path; the runs are all combinations, the first path varies slowest. Values that change together
+        are lists by several paths with commas between them.
     sample : SampleSettings, optional
         Samples of values that are known by their ranges only; every combination of the sweep is run with every sample.
     compare : tuple of str
@@ -200,7 +199,7 @@ def read_study(path: str | Path) -> Study:
         every run of its sweep, and of the ends of the ranges of its samples.
     """
     path = Path(path)
-    mapping = read_mapping(path)
+    mapping = read_with_base(path)
     with line_numbers(path):
         return parse_study(mapping, path)
 
@@ -213,10 +212,11 @@ def given_paths(path: str | Path) -> tuple[str, ...]:
     path : path
         A study file without mistakes.
     """
-    mapping = read_mapping(Path(path))
+    mapping = read_with_base(Path(path))
     written = flatten({key: value for key, value in mapping.items() if key not in ("sweep", "sample")})
     sample = mapping.get("sample") or {}
-    changing = (*(mapping.get("sweep") or {}), *sample.get("ranges", {}), *(sample.get("equal") or {}))
+    swept = (path for key in mapping.get("sweep") or {} for path in swept_together(str(key)))
+    changing = (*swept, *sample.get("ranges", {}), *(sample.get("equal") or {}))
     return tuple(current_path(Study, str(one)) for one in (*written, *changing))
 
 
@@ -284,11 +284,12 @@ def _with_current_sweep(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
     sweep = mapping.get("sweep")
     if not isinstance(sweep, Mapping):
         return mapping
-    paths = {path: current_path(Study, str(path)) for path in sweep}
+    paths = {path: current_path(Study, path) for key in sweep for path in swept_together(str(key))}
     for old, new in paths.items():
         if old != new:
             warn_renamed(f"sweep.{old}", f"sweep.{new}")
-    return {**mapping, "sweep": {paths[path]: values for path, values in sweep.items()}}
+    current = {", ".join(paths[path] for path in swept_together(str(key))): values for key, values in sweep.items()}
+    return {**mapping, "sweep": current}
 
 
 def _mistakes_of(mapping: Mapping[str, Any]) -> list[InputError]:
@@ -324,23 +325,6 @@ def known_paths(mapping: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:
     return {
         name: (name, *walk(section, name)) for name, section in sections.items() if name not in ("title", *NOT_OF_A_RUN)
     }
-
-
-def study_schema() -> dict[str, Any]:
-    """Return the JSON Schema of study files, for editors."""
-    schema = json_schema(Study)
-    definitions = schema.setdefault("$defs", {})
-    for key, presets in SPECIMENS.items():
-        own, name = json_schema(presets.kind), presets.kind.__name__
-        own["properties"] = {"preset": {"type": "string"}} | own["properties"]
-        for part, definition in (own.pop("$defs", {}) | {name: own}).items():
-            # A study file gives a preset and what differs from it, so nothing in it is required.
-            definitions.setdefault(part, {key: value for key, value in definition.items() if key != "required"})
-        schema["properties"][key] = {"anyOf": [{"$ref": f"#/$defs/{name}"}, {"type": "null"}], "default": None}
-    for law in LAWS:
-        # What a preset gives may be left out of its materials, but not the name of another law than the usual one.
-        definitions[law.__name__]["required"] = [] if law is Elastic else ["law"]
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 
 def study_mapping(study: Study) -> dict[str, Any]:

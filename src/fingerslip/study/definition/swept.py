@@ -1,4 +1,7 @@
-"""What a sweep changes: the combinations of its values, and every mistake in its paths and values."""
+"""What a sweep changes: the combinations of its values, and every mistake in its paths and values.
+
+A key of a sweep is the dotted path of a value, or several with commas between them, whose values change together.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,7 @@ from typing import Any
 from fingerslip.errors import InputError, Mistakes
 from fingerslip.parameters.dotted import assign, is_below, joined, nearest
 
-__all__ = ["check_sweep", "combinations", "swept_mistakes", "unknown_paths", "with_values"]
+__all__ = ["check_sweep", "combinations", "swept_mistakes", "swept_together", "unknown_paths", "with_values"]
 
 _Check = Callable[[Mapping[str, Any]], Sequence[InputError]]
 
@@ -21,12 +24,13 @@ def check_sweep(sweep: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[Any,
     Parameters
     ----------
     sweep : mapping of str to tuple
-        Values by dotted path.
+        Values by dotted path; lists of values by several paths.
 
     Raises
     ------
     InputError
-        For every empty list, every value that stands twice in its list, and every path inside another one.
+        For every empty list, every value that stands twice in its list, every list without one value for each of its
+        paths, and every path inside another one.
     """
     mistakes = Mistakes()
     for path, values in sweep.items():
@@ -43,14 +47,33 @@ def _check_values(path: str, values: Sequence[Any], sweep: Mapping[str, Any]) ->
     repeated = [value for number, value in enumerate(values) if plain[number] in plain[:number]]
     if repeated:
         raise InputError(path, f"has {repeated[0]!r} twice", "needs every value once")
-    inside = next((other for other in sweep if path != other and is_below(path, other)), None)
-    if inside is not None:
-        raise InputError(path, f"is a part of the swept '{inside}'", "needs paths apart from each other")
+    own = swept_together(path)
+    for number, value in enumerate(values if len(own) > 1 else ()):
+        if not isinstance(value, list | tuple) or len(value) != len(own):
+            found, needed = f"got {value!r}", f"needs a list of {len(own)} values, one for each path"
+            raise InputError(joined(path, str(number)), found, needed)
+    others = [other for key in sweep for other in swept_together(key) if key != path or len(own) > 1]
+    for one in own:
+        inside = next((other for other in others if one != other and is_below(one, other)), None)
+        if inside is not None or others.count(one) > (len(own) > 1):
+            repeated_in = inside or one
+            raise InputError(path, f"is a part of the swept '{repeated_in}'", "needs paths apart from each other")
 
 
 def _without_spaces(value: object) -> object:
     """Return a value that is the same for '1 mm' and '1mm'."""
     return "".join(value.split()) if isinstance(value, str) and value[:1] in "+-.0123456789" else value
+
+
+def swept_together(key: str) -> tuple[str, ...]:
+    """Return the dotted paths that a key of a sweep names.
+
+    Examples
+    --------
+    >>> swept_together("contact.friction_coefficient, depth")
+    ('contact.friction_coefficient', 'depth')
+    """
+    return tuple(path.strip() for path in key.split(","))
 
 
 def combinations(sweep: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
@@ -60,8 +83,17 @@ def combinations(sweep: Mapping[str, Sequence[Any]]) -> list[dict[str, Any]]:
     --------
     >>> combinations({"a": [1, 2], "b": [3]})
     [{'a': 1, 'b': 3}, {'a': 2, 'b': 3}]
+    >>> combinations({"a, b": [[1, 3], [2, 4]]})
+    [{'a': 1, 'b': 3}, {'a': 2, 'b': 4}]
     """
-    return [dict(zip(sweep, values, strict=True)) for values in itertools.product(*sweep.values())]
+    rows = itertools.product(*(_rows(key, values) for key, values in sweep.items()))
+    return [{path: value for part in row for path, value in part.items()} for row in rows]
+
+
+def _rows(key: str, values: Sequence[Any]) -> list[dict[str, Any]]:
+    """Return the values of each of the paths of a key, one after another."""
+    paths = swept_together(key)
+    return [dict(zip(paths, value if len(paths) > 1 else (value,), strict=True)) for value in values]
 
 
 def with_values(mapping: Mapping[str, Any], swept: Mapping[str, Any]) -> dict[str, Any]:
@@ -112,14 +144,16 @@ def swept_mistakes(
     if any(is_below(mistake.where, "sweep") for mistake in known_mistakes):
         return []
     wrong_fields = {mistake.where.partition(".")[0] for mistake in known_mistakes} - known_paths.keys()
-    judged = [path for path in study["sweep"] if path.partition(".")[0] not in wrong_fields]
+    keys = {path: key for key in study["sweep"] for path in swept_together(key)}
+    judged = [path for path in keys if path.partition(".")[0] not in wrong_fields]
     unknown = unknown_paths(judged, known_paths, "sweep")
-    misnamed = {mistake.where.removeprefix("sweep.") for mistake in unknown}
+    misnamed = {keys[mistake.where.removeprefix("sweep.")] for mistake in unknown}
     sweep = {
-        path: values
-        for path, values in study["sweep"].items()
-        if path not in misnamed and _can_be_assigned(study, path, values)
+        key: values
+        for key, values in study["sweep"].items()
+        if key not in misnamed and _can_be_assigned(study, key, values)
     }
+    unknown = [_in_key(mistake, keys) for mistake in unknown]
     return [*unknown, *_mistakes_of_runs(study, sweep, known_mistakes, mistakes_of)]
 
 
@@ -151,10 +185,18 @@ def _unknown(path: str, near: str | None, group: str) -> InputError:
     return InputError(f"{group}.{path}", "is not known", "needs the dotted path of a value of the study", repair)
 
 
-def _can_be_assigned(study: Mapping[str, Any], path: str, values: Sequence[Any]) -> bool:
-    """Tell whether a path leads somewhere; it may not where a field is wrong itself."""
+def _in_key(mistake: InputError, keys: Mapping[str, str]) -> InputError:
+    """Return the mistake of a path at the key of the sweep that it stands in."""
+    path = mistake.where.removeprefix("sweep.")
+    if keys[path] == path:
+        return mistake
+    return InputError(f"sweep.{keys[path]}", f"has '{path}', which is not known", mistake.allowed, mistake.repair)
+
+
+def _can_be_assigned(study: Mapping[str, Any], key: str, values: Sequence[Any]) -> bool:
+    """Tell whether paths lead somewhere; they may not where a field is wrong itself."""
     try:
-        with_values(study, {path: values[0]})
+        with_values(study, _rows(key, values)[0])
     except LookupError:
         return False
     return True
@@ -167,8 +209,12 @@ def _placed(mistake: InputError, swept: Mapping[str, Any], sweep: Mapping[str, S
         run = ", ".join(f"{path} = {value}" for path, value in swept.items())
         return InputError(mistake.where, f"{mistake.found} in the run with {run}", mistake.allowed, mistake.repair)
     misnamed = mistake.where == path and mistake.found == "is not known"
-    item = "" if misnamed else str(sweep[path].index(swept[path]))
-    return mistake.moved(lambda where: joined("sweep", path, item, where[len(path) + 1 :]))
+    key = next(key for key in sweep if path in swept_together(key))
+    rows = _rows(key, sweep[key])
+    number = next(number for number, row in enumerate(rows) if row.items() <= swept.items())
+    column = (str(swept_together(key).index(path)),) if len(rows[0]) > 1 else ()
+    item = () if misnamed else (str(number), *column)
+    return mistake.moved(lambda where: joined("sweep", key, *item, where[len(path) + 1 :]))
 
 
 def _content(mistake: InputError) -> tuple[str, str, str]:

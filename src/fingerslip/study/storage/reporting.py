@@ -26,7 +26,7 @@ from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh
 from fingerslip.study.storage.store import RUN, read_run
-from fingerslip.study.storage.summary import identities, read_manifest, refused_in, stored_manifest
+from fingerslip.study.storage.summary import identities, read_manifest, stored_manifest, stored_study
 from fingerslip.study.storage.values import read_specified, value_rows
 
 __all__ = [
@@ -60,16 +60,7 @@ def read_stored(folder: str | Path) -> StudyResult:
     folder = Path(folder)
     manifest = stored_manifest(folder)
     known = read_uncertainties(folder, identities(manifest))
-    runs = tuple(read_run(folder / name, known.get(name, {})) for name in manifest["runs"])
-    return StudyResult(
-        folder,
-        tuple(manifest["compare"]),
-        runs,
-        unchanged=tuple(manifest["runs"]),
-        title=manifest["title"],
-        ranges={path: tuple(ends) for path, ends in manifest.get("ranges", {}).items()},
-        refused=refused_in(manifest),
-    )
+    return stored_study(folder, manifest, (read_run(folder / name, known.get(name, {})) for name in manifest["runs"]))
 
 
 def read_stored_run(folder: str | Path) -> RunResult:

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import meshio
 import xarray as xr
 
-from fingerslip.report.scene.snapshot import Snapshot, read_snapshot
+from fingerslip.export.paraview import snapshot_mesh, write_series
 
 __all__ = ["write_snapshots"]
-
-_HEADER = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
-_FOOTER = "  </Collection>\n</VTKFile>\n"
 
 
 def write_snapshots(history: xr.Dataset, folder: Path) -> None:
@@ -28,19 +24,6 @@ def write_snapshots(history: xr.Dataset, folder: Path) -> None:
     folder : Path
         The folder of the run.
     """
-    entries = []
-    for number in range(history.sizes.get("snapshot_time", 0)):
-        name, snapshot = f"snapshot_{number:04d}.vtu", read_snapshot(history, number)
-        _mesh(snapshot).write(folder / name, file_format="vtu")
-        entries.append(f'    <DataSet timestep="{snapshot.time:.9g}" file="{name}"/>\n')
-    if entries:
-        (folder / "snapshots.pvd").write_text(_HEADER + "".join(entries) + _FOOTER, encoding="utf-8")
-
-
-def _mesh(snapshot: Snapshot) -> meshio.Mesh:
-    return meshio.Mesh(
-        snapshot.points,
-        [(snapshot.cell_type.meshio, snapshot.cells)],
-        dict(snapshot.point_fields),
-        {name: [values] for name, values in snapshot.cell_fields.items()},
-    )
+    times = history["snapshot_time"].values.tolist() if "snapshot_time" in history.coords else []
+    if times:
+        write_series(folder, "snapshots", ((time, snapshot_mesh(history, number)) for number, time in enumerate(times)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ __all__ = [
     "read_manifest",
     "refused_in",
     "stored_manifest",
+    "stored_study",
     "write_manifest",
     "write_sensitivity",
     "write_summary",
@@ -106,6 +107,19 @@ def refused_in(manifest: Mapping[str, Any]) -> tuple[RefusedRun, ...]:
     return tuple(
         RefusedRun(name, dict(one["swept"]), dict(one["sampled"]), one["reason"])
         for name, one in manifest.get("refused", {}).items()
+    )
+
+
+def stored_study(folder: Path, manifest: Mapping[str, Any], runs: Iterable[RunResult]) -> StudyResult:
+    """Return the results of a study from its manifest and its runs."""
+    return StudyResult(
+        folder,
+        tuple(manifest["compare"]),
+        tuple(runs),
+        unchanged=tuple(manifest["runs"]),
+        title=manifest["title"],
+        ranges={path: tuple(ends) for path, ends in manifest.get("ranges", {}).items()},
+        refused=refused_in(manifest),
     )
 
 

@@ -70,6 +70,17 @@ def test_forces_that_grow_steadily_are_foreseen():
     assert iterations[-1] == 0 < iterations[1]
 
 
+def test_a_search_from_an_earlier_solution_of_the_step_foresees_nothing():
+    """It begins where it ended, and the next step extrapolates from the start of this one."""
+    compliance, free, friction = half_space(14, 0.5, 1e-4)
+    origin = np.zeros_like(free)
+    found, used = solve_contact(compliance, free, friction, origin, TOLERANCE)
+    given = {"working_set": used, "origin": origin}
+    again, used = solve_contact(compliance, free, friction, found.forces, 100.0 * TOLERANCE, **given)
+    assert again.iterations == 0
+    assert used.before is origin
+
+
 def test_a_working_set_that_is_too_large_is_made_smaller():
     compliance, free, friction = half_space(14, 2.5, 0.0)
     _, large = solve_contact(compliance, free, friction, np.zeros_like(free), TOLERANCE)

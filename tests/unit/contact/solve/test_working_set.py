@@ -66,3 +66,12 @@ def test_among_few_nodes_the_preconditioner_is_the_inverse(turning):
     vector = np.random.default_rng(4).normal(size=COUNT * DIM)
     found = made.preconditioner(STICK.astype(np.float32))((matrix @ vector).astype(np.float32))
     np.testing.assert_allclose(matrix @ found, matrix @ vector, atol=1e-4 * np.abs(matrix @ vector).max())
+
+
+def test_a_compliance_of_other_factors_is_gathered_again():
+    old = gather(compliance(), SCALE, np.array([1, 4, 6]), None)
+    later = replace(compliance(), body=2.0 * compliance().body, edition=(0.1, 2))
+    made = old.in_step(later, SCALE)
+    np.testing.assert_array_equal(made.nodes, old.nodes)
+    np.testing.assert_array_equal(made.body, 2.0 * old.body)
+    assert made.in_step(later, SCALE) is made

@@ -89,3 +89,57 @@ def test_factors_that_go_give_their_memory_back(fails, monkeypatch):
         assert pardiso._RELEASE not in phases
         del factor
     assert phases[-1] == pardiso._RELEASE
+
+
+def counted_phases(monkeypatch):
+    """Return the phases of MKL that are called from now on."""
+    phases, original = [], pardiso._Call.__call__
+
+    def call(self, phase, *arguments):
+        phases.append(phase)
+        return original(self, phase, *arguments)
+
+    monkeypatch.setattr(pardiso._Call, "__call__", call)
+    return phases
+
+
+@needs_mkl
+@pytest.mark.parametrize("kept", [np.zeros(0, dtype=np.int64), np.array([3, 5, 30])])
+def test_a_series_analyses_a_pattern_once(kept, monkeypatch):
+    phases, series, right = counted_phases(monkeypatch), SOLVER.series(), np.arange(60.0)
+    for factor in (1.0, 3.0):
+        matrix = positive_definite(60)
+        matrix = sparse.csr_matrix(factor * matrix + sparse.diags(matrix.diagonal()))
+        if kept.size:
+            series.bytes_around(matrix, kept)
+            made, schur = series.factorise_around(matrix, kept)
+            np.testing.assert_array_equal(schur, SOLVER.factorise_around(matrix, kept)[1])
+        else:
+            made = series.factorise(matrix)
+            np.testing.assert_array_equal(made.forward(right), SOLVER.factorise(matrix).forward(right))
+        del made
+    # One analysis of the series, and one of each solver that it is compared with.
+    assert phases.count(11) == 3
+
+
+@needs_mkl
+def test_a_series_leaves_factors_alone_that_are_still_in_use_or_of_another_pattern():
+    series, matrix, right = SOLVER.series(), positive_definite(60), np.arange(60.0)
+    first = series.factorise(matrix)
+    expected = first.backward(first.forward(right))
+    second = series.factorise(sparse.csr_matrix(2.0 * matrix))
+    np.testing.assert_array_equal(first.backward(first.forward(right)), expected)
+    np.testing.assert_allclose(second.backward(second.forward(right)), 0.5 * expected, rtol=1e-12)
+    del first, second
+    other = series.factorise(sparse.identity(60, format="csr"))
+    np.testing.assert_allclose(other.backward(other.forward(right)), right)
+
+
+@needs_mkl
+def test_a_series_goes_on_after_a_matrix_that_is_not_definite():
+    series, matrix = SOLVER.series(), positive_definite(60)
+    series.factorise(matrix)
+    with pytest.raises(FingerslipError, match="not positive definite"):
+        series.factorise(sparse.csr_matrix(-1.0 * matrix))
+    made = series.factorise(matrix)
+    np.testing.assert_allclose(matrix @ made.backward(made.forward(np.ones(60))), np.ones(60))

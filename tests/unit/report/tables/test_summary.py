@@ -30,7 +30,7 @@ def test_columns_are_swept_paths_twelve_times_what_was_recorded_and_all_measures
     first, second = rows_of(RUNS)
     keys = [measure.key for measure in measures.MEASURES]
     swept = ["contact.friction_coefficient", "fingertip.phalanx.variant"]
-    assert list(first) == [*swept, *TIMES, "readings_recorded", *keys]
+    assert list(first) == ["run", *swept, *TIMES, "readings_recorded", *keys]
     assert (first["incipient_s"], first["latency_s"], first["overall_s_acceleration"]) == ("1.5", "0.25", "1.71")
     assert (first["overall_s_displacement"], first["latency_s_acceleration"]) == ("", "")
     assert {second[name] for name in TIMES} == {""}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 
 from rich.console import Console
 
@@ -14,6 +15,7 @@ from fingerslip.report.tables.table import (
     Table,
     is_numeric,
     to_csv,
+    to_mapping,
     to_markdown,
     to_rich,
     typeset,
@@ -93,3 +95,19 @@ def test_a_rounded_zero_has_no_sign() -> None:
     assert Column("diff.", "ms", 0).format(-0.4) == "0"
     assert Column("diff.", "ms").format(-0.0) == "0"
     assert Column("diff.", "ms", 0).format(-0.6) == "-1"
+
+
+def test_json_keeps_numbers_and_says_why_values_are_missing() -> None:
+    columns = (Column("run"), Column("time", "s", 3))
+    rows = (("a", Measured(1.70461, 0.0056)), ("b", Missing.NO_EVENT), ("c", None))
+    found = json.loads(json.dumps(to_mapping(Table("t", columns, rows, "a note"))))
+    assert found == {
+        "title": "t",
+        "columns": [{"name": "run", "unit": ""}, {"name": "time", "unit": "s"}],
+        "rows": [
+            ["a", {"value": 1.70461, "uncertainty": 0.0056}],
+            ["b", {"missing": "the event did not happen"}],
+            ["c", None],
+        ],
+        "note": "a note",
+    }

@@ -9,7 +9,8 @@ import pytest
 from fingerslip.contact.counterfaces import BuiltInCounterface, Plane
 from fingerslip.contact.friction import BuiltInLaw, Coulomb, StaticKinetic
 from fingerslip.errors import InputError
-from fingerslip.parameters import from_mapping, json_schema, parameters
+from fingerslip.parameters import from_mapping, parameters
+from fingerslip.parameters.schema import json_schema
 from fingerslip.programme import Phase
 from fingerslip.study.definition.choices import choice_of, chosen, kinds_of
 

@@ -36,9 +36,26 @@ def test_every_part_of_a_range_holds_one_sample() -> None:
     assert {sample["a"].split()[1] for sample in samples} == {"mm"}
 
 
-def test_the_seed_decides_the_samples() -> None:
+def test_a_sobol_sequence_fills_every_part_and_every_quarter_of_pairs() -> None:
+    samples = drawn(SampleSettings({"a": (0, 1), "b": (0, 1)}, count=16, method="sobol"))
+    values = np.array([[sample["a"], sample["b"]] for sample in samples])
+    assert sorted((16 * values[:, 0]).astype(int)) == list(range(16))
+    quarters, counts = np.unique((4 * values).astype(int), axis=0, return_counts=True)
+    assert (len(quarters), set(counts)) == (16, {1})
+
+
+def test_independent_values_are_uniform() -> None:
+    values = np.array([one["a"] for one in drawn(SampleSettings({"a": (2, 4)}, count=2000, method="random"))])
+    assert values.mean() == pytest.approx(3.0, abs=0.05)
+    assert values.std() == pytest.approx(2.0 / np.sqrt(12.0), rel=0.05)
+    assert values.min() >= 2.0
+    assert values.max() <= 4.0
+
+
+@pytest.mark.parametrize("method", ["latin_hypercube", "sobol", "random"])
+def test_the_seed_decides_the_samples(method: str) -> None:
     ranges = {"a": ("10 mm", "20 mm"), "b": (-1, 1)}
-    first, again, other = (drawn(SampleSettings(ranges, count=5, seed=seed)) for seed in (1, 1, 2))
+    first, again, other = (drawn(SampleSettings(ranges, count=8, seed=seed, method=method)) for seed in (1, 1, 2))
     assert first == again
     assert first != other
 
@@ -58,6 +75,10 @@ def test_equal_values_follow_a_sampled_one() -> None:
     ("sample", "message"),
     [
         ({"count": 1}, "sample.count: got 1, needs a number >= 2"),
+        (
+            {"count": 6, "method": "sobol"},
+            "sample.count: got 6 for a Sobol sequence, needs a power of two; write count: 4 or count: 8",
+        ),
         ({"seed": -1}, "sample.seed: got -1, needs a number >= 0"),
         ({"ranges": {}}, "sample.ranges: is empty, needs a range by dotted path; write path: [smallest, largest]"),
         ({"ranges": {HEIGHT: ["6 mm"]}}, f"sample.ranges.{HEIGHT}: has 1 values, needs two: [smallest, largest]"),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import json
 import re
 from pathlib import Path
 from typing import Any
@@ -14,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
-from fingerslip.materials import LAWS, Elastic, NeoHookean, Ogden, PronyTerm
+from fingerslip.materials import Elastic, NeoHookean, Ogden, PronyTerm
 from fingerslip.mesh.file import MeshFile
 from fingerslip.parameters.dotted import assign, walk
 from fingerslip.programme import Press, Slide
-from fingerslip.study.definition.spec import Study, parse_study, read_study, study_mapping, study_schema
+from fingerslip.study.definition.spec import Study, parse_study, read_study, study_mapping
 from fingerslip.study.definition.sweep import expand
 from places import ROOT
 from unit.study.block import block_values
@@ -330,21 +329,6 @@ def test_unknown_laws_are_refused_with_the_known_ones() -> None:
         InputError, match=r"materials\.tissue\.law: 'neohooke' is not known, needs one of elastic, neo_"
     ):
         parse_study(values, SOURCE)
-
-
-def test_schema_asks_for_the_name_of_a_law_but_the_usual_one() -> None:
-    definitions = study_schema()["$defs"]
-    assert [definitions[law.__name__]["required"] for law in LAWS] == [[], ["law"], ["law"], ["law"]]
-    assert definitions["NeoHookean"]["properties"]["law"]["const"] == "neo_hookean"
-
-
-def test_schema_knows_the_keys_of_a_study() -> None:
-    schema = study_schema()
-    assert json.loads(json.dumps(schema)) == schema
-    assert schema["required"] == ["time"]
-    assert set(schema["properties"]) == set(Study.__dataclass_fields__)
-    assert "required" not in schema["$defs"]["Phalanx"]
-    assert schema["$defs"]["Press"]["properties"]["depth"]["examples"] == ["1.5 mm"]
 
 
 def test_reading_changes_nothing_in_its_argument() -> None:

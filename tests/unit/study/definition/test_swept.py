@@ -128,3 +128,42 @@ def test_renamed_fields_are_swept_under_their_old_names_with_a_warning() -> None
     with pytest.warns(FutureWarning, match=r"'sweep\.contact\.reach' is now 'sweep\.contact\.search_distance'"):
         study = parse_study(block_values() | {"sweep": swept}, SOURCE)
     assert list(study.sweep) == ["contact.search_distance", "time.step"]
+
+
+TOGETHER = "contact.friction_coefficient, programme.0.press.depth"
+
+
+def test_values_that_change_together_are_runs_side_by_side() -> None:
+    swept = {TOGETHER: [[0.2, "0.1 mm"], [0.4, "0.2 mm"]], "time.step": ["2 ms", "1 ms"]}
+    study = parse_study(block_values() | {"sweep": swept}, SOURCE)
+    found = combinations(study.sweep)
+    assert [tuple(one.values()) for one in found] == [
+        (0.2, "0.1 mm", "2 ms"),
+        (0.2, "0.1 mm", "1 ms"),
+        (0.4, "0.2 mm", "2 ms"),
+        (0.4, "0.2 mm", "1 ms"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ([[0.2, "0.1 mm"], [0.4]], f"sweep.{TOGETHER}.1: got [0.4], needs a list of 2 values, one for each path"),
+        ([0.2], f"sweep.{TOGETHER}.0: got 0.2, needs a list of 2 values, one for each path"),
+        ([[0.2, "0.1 mm"], [-1, "0.1 mm"]], f"sweep.{TOGETHER}.1.0: got -1, needs a number >= 0"),
+        ([[0.2, "0.1 s"]], f"sweep.{TOGETHER}.0.1: got '0.1 s', needs a unit of [m]; write for example '0.1 mm'"),
+        ([[0.2, "0.1 mm"], [0.2, "0.1 mm"]], f"sweep.{TOGETHER}: has [0.2, '0.1 mm'] twice, needs every value once"),
+    ],
+)
+def test_mistakes_in_values_that_change_together_are_named(values: list[Any], message: str) -> None:
+    assert mistakes({TOGETHER: values}) == [message]
+
+
+def test_paths_that_change_together_are_judged() -> None:
+    (unknown,) = mistakes({"contact.friction_coefficient, time.stp": [[0.2, "1 ms"]]})
+    assert unknown.startswith("sweep.contact.friction_coefficient, time.stp: has 'time.stp', which is not known, needs")
+    assert unknown.endswith("did you mean 'time.step'?")
+    (inside, _) = mistakes({"depth, time.step": [["1 mm", "1 ms"]], "time.step": ["2 ms"]})
+    assert "is a part of the swept 'time.step'" in inside
+    (inside,) = mistakes({"depth, depth": [["1 mm", "2 mm"]]})
+    assert "is a part of the swept 'depth'" in inside

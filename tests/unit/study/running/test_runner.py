@@ -19,6 +19,7 @@ from fingerslip.study.running.runner import StudyFailedError, run_studies, run_s
 from fingerslip.study.storage import store
 from fingerslip.study.storage.reporting import read_stored
 from fingerslip.study.storage.summary import read_manifest
+from fingerslip.units import parse_quantity
 from unit.study.block import FRICTIONS, block_values, changed
 
 Write = Callable[..., Path]
@@ -280,7 +281,7 @@ def test_samples_are_run_like_a_sweep_and_said_to_move_the_events(write_study: W
     assert result.computed == tuple(f"sample-{number}" for number in range(1, 6))
     assert [one.swept for one in result.runs] == [{"sample": number} for number in range(1, 6)]
     lines = (result.folder / "summary.csv").read_text().splitlines()
-    assert lines[0].startswith("sample,contact.friction_coefficient,incipient_s")
+    assert lines[0].startswith("run,sample,contact.friction_coefficient,incipient_s")
     assert lines[0].endswith(",refused")
     rows = list(csv.DictReader((result.folder / "sensitivity.csv").read_text().splitlines()))
     (overall,) = (row for row in rows if (row["reading"], row["time"]) == ("slip", "overall"))
@@ -306,7 +307,8 @@ def test_samples_that_make_no_model_are_refused_and_the_study_goes_on(write_stud
     assert "programme: presses " in refused.reason
     assert said.messages == [f"block/{refused.name}: refused: {refused.reason}"]
     last = (result.folder / "summary.csv").read_text().splitlines()[-1]
-    assert last.startswith(f"{refused.swept['sample']},{refused.sampled['programme.0.press.depth']},")
+    depth = parse_quantity(refused.sampled["programme.0.press.depth"], "m")
+    assert last.startswith(f"{refused.name},{refused.swept['sample']},{depth},")
     assert "presses" in last
     assert read_stored(result.folder).refused == result.refused
     assert run(path).refused == result.refused, "they are refused again where nothing is left to compute"

@@ -45,7 +45,7 @@ def test_summary_has_exactly_the_promised_columns(write_study: Write) -> None:
     events = ["incipient_s", "three_quarter_s", "overall_s", "latency_s"]
     expected = [f"{event}{suffix}" for suffix in ("", "_displacement", "_acceleration") for event in events]
     numbers = [measure.key for measure in MEASURES]
-    assert list(rows[0]) == ["contact.friction_coefficient", *expected, "readings_recorded", *numbers]
+    assert list(rows[0]) == ["run", "contact.friction_coefficient", *expected, "readings_recorded", *numbers]
     assert [float(row["friction_force_ratio_end_of_slide"]) for row in rows] == pytest.approx(FRICTIONS)
     assert [row["contact.friction_coefficient"] for row in rows] == ["0.2", "0.4", "0.6"]
     overall = [float(row["overall_s"]) for row in rows]
@@ -58,7 +58,7 @@ def test_event_that_did_not_happen_is_an_empty_field(write_study: Write, monkeyp
     monkeypatch.setattr(results, "find_events", lambda _: Events(acceleration=SlipEvents(recorded=False)))
     result = run(write_study())
     lines = (result.folder / "summary.csv").read_text().splitlines()
-    assert lines[1].startswith("0.2" + "," * 13 + "slip displacement,")
+    assert lines[1].startswith("friction_coefficient-0.2,0.2" + "," * 13 + "slip displacement,")
 
 
 @pytest.mark.usefixtures("simulated", "reports")

@@ -1,0 +1,25 @@
+"""``fingerslip examples``: the studies that ship."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fingerslip.commands.shared import AsJson, print_tables
+
+__all__ = ["examples"]
+
+
+def examples(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Study to copy; without it all are listed.")] = "",
+    as_json: AsJson = False,
+) -> None:
+    """List the studies that ship, or copy one of them into this folder."""
+    from fingerslip.study.shipped import copy_example, examples_table
+
+    if name:
+        typer.echo(str(copy_example(name, Path())))
+    else:
+        print_tables([examples_table()], as_json)

@@ -1,0 +1,25 @@
+"""``fingerslip export``: results for other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+__all__ = ["export"]
+
+
+def export(
+    target: Annotated[
+        Path, typer.Argument(metavar="RESULT", help="Folder of a run, or of a study for a table of its runs.")
+    ],
+    kind: Annotated[str, typer.Option("--format", metavar="FORMAT", help="csv, json, mat, parquet or vtu.")] = "csv",
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", metavar="DIR", help="Folder to write; else beside the result.")
+    ] = None,
+) -> None:
+    """Write a result for pandas, R, MATLAB or ParaView: tidy tables, one MATLAB file, or snapshots with the contact."""
+    from fingerslip.study.inspection.export import export_result
+
+    typer.echo(str(export_result(target, kind, output)))

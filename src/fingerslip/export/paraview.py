@@ -1,0 +1,195 @@
+"""A history as files for ParaView: the body with its contact, counterfaces, sites, and a script that shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import meshio
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.errors import ResultError
+from fingerslip.files import write_text
+from fingerslip.history import is_solid, nearest_record, site_kinds
+from fingerslip.report.scene.snapshot import flat_faces, in_space, read_snapshot
+from fingerslip.sites import RECEPTOR_KINDS
+
+__all__ = ["snapshot_mesh", "write_paraview", "write_series"]
+
+Floats = NDArray[np.float64]
+
+_HEADER = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1">\n  <Collection>\n'
+_FOOTER = "  </Collection>\n</VTKFile>\n"
+#: Names of the contact's fields on the points of the body, and of what a history has.
+_CONTACT = {
+    "contact_pressure": "normal_traction",
+    "friction_traction": "tangential_traction",
+    "gap": "gap",
+    "slip_distance": "slip_distance",
+    "contact_state": "contact_state",
+}
+# Of the largest extent of the body: half the side of a plane that is drawn.
+_HALF_SIDE = 0.6
+
+
+def write_paraview(history: xr.Dataset, folder: Path) -> None:
+    """Write every snapshot as files for ParaView.
+
+    ``body.pvd`` has the body: on its points `displacement` and `velocity` with three components, and on those that may
+    touch `contact_pressure`, `friction_traction`, `gap`, `slip_distance` and `contact_state` (0 open, 1 stick, 2 slip;
+    elsewhere no number); on its cells strain energy density, von Mises stress and the number of the region, whose names
+    are in ``regions.csv``. ``counterfaces.pvd`` has the flat counterfaces, ``sites.pvd`` the recorded sites with the
+    number of their kind. ``show.py``, loaded by File > Load State, shows all of them. Lengths are in metres, points are
+    reference positions, and the script warps them by `displacement`.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with snapshots.
+    folder : Path
+        A folder that is there.
+
+    Raises
+    ------
+    ResultError
+        For a history without snapshots, and where a file cannot be written.
+    """
+    numbers = range(history.sizes.get("snapshot_time", 0))
+    if not numbers:
+        raise ResultError(
+            "the result has no snapshots of the whole mesh; write record: {snapshots_every: 50 ms} and run again"
+        )
+    times = history["snapshot_time"].values.tolist()
+    write_series(folder, "body", zip(times, (_body(history, number) for number in numbers), strict=True))
+    write_series(folder, "counterfaces", zip(times, (_faces(history, number) for number in numbers), strict=True))
+    if history.sizes.get("site", 0):
+        write_series(folder, "sites", zip(times, (_sites(history, number) for number in numbers), strict=True))
+    names = str(history.attrs.get("regions", "")).split(", ")
+    write_text(folder / "regions.csv", "number,region\n" + "".join(f"{i},{name}\n" for i, name in enumerate(names)))
+    write_text(folder / "show.py", _SCRIPT)
+
+
+def write_series(folder: Path, name: str, meshes: Iterable[tuple[float, meshio.Mesh]]) -> None:
+    """Write meshes over time as a collection ``names.pvd`` and a numbered file ``name_0000.vtu`` for each.
+
+    Parameters
+    ----------
+    folder : Path
+        A folder that is there.
+    name : str
+        What the collection is called; its files are called by the singular.
+    meshes : iterable of (float, meshio.Mesh)
+        Times [s] and meshes.
+    """
+    entries, one = [], name.removesuffix("s")
+    for number, (time, mesh) in enumerate(meshes):
+        file = f"{one}_{number:04d}.vtu"
+        mesh.write(folder / file, file_format="vtu")
+        entries.append(f'    <DataSet timestep="{time:.9g}" file="{file}"/>\n')
+    write_text(folder / f"{name}.pvd", _HEADER + "".join(entries) + _FOOTER)
+
+
+def snapshot_mesh(history: xr.Dataset, number: int, more: Mapping[str, Floats] | None = None) -> meshio.Mesh:
+    """Return a snapshot as a mesh with its fields.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with snapshots.
+    number : int
+        Number of the snapshot.
+    more : mapping of str to array, optional
+        Further fields on the points.
+    """
+    snapshot = read_snapshot(history, number)
+    return meshio.Mesh(
+        snapshot.points,
+        [(snapshot.cell_type.meshio, snapshot.cells)],
+        {**snapshot.point_fields, **(more or {})},
+        {name: [values] for name, values in snapshot.cell_fields.items()},
+    )
+
+
+def _record(history: xr.Dataset, number: int) -> int:
+    """Return the record at the time of a snapshot."""
+    return nearest_record(history, float(history["snapshot_time"][number]))
+
+
+def _body(history: xr.Dataset, number: int) -> meshio.Mesh:
+    """Return the body with the fields of its contact, which are no numbers where nothing may touch."""
+    step, nodes = _record(history, number), history["contact_node"].values
+    fields = {}
+    for name, stored in _CONTACT.items():
+        values = history[stored].values[step]
+        values = in_space(values) if values.ndim > 1 else values
+        fields[name] = np.full((history.sizes["node"], *values.shape[1:]), np.nan)
+        fields[name][nodes] = values
+    return snapshot_mesh(history, number, fields)
+
+
+def _faces(history: xr.Dataset, number: int) -> meshio.Mesh:
+    """Return the flat counterfaces as squares, in the plane as lines."""
+    half_side = _HALF_SIDE * float(np.ptp(history["node_position"].values, axis=0).max())
+    faces = flat_faces(history, number)
+    axes = [_axes(face.normal, is_solid(history)) for face in faces]
+    corners = [face.centre + half_side * own for face, own in zip(faces, axes, strict=True)]
+    kind, n_corners = ("quad", 4) if is_solid(history) else ("line", 2)
+    points = np.reshape(corners, (-1, 3))
+    numbers = np.array([face.number for face in faces], dtype=np.int64)
+    cells = np.arange(len(points)).reshape(-1, n_corners)
+    return meshio.Mesh(points, [(kind, cells)], cell_data={"counterface": [numbers]})
+
+
+def _axes(normal: Floats, solid: bool) -> Floats:
+    """Return the corners of a square of side 2 around the origin (4, 3), in the plane the ends of a line (2, 3)."""
+    if not solid:
+        along = np.array([normal[1], -normal[0], 0.0])
+        return np.array([-along, along])
+    along = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    along /= np.linalg.norm(along)
+    across = np.cross(normal, along)
+    return np.array([-along - across, along - across, along + across, across - along])
+
+
+def _sites(history: xr.Dataset, number: int) -> meshio.Mesh:
+    """Return the recorded sites as points with their displacement and the number of their kind."""
+    points = in_space(history["site_position"].values)
+    kinds = [RECEPTOR_KINDS.index(kind) if kind in RECEPTOR_KINDS else -1 for kind in site_kinds(history)]
+    displacement = in_space(history["displacement"].values[_record(history, number)])
+    cells = np.arange(len(points))[:, None]
+    return meshio.Mesh(points, [("vertex", cells)], {"displacement": displacement, "kind": np.array(kinds)})
+
+
+_SCRIPT = '''"""Shows this folder in ParaView: File > Load State, or: pvpython --script show.py."""
+
+from pathlib import Path
+
+from paraview import simple
+
+folder = Path(__file__).parent if "__file__" in globals() else Path.cwd()
+view = simple.GetActiveViewOrCreate("RenderView")
+
+
+def warped(name):
+    """Load a series and move its points by their displacement."""
+    reader = simple.PVDReader(registrationName=name, FileName=str(folder / f"{name}.pvd"))
+    return simple.WarpByVector(registrationName=f"deformed {name}", Input=reader, Vectors=["POINTS", "displacement"])
+
+
+body = simple.Show(warped("body"), view)
+body.Representation = "Surface"
+simple.ColorBy(body, ("CELLS", "strain_energy_density"))
+body.SetScalarBarVisibility(view, True)
+if (folder / "sites.pvd").is_file():
+    sites = simple.Show(warped("sites"), view)
+    sites.PointSize = 6.0
+    simple.ColorBy(sites, ("POINTS", "kind"))
+plate = simple.Show(simple.PVDReader(registrationName="counterfaces", FileName=str(folder / "counterfaces.pvd")), view)
+plate.Opacity = 0.4
+plate.LineWidth = 2.0
+simple.GetAnimationScene().UpdateAnimationUsingDataTimeSteps()
+view.ResetCamera()
+simple.Render()
+'''

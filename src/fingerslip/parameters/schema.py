@@ -1,0 +1,117 @@
+"""JSON Schema of parameter sets, as editors read it: words, units and defaults beside each key."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from pydantic import TypeAdapter
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import core_schema
+
+from fingerslip.parameters.definition import plain_fields
+
+__all__ = ["field_words", "json_schema"]
+
+_ENTRY = re.compile(r"^(?P<names>\w+(?:, \w+)*) : .*\n(?P<words>(?:(?:    .*)?(?:\n|$))*)", re.MULTILINE)
+_ROLE = re.compile(r":\w+:`~?(?:[\w.]*\.)?(\w+)`")
+
+
+def json_schema(cls: type) -> dict[str, Any]:
+    """Return the JSON Schema of a parameter set, for editors.
+
+    Every key has the words of its docstring with the unit, and the default as a file writes it.
+
+    Parameters
+    ----------
+    cls : type
+        A class made with :func:`~fingerslip.parameters.parameters`.
+    """
+    return TypeAdapter(cls).json_schema(schema_generator=_ForEditors)
+
+
+def field_words(cls: type) -> dict[str, str]:
+    """Return what the docstring of a class says of each of its parameters.
+
+    Parameters
+    ----------
+    cls : type
+        A class with a docstring in the form of numpydoc; those of its bases count too.
+
+    Examples
+    --------
+    >>> class Plate:
+    ...     '''A plate.
+    ...
+    ...     Parameters
+    ...     ----------
+    ...     width, height : float
+    ...         Its size [m].
+    ...     '''
+    >>> field_words(Plate)
+    {'width': 'Its size [m].', 'height': 'Its size [m].'}
+    """
+    return {name: words for base in reversed(cls.__mro__[:-1]) for name, words in _entries(base)}
+
+
+def _entries(cls: type) -> Iterator[tuple[str, str]]:
+    """Yield the parameters in the docstring of one class with their words."""
+    text = inspect.cleandoc(cls.__doc__ or "")
+    section = re.search(r"^Parameters\n-+\n(.*?)(?=^\w[\w ]*\n-+\n|\Z)", text, re.DOTALL | re.MULTILINE)
+    for entry in _ENTRY.finditer(section[1] if section else ""):
+        words = _plain(entry["words"])
+        yield from ((name, words) for name in entry["names"].split(", "))
+
+
+def _plain(words: str) -> str:
+    """Return words of a docstring on one line and without its marks."""
+    return _ROLE.sub(r"\1", " ".join(words.split())).replace("``", "").replace("`", "")
+
+
+class _ForEditors(GenerateJsonSchema):
+    """A generator of schemas whose unions do not ask that exactly one member fits: a mesh of 2D may also fit 3D."""
+
+    def tagged_union_schema(self, schema: core_schema.TaggedUnionSchema) -> JsonSchemaValue:
+        """Return the schema of a union."""
+        found = super().tagged_union_schema(schema)
+        return {"anyOf": found["oneOf"]} if "oneOf" in found else found
+
+    def dataclass_schema(self, schema: core_schema.DataclassSchema) -> JsonSchemaValue:
+        """Return the schema of a parameter set with its words and defaults."""
+        cls, found = schema["cls"], super().dataclass_schema(schema)
+        words, defaults = field_words(cls), _defaults(cls)
+        for name, own in found.get("properties", {}).items():
+            own.pop("title", None)
+            if described := _joined(words.get(name, ""), own.get("description", "")):
+                own["description"] = described
+            if name in defaults:
+                own["default"] = defaults[name]
+        return found | {"description": _plain((inspect.getdoc(cls) or "").partition("\n\n")[0])}
+
+
+def _joined(words: str, of_the_type: str) -> str:
+    """Return the words of a field and those of its type as sentences."""
+    return " ".join(f"{part.rstrip('.')}." for part in (words, of_the_type) if part)
+
+
+def _defaults(cls: Any) -> Mapping[str, Any]:
+    """Return the defaults of a parameter set as a file writes them; fields without one are left out."""
+    values = {field.name: _default(field) for field in dataclasses.fields(cls)}
+    given = {name: value for name, value in values.items() if value is not dataclasses.MISSING}
+    return {name: value for name, value in plain_fields(cls, given).items() if _is_plain(value)}
+
+
+def _default(field: dataclasses.Field[Any]) -> Any:
+    return field.default_factory() if field.default_factory is not dataclasses.MISSING else field.default
+
+
+def _is_plain(value: object) -> bool:
+    """Tell whether a value is what JSON knows."""
+    if isinstance(value, Mapping):
+        return all(map(_is_plain, value.values()))
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return all(map(_is_plain, value))
+    return value is None or isinstance(value, bool | int | float | str)

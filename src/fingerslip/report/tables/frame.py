@@ -1,0 +1,43 @@
+"""Results of a study as a data frame, for pandas and for Parquet files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pandas as pd
+
+from fingerslip.report.tables.summary import summary_table, summary_units
+from fingerslip.report.tables.table import Cell
+from fingerslip.results import StudyResult
+
+__all__ = ["runs_frame"]
+
+
+def runs_frame(study: StudyResult) -> pd.DataFrame:
+    """Put the results of a study into a data frame: a row for each run, the columns of its ``summary.csv``.
+
+    Parameters
+    ----------
+    study : StudyResult
+        The study.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Numbers are numbers, with NaN for an event that did not happen or was not recorded (`readings_recorded` tells
+        which); ``attrs["units"]`` has the SI unit of each column that has one.
+    """
+    table = summary_table(study.runs, study.refused)
+    names = [column.name for column in table.columns]
+    columns = zip(*table.rows, strict=True) if table.rows else ([] for _ in names)
+    frame = pd.DataFrame({name: _series(cells) for name, cells in zip(names, columns, strict=True)})
+    frame.attrs["units"] = summary_units(study.runs, study.refused)
+    frame.attrs["title"] = study.title
+    return frame
+
+
+def _series(cells: Sequence[Cell]) -> pd.Series:
+    """Return a column as numbers where all that it has are numbers."""
+    known = [cell for cell in cells if cell is not None and cell != ""]
+    are_numbers = all(isinstance(cell, int | float) and not isinstance(cell, bool) for cell in known)
+    return pd.Series(list(cells), dtype="float64" if known and are_numbers else "object")

@@ -1,0 +1,85 @@
+"""The JSON Schema of study files, which editors complete and check them by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from fingerslip.materials.choice import LAWS
+from fingerslip.materials.elastic import Elastic
+from fingerslip.parameters.presets import Presets, PresetValue
+from fingerslip.parameters.schema import field_words, json_schema
+from fingerslip.rigid_bodies import RigidBody
+from fingerslip.specimens.choice import SPECIMENS
+from fingerslip.study.definition.base import BASE
+from fingerslip.study.definition.spec import Study
+
+__all__ = ["study_schema"]
+
+_Schema = dict[str, Any]
+
+_BASE = {
+    "type": "string",
+    "description": "Study file in the same folder that has all that is not written here.",
+    "examples": ["wang2014_table2.yaml"],
+}
+
+
+def study_schema() -> _Schema:
+    """Return the JSON Schema of study files, for editors.
+
+    Every key says what it means, its unit and its default; those of specimens also the values of each preset with their
+    sources.
+    """
+    schema = json_schema(Study)
+    definitions = schema.setdefault("$defs", {})
+    for key, presets in SPECIMENS.items():
+        words = schema["properties"][key].get("description", "")
+        for part, definition in _definitions(presets).items():
+            definitions.setdefault(part, definition)
+        given = {"anyOf": [{"$ref": f"#/$defs/{presets.kind.__name__}"}, {"type": "null"}], "default": None}
+        schema["properties"][key] = given | {"description": words}
+    for law in LAWS:
+        # What a preset gives may be left out of its materials, but not the name of another law than the usual one.
+        definitions[law.__name__]["required"] = [] if law is Elastic else ["law"]
+    schema["properties"] = {BASE: _BASE} | schema["properties"]
+    # A base may have what the study leaves out.
+    schema.pop("required", None)
+    for name, words in field_words(RigidBody).items():
+        # A body of a study file has the values of a rigid body, which that one describes.
+        definitions["BodySettings"]["properties"][name].setdefault("description", words)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def _definitions(presets: Presets[Any]) -> dict[str, _Schema]:
+    """Return the definitions of a specimen and of its parts, by their names."""
+    own = json_schema(presets.kind)
+    preset = {"enum": list(presets.names), "description": "The preset from which all values are that are not given."}
+    own["properties"] = {"preset": preset} | own["properties"]
+    parts: dict[str, _Schema] = own.pop("$defs", {}) | {presets.kind.__name__: own}
+    for name in presets.names:
+        for value in presets.table(name):
+            _tell_source(parts, own, name, value)
+    # A study file gives a preset and what differs from it, so nothing in it is required.
+    return {
+        part: {key: value for key, value in definition.items() if key != "required"}
+        for part, definition in parts.items()
+    }
+
+
+def _tell_source(parts: Mapping[str, _Schema], own: _Schema, preset: str, value: PresetValue) -> None:
+    """Add the value that a preset gives, and its source, to the words of its key."""
+    *groups, leaf = value.path.split(".")
+    for group in groups:
+        own = _referred(parts, own.get("properties", {}).get(group, {}))
+    if leaf in own.get("properties", {}):
+        key = own["properties"][leaf]
+        key["description"] = f"{key.get('description', '')} {preset}: {value.value} ({value.source}).".strip()
+
+
+def _referred(parts: Mapping[str, _Schema], schema: _Schema) -> _Schema:
+    """Return the definition that a key refers to, which may be one of several; an empty one without a reference."""
+    for one in (schema, *schema.get("anyOf", ())):
+        if "$ref" in one:
+            return parts[one["$ref"].rpartition("/")[2]]
+    return {}

@@ -1,0 +1,45 @@
+"""What ``fingerslip export`` writes: the history of a run, or the table of a study's runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fingerslip.export.formats import export_history, export_tables
+from fingerslip.history import read_history
+from fingerslip.results import HISTORY
+from fingerslip.study.opened import open_study
+from fingerslip.study.storage.reporting import read_stored_run
+from fingerslip.study.storage.summary import read_manifest
+
+__all__ = ["export_result"]
+
+
+def export_result(target: Path, kind: str, output: Path | None = None) -> Path:
+    """Write a result for other programs, whole or not at all.
+
+    Parameters
+    ----------
+    target : Path
+        Folder of a run, or of a study.
+    kind : {'csv', 'json', 'mat', 'parquet', 'vtu'}
+        The format; a study has no snapshots of its own, and so no ``vtu``.
+    output : Path, optional
+        The folder to write; without it ``export-FORMAT`` in the folder of the result.
+
+    Returns
+    -------
+    Path
+        The folder that was written.
+
+    Raises
+    ------
+    InputError
+        For a format that is not known.
+    ResultError
+        Where there is no result, or it cannot be written.
+    """
+    folder = output or target / f"export-{kind}"
+    if read_manifest(target).get("runs"):
+        return export_tables({"runs": open_study(target).to_dataframe()}, folder, kind)
+    read_stored_run(target)
+    return export_history(read_history(target / HISTORY), folder, kind)

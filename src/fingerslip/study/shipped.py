@@ -1,0 +1,117 @@
+"""Studies and templates that travel with the package."""
+
+from __future__ import annotations
+
+import difflib
+import json
+from collections.abc import Mapping
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+
+from fingerslip.errors import InputError
+from fingerslip.files import write_text
+from fingerslip.parameters.yaml_text import parse_document
+from fingerslip.report.tables.table import Column, Table
+from fingerslip.study.definition.schema import study_schema
+
+__all__ = ["TEMPLATES", "copy_example", "examples", "examples_table", "new_study"]
+
+_SCHEMA = "study.schema.json"
+
+
+def _data(name: str) -> Traversable:
+    return resources.files("fingerslip").joinpath("data", name)
+
+
+def _studies_folder() -> Traversable:
+    """Return the folder of the shipped studies: in the package, or in a checkout that is installed in place."""
+    packed = _data("studies")
+    return packed if packed.is_dir() else Path(str(resources.files("fingerslip"))).parents[1] / "studies"
+
+
+def _named(folder: Traversable) -> dict[str, Traversable]:
+    files = [file for file in folder.iterdir() if file.name.endswith(".yaml")]
+    return {file.name.removesuffix(".yaml"): file for file in sorted(files, key=lambda file: file.name)}
+
+
+#: The templates of new study files, by name.
+TEMPLATES: Mapping[str, Traversable] = _named(_data("templates"))
+
+
+def examples() -> dict[str, Traversable]:
+    """Return the shipped studies by name."""
+    return _named(_studies_folder())
+
+
+def examples_table() -> Table:
+    """Return the shipped studies with what they show."""
+    rows = tuple((name, _title(file)) for name, file in examples().items())
+    note = "fingerslip examples NAME copies one into this folder; fingerslip new FILE starts one of your own."
+    return Table("Studies that ship", (Column("name"), Column("shows")), rows, note)
+
+
+def _title(file: Traversable) -> str:
+    return str(parse_document(file.read_text(encoding="utf-8"), file.name).content["title"])
+
+
+def copy_example(name: str, folder: Path) -> Path:
+    """Copy a shipped study, and the schema by which editors check it.
+
+    Parameters
+    ----------
+    name : str
+        Name of the study.
+    folder : Path
+        Where to.
+
+    Returns
+    -------
+    Path
+        The study file.
+
+    Raises
+    ------
+    InputError
+        For a study that does not ship, and where a file of its name is there.
+    """
+    return _write(_chosen("study", name, examples()), folder / f"{name}.yaml")
+
+
+def new_study(path: Path, template: str) -> Path:
+    """Write a study file to start from, and the schema by which editors check it.
+
+    Parameters
+    ----------
+    path : Path
+        The file; ``.yaml`` is added where it has no ending.
+    template : str
+        One of :data:`TEMPLATES`.
+
+    Returns
+    -------
+    Path
+        The study file.
+
+    Raises
+    ------
+    InputError
+        For a template that is not known, and where the file is there.
+    """
+    return _write(_chosen("template", template, TEMPLATES), path if path.suffix else path.with_suffix(".yaml"))
+
+
+def _chosen(kind: str, name: str, known: Mapping[str, Traversable]) -> str:
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=1)
+        repair = f"did you mean '{near[0]}'?" if near else ""
+        raise InputError(kind, f"'{name}' is not known", f"needs one of {', '.join(known)}", repair)
+    return known[name].read_text(encoding="utf-8")
+
+
+def _write(text: str, path: Path) -> Path:
+    if path.exists():
+        raise InputError(str(path), "is there already", "is not overwritten", "give another name, or remove it")
+    write_text(path, text.replace("THIS_FILE", path.name))
+    write_text(path.with_name(_SCHEMA), json.dumps(study_schema(), indent=2) + "\n")
+    return path

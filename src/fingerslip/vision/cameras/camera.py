@@ -1,0 +1,242 @@
+"""Cameras: where they stand, what they see, and when they look. Markers that move become tracks in pixels.
+
+Light goes straight: refraction at windows, gels and plates is not modelled. All rows of the image are exposed at the
+same time.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+import pydantic
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError
+from fingerslip.parameters import Length, parameters
+from fingerslip.units import Unit
+from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
+from fingerslip.vision.tracks import check_tracks, make_tracks
+
+__all__ = ["Camera", "Pose", "frame_times", "interpolated", "pixels_of", "pixels_per_metre", "true_tracks"]
+
+Floats = NDArray[np.float64]
+FrameRate = Annotated[float, Unit("1/s"), pydantic.Field(gt=0, le=1e4)]
+Exposure = Annotated[float, Unit("s", "ms"), pydantic.Field(ge=0)]
+Vector = tuple[Length, Length, Length]
+_ROUNDING = 1e-9
+
+
+@parameters
+class Pose:
+    """Where a camera stands and what it looks at.
+
+    Parameters
+    ----------
+    position : (float, float, float)
+        Centre of the lens [m].
+    target : (float, float, float)
+        A point on the axis of the lens, in front of the camera [m].
+    up : (float, float, float)
+        Direction [-] that is up in the image, as far as it is square to the axis.
+
+    Raises
+    ------
+    InputError
+        Where the position is the target, or the camera looks along `up`.
+    """
+
+    position: Vector
+    target: Vector
+    up: tuple[float, float, float] = (0.0, 1.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Check that the directions differ."""
+        axis = np.subtract(self.target, self.position)
+        if not np.linalg.norm(np.cross(axis, self.up)) > _ROUNDING * np.linalg.norm(axis) * np.linalg.norm(self.up):
+            found = f"got a camera that looks along {tuple(axis.tolist())}, with {self.up} up"
+            raise InputError("pose", found, "needs a target that is not the position, and another direction up")
+
+    @property
+    def rotation(self) -> Floats:
+        """Right, down and forward of the camera as rows [-], shape (3, 3): a rotation."""
+        forward = np.subtract(self.target, self.position)
+        forward = forward / np.linalg.norm(forward)
+        right = np.cross(forward, self.up)
+        right = right / np.linalg.norm(right)
+        return np.stack([right, np.cross(forward, right), forward])
+
+    def to_camera(self, points: Floats) -> Floats:
+        """Return points (..., 3) [m] in the camera's own frame: x right, y down, z forward."""
+        found: Floats = (np.asarray(points, dtype=np.float64) - self.position) @ self.rotation.T
+        return found
+
+
+@parameters
+class Camera:
+    """A camera.
+
+    Parameters
+    ----------
+    intrinsics : Pinhole or Fisheye
+        Lens and size of the image.
+    pose : Pose
+        Where it stands.
+    sees : {'internal', 'external'}
+        Kind of the markers that it sees: the inside of a sensor, or its skin through a plate.
+    frame_rate : float
+        Frames a second [1/s]; 30, assumed.
+    exposure : float
+        Time for which a frame is exposed [s]; 10 ms, assumed. It may not be longer than a frame.
+
+    Raises
+    ------
+    InputError
+        Where the exposure is longer than a frame, or another value cannot be.
+    """
+
+    intrinsics: Pinhole | Fisheye
+    pose: Pose
+    sees: Literal["internal", "external"] = "internal"
+    frame_rate: FrameRate = 30.0
+    exposure: Exposure = 10e-3
+
+    def __post_init__(self) -> None:
+        """Check that the shutter closes before the next frame."""
+        if self.exposure > 1.0 / self.frame_rate:
+            raise InputError(
+                "exposure", f"got {self.exposure} s", f"needs at most a frame, {1 / self.frame_rate:.4g} s"
+            )
+
+
+def pixels_of(camera: Camera, points: Floats) -> Floats:
+    """Return the pixels (..., 2) at which a camera sees points (..., 2 or 3) [m]; NaN for what it does not see.
+
+    Points of the plane have z = 0. What is outside the image is not seen.
+    """
+    points = np.asarray(points, dtype=np.float64)
+    if points.shape[-1] == 2:
+        points = np.concatenate([points, np.zeros_like(points[..., :1])], axis=-1)
+    pixels = camera.intrinsics.project(camera.pose.to_camera(points))
+    largest = np.array([camera.intrinsics.width, camera.intrinsics.height]) - 0.5
+    # The image begins half a pixel before the middle of its first pixel.
+    outside = ~((pixels >= -0.5) & (pixels <= largest)).all(axis=-1)
+    pixels[outside] = np.nan
+    return pixels
+
+
+def pixels_per_metre(camera: Camera, points: Floats, step: float = 1e-6) -> Floats:
+    """Return how long a metre at points (..., 3) [m], square to the line of sight, is in the image [px/m].
+
+    The geometric mean over both directions, by central differences.
+
+    Parameters
+    ----------
+    camera : Camera
+        The camera.
+    points : (..., 3) array
+        The points [m].
+    step : float, optional
+        Half the distance over which the differences are taken [m].
+    """
+    local = camera.pose.to_camera(points)
+    sight = local / np.linalg.norm(local, axis=-1, keepdims=True)
+    # Two directions square to the line of sight, from the axis of the camera that is least along it.
+    first = np.cross(sight, np.eye(3)[np.abs(sight).argmin(axis=-1)])
+    first /= np.linalg.norm(first, axis=-1, keepdims=True)
+    project = camera.intrinsics.project
+    slopes = [
+        (project(local + step * side) - project(local - step * side)) / (2 * step)
+        for side in (first, np.cross(sight, first))
+    ]
+    area = slopes[0][..., 0] * slopes[1][..., 1] - slopes[0][..., 1] * slopes[1][..., 0]
+    found: Floats = np.sqrt(np.abs(area))
+    return found
+
+
+def frame_times(camera: Camera, tracks: xr.Dataset) -> Floats:
+    """Return the times [s] of the frames that a camera takes of tracks, from the first to the last time of them.
+
+    The time of a frame is the middle of its exposure.
+    """
+    times = tracks["time"].values
+    if times.size == 0:
+        return np.empty(0)
+    count = int(np.floor((times[-1] - times[0]) * camera.frame_rate + _ROUNDING)) + 1
+    found: Floats = times[0] + np.arange(count) / camera.frame_rate
+    return found
+
+
+def interpolated(tracks: xr.Dataset, times: Floats) -> Floats:
+    """Return where markers are at some times [s], shape (n_times, n_markers, n_axes), straight between the known times.
+
+    Before the first and after the last time they rest. Between two times, at one of which a marker is not known, it is
+    not known either.
+    """
+    known, position = tracks["time"].values, tracks["position"].values
+    times = np.clip(times, known[0], known[-1])
+    before = np.clip(np.searchsorted(known, times, side="right") - 1, 0, max(known.size - 2, 0))
+    after = np.minimum(before + 1, known.size - 1)
+    span = np.where(after > before, known[after] - known[before], 1.0)
+    share = ((times - known[before]) / span)[:, None, None]
+    # At a known time the other end does not matter, seen or not.
+    found = np.where(share == 0, position[before], (1 - share) * position[before] + share * position[after])
+    return np.where(share == 1, position[after], found)
+
+
+def true_tracks(camera: Camera, tracks: xr.Dataset) -> xr.Dataset:
+    """Return what a camera without any fault sees of markers: their tracks in pixels at the times of its frames.
+
+    Parameters
+    ----------
+    camera : Camera
+        The camera.
+    tracks : xarray.Dataset
+        Tracks in metres at any times.
+
+    Returns
+    -------
+    xarray.Dataset
+        Tracks in pixels of the markers of the kind that the camera sees; NaN outside the image. With the attributes
+        of the image.
+
+    Raises
+    ------
+    InputError
+        Where the tracks are not in metres, or have no marker of that kind.
+    """
+    chosen = seen_kind(camera, tracks)
+    times = frame_times(camera, chosen)
+    position = interpolated(chosen, times) if times.size else chosen["position"].values
+    more = {name: chosen[name].values for name in ("ring", "angle") if name in chosen.coords}
+    return make_tracks(
+        pixels_of(camera, position),
+        times,
+        units="px",
+        kind=camera.sees,
+        marker=chosen["marker"].values,
+        attributes=image_attributes(camera, "camera without faults"),
+        **more,
+    )
+
+
+def seen_kind(camera: Camera, tracks: xr.Dataset) -> xr.Dataset:
+    """Return the tracks of the markers that a camera sees; see :func:`true_tracks` for what is refused."""
+    check_tracks(tracks)
+    if tracks["position"].attrs["units"] != "m":
+        raise InputError("tracks: position", "is in px", "cameras need positions in m", "see tracks_in_metres")
+    chosen = tracks.isel(marker=np.flatnonzero(tracks["kind"].values == camera.sees))
+    if chosen.sizes["marker"] == 0:
+        raise InputError("tracks: kind", f"has no {camera.sees} marker", "the camera sees no others", "change sees")
+    return chosen
+
+
+def image_attributes(camera: Camera, source: str) -> dict[str, object]:
+    """Return the attributes of tracks in the image of a camera."""
+    return {
+        "image_width": camera.intrinsics.width,
+        "image_height": camera.intrinsics.height,
+        "frame_rate": camera.frame_rate,
+        "source": source,
+    }

@@ -1,0 +1,100 @@
+"""Strain between markers: the triangles of their rest positions, and how each deforms."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import Delaunay, QhullError
+
+__all__ = ["green_strain", "marker_means", "marker_triangles", "triangle_gradients"]
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+_FLAT = 0.1  # height over longest edge of a triangle that is left out
+
+
+def marker_triangles(rest: Floats) -> Ints:
+    """Return the Delaunay triangles of markers at rest, shape (n_triangles, 3), counter-clockwise from x to y.
+
+    Flat ones along the edge, whose strain would be noise, are left out: those whose height is below a tenth of their
+    longest edge.
+
+    Parameters
+    ----------
+    rest : (n_markers, 2) array
+        Positions at rest; markers that are NaN are in no triangle.
+    """
+    known = np.flatnonzero(~np.isnan(rest).any(axis=1))
+    if known.size < 3:
+        return np.empty((0, 3), dtype=np.intp)
+    try:
+        corners = Delaunay(rest[known]).simplices
+    except QhullError:  # all on one line
+        return np.empty((0, 3), dtype=np.intp)
+    edges = rest[known][np.roll(corners, -1, axis=1)] - rest[known][corners]
+    twice = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
+    corners = np.where(twice[:, None] < 0, corners[:, ::-1], corners)
+    longest = (edges**2).sum(axis=2).max(axis=1)
+    chosen: Ints = known[corners[np.abs(twice) > _FLAT * longest]]
+    return chosen
+
+
+def triangle_gradients(rest: Floats, position: Floats, triangles: Ints) -> Floats:
+    """Return the gradients of the displacement in triangles, exact where the motion is affine.
+
+    Parameters
+    ----------
+    rest : (n_markers, 2) array
+        Positions at rest.
+    position : (n_times, n_markers, 2) array
+        Positions.
+    triangles : (n_triangles, 3) array
+        Markers at the corners of each.
+
+    Returns
+    -------
+    (n_times, n_triangles, 2, 2) array
+        Derivatives of the displacement along its first axis by the position at rest along the second [-]; NaN where a
+        corner is not seen.
+    """
+    before = rest[triangles[:, 1:]] - rest[triangles[:, :1]]
+    after = position[:, triangles[:, 1:]] - position[:, triangles[:, :1]]
+    # Edges are rows: those after are those before times the transposed deformation gradient.
+    inverse = np.linalg.inv(before) if triangles.size else np.empty((0, 2, 2))
+    return np.swapaxes(inverse @ after, 2, 3) - np.eye(2)
+
+
+def green_strain(gradients: Floats) -> Floats:
+    """Return Green's strain xx, yy, xy [-], shape (..., 3), of displacement gradients (..., 2, 2); 0 for rotations."""
+    transposed = np.swapaxes(gradients, -1, -2)
+    strain = 0.5 * (gradients + transposed + transposed @ gradients)
+    return np.stack([strain[..., 0, 0], strain[..., 1, 1], strain[..., 0, 1]], axis=-1)
+
+
+def marker_means(values: Floats, rest: Floats, triangles: Ints) -> Floats:
+    """Return the mean over the triangles around each marker, by their areas at rest.
+
+    Parameters
+    ----------
+    values : (n_times, n_triangles) array
+        Values in triangles; NaN has no weight.
+    rest : (n_markers, 2) array
+        Positions at rest.
+    triangles : (n_triangles, 3) array
+        Markers at the corners of each.
+
+    Returns
+    -------
+    (n_times, n_markers) array
+        Means; NaN where there is nothing around a marker.
+    """
+    first, second = (rest[triangles[:, corner]] - rest[triangles[:, 0]] for corner in (1, 2))
+    areas = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+    around = np.zeros((len(triangles), len(rest)))
+    around[np.arange(len(triangles))[:, None], triangles] = areas[:, None]
+    known = ~np.isnan(values)
+    weights = known.astype(np.float64) @ around
+    with np.errstate(divide="ignore", invalid="ignore"):
+        means: Floats = np.where(weights > 0, np.nan_to_num(values) @ around / weights, np.nan)
+    return means

@@ -1,0 +1,157 @@
+"""Overlay videos: frames with a circle at each marker and arrows, such as of the displacement, drawn on them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError
+from fingerslip.vision.opencv import opencv
+from fingerslip.vision.tracks import check_tracks
+from fingerslip.vision.video import write_video
+
+__all__ = ["RING_COLOURS", "overlay_frames", "write_overlay"]
+
+Frame = NDArray[np.uint8]
+Floats = NDArray[np.float64]
+Colour = tuple[int, int, int]
+
+#: Colours of rings from the centre outwards, blue first; they repeat. Those of Okabe and Ito.
+RING_COLOURS: Sequence[Colour] = (
+    (0, 94, 213),
+    (0, 159, 230),
+    (115, 158, 0),
+    (233, 180, 86),
+    (178, 114, 0),
+    (167, 121, 204),
+)
+_BLACK: Colour = (0, 0, 0)
+_WHITE: Colour = (255, 255, 255)
+_FINE = 4  # bits below the pixel to which OpenCV draws
+
+
+def write_overlay(
+    frames: Iterable[Frame], tracks: xr.Dataset, path: str | Path, *, arrows: Floats | None = None, stretch: float = 1.0
+) -> int:
+    """Write frames with their markers and arrows as a video, whole or not at all.
+
+    Parameters
+    ----------
+    frames, tracks, arrows, stretch
+        As for :func:`overlay_frames`. The tracks must say their ``frame_rate``.
+    path : path
+        A video file or a folder; see :func:`~fingerslip.vision.video.write_video`.
+
+    Returns
+    -------
+    int
+        Number of frames.
+
+    Raises
+    ------
+    InputError
+        Where the tracks do not fit, say no frame rate, or there are less frames than times.
+    ResultError
+        Where the file cannot be written.
+    """
+    rate = tracks.attrs.get("frame_rate")
+    if rate is None:
+        raise InputError("tracks: frame_rate", "is not there", "needs the frames a second", "set it in tracks.attrs")
+    return write_video(path, overlay_frames(frames, tracks, arrows=arrows, stretch=stretch), float(rate))
+
+
+def overlay_frames(
+    frames: Iterable[Frame], tracks: xr.Dataset, *, arrows: Floats | None = None, stretch: float = 1.0
+) -> Iterator[Frame]:
+    """Yield frames with a circle at each marker that is seen, an arrow at it, time and count, in colours of rings.
+
+    Parameters
+    ----------
+    frames : iterable of (height, width) or (height, width, 3) arrays of uint8
+        Frames, as many as the tracks have times.
+    tracks : xarray.Dataset
+        Tracks in pixels.
+    arrows : (n_times, n_markers, 2) array, optional
+        Vectors to be drawn [px], or of another unit with a fitting `stretch`. The displacement since each marker was
+        first seen without it.
+    stretch : float, optional
+        How much longer arrows are drawn than they are.
+
+    Yields
+    ------
+    (height, width, 3) array of uint8
+        Each frame, blue first.
+
+    Raises
+    ------
+    InputError
+        Where the tracks are not in pixels, the arrows have another shape, or there are less frames than times.
+    """
+    check_tracks(tracks)
+    position = tracks["position"].values
+    if tracks["position"].attrs["units"] != "px":
+        raise InputError("tracks: position", "is in m", "needs px, to be drawn on frames")
+    vectors = _since_first_seen(position) if arrows is None else np.asarray(arrows, dtype=np.float64)
+    if vectors.shape != position.shape:
+        raise InputError("arrows", f"got shape {vectors.shape}", f"needs {position.shape}, as the positions have")
+    return _drawn(iter(frames), tracks, stretch * vectors)
+
+
+def _since_first_seen(position: Floats) -> Floats:
+    if not position.size:
+        return position
+    first = (~np.isnan(position).any(axis=2)).argmax(axis=0)
+    vectors: Floats = position - position[first, np.arange(position.shape[1])]
+    return vectors
+
+
+def _drawn(frames: Iterator[Frame], tracks: xr.Dataset, vectors: Floats) -> Iterator[Frame]:
+    cv2, position = opencv(), tracks["position"].values
+    rings = tracks["ring"].values if "ring" in tracks.coords else np.zeros(tracks.sizes["marker"], dtype=int)
+    for number, time in enumerate(tracks["time"].values):
+        frame = next(frames, None)
+        if frame is None:
+            raise InputError("frames", f"got {number}", f"needs {position.shape[0]}, as many as the tracks have times")
+        picture = cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR) if frame.ndim == 2 else frame.copy()
+        seen = ~np.isnan(position[number]).any(axis=1)
+        for marker in np.flatnonzero(seen):
+            colour = RING_COLOURS[int(rings[marker]) % len(RING_COLOURS)]
+            _draw_marker(cv2, picture, position[number, marker], vectors[number, marker], colour)
+        _write(cv2, picture, f"{time:.3f} s   {seen.sum()} of {seen.size} markers")
+        yield picture
+
+
+def _draw_marker(cv2: ModuleType, picture: Frame, place: Floats, vector: Floats, colour: Colour) -> None:
+    middle = _fixed(place)
+    cv2.circle(picture, middle, 4 << _FINE, colour, 1, cv2.LINE_AA, _FINE)
+    if np.isfinite(vector).all() and np.hypot(*vector) > 0.5:
+        for start, end in pairwise(_arrow(place, vector)):
+            cv2.line(picture, _fixed(start), _fixed(end), colour, 1, cv2.LINE_AA, _FINE)
+
+
+def _arrow(place: Floats, vector: Floats) -> list[Floats]:
+    """Return the points of a line that draws an arrow: its shaft, and both sides of its head."""
+    tip = place + vector
+    length = float(np.hypot(*vector))
+    back = vector * (min(0.35 * length, 5.0) / length)
+    side = 0.6 * np.array([-back[1], back[0]])
+    return [place, tip, tip - back + side, tip, tip - back - side]
+
+
+def _fixed(place: Any) -> tuple[int, int]:
+    """Return a place in the fractions of a pixel in which OpenCV draws, held inside what its integers take."""
+    x, y = np.clip(np.round(np.asarray(place) * 2**_FINE), -(2**30), 2**30)
+    return int(x), int(y)
+
+
+def _write(cv2: ModuleType, picture: Frame, text: str) -> None:
+    """Write in the upper left corner, white with a black shadow."""
+    for shift, colour in ((1, _BLACK), (0, _WHITE)):
+        cv2.putText(picture, text, (8 + shift, 18 + shift), cv2.FONT_HERSHEY_SIMPLEX, 0.45, colour, 1, cv2.LINE_AA)

@@ -1,0 +1,33 @@
+"""Results as MATLAB files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from scipy.io import loadmat
+
+from fingerslip.export.matlab import write_history_mat, write_tables_mat
+
+
+def test_a_history_reads_back_with_units_and_dimensions(pushed: xr.Dataset, tmp_path: Path) -> None:
+    write_history_mat(pushed, tmp_path)
+    history = loadmat(tmp_path / "history.mat", simplify_cells=True)["history"]
+    np.testing.assert_array_equal(history["displacement"], pushed["displacement"].values)
+    np.testing.assert_array_equal(history["contact_state"], pushed["contact_state"].values)
+    assert list(history["dimensions"]["displacement"]) == ["time", "site", "component"]
+    assert (history["units"]["stress"], history["meaning"]["time"]) == ("Pa", "time")
+    assert list(history["site"]) == ["deep", "low"]
+    assert history["attributes"]["element"] == pushed.attrs["element"]
+
+
+def test_a_table_reads_back_under_names_that_matlab_takes(tmp_path: Path) -> None:
+    frame = pd.DataFrame({"run": ["a", "b"], "contact.friction_coefficient": [0.2, np.nan]})
+    frame.attrs["units"] = {"contact.friction_coefficient": "1"}
+    write_tables_mat({"runs": frame}, tmp_path)
+    runs = loadmat(tmp_path / "runs.mat", simplify_cells=True)["runs"]
+    assert list(runs["run"]) == ["a", "b"]
+    np.testing.assert_array_equal(runs["contact_friction_coefficient"], [0.2, np.nan])
+    assert runs["units"]["contact_friction_coefficient"] == "1"

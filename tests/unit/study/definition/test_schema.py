@@ -1,0 +1,103 @@
+"""What an editor says of study files."""
+
+from __future__ import annotations
+
+import copy
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from jsonschema import Draft202012Validator
+
+from fingerslip.materials.choice import LAWS
+from fingerslip.study.definition.schema import study_schema
+from fingerslip.study.definition.spec import Study
+from fingerslip.study.definition.yaml import read_mapping
+from places import ROOT
+from unit.study.block import block_values, changed
+
+STUDIES = sorted((ROOT / "studies").glob("*.yaml"))
+
+
+@pytest.fixture(scope="module")
+def schema() -> dict[str, Any]:
+    return study_schema()
+
+
+def mistakes(schema: dict[str, Any], values: object) -> list[str]:
+    """Return the dotted paths that an editor marks in a study."""
+    found = Draft202012Validator(schema).iter_errors(values)
+    return sorted(".".join(map(str, error.absolute_path)) for error in found)
+
+
+def test_schema_asks_for_the_name_of_a_law_but_the_usual_one(schema: dict[str, Any]) -> None:
+    definitions = schema["$defs"]
+    assert [definitions[law.__name__]["required"] for law in LAWS] == [[], ["law"], ["law"], ["law"]]
+    assert definitions["NeoHookean"]["properties"]["law"]["const"] == "neo_hookean"
+
+
+def test_schema_knows_the_keys_of_a_study(schema: dict[str, Any]) -> None:
+    assert json.loads(json.dumps(schema)) == schema
+    assert set(schema["properties"]) == {"base", *Study.__dataclass_fields__}
+    assert "required" not in schema["$defs"]["Phalanx"]
+    assert schema["$defs"]["Press"]["properties"]["depth"]["examples"] == ["1.5 mm"]
+
+
+def test_schema_is_one(schema: dict[str, Any]) -> None:
+    Draft202012Validator.check_schema(schema)
+
+
+def test_every_key_is_described(schema: dict[str, Any]) -> None:
+    parts = {"Study": schema} | schema["$defs"]
+    silent = [
+        f"{part}.{name}"
+        for part, definition in parts.items()
+        for name, own in definition.get("properties", {}).items()
+        if not own.get("description")
+    ]
+    assert silent == []
+
+
+def test_keys_of_a_specimen_tell_values_and_sources_of_its_presets(schema: dict[str, Any]) -> None:
+    words = schema["$defs"]["Layers"]["properties"]["skin_thickness"]["description"]
+    assert "[m]" in words
+    assert "wang2014-2d: 1.5 mm (wang2014)." in words
+
+
+def test_defaults_are_as_a_file_writes_them(schema: dict[str, Any]) -> None:
+    assert schema["$defs"]["BodyLoad"]["properties"]["x"]["default"] == "0.0 N"
+
+
+@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
+def test_an_editor_accepts_shipped_studies_and_finds_the_schema(path: Path, schema: dict[str, Any]) -> None:
+    assert path.read_text(encoding="utf-8").startswith("# yaml-language-server: $schema=study.schema.json\n")
+    assert mistakes(schema, read_mapping(path)) == []
+
+
+def test_schema_that_ships_is_that_of_the_program(schema: dict[str, Any]) -> None:
+    shipped = json.loads((ROOT / "studies" / "study.schema.json").read_text(encoding="utf-8"))
+    assert shipped == schema, "make it again: fingerslip schema > studies/study.schema.json"
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "marked"),
+    [
+        ("depth", 1, "depth"),
+        ("depth", "1", "depth"),
+        ("depth", "1e-3", "depth"),
+        ("depth", "wide", "depth"),
+        ("contact.friction_coefficient", "much", "contact"),
+        ("formulation", "plane", "formulation"),
+        ("titel", "Block", ""),
+    ],
+)
+def test_an_editor_marks_mistakes(schema: dict[str, Any], path: str, value: object, marked: str) -> None:
+    assert mistakes(schema, block_values()) == []
+    assert mistakes(schema, changed(path, value)) == [marked]
+
+
+@pytest.mark.parametrize("text", ["1.5 mm", "-2e-3 m", ".5 mm", "3mm", "1 m/s"])
+def test_quantities_pass(schema: dict[str, Any], text: str) -> None:
+    values = copy.deepcopy(block_values()) | {"depth": text}
+    assert mistakes(schema, values) == []

@@ -1,0 +1,53 @@
+"""Studies and templates that travel with the package."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from fingerslip.errors import InputError
+from fingerslip.study.definition.schema import study_schema
+from fingerslip.study.definition.spec import read_study
+from fingerslip.study.definition.sweep import expand
+from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study
+from places import ROOT
+
+
+def test_every_study_ships_with_what_it_shows() -> None:
+    names = sorted(path.stem for path in (ROOT / "studies").glob("*.yaml"))
+    assert list(examples()) == names
+    table = examples_table()
+    assert [row[0] for row in table.rows] == names
+    assert all(row[1] for row in table.rows)
+
+
+def test_the_wheel_holds_the_studies() -> None:
+    project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    assert '"studies" = "fingerslip/data/studies"' in project
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_templates_are_studies_that_editors_can_check(tmp_path: Path, template: str) -> None:
+    written = new_study(tmp_path / "mine", template)
+    assert written == tmp_path / "mine.yaml"
+    assert expand(read_study(written), written)
+    assert "THIS_FILE" not in written.read_text(encoding="utf-8")
+    assert json.loads((tmp_path / "study.schema.json").read_text(encoding="utf-8")) == study_schema()
+
+
+def test_an_example_is_copied_as_it_is(tmp_path: Path) -> None:
+    written = copy_example("wang2014_table2", tmp_path)
+    assert written.read_bytes() == (ROOT / "studies" / "wang2014_table2.yaml").read_bytes()
+
+
+def test_what_is_there_is_kept_and_what_is_not_known_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "mine.yaml").write_text("title: mine", encoding="utf-8")
+    with pytest.raises(InputError, match="is there already, is not overwritten; give another name"):
+        new_study(tmp_path / "mine.yaml", "sweep")
+    with pytest.raises(InputError, match=r"template: 'sweeps' is not known, needs one of .*; did you mean 'sweep'"):
+        new_study(tmp_path / "other", "sweeps")
+    with pytest.raises(InputError, match="study: 'wang2014_table' is not known"):
+        copy_example("wang2014_table", tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["mine.yaml"]
