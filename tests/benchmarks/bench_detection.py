@@ -40,7 +40,8 @@ def measure(folder: Path, repeats: int, workers: int) -> None:
     trials = timed("trials written", lambda: write_trials(slides, folder / "trials", "Benchmark of speed"))
     onsets, motion = trials.onsets(), MotionSettings()
     settings = FeatureSettings(union_of_sets(tuple(CLASSIFIERS.values())), motion)
-    sampling = Sampling(least=0.0)
+    # Short trials have fewer frames of a class; twice the later incipient ones make up for them.
+    sampling = Sampling(more_incipient=70, least=0.0)
     samples = timed("samples with features", lambda: samples_of(trials, onsets, settings, sampling))
     print(f"{samples.values.shape[0]} samples of {samples.values.shape[1]} features")  # noqa: T201
     tests, results, total = grouped_folds(trials.names, 5, 0), [], time.process_time()

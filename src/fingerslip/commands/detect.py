@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import Markdown, print_tables
+from fingerslip.commands.shared import AsJson, Markdown, print_tables
 
 __all__ = ["ACTIONS", "detect", "evaluate", "run", "score", "train"]
 
@@ -66,6 +66,7 @@ def evaluate(
     seed: Seed = 0,
     workers: Cores = 2,
     markdown: Markdown = False,
+    as_json: AsJson = False,
 ) -> None:
     """Compare classifiers on trials that they have not seen, beside the published split by sample."""
     from fingerslip.detect.session import Choices, evaluate_classifiers, output_tables
@@ -76,7 +77,7 @@ def evaluate(
     if markdown:
         typer.echo(text, nl=False)
     else:
-        print_tables(tables)
+        print_tables(tables, as_json)
 
 
 def run(
@@ -84,11 +85,12 @@ def run(
     detector: Annotated[Path, typer.Option("--detector", metavar="DIR", help="Folder of the detector.")] = Path(
         "detector"
     ),
+    as_json: AsJson = False,
 ) -> None:
     """Run a detector on tracks frame by frame and print its events and its latency."""
     from fingerslip.detect.session import run_detector
 
-    print_tables([run_detector(detector, tracks)])
+    print_tables([run_detector(detector, tracks)], as_json)
 
 
 def score(
@@ -99,6 +101,7 @@ def score(
     rest_frames: RestFrames = 100,
     seed: Seed = 0,
     markdown: Markdown = False,
+    as_json: AsJson = False,
 ) -> None:
     """Score onset times on the test trials of a data set: a file with trial, incipient_s and gross_s."""
     from fingerslip.detect.session import Choices, output_tables, score_onsets
@@ -107,7 +110,7 @@ def score(
     if markdown:
         typer.echo(output_tables(tables), nl=False)
     else:
-        print_tables(tables)
+        print_tables(tables, as_json)
 
 
 #: The verbs below this one.

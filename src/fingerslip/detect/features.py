@@ -9,7 +9,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.detect.gradients import entropy, gradient_operators, rigid_residual, strains
+from fingerslip.detect.gradients import entropy, rigid_residual, strains
 from fingerslip.detect.motion import Motion, MotionSettings
 from fingerslip.errors import InputError, shortened
 
@@ -190,7 +190,7 @@ def _residual(motion: Motion) -> Columns:
 
 
 def _strain(motion: Motion) -> Columns:
-    divergence, shear = strains(gradient_operators(motion.rest), motion.displacement)
+    divergence, shear = strains(motion.rest, motion.displacement)
     return {"divergence": divergence, "shear": shear}
 
 

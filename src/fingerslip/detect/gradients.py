@@ -1,4 +1,4 @@
-"""What the motion of all markers together says: rigid motion and what is left of it, and gradients in the skin."""
+"""What the motion of all markers together says: rigid motion and what is left of it, strain, and entropy."""
 
 from __future__ import annotations
 
@@ -6,90 +6,56 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
+from fingerslip.vision.fields.rigid import fit_rigid_motions
+from fingerslip.vision.fields.triangles import green_strain, marker_means, marker_triangles, triangle_gradients
 
-__all__ = ["entropy", "gradient_operators", "rigid_residual", "strains"]
+__all__ = ["entropy", "rigid_residual", "strains"]
 
 Floats = NDArray[np.float64]
 
 
 def rigid_residual(rest: Floats, displacement: Floats) -> Floats:
-    """Return what is left of a displacement when the best small rigid motion is taken away.
+    """Return what is left of a displacement when the best rigid motion is taken away, shape (n_times, n_markers, 2).
 
-    The motion is a translation and a small rotation, fitted by least squares. A contact that sticks moves its markers
-    like a rigid body, one that slips in part does not: Dong et al. 2019.
+    A contact that sticks moves its markers like a rigid body, one that slips in part does not: Dong et al. 2019.
+
+    Parameters
+    ----------
+    rest : (n_markers, 2) array
+        Positions at rest, two at least.
+    displacement : (n_times, n_markers, 2) array
+        Displacements without gaps.
+    """
+    return fit_rigid_motions(rest, rest + displacement).residual
+
+
+def strains(rest: Floats, displacement: Floats) -> tuple[Floats, Floats]:
+    """Return divergence and largest shear strain around each marker, each of shape (n_times, n_markers) [-].
+
+    They are means over the triangles around it: of the trace of the displacement's gradient, and of half the difference
+    of the principal values of Green's strain.
 
     Parameters
     ----------
     rest : (n_markers, 2) array
         Positions at rest.
     displacement : (n_times, n_markers, 2) array
-        Displacements.
-
-    Returns
-    -------
-    (n_times, n_markers, 2) array
-        The residual.
-
-    Examples
-    --------
-    >>> rest = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    >>> turned = 0.01 * np.stack([-rest[:, 1], rest[:, 0]], axis=1) + 3.0
-    >>> bool(np.allclose(rigid_residual(rest, turned[None]), 0.0))
-    True
-    """
-    arm = rest - rest.mean(axis=0)
-    across = np.stack([-arm[:, 1], arm[:, 0]], axis=1)
-    left = displacement - displacement.mean(axis=1, keepdims=True)
-    inertia = (across**2).sum()
-    turn = np.einsum("tmd,md->t", left, across) / inertia if inertia > 0 else np.zeros(len(left))
-    residual: Floats = left - turn[:, None, None] * across
-    return residual
-
-
-def gradient_operators(rest: Floats, neighbours: int = 7) -> Floats:
-    """Return the operators that give the gradient of a quantity at each marker, shape (2, n_markers, n_markers).
-
-    At each marker a plane is fitted by least squares through it and its nearest neighbours.
-
-    Parameters
-    ----------
-    rest : (n_markers, 2) array
-        Positions at rest.
-    neighbours : int, optional
-        Markers in each fit, itself included.
+        Displacements without gaps.
 
     Raises
     ------
     InputError
-        Where markers are fewer than three, or those of a fit lie on a line.
+        Where a marker is in no triangle, as when all lie on a line.
     """
-    count = len(rest)
-    if count < 3:
-        raise InputError("markers", f"got {count}", "needs at least three for gradients", "choose other features")
-    operators = np.zeros((2, count, count))
-    for marker in range(count):
-        nearest = np.argsort(((rest - rest[marker]) ** 2).sum(axis=1), kind="stable")[:neighbours]
-        arm = rest[nearest] - rest[nearest].mean(axis=0)
-        if np.linalg.matrix_rank(arm, tol=1e-6 * np.abs(arm).max()) < 2:
-            raise InputError(f"marker {marker}", "lies on a line with its neighbours", "needs some beside it")
-        operators[:, marker, nearest] = np.linalg.pinv(arm)
-    return operators
-
-
-def strains(operators: Floats, displacement: Floats) -> tuple[Floats, Floats]:
-    """Return divergence and largest shear strain at each marker, each of shape (n_times, n_markers) [-].
-
-    Parameters
-    ----------
-    operators : (2, n_markers, n_markers) array
-        Those of :func:`gradient_operators`.
-    displacement : (n_times, n_markers, 2) array
-        Displacements, in the unit of the positions.
-    """
-    along_x, along_y = (displacement.transpose(2, 0, 1) @ one.T for one in operators)
-    normal_x, normal_y = along_x[0], along_y[1]
-    shear = 0.5 * (along_y[0] + along_x[1])
-    return normal_x + normal_y, np.hypot(0.5 * (normal_x - normal_y), shear)
+    triangles = marker_triangles(rest)
+    alone = np.setdiff1d(np.arange(len(rest)), triangles)
+    if alone.size:
+        raise InputError(f"marker {alone[0]}", "is in no triangle of markers", "needs others on two sides of it")
+    gradients = triangle_gradients(rest, rest + displacement, triangles)
+    along_x, along_y, across = np.moveaxis(green_strain(gradients), -1, 0)
+    divergence = gradients[..., 0, 0] + gradients[..., 1, 1]
+    shear = np.hypot(0.5 * (along_x - along_y), across)
+    return marker_means(divergence, rest, triangles), marker_means(shear, rest, triangles)
 
 
 def entropy(displacement: Floats, bins: int = 16) -> Floats:
