@@ -1,4 +1,4 @@
-"""``fingerslip detect``: train, evaluate and run slip detectors, and score submissions to the benchmark."""
+"""``fingerslip detect``: data sets, training, evaluation and runs of slip detectors, and scores of a benchmark."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import typer
 
 from fingerslip.commands.shared import AsJson, Markdown, print_tables
 
-__all__ = ["ACTIONS", "detect", "evaluate", "run", "score", "train"]
+__all__ = ["ACTIONS", "collect", "detect", "evaluate", "run", "score", "train"]
 
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
 Labels = Annotated[
@@ -26,7 +26,22 @@ Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores
 
 
 def detect() -> None:
-    """Find slip in marker tracks: train | evaluate | run | score."""
+    """Find slip in marker tracks: collect | train | evaluate | run | score."""
+
+
+def collect(
+    recordings: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of tracks: netCDF or CSV.")],
+    conditions: Annotated[Path, typer.Argument(metavar="CSV", help="Table with a row for each file.")],
+    *,
+    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")] = Path("trials"),
+    labels: Annotated[Path | None, typer.Option("--labels", metavar="CSV", help="Onset times of your own.")] = None,
+    title: Annotated[str, typer.Option("--title", help="What the data card says first.")] = "Recorded trials",
+    rest_frames: RestFrames = 100,
+) -> None:
+    """Make a data set of recorded tracks: columns file, and conditions such as 'indentation [mm]'."""
+    from fingerslip.detect.session import collect_trials
+
+    typer.echo(collect_trials(recordings, conditions, output, labels=labels, title=title, rest_frames=rest_frames))
 
 
 def train(
@@ -114,4 +129,4 @@ def score(
 
 
 #: The verbs below this one.
-ACTIONS = (train, evaluate, run, score)
+ACTIONS = (collect, train, evaluate, run, score)

@@ -22,10 +22,12 @@ from fingerslip.detect.evaluation.crossval import (
 )
 from fingerslip.detect.evaluation.events import event_scores_of
 from fingerslip.detect.features import FeatureSettings
+from fingerslip.detect.labels import LabelSettings
 from fingerslip.detect.live import run_on_tracks
 from fingerslip.detect.model_file import read_detector, write_detector
 from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.onsets import Onsets, read_onsets
+from fingerslip.detect.recordings import read_any_tracks, recorded_trials
 from fingerslip.detect.samples import Samples, Sampling, samples_of
 from fingerslip.detect.splits import benchmark_test_trials, grouped_folds, left_out
 from fingerslip.detect.tables import (
@@ -39,14 +41,20 @@ from fingerslip.detect.tables import (
     score_table,
 )
 from fingerslip.detect.training import calibration_count, candidate_named, train
-from fingerslip.detect.trial_set import TrialSet, open_trials
+from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
 from fingerslip.errors import InputError, shortened
 from fingerslip.files import write_text
 from fingerslip.report.tables.table import Table, to_csv, to_markdown
-from fingerslip.vision.tables import read_tracks_csv
-from fingerslip.vision.tracks import read_tracks
 
-__all__ = ["Choices", "evaluate_classifiers", "output_tables", "run_detector", "score_onsets", "train_detector"]
+__all__ = [
+    "Choices",
+    "collect_trials",
+    "evaluate_classifiers",
+    "output_tables",
+    "run_detector",
+    "score_onsets",
+    "train_detector",
+]
 
 
 @dataclass(frozen=True)
@@ -101,6 +109,16 @@ class Choices:
             Where there are none.
         """
         return read_onsets(self.labels) if self.labels.endswith(".csv") else trials.onsets(self.labels)
+
+
+def collect_trials(
+    folder: Path, conditions: Path, output: Path, *, labels: Path | None, title: str, rest_frames: int
+) -> str:
+    """Write a data set of recorded tracks and return what was done."""
+    own = {} if labels is None else read_onsets(labels)
+    settings = LabelSettings(rest_frames=rest_frames)
+    made = write_trials(recorded_trials(folder, conditions, onsets=own, settings=settings), output, title)
+    return f"{output}: {len(made.names)} trials"
 
 
 def train_detector(dataset: Path, output: Path, classifier: str, choices: Choices) -> str:
@@ -208,7 +226,7 @@ def _left_out_table(
 def run_detector(detector: Path, tracks: Path) -> Table:
     """Return what a detector finds in a file of tracks, frame by frame, and its latency."""
     made = read_detector(detector)
-    read = read_tracks_csv(tracks) if tracks.suffix == ".csv" else read_tracks(tracks)
+    read = read_any_tracks(tracks)
     with threadpool_limits(1):
         return findings_table(list(run_on_tracks(made, read)), f"{tracks.name} with {made.classifier}")
 

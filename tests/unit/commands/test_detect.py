@@ -32,6 +32,14 @@ def test_from_trials_to_events(invoke: Callable[..., Any], folder: Path) -> None
     assert "frames a second" in ran.output
 
 
+def test_recordings_are_collected(invoke: Callable[..., Any], folder: Path) -> None:
+    Path("table.csv").write_text("file,indentation [mm]\ntracks.nc,3\n")
+    found = invoke("detect", "collect", folder / "slide-0000", "table.csv", "--rest-frames", "20", "--output", "mine")
+    assert found.exit_code == 0, found.output
+    assert "mine: 1 trials" in found.output
+    assert Path("mine/tracks/labels.csv").is_file()
+
+
 def test_evaluation_prints_and_writes_tables(invoke: Callable[..., Any], folder: Path) -> None:
     asked = ("--classifier", "time_threshold", "--folds", "2", "--output", "tables")
     found = invoke("detect", "evaluate", folder, *asked, *SETTINGS)
@@ -74,6 +82,6 @@ def test_mistakes_are_one_line_and_nothing_is_written(
 
 def test_every_action_has_help(invoke: Callable[..., Any]) -> None:
     group = invoke("detect", "--help").output
-    for action in ("train", "evaluate", "run", "score"):
+    for action in ("collect", "train", "evaluate", "run", "score"):
         assert action in group
         assert "Usage" in invoke("detect", action, "--help").output
