@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.features import PUBLISHED
 from fingerslip.detect.optional import optional
@@ -107,7 +108,8 @@ def fit(
     if not np.isfinite(values).all():
         raise InputError("training", "has features that are not finite", "needs finite numbers", "check the tracks")
     unfinished = optional("sklearn.exceptions").ConvergenceWarning
-    with warnings.catch_warnings(), optional("joblib").parallel_config("threading", n_jobs=workers):
+    threads = optional("joblib").parallel_config("threading", n_jobs=workers)
+    with warnings.catch_warnings(), threads, threadpool_limits(workers):
         warnings.simplefilter("error", unfinished)
         # With fewer samples than points, the approximate kernel takes every sample: it is exact then.
         warnings.filterwarnings("ignore", "n_components > n_samples")

@@ -177,11 +177,9 @@ def _placed(number: int, contact: Contact, skin: NDArray[np.float64]) -> Counter
 
 
 def _check_relaxation(model: Model) -> None:
-    """Refuse relaxation times that are too short for the step, and relaxation at large strain."""
+    """Refuse relaxation times that are too short for the step."""
     for name, material in model.materials.items():
         where, terms = f"materials.{name}.prony", getattr(small_strain_law(material), "prony", ())
-        if terms and model.is_finite:
-            raise InputError(where, "is given at large strain", "needs kinematics small", "leave the terms out")
         recurrence(terms, shortest_step(model.time), where)
 
 

@@ -118,7 +118,7 @@ def first_state(stepper: Stepper) -> State:
         interface=rest_state(candidates, system.counterfaces.gaps(candidates.positions, candidates.counterface)),
         energies=Energies(kinetic=kinetic, initial=kinetic),
         memories=tuple(map(no_memory, stepper.viscous)),
-        body=None if system.body is None else system.body.at(np.zeros_like(velocity)),
+        body=None if system.body is None else system.body.at_rest(stepper.scheme.step),
     )
 
 

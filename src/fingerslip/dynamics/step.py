@@ -191,6 +191,7 @@ def _mean_forces(before: State, after: State) -> Array:
 
 def _energies(stepper: Stepper, before: State, after: State, momentum: Array, settled: StepOutcome) -> Energies:
     """Complete the energy balance of a step."""
+    lost, relaxes = _elastic_loss(before, after), stepper.system.body is not None and stepper.system.body.relaxes
     change = StepChange(
         displacement=after.displacement - before.displacement,
         velocity=after.velocity - before.velocity,
@@ -203,8 +204,8 @@ def _energies(stepper: Stepper, before: State, after: State, momentum: Array, se
         contact=settled.stored,
         friction=settled.friction,
         damping=_damped(stepper, before, after),
-        viscous=sum(memory.dissipated for memory in after.memories),
-        numerical=stepper.scheme.dissipation(change) + settled.numerical + _elastic_loss(before, after),
+        viscous=sum(memory.dissipated for memory in after.memories) + (lost if relaxes else 0.0),
+        numerical=stepper.scheme.dissipation(change) + settled.numerical + (0.0 if relaxes else lost),
         work=_external_work(stepper, before, after),
     )
 
@@ -221,7 +222,10 @@ def _strain_energy(stepper: Stepper, state: State) -> float:
 
 
 def _elastic_loss(before: State, after: State) -> float:
-    """Return the work of the mean elastic force less the change of strain energy [J]: none at small strain."""
+    """Return the work of the mean force of the body less the change of strain energy [J]: none at small strain.
+
+    In a body that relaxes it is what dashpots take, and else an error of the step.
+    """
     if before.body is None or after.body is None:
         return 0.0
     work = 0.5 * float((before.body.force + after.body.force) @ (after.displacement - before.displacement))

@@ -74,7 +74,7 @@ class System:
     moving_supports : tuple of MovingComponent
         The components of supports that move as prescribed, the last unknowns.
     relaxing : tuple of Relaxing
-        Matrices (n, n) of the layers that relax; none where all are elastic.
+        Matrices (n, n) of the layers that relax; none where all are elastic, and at large strain.
     body : Body or None
         The deformable body at large strain; None at small strain. `stiffness` is that at rest.
     dampers : (n,) array or None
@@ -295,7 +295,12 @@ def _taken_relaxing(twin: System) -> tuple[_Layers, _Layers]:
 def _relaxing(
     model: Model, known: CheckedModel, unknowns: Unknowns, rows: sparse.csr_matrix
 ) -> tuple[_Layers, _Layers]:
-    """Assemble the matrices of layers that relax, for the unknowns, and their rows at what supports hold."""
+    """Assemble the matrices of layers that relax, for the unknowns, and their rows at what supports hold.
+
+    There are none at large strain, where the body itself remembers.
+    """
+    if known.finite_materials is not None:
+        return (), ()
     layers = relaxing_layers(known.space, known.materials, model.depth, model.integration)
     expansion = unknowns.expansion(known.space.n_dofs)
     return (

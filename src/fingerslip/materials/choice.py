@@ -1,4 +1,7 @@
-"""Which law a study file means: `law` in a material names it, and without it the material is linear elastic."""
+"""Which law a study file means: `law` in a material names it, and without it the material is linear elastic.
+
+A material may also start from one that ships: `preset` names it, and all else in it overrides its values.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +22,18 @@ from fingerslip.materials.material import Material
 from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden
+from fingerslip.parameters.presets import Presets
 
-__all__ = ["LAWS", "AnyMaterial", "MaterialChoice", "kept_values"]
+__all__ = [
+    "LAWS",
+    "MATERIALS",
+    "PRESET",
+    "AnyMaterial",
+    "MaterialChoice",
+    "MaterialEntry",
+    "kept_values",
+    "material_of",
+]
 
 #: A law of small strain or of large strain.
 AnyMaterial: TypeAlias = Material | FiniteMaterial
@@ -28,6 +41,8 @@ AnyMaterial: TypeAlias = Material | FiniteMaterial
 #: The laws that a study file may name. A new law is its file, with a field `law`, and its entry here.
 LAWS: tuple[type[AnyMaterial], ...] = (Elastic, NeoHookean, MooneyRivlin, Ogden)
 
+#: The key of a material that starts from one that ships.
+PRESET = "preset"
 _DEFAULT = "elastic"
 
 
@@ -41,6 +56,8 @@ _LAWS: Mapping[str, type] = MappingProxyType({str(_fields(law)["law"].default): 
 def kept_values(values: Mapping[str, Any], changes: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return which values of a preset's material are left by changes: of another law those that it needs.
 
+    None are left by a material that starts from another one that ships.
+
     Parameters
     ----------
     values : mapping of str to object
@@ -53,6 +70,11 @@ def kept_values(values: Mapping[str, Any], changes: Mapping[str, Any]) -> Mappin
     >>> kept_values({"youngs_modulus": "34 kPa", "poisson_ratio": 0.48, "density": "1 kg/m^3"}, {"law": "ogden"})
     {'density': '1 kg/m^3'}
     """
+    # Every material needs a density, and no other group has one.
+    if "density" not in values:
+        return values
+    if PRESET in changes:
+        return {}
     own = values.get("law", _DEFAULT)
     law = changes.get("law", own)
     if law not in _LAWS or law == own:
@@ -62,24 +84,76 @@ def kept_values(values: Mapping[str, Any], changes: Mapping[str, Any]) -> Mappin
 
 
 def _name(value: object) -> str:
+    if isinstance(value, Mapping) and PRESET in value:
+        return PRESET
     return str(value.get("law", _DEFAULT) if isinstance(value, Mapping) else getattr(value, "law", _DEFAULT))
 
 
 def _check_name(value: object) -> object:
     name = _name(value)
-    if name not in _LAWS:
+    if name != PRESET and name not in _LAWS:
         near = difflib.get_close_matches(name, _LAWS, n=1)
         repair = f"did you mean '{near[0]}'?" if near else ""
         raise InputError("law", f"'{name}' is not known", f"needs one of {', '.join(_LAWS)}", repair)
     return value
 
 
+_PRESET_SCHEMA: dict[str, Any] = {
+    "type": "object",
+    "title": "Preset",
+    "description": "A material that ships, and the values that differ from it.",
+    "properties": {PRESET: {"type": "string", "description": "Its name: fingerslip show lists all."}},
+    "required": [PRESET],
+}
+
+
+def _check_preset(values: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a material that starts from one that ships as it is written, where it is right."""
+    MATERIALS.changed(values)
+    return values
+
+
+def material_of(entry: AnyMaterial | Mapping[str, Any]) -> AnyMaterial:
+    """Return the material that an entry of a study means.
+
+    Parameters
+    ----------
+    entry : material, or mapping of str to object
+        A material, or `preset` and the values that differ from it.
+
+    Raises
+    ------
+    InputError
+        For an unknown preset or key, or a value that does not fit.
+
+    Examples
+    --------
+    >>> material_of({"preset": "pulp", "youngs_modulus": "40 kPa"}).youngs_modulus
+    40000.0
+    """
+    return MATERIALS.changed(entry) if isinstance(entry, Mapping) else entry
+
+
 if TYPE_CHECKING:
-    MaterialChoice = AnyMaterial
+    MaterialEntry: TypeAlias = AnyMaterial | Mapping[str, Any]
+    MaterialChoice: TypeAlias = AnyMaterial
 else:
-    #: A material of a study file or a preset, by its `law`.
-    MaterialChoice = Annotated[
-        functools.reduce(operator.or_, (Annotated[law, pydantic.Tag(name)] for name, law in _LAWS.items())),
+    _FromPreset = Annotated[
+        Mapping[str, Any],
+        pydantic.AfterValidator(_check_preset),
+        pydantic.WithJsonSchema(_PRESET_SCHEMA),
+        pydantic.Tag(PRESET),
+    ]
+    _EachLaw = [Annotated[law, pydantic.Tag(name)] for name, law in _LAWS.items()]
+    #: A material of a study file, by its `law`; one with a `preset` is kept as it is written.
+    MaterialEntry = Annotated[
+        functools.reduce(operator.or_, [*_EachLaw, _FromPreset]),
         pydantic.Discriminator(_name),
         pydantic.BeforeValidator(_check_name),
     ]
+    #: The same with all its values.
+    MaterialChoice = Annotated[MaterialEntry, pydantic.AfterValidator(material_of)]
+
+_KIND: Any = MaterialChoice
+#: The materials that ship.
+MATERIALS: Presets[AnyMaterial] = Presets(_KIND, "fingerslip.materials", kept_values)

@@ -21,6 +21,8 @@ from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.prony import Prony
 
 __all__ = [
+    "SHAPES",
+    "TESTS",
     "check_stability",
     "chosen_bulk_modulus",
     "deviator",
@@ -34,8 +36,8 @@ Array = NDArray[np.float64]
 
 #: Principal logarithmic strains of the tests of an incompressible material, over that of the stretch of the test.
 TESTS = MappingProxyType({"uniaxial": (1.0, -0.5, -0.5), "equibiaxial": (1.0, 1.0, -2.0), "planar": (1.0, 0.0, -1.0)})
-# Two directions of shape that are orthogonal to each other and to the change of volume.
-_SHAPES = np.array([[1.0, -1.0, 0.0], [1.0, 1.0, -2.0]]) / np.sqrt([[2.0], [6.0]])
+#: Two directions of shape that are orthogonal to each other and to the change of volume.
+SHAPES = np.array([[1.0, -1.0, 0.0], [1.0, 1.0, -2.0]]) / np.sqrt([[2.0], [6.0]])
 _STRETCHES = 400
 
 
@@ -148,7 +150,7 @@ def _limits(tangent: Callable[[Array], Array], direction: Array, stretches: tupl
     limits = []
     for side, end in zip(("below", "above"), stretches, strict=True):
         path = np.linspace(0.0, np.log(end), _STRETCHES)
-        of_shape = _SHAPES @ tangent(path[:, None] * direction) @ _SHAPES.T
+        of_shape = SHAPES @ tangent(path[:, None] * direction) @ SHAPES.T
         lost = np.flatnonzero(np.linalg.eigvalsh(of_shape)[:, 0] <= 0.0)
         if lost.size:
             limits.append(f"{side} {np.exp(path[lost[0]]):.3g}")

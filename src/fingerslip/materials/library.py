@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from fingerslip.materials.choice import MATERIALS, AnyMaterial
+from fingerslip.parameters.presets import PresetValue
 
-from fingerslip.materials.choice import AnyMaterial, MaterialChoice
-from fingerslip.parameters.presets import Presets, PresetValue
-
-__all__ = ["MATERIALS", "material", "material_header", "material_names", "material_table"]
-
-_KIND: Any = MaterialChoice
-MATERIALS: Presets[AnyMaterial] = Presets(_KIND, "fingerslip.materials")
+__all__ = ["material", "material_header", "material_names", "material_table"]
 
 
 def material_names() -> tuple[str, ...]:

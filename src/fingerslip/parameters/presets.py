@@ -111,7 +111,7 @@ class Presets(Generic[T]):
             raise InputError(joined(where, "preset"), "is missing", f"needs one of {', '.join(self.names)}")
         changes = {key: value for key, value in mapping.items() if key != "preset"}
         values = _nested(self._document(str(mapping["preset"]), joined(where, "preset")))
-        return from_mapping(self.kind, self._merged(values, changes), where)
+        return from_mapping(self.kind, self._merged(self.kept(values, changes), changes), where)
 
     def _merged(self, base: _Group, changes: _Group) -> dict[str, Any]:
         return {**base, **dict(self._merge_items(base, changes))}

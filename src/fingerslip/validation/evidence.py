@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,6 +22,7 @@ __all__ = [
     "FINGERPRINT",
     "FORMULATION",
     "FRICTION",
+    "LARGE_STRAIN",
     "REFINED",
     "SECTION",
     "SOLID",
@@ -37,9 +39,12 @@ TABLE2 = "wang2014_table2"
 FORMULATION = "wang2014_formulation"
 SECTION = "wang2014_section"
 SOLID = "wang2014_3d"
+LARGE_STRAIN = "finite_strain"
 
 #: Names of the shipped studies that `validate` runs.
-STUDIES = (TABLE2, "wang2014_friction", "wang2014_fingerprint", FORMULATION, SECTION, SOLID)
+STUDIES = (TABLE2, "wang2014_friction", "wang2014_fingerprint", FORMULATION, SECTION, SOLID, LARGE_STRAIN)
+# The value that runs at large strain have in their study.
+_FINITE: Mapping[str, object] = MappingProxyType({"kinematics": "finite"})
 #: What it refines for the uncertainties: studies, and the value that their runs have.
 REFINED: Mapping[str, Mapping[str, object]] = MappingProxyType(
     {
@@ -47,6 +52,7 @@ REFINED: Mapping[str, Mapping[str, object]] = MappingProxyType(
         FORMULATION: {"fingertip.formulation": "plane_strain"},
         SECTION: {"fingertip.section": "transverse"},
         SOLID: {},
+        LARGE_STRAIN: _FINITE,
     }
 )
 VARIANT = "fingertip.phalanx.variant"
@@ -67,11 +73,14 @@ class Evidence:
         The runs of Table 2 once more, with another mesh, step, contact stiffness or numerical damping in each tuple.
     refined_solid : tuple of Measures
         The same for the fingertip in space.
+    refined_large_strain : tuple of tuple of Measures
+        The same for the section of Table 2 at large strain.
     """
 
     measured: Mapping[str, tuple[Measures, ...]]
     refined: tuple[tuple[Measures, ...], ...] = ()
     refined_solid: tuple[Measures, ...] = ()
+    refined_large_strain: tuple[tuple[Measures, ...], ...] = ()
 
     def select(self, study: str, conditions: Mapping[str, object]) -> tuple[Measures, ...]:
         """Return the runs of a study whose values, by dotted path, are these."""
@@ -96,6 +105,10 @@ class Evidence:
     def phalanges(self, study: str, conditions: Mapping[str, object] | None = None) -> tuple[Measures, ...]:
         """Return the runs with the original, the flattened and the scaled phalanx, in this order."""
         return tuple(self.one(study, {VARIANT: variant, **(conditions or {})}) for variant in VARIANTS)
+
+    def at_large_strain(self) -> Evidence:
+        """Return the runs at large strain and their refinements in the place of those of Table 2."""
+        return Evidence({TABLE2: self.select(LARGE_STRAIN, _FINITE)}, self.refined_large_strain)
 
     def spread_of(self, check: Callable[[Evidence], float | None]) -> float | None:
         """Return largest less smallest of what `check` gives for Table 2 over all refinements; None without them."""
@@ -144,16 +157,24 @@ def gather(
     }
     solid = outcomes[STUDIES.index(SOLID)]
     measured[SOLID] = tuple(_measured_in_space(solid.folder / run.name, run) for run in solid.runs)
-    refined_solid = _refined(paths[SOLID], results, _measured_in_space)
-    return Evidence(measured, _refined(paths[TABLE2], results, _measured), tuple(one for (one,) in refined_solid))
+    return Evidence(
+        measured,
+        _refined(paths[TABLE2], results, _measured),
+        tuple(one for (one,) in _refined(paths[SOLID], results, _measured_in_space)),
+        _refined(paths[LARGE_STRAIN], results, _measured, _FINITE),
+    )
 
 
 def _refined(
-    study: Path, results: str | Path, measured: Callable[[Path, RunResult], Measures]
+    study: Path,
+    results: str | Path,
+    measured: Callable[[Path, RunResult], Measures],
+    conditions: Mapping[str, object] = MappingProxyType({}),
 ) -> tuple[tuple[Measures, ...], ...]:
-    """Measure the refined runs of a study, level by level."""
+    """Measure the refined runs of a study that have some values, level by level."""
+    chosen = [_meets(run.swept, conditions) for run in plan_study(study, results).runs]
     return tuple(
-        tuple(measured(folder, read_run(folder, {})) for folder in folders)
+        tuple(measured(folder, read_run(folder, {})) for folder in itertools.compress(folders, chosen))
         for folders in level_folders(study, results).values()
     )
 

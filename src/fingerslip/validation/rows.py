@@ -23,7 +23,7 @@ __all__ = [
     "statement_row",
 ]
 
-Basis = Literal["calibrated", "predicted"]
+Basis = Literal["calibrated", "predicted", "large strain"]
 Verdict = Literal["agrees", "misses", "not found", "not judged", "not comparable", "holds", "fails"]
 
 #: All published times are printed to two decimals: one unit of the last one [s].
@@ -38,7 +38,8 @@ _NOTE = (
     "it includes how far a node has to leave the plate's line (20 to 100 um). A number agrees when it differs by no "
     "more than the larger of one unit of the last printed decimal (10 ms) and the uncertainty. Peak heights are not "
     "judged, because they depend on mesh, step and numerical damping. Incipient slip and latency of the section by "
-    "accumulated slip, and statements on that latency, are not comparable: the paper reads acceleration peaks."
+    "accumulated slip, and statements on that latency, are not comparable: the paper reads acceleration peaks. Rows on "
+    "the basis 'large strain' are predictions with geometrical nonlinearity on, which the paper switched off."
 )
 
 
@@ -64,8 +65,9 @@ class Row:
     verdict : {'agrees', 'misses', 'not found', 'not judged', 'not comparable', 'holds', 'fails'}
         Verdict by the rule in the note of the table; 'not found' where the event did not happen here, 'not comparable'
         where ours is another quantity than the published one.
-    basis : {'calibrated', 'predicted'}
-        Whether the geometry was calibrated on this value.
+    basis : {'calibrated', 'predicted', 'large strain'}
+        Whether the geometry was calibrated on this value; 'large strain' for a prediction with geometrical
+        nonlinearity, which the paper switched off.
     unit : str
         Unit of all the numbers.
     statement : str
@@ -106,8 +108,8 @@ def number_row(
         Our value and its numerical uncertainty, in the published unit.
     resolution : float or None
         Resolution of the published value; None for one that is not judged.
-    basis : {'calibrated', 'predicted'}, optional
-        Whether the geometry was calibrated on it.
+    basis : {'calibrated', 'predicted', 'large strain'}, optional
+        Whether the geometry was calibrated on it, or the kinematics are not those of the paper.
     comparable : bool, optional
         Whether ours is the same quantity as the published one.
     """
@@ -121,14 +123,18 @@ def number_row(
 
 
 def statement_row(
-    value: PublishedValue, ours: float | None, uncertainty: float | None, holds: bool | None, *, comparable: bool = True
+    value: PublishedValue,
+    ours: float | None,
+    uncertainty: float | None,
+    holds: bool | None,
+    *,
+    basis: Basis = "predicted",
+    comparable: bool = True,
 ) -> Row:
     """Compare a published statement with the number of its check; `holds` is None where there is no number."""
     judged: Verdict = "not found" if holds is None else "holds" if holds else "fails"
     verdict: Verdict = judged if comparable else "not comparable"
-    return Row(
-        value.check, value.source, None, ours, None, uncertainty, verdict, "predicted", value.unit, value.statement
-    )
+    return Row(value.check, value.source, None, ours, None, uncertainty, verdict, basis, value.unit, value.statement)
 
 
 def difference_from(ours: float, span: tuple[float, float]) -> float:

@@ -28,6 +28,15 @@ _SOLID_READINGS = {
     "displacement": "eight reference nodes leave the plate's line by 50 um",
     "acceleration": "acceleration peaks at the eight reference nodes",
 }
+# Statements on the phalanges that do not rest on acceleration peaks, of which large strain shows no other ones.
+_AT_LARGE_STRAIN = (
+    "overall-order",
+    "latency-order",
+    "edges-first",
+    "density-rises",
+    "density-then-stays",
+    "density-larger-in-b",
+)
 _OTHER_MODELS = (
     (FORMULATION, "fingertip.formulation", "plane_strain"),
     (SECTION, "fingertip.section", "transverse"),
@@ -82,6 +91,7 @@ def rows_of(evidence: Evidence) -> tuple[Row, ...]:
         *(row for model in _OTHER_MODELS for row in _other_model_rows(evidence, *model)),
         *_solid_rows(evidence),
         *_statement_rows(evidence),
+        *_large_strain_rows(evidence),
     )
     return tuple(sorted(rows, key=lambda row: row.basis != "calibrated"))
 
@@ -179,10 +189,28 @@ def _event_row(
 
 def _statement_rows(evidence: Evidence) -> Iterator[Row]:
     for value in published("wang2014-qualitative").values:
-        check = CHECKS[value.id]
-        finding = check(evidence)
-        uncertainty = evidence.spread_of(_number_of(check)) if value.id in PHALANX_CHECKS else None
-        yield statement_row(value, finding.number, uncertainty, finding.holds, comparable=finding.comparable)
+        yield _statement_row(evidence, value, CHECKS[value.id], "predicted")
+
+
+def _statement_row(
+    evidence: Evidence, value: PublishedValue, check: Callable[[Evidence], Finding], basis: Basis
+) -> Row:
+    finding = check(evidence)
+    uncertainty = evidence.spread_of(_number_of(check)) if value.id in PHALANX_CHECKS else None
+    return statement_row(value, finding.number, uncertainty, finding.holds, basis=basis, comparable=finding.comparable)
+
+
+def _large_strain_rows(evidence: Evidence) -> Iterator[Row]:
+    """Yield the times of Table 2, and statements on the phalanges, beside the section with geometrical nonlinearity."""
+    finite = evidence.at_large_strain()
+    for value in published("wang2014-table2").values:
+        run = finite.one(TABLE2, {VARIANT: value.conditions[VARIANT]}).run
+        name = f"{_words(value.quantity)}, {value.conditions[VARIANT]}, large strain ({READINGS['slip']})"
+        comparable = value.quantity not in _PEAKS_ONLY
+        yield _event_row(name, value, run, "slip", basis="large strain", comparable=comparable)
+    for value in published("wang2014-qualitative").values:
+        if value.id in _AT_LARGE_STRAIN:
+            yield _statement_row(finite, value, CHECKS[value.id], "large strain")
 
 
 def _number_of(check: Callable[[Evidence], Finding]) -> Callable[[Evidence], float | None]:

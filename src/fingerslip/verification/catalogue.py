@@ -16,16 +16,19 @@ from fingerslip.verification import (
     fingertip,
     friction,
     impact,
+    independent,
     large_bodies,
     large_contact,
     large_laws,
     large_motion,
+    large_relaxation,
     line,
     locking,
     reduced,
     resting,
     sphere,
     viscoelastic,
+    viscous_contact,
 )
 from fingerslip.verification.problem import Problem
 
@@ -47,11 +50,14 @@ PROBLEMS: tuple[Problem, ...] = (
     *controlled.PROBLEMS,
     *line.PROBLEMS,
     *sphere.PROBLEMS,
+    *viscous_contact.PROBLEMS,
     *fingertip.PROBLEMS,
     *large_laws.PROBLEMS,
+    *large_relaxation.PROBLEMS,
     *large_motion.PROBLEMS,
     *large_bodies.PROBLEMS,
     *large_contact.PROBLEMS,
+    *independent.PROBLEMS,
 )
 
 

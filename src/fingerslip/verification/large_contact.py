@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.counterfaces import Cylinder
 from fingerslip.contact.friction import Coulomb
+from fingerslip.materials.finite import FiniteMaterial
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.model import Contact, Model, QuasiStatic
 from fingerslip.programme import Press, Slide
@@ -20,6 +21,7 @@ Array = NDArray[np.float64]
 
 _WIDTH, _HEIGHT, _RADIUS, _DEPTH, _TRAVEL = 24e-3, 8e-3, 4e-3, 2.5e-3, 3e-3
 _SHEAR, _RATIO, _PENALTY, _FRICTION = 10e3, 0.45, 1e9, 0.3
+_MATERIAL = NeoHookean(2.0 * _SHEAR * (1.0 + _RATIO), _RATIO, 1000.0)
 # What `python tests/physics/independent_block.py 12 40` prints, for shares of the press and of the slide: the force on
 # the block per depth along the slide and across it [N/m].
 REFERENCE = (
@@ -34,7 +36,14 @@ REFERENCE = (
 )
 
 
-def dragged_cylinder(cells: int, steps: int) -> xr.Dataset:
+def dragged_cylinder(
+    cells: int,
+    steps: int,
+    *,
+    material: FiniteMaterial = _MATERIAL,
+    penalty: float = _PENALTY,
+    friction: float = _FRICTION,
+) -> xr.Dataset:
     """Return the history of a block, clamped at its bottom, under a cylinder that is pressed in and dragged.
 
     Parameters
@@ -43,20 +52,26 @@ def dragged_cylinder(cells: int, steps: int) -> xr.Dataset:
         Cells along half of the width, and along the height.
     steps : int
         Steps of the press, and of the slide.
+    material : FiniteMaterial, optional
+        That of the block.
+    penalty : float, optional
+        Stiffness of contact along and across [Pa/m].
+    friction : float, optional
+        Friction coefficient [-].
     """
     side = np.linspace(0.0, 1.0, cells + 1)
     half = 0.5 * _WIDTH * (0.5 * side + 0.5 * side**3)
     contact = Contact(
         boundary="top",
         counterface=Cylinder(_RADIUS, normal=(0.0, -1.0), centre=(0.0, _HEIGHT + _RADIUS)),
-        friction=Coulomb(_FRICTION),
-        normal_penalty=_PENALTY,
-        tangential_penalty=_PENALTY,
+        friction=Coulomb(friction),
+        normal_penalty=penalty,
+        tangential_penalty=penalty,
         search_distance=_HEIGHT,
     )
     model = Model(
         mesh=box("Q4", np.concatenate([-half[:0:-1], half]), _HEIGHT * (1.0 - (1.0 - side) ** 1.3)),
-        materials={"bulk": NeoHookean(2.0 * _SHEAR * (1.0 + _RATIO), _RATIO, 1000.0)},
+        materials={"bulk": material},
         formulation="plane_strain",
         supports={"bottom": ("x", "y")},
         contacts=(contact,),

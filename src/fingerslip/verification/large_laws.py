@@ -26,12 +26,13 @@ from fingerslip.sites import Site
 from fingerslip.verification.meshes import box, jiggled
 from fingerslip.verification.problem import Check, Problem, absolute, solved
 
-__all__ = ["BODIES", "CASES", "PROBLEMS", "Body", "Case"]
+__all__ = ["BODIES", "CASES", "LENGTH", "PROBLEMS", "Body", "Case", "Uniform", "components", "rotation", "uniform"]
 
 Array = NDArray[np.float64]
 Energy = Callable[[Any], Any]
 
-_LENGTH, _MODULUS = 1e-2, 10e3
+#: Size of the bodies [m].
+LENGTH, _MODULUS = 1e-2, 10e3
 _RAMP = Ramp((0.0, 1.0), (0.0, 1.0))
 
 
@@ -131,7 +132,7 @@ class Body:
 
     def mesh(self, cells: int = 2) -> Any:
         """Return a distorted square or cube of 10 mm."""
-        return box(self.element, *[np.linspace(0.0, _LENGTH, cells + 1)] * self.dim, shift=jiggled(0.2))
+        return box(self.element, *[np.linspace(0.0, LENGTH, cells + 1)] * self.dim, shift=jiggled(0.2))
 
 
 _PLANE: tuple[tuple[str, Integration], ...] = (
@@ -156,7 +157,7 @@ BODIES = (
 
 
 @dataclass(frozen=True)
-class _Expected:
+class Uniform:
     """What a uniform deformation gives: gradient F (3, 3), nominal stress P (3, 3) [Pa], energy density [J/m^3]."""
 
     gradient: Array
@@ -165,19 +166,20 @@ class _Expected:
 
     @property
     def cauchy(self) -> Array:
+        """Cauchy stress [Pa], shape (3, 3)."""
         found: Array = self.nominal @ self.gradient.T / np.linalg.det(self.gradient)
         return found
 
 
-def _expected(case: Case, gradient: Array) -> _Expected:
+def _expected(case: Case, gradient: Array) -> Uniform:
     """Return what a deformation gradient (3, 3) gives, by its singular values."""
     left, stretches, right = np.linalg.svd(gradient)
-    return _Expected(
+    return Uniform(
         gradient, left @ np.diag(case.stress(stretches)) @ right, float(case.energy(stretches.astype(complex)).real)
     )
 
 
-def _relaxed(case: Case, gradient: Array, free: tuple[int, ...]) -> _Expected:
+def uniform(case: Case, gradient: Array, free: tuple[int, ...]) -> Uniform:
     """Return what a gradient gives whose diagonal elements `free` are such that their nominal stress vanishes."""
 
     def filled(values: Array) -> Array:
@@ -191,12 +193,12 @@ def _relaxed(case: Case, gradient: Array, free: tuple[int, ...]) -> _Expected:
     return _expected(case, filled(found))
 
 
-def _components(full: Array, dim: int) -> Array:
+def components(full: Array, dim: int) -> Array:
     """Return a stress (3, 3) as histories have it."""
     return np.array([*np.diag(full), *(full[pair] for pair in SHEARS[dim])])
 
 
-def _stretched(body: Body, case: Case, stretch: float, *, both: bool) -> tuple[xr.Dataset, _Expected]:
+def _stretched(body: Body, case: Case, stretch: float, *, both: bool) -> tuple[xr.Dataset, Uniform]:
     """Pull a body along x, or along x and y, by supports that leave the other directions free."""
     axes = "xyz"[: body.dim]
     plane = body.dim == 2
@@ -205,25 +207,25 @@ def _stretched(body: Body, case: Case, stretch: float, *, both: bool) -> tuple[x
     pulled = range(2 if both else 1)
     supports = {side: (axis,) for side, axis in zip(low, axes, strict=True)}
     supports |= {high[number]: (axes[number],) for number in pulled}
-    moved = {high[number]: tuple((stretch - 1.0) * _LENGTH * np.eye(body.dim)[number]) for number in pulled}
+    moved = {high[number]: tuple((stretch - 1.0) * LENGTH * np.eye(body.dim)[number]) for number in pulled}
     gradient = np.diag([stretch, stretch if both else 1.0, 1.0])
     free = (() if both else (1,)) + (() if body.formulation == "plane_strain" else (2,))
     motions = {side: SupportMotion(displacement, _RAMP) for side, displacement in moved.items()}
     history = _history(body, case, supports, motions, {})
-    return history, _relaxed(case, gradient, free)
+    return history, uniform(case, gradient, free)
 
 
-def _sheared(body: Body, case: Case, amount: float) -> tuple[xr.Dataset, _Expected]:
+def _sheared(body: Body, case: Case, amount: float) -> tuple[xr.Dataset, Uniform]:
     """Shear a body by moving its top, with the dead loads on its other sides that simple shear needs."""
     gradient = np.eye(3)
     gradient[0, body.dim - 1] = amount
-    known = _relaxed(case, gradient, (2,) if body.formulation == "plane_stress" else ())
+    known = uniform(case, gradient, (2,) if body.formulation == "plane_stress" else ())
     sides = {"left": (0, -1), "right": (0, 1)}
     sides |= {"front": (1, -1), "back": (1, 1)} if body.dim == 3 else {}
     loads = {
         side: Traction(tuple(sign * known.nominal[: body.dim, axis]), _RAMP) for side, (axis, sign) in sides.items()
     }
-    moved = (amount * _LENGTH, *(0.0,) * (body.dim - 1))
+    moved = (amount * LENGTH, *(0.0,) * (body.dim - 1))
     supports = dict.fromkeys(("bottom", "top"), tuple("xyz"[: body.dim]))
     return _history(body, case, supports, {"top": SupportMotion(moved, _RAMP)}, loads), known
 
@@ -239,24 +241,24 @@ def _history(body: Body, case: Case, supports: Any, motions: Any, loads: Any) ->
         integration=body.integration,
         kinematics="finite",
         time=QuasiStatic(0.25, end=1.0),
-        record=Recording(sites=(Site("corner", "", (_LENGTH,) * body.dim),)),
-        depth=1.0 if body.dim == 3 else _LENGTH,
+        record=Recording(sites=(Site("corner", "", (LENGTH,) * body.dim),)),
+        depth=1.0 if body.dim == 3 else LENGTH,
     )
     return solved(model)
 
 
-def _errors(body: Body, history: xr.Dataset, known: _Expected) -> tuple[float, float, float]:
+def _errors(body: Body, history: xr.Dataset, known: Uniform) -> tuple[float, float, float]:
     """Return the errors of Cauchy stress, of the forces of the supports and of the energy, over the largest of each."""
     stress = history["stress"].values[-1, 0]
-    cauchy = _components(known.cauchy, body.dim)
+    cauchy = components(known.cauchy, body.dim)
     force = np.zeros_like(history["support_force"].values[-1])
     for number, side in enumerate(history["support"].values):
         axis = {"left": 0, "right": 0, "front": 1, "back": 1}.get(side, body.dim - 1)
         sign = -1.0 if side in {"left", "front", "bottom"} else 1.0
-        force[number] = sign * known.nominal[: body.dim, axis] * _LENGTH**2
+        force[number] = sign * known.nominal[: body.dim, axis] * LENGTH**2
     found = history["support_force"].values[-1]
     held = np.abs(found).max(axis=1) > 0.0
-    energy = known.density * _LENGTH**3
+    energy = known.density * LENGTH**3
     return (
         float(np.abs(stress - cauchy).max() / np.abs(cauchy).max()),
         float(np.abs(found - force)[held].max() / np.abs(force).max()),
@@ -264,7 +266,7 @@ def _errors(body: Body, history: xr.Dataset, known: _Expected) -> tuple[float, f
     )
 
 
-def _checks(of: Callable[[Body, Case], tuple[xr.Dataset, _Expected]]) -> tuple[Check, ...]:
+def _checks(of: Callable[[Body, Case], tuple[xr.Dataset, Uniform]]) -> tuple[Check, ...]:
     """Uniform strain is in every element's space: what is left is ten times the tolerance of Newton's method."""
     checks: list[Check] = []
     for case in CASES:
@@ -295,11 +297,11 @@ def _turned(body: Body, case: Case) -> Array:
     materials = finite_cell_materials(space, {"bulk": case.law}, body.formulation)
     bulk = large_strain(space, materials, 1.0, body.integration)
     start = space.positions
-    strained = start + np.random.default_rng(3).uniform(-0.08, 0.08, start.shape) * _LENGTH
+    strained = start + np.random.default_rng(3).uniform(-0.08, 0.08, start.shape) * LENGTH
     energies: list[float] = []
     errors: list[list[float]] = []
     for angle in np.arange(0.0, 361.0, 30.0):
-        turn = _rotation(np.deg2rad(angle), body.dim)
+        turn = rotation(np.deg2rad(angle), body.dim)
         state = bulk.deformed((strained @ turn.T - start).ravel())
         force, stiffness = bulk.force(state).reshape(start.shape), bulk.tangent(state).toarray()
         energies.append(bulk.energy(state))
@@ -315,7 +317,7 @@ def _turned(body: Body, case: Case) -> Array:
     return np.array([np.ptp(energies) / energies[0], *np.max(errors, axis=0)])
 
 
-def _rotation(angle: float, dim: int) -> Array:
+def rotation(angle: float, dim: int) -> Array:
     """Return the rotation about z, or in space about (1, 1, 1)."""
     sine, cosine = np.sin(angle), np.cos(angle)
     if dim == 2:

@@ -19,14 +19,14 @@ from fingerslip.errors import InputError
 from fingerslip.report.tables.table import Missing
 from fingerslip.vision.tables import write_tracks_csv
 
-CHOICES = Choices(rest_frames=20, window=5, samples="20,6,4,20")
+CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")
 
 
 @pytest.fixture(scope="module")
 def detector(trials_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("session") / "detector"
     text = train_detector(trials_folder, folder, "logistic", CHOICES)
-    assert "logistic, 19 trials, 950 samples, no guarantee" in text
+    assert "logistic, 19 trials, 912 samples, no guarantee" in text
     return folder
 
 

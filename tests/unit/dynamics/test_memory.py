@@ -11,6 +11,7 @@ from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.dynamics.memory import no_memory, relaxed_force, stiffness_of_step, viscous_steps
 from fingerslip.dynamics.simulation import simulate
+from fingerslip.dynamics.system import build_system
 from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import stiffness_matrix
@@ -159,8 +160,10 @@ def test_a_reduced_basis_gives_way_to_the_mesh(caplog):
     assert "materials relax" in caplog.text
 
 
-def test_relaxation_at_large_strain_is_refused():
+def test_bodies_at_large_strain_remember_themselves():
     law = NeoHookean(34e3, 0.45, 1000.0, prony=TERMS)
     model = dataclasses.replace(bar(time=QuasiStatic(0.01)), materials={"bulk": law}, kinematics="finite")
-    with pytest.raises(InputError, match=r"materials\.bulk\.prony: is given at large strain, needs kinematics small"):
-        simulate(model)
+    assert build_system(model).relaxing == ()
+    assert build_system(dataclasses.replace(model, kinematics="small")).relaxing != ()
+    with pytest.raises(InputError, match=r"materials\.bulk\.prony\.0\.time: got 0\.02 s for a step of 0\.1 s"):
+        simulate(dataclasses.replace(model, time=TimeStepping(0.1)))

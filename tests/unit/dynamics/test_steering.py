@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -34,6 +35,12 @@ def a_model(kinematics: str = "small", **changes: object) -> fs.Model:
     return replace(model, **changes)
 
 
+def a_relaxing_model() -> fs.Model:
+    """Return the same at large strain with a material that relaxes."""
+    law = fs.NeoHookean(50e3, 0.45, 1000.0, prony=(fs.PronyTerm(0.4, 0.03), fs.PronyTerm(0.2, 0.3)))
+    return a_model("finite", materials={"bulk": law})
+
+
 def threads_in_use() -> list[tuple[str, int]]:
     """Return the number of threads of each library that has some."""
     return [(library["prefix"], library["num_threads"]) for library in threadpool_info()]
@@ -56,17 +63,19 @@ def test_steps_are_those_of_a_simulation_at_once(kinematics: str) -> None:
     assert_equal(stepped, fs.simulate(model))
 
 
-@pytest.mark.parametrize("kinematics", ["small", "finite"])
+@pytest.mark.parametrize("make", [a_model, lambda: a_model("finite"), a_relaxing_model])
 @pytest.mark.parametrize("saved_at", [0, 5, 15])
-def test_a_restored_simulation_goes_on_to_the_last_bit(tmp_path: Path, kinematics: str, saved_at: int) -> None:
-    model, command = a_model(kinematics), fs.Command("bottom", velocity=(2e-3, 1e-3))
+def test_a_restored_simulation_goes_on_to_the_last_bit(
+    tmp_path: Path, make: Callable[[], fs.Model], saved_at: int
+) -> None:
+    model, command = make(), fs.Command("bottom", velocity=(2e-3, 1e-3))
     with fs.Simulation(model) as sim:
         for step in range(STEPS):
             if step == saved_at:
                 sim.save(tmp_path / "half")
             sim.step(command if step == 3 else ())
         undisturbed = sim.history()
-    with fs.Simulation.restore(tmp_path / "half", a_model(kinematics)) as again:
+    with fs.Simulation.restore(tmp_path / "half", make()) as again:
         assert again.time == pytest.approx(saved_at * 5e-3)
         for step in range(saved_at, STEPS):
             again.step(command if step == 3 else ())

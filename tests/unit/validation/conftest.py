@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 
+import numpy as np
 import pytest
 
 from fingerslip.results import RunResult
@@ -51,7 +52,13 @@ def evidence() -> Evidence:
             "wang2014_section": tuple(
                 run({"fingertip.section": "transverse", VARIANT: variant}) for variant in VARIANTS
             ),
+            "finite_strain": tuple(
+                run({"kinematics": kinematics, VARIANT: variant}, UNCERTAINTY, centre=centre)
+                for kinematics, later in (("small", 0.0), ("finite", 0.2))
+                for variant, centre in zip(VARIANTS, np.array([1.71, 1.72, 1.77]) + later, strict=True)
+            ),
         },
         (other, same),
         (in_space(0.70, 0.81, 0.92),),
+        (other,),
     )

@@ -15,6 +15,13 @@ def test_spread_is_the_range_over_the_refinements(evidence: Evidence) -> None:
     assert spread == pytest.approx(0.01, abs=1e-3)
 
 
+def test_runs_at_large_strain_take_the_place_of_those_of_table_2(evidence: Evidence) -> None:
+    finite = evidence.at_large_strain()
+    overall = [one.run.events.slip.overall for one in finite.phalanges("wang2014_table2")]
+    assert overall == pytest.approx([1.91, 1.92, 1.97], abs=5e-3)
+    assert finite.spread_of(lambda one: one.phalanges("wang2014_table2")[0].run.events.slip.overall) is not None
+
+
 def test_spread_is_not_known_without_refinements_or_where_one_lacks_the_number(evidence: Evidence) -> None:
     assert Evidence(evidence.measured).spread_of(lambda _: 1.0) is None
     first = evidence.measured["wang2014_table2"]

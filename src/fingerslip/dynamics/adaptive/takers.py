@@ -7,8 +7,6 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Generic, Protocol, TypeVar
 
-import numpy as np
-
 from fingerslip.dynamics.finite.factors import Factors
 from fingerslip.dynamics.finite.newton import advance_finite
 from fingerslip.dynamics.motions import Motions
@@ -142,7 +140,8 @@ class _Large:
 
     def first(self) -> State:
         self._last = self._factors.at(_shortest(self._model.time))
-        state = first_state(self._last.renew(self._system.require_body().at(np.zeros(self._system.mass.shape[0]))))
+        at_rest = self._system.require_body().at_rest(_shortest(self._model.time))
+        state = first_state(self._last.renew(at_rest))
         self._renewed += 1
         return state
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.dynamics.coordinates import MeshCoordinates
-from fingerslip.fe.finite.bulk import Deformed, LargeStrain
+from fingerslip.fe.finite.bulk import LargeStrain
+from fingerslip.fe.finite.deformed import Deformed
 
 __all__ = ["Body", "BodyState"]
 
@@ -58,6 +59,26 @@ class Body:
     bulk: LargeStrain
     coordinates: MeshCoordinates
     springs: Array
+
+    @property
+    def relaxes(self) -> bool:
+        """Whether some of its materials relax."""
+        return self.bulk.relaxation is not None
+
+    def at_rest(self, step: float) -> BodyState:
+        """Return the body that has never moved, for steps of a length [s]."""
+        nothing = np.zeros(self.springs.size)
+        deformed = self.bulk.at_rest(step)
+        return BodyState(deformed, np.zeros(self.coordinates.n_dofs), nothing, nothing)
+
+    def begun(self, state: BodyState, step: float) -> BodyState:
+        """Return a body at the start of a step [s], near which its end is searched."""
+        return replace(state, deformed=self.bulk.begun(state.deformed, step)) if self.relaxes else state
+
+    def ended(self, state: BodyState) -> BodyState:
+        """Return a body at the end of a step with what it remembers, and its energy."""
+        ended = replace(state, deformed=self.bulk.ended(state.deformed)) if self.relaxes else state
+        return replace(ended, energy=self.energy(ended))
 
     def at(self, displacement: Array, near: BodyState | None = None) -> BodyState:
         """Return the body at a displacement (n,) [m], searched from a state near it.

@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from dataclasses import is_dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from fingerslip.dynamics.finite.factors import Factors
 from fingerslip.dynamics.finite.newton import advance_finite
 from fingerslip.dynamics.scheme import make_scheme
@@ -69,7 +67,7 @@ class FiniteCourse:
 
     def start(self) -> State:
         """Return the state at time zero."""
-        at_rest = self._system.require_body().at(np.zeros(self._system.mass.shape[0]))
+        at_rest = self._system.require_body().at_rest(make_scheme(self._model.time).step)
         return first_state(self._of(0).renew(at_rest))
 
     def advance(self, state: State, end: float) -> State:

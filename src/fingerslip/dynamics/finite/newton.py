@@ -106,12 +106,13 @@ def advance_finite(
     ConvergenceError
         Where the step was not solved.
     """
-    start = predict_ends(factors.at(before.large_body, before.velocity), before, time, counterfaces)
+    begun = replace(before, body=factors.system.require_body().begun(before.large_body, factors.scheme.step))
+    start = predict_ends(factors.at(before.large_body, before.velocity), begun, time, counterfaces)
     found, contact, iterations = _solve(factors, start, watch)
     factors.used(iterations)
     stepper = factors.current
     with watch.part("recording"):
-        body = replace(found.body, energy=stepper.system.require_body().energy(found.body))
+        body = stepper.system.require_body().ended(found.body)
         return finish(stepper, start, contact, found.unknown, body), iterations
 
 

@@ -13,60 +13,23 @@ from scipy import sparse
 from fingerslip.errors import InvertedCellError
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.finite.assembly import Pattern, pattern_of_cells
+from fingerslip.fe.finite.deformed import Deformed
+from fingerslip.fe.finite.history import Left, Relaxation, relaxation_of, selective_excess
+from fingerslip.fe.finite.history_kernels import add_forces, add_stiffness, add_thickness, push_forward
 from fingerslip.fe.finite.kernels import nodal_forces, stiffness_of_cells, strains, strains_in_plane, volume_slopes
-from fingerslip.fe.finite.thickness import thinned
+from fingerslip.fe.finite.springs import ended, spring_excess
+from fingerslip.fe.finite.thickness import Pulled, thinned
 from fingerslip.fe.finite.volumes import Volumes, mean_volumes, selective_energy
 from fingerslip.fe.integration import Integration, check_integration
 from fingerslip.fe.space import Space
 from fingerslip.fe.strain import cell_dofs, shape_gradients
 from fingerslip.materials.finite import FiniteMaterial, log_volume_of
+from fingerslip.materials.relaxing import StepLaw
 
 __all__ = ["Deformed", "LargeStrain", "large_strain"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class Deformed:
-    """A body at one displacement, at its n_p quadrature points.
-
-    Parameters
-    ----------
-    deformation : (n_p, dim, dim) array
-        Deformation gradients F [-].
-    squared : (n_p, dim) array
-        Squares of the principal stretches [-].
-    directions : (n_p, dim, dim) array
-        Principal directions in the reference state, as columns [-].
-    log_strain : (n_p, 3) array
-        Principal logarithmic strains, the one across the plane last [-].
-    stress : (n_p, 3) array
-        Principal Kirchhoff stresses with the pressure of mean volumes [Pa].
-    mean_volume : (n_groups,) array or None
-        Mean ratios of current to reference volume [-]; None where every point stands for itself.
-    pressure : (n_p,) array or None
-        What mean volumes make the points feel [Pa]; None likewise.
-    """
-
-    deformation: Array
-    squared: Array
-    directions: Array
-    log_strain: Array
-    stress: Array
-    mean_volume: Array | None
-    pressure: Array | None
-
-    @property
-    def log_volume(self) -> Array:
-        """Logarithm of the ratio of volumes, of areas in the plane, shape (n_p,) [-]."""
-        return log_volume_of(self.log_strain[:, : self.squared.shape[1]])
-
-    @property
-    def volume(self) -> Array:
-        """Ratio of current to reference volume, of areas in the plane, shape (n_p,) [-]."""
-        found: Array = np.sqrt(self.squared[:, 0] * self.squared[:, 1])
-        return found if self.squared.shape[1] == 2 else found * np.sqrt(self.squared[:, 2])
 
 
 @dataclass(frozen=True)
@@ -87,6 +50,8 @@ class LargeStrain:
         Reference volumes of the quadrature points [m^3].
     volumes : Volumes or None
         Groups over which volumes are averaged.
+    relaxation : Relaxation or None
+        How it relaxes; None where all its materials are elastic.
     """
 
     space: Space
@@ -95,6 +60,25 @@ class LargeStrain:
     nodes: Indices
     weights: Array
     volumes: Volumes | None
+    relaxation: Relaxation | None = None
+
+    def at_rest(self, step: float) -> Deformed:
+        """Return the body that has never moved, at the end of a step [s]."""
+        state = self.deformed(np.zeros(self.space.n_dofs))
+        return state if self.relaxation is None else self.begun(replace(state, history=self.relaxation.at_rest()), step)
+
+    def begun(self, state: Deformed, step: float) -> Deformed:
+        """Return a body at the start of a step [s], near which its end is searched."""
+        if self.relaxation is None or state.history is None:
+            return state
+        left = self.relaxation.left(state.history, step)
+        return replace(state, left=left, pulled=self._pulled(state, left))
+
+    def ended(self, state: Deformed) -> Deformed:
+        """Return a body at the end of a step with what it remembers."""
+        if self.relaxation is None:
+            return state
+        return replace(state, history=ended(self.relaxation, self.materials.materials, state))
 
     def deformed(self, displacement: Array, near: Deformed | None = None) -> Deformed:
         """Return the body at a displacement (n_dofs,) [m].
@@ -104,7 +88,7 @@ class LargeStrain:
         displacement : (n_dofs,) array
             Displacement of all nodes [m].
         near : Deformed, optional
-            The body at a displacement near it, from which the thickness in plane stress is searched.
+            The body at a displacement near it, from which the thickness in plane stress is searched, in the same step.
 
         Raises
         ------
@@ -125,17 +109,20 @@ class LargeStrain:
         if near is not None and self.materials.formulation == "plane_stress":
             # An incompressible body keeps its volume.
             log_strain[:, 2] = near.log_strain[:, 2] + near.log_volume - log_volume_of(log_strain[:, :2])
-        return self._stressed(Deformed(*found, log_strain, np.zeros((0, 3)), None, None))
+        left, history = (None, None) if near is None else (near.left, near.history)
+        return self._stressed(Deformed(*found, log_strain, np.zeros((0, 3)), None, None, left, None, history))
 
     def force(self, state: Deformed) -> Array:
         """Return the forces of the nodes on the body, shape (n_dofs,) [N]."""
         forces = np.zeros_like(self.space.positions)
         parts = state.deformation, state.squared, state.directions, state.stress
         nodal_forces(self.gradients, self.nodes, self.weights.ravel(), *parts, forces)
+        if state.pulled is not None:
+            add_forces(self.gradients, self.nodes, self.weights.ravel(), state.deformation, state.pulled, forces)
         return forces.ravel()
 
     def energy(self, state: Deformed) -> float:
-        """Return the strain energy [J]."""
+        """Return the strain energy, in bodies that relax what springs store [J]."""
         every = np.arange(self.weights.size)
         return float(self.weights.ravel() @ self.energy_densities(state, every))
 
@@ -152,16 +139,46 @@ class LargeStrain:
             if self.volumes is not None:
                 log_volume = log_volume_of(strains[:, : self.space.dim])
                 found = found - selective_energy(material, self.materials.formulation, log_volume)[0]
+            if self.relaxation is not None:
+                found = found + self._point_excess(own, material, state, points[number == own])
             density[number == own] = found
         if self.volumes is None or state.mean_volume is None:
             return density
         mean = np.empty_like(state.mean_volume)
-        for material, _, groups in self._parts():
+        for number_of, (material, _, groups) in enumerate(self._parts()):
             of_groups = np.log(state.mean_volume[groups])
             mean[groups] = selective_energy(material, self.materials.formulation, of_groups)[0]
+            if state.history is not None:
+                mean[groups] += self._group_excess(number_of, state, groups)
         spread = self._spread if len(points) == self.weights.size else self._spread[points]
         density += spread @ mean
         return density
+
+    def _point_excess(self, number: int, material: FiniteMaterial, state: Deformed, points: Indices) -> Array:
+        """Return by how much bodies that relax store more than elastic ones at points (k,), shape (k,) [J/m^3]."""
+        relaxation, history = self._relaxation, state.history
+        found = spring_excess(relaxation, number, material, state, points)
+        if self.volumes is None or history is None:
+            return found
+        values = history.points[points, -2:]
+        dashpots = [own[points, -2:] for own in history.point_dashpots]
+        modulus = material.at_rest().dilatational_modulus(self.materials.formulation)
+        return found - selective_excess(relaxation.constants[number], modulus, values, dashpots)
+
+    def _group_excess(self, number: int, state: Deformed, groups: Indices | slice) -> Array | float:
+        """Return the same of groups with a mean volume, shape (k,) [J/m^3]."""
+        history = state.history
+        if history is None:
+            return 0.0
+        modulus = self.materials.materials[number].at_rest().dilatational_modulus(self.materials.formulation)
+        dashpots = [own[groups] for own in history.group_dashpots]
+        return selective_excess(self._relaxation.constants[number], modulus, history.groups[groups], dashpots)
+
+    @property
+    def _relaxation(self) -> Relaxation:
+        if self.relaxation is None:
+            raise ValueError("an elastic body")
+        return self.relaxation
 
     @cached_property
     def _spread(self) -> sparse.csr_matrix:
@@ -178,8 +195,10 @@ class LargeStrain:
         size = self.nodes.shape[1] * self.space.dim
         matrices = np.empty((len(self.nodes), size, size))
         parts = state.deformation, state.squared, state.directions, state.stress
-        moduli = self._moduli(state)
+        moduli = self._moduli(state, positive=positive)
         stiffness_of_cells(self.gradients, self.weights.ravel(), *parts, moduli, positive, matrices)
+        if state.pulled is not None and not positive:
+            self._add_pulled(state, state.pulled, matrices)
         total = self._pattern.assembled(matrices)
         if self.volumes is None or state.mean_volume is None:
             return total
@@ -195,49 +214,98 @@ class LargeStrain:
     def _stressed(self, state: Deformed) -> Deformed:
         """Return a state with its stresses, and in plane stress its thickness."""
         stress = np.empty_like(state.log_strain)
-        for material, points, _ in self._parts():
-            own = state.log_strain[points]
+        for number, (material, points, _) in enumerate(self._parts()):
+            own, law = state.log_strain[points], self._law(number, material, state.left, points)
             if self.materials.formulation == "plane_stress":
-                own[:, 2] = thinned(material, own)
+                own[:, 2] = thinned(law, own, self._across(state, points) if law is not material else None)
                 state.log_strain[points, 2] = own[:, 2]
-            stress[points] = material.kirchhoff_stress(own)
+            stress[points] = law.kirchhoff_stress(own)
+        if state.left is not None:
+            state = replace(state, pulled=self._pulled(state, state.left))
         if self.volumes is None:
             return replace(state, stress=stress)
         volume = state.volume
         mean = self.volumes.mean @ volume
-        pressure = self._pressure(mean)
+        pressure = self._pressure(mean, state.left)
         felt = 2 if self.materials.formulation == "plane_stress" else 3
-        stress[:, :felt] += (pressure * volume - self._selective(state.log_volume, 1))[:, None]
+        stress[:, :felt] += (pressure * volume - self._selective(state, 1))[:, None]
         return replace(state, stress=stress, mean_volume=mean, pressure=pressure)
 
-    def _pressure(self, mean: Array) -> Array:
+    def _law(
+        self, number: int, material: FiniteMaterial, left: Left | None, points: Indices | slice
+    ) -> FiniteMaterial | StepLaw:
+        """Return the law of a material at the end of a step."""
+        if left is None or self.relaxation is None or not self.relaxation.constants[number].prony:
+            return material
+        taken, pressure = float(left.terms.taken[number]), left.points[points, self.relaxation.tensor]
+        return StepLaw(material, taken, pressure)
+
+    def _across(self, state: Deformed, points: Indices | slice) -> Pulled | None:
+        """Return what the start of a step leaves in the stress across the plane."""
+        if state.left is None:
+            return None
+        one, other, beside, across = state.left.points[points, :4].T
+        (xx, xy), (yx, yy) = state.deformation[points].transpose(1, 2, 0)
+        in_plane = one * (xx**2 + yx**2) + other * (xy**2 + yy**2) + 2.0 * beside * (xx * xy + yx * yy)
+        return Pulled(in_plane, across)
+
+    def _pulled(self, state: Deformed, left: Left) -> Array:
+        """Return what of the stress at all points the start of a step takes, packed, shape (n_p, k) [Pa]."""
+        pulled = np.empty((len(left.points), left.points.shape[1] - 3))
+        push_forward(state.deformation, state.log_strain, left.points, pulled)
+        return pulled
+
+    def _add_pulled(self, state: Deformed, pulled: Array, matrices: Array) -> None:
+        """Add the stiffness of what the start of a step leaves, and in plane stress that of the thickness."""
+        weights = self.weights.ravel()
+        add_stiffness(self.gradients, weights, state.deformation, pulled, matrices)
+        if self.materials.formulation != "plane_stress":
+            return
+        across = self._tangents(state)[:, :, 2]
+        stiffness = across[:, 2] - 2.0 / 9.0 * (pulled[:, 0] + pulled[:, 1]) - 8.0 / 9.0 * pulled[:, 3]
+        parts = state.deformation, state.squared, state.directions
+        add_thickness(self.gradients, weights, *parts, across[:, :2].copy(), pulled, stiffness, matrices)
+
+    def _pressure(self, mean: Array, left: Left | None) -> Array:
         """Return what the mean volumes of groups (n_groups,) make the points feel, shape (n_p,) [Pa]."""
         slope = np.empty_like(mean)
         for material, _, groups in self._parts():
             slope[groups] = selective_energy(material, self.materials.formulation, np.log(mean[groups]))[1]
+        if left is not None:
+            slope += left.moduli[self._volumes.material] * np.log(mean) + left.group_offsets
         slope *= self._volumes.size / mean
         pressure: Array = (self._volumes.mean.T @ slope) / self.weights.ravel()
         return pressure
 
-    def _selective(self, log_volume: Array, derivative: int) -> Array:
-        """Return the selective energy at all points, or a derivative of it, shape (n_p,) [Pa]."""
+    def _selective(self, state: Deformed, derivative: int) -> Array:
+        """Return the first or second derivative of the selective energy at all points, shape (n_p,) [Pa]."""
+        log_volume, left = state.log_volume, state.left
         values = np.empty_like(log_volume)
         for material, points, _ in self._parts():
             values[points] = selective_energy(material, self.materials.formulation, log_volume[points])[derivative]
+        if left is not None and self.relaxation is not None:
+            moduli = left.moduli[self.relaxation.points]
+            values += moduli * log_volume + left.offsets if derivative == 1 else moduli
         return values
 
-    def _moduli(self, state: Deformed) -> Array:
-        """Return the derivative of the stresses at fixed pressures of mean volumes, shape (n_p, dim, dim) [Pa]."""
-        dim = self.space.dim
+    def _tangents(self, state: Deformed) -> Array:
+        """Return the derivative of the stresses of the laws by the logarithmic strains, shape (n_p, 3, 3) [Pa]."""
         moduli = np.empty((len(state.log_strain), 3, 3))
-        for material, points, _ in self._parts():
-            moduli[points] = material.kirchhoff_tangent(state.log_strain[points])
-        if self.materials.formulation == "plane_stress":
+        for number, (material, points, _) in enumerate(self._parts()):
+            law = self._law(number, material, state.left, points)
+            moduli[points] = law.kirchhoff_tangent(state.log_strain[points])
+        return moduli
+
+    def _moduli(self, state: Deformed, *, positive: bool) -> Array:
+        """Return the derivative of the stresses at fixed pressures of mean volumes, shape (n_p, dim, dim) [Pa]."""
+        dim, moduli = self.space.dim, self._tangents(state)
+        # Where the start of a step leaves something, the thickness gives way to this as well.
+        if self.materials.formulation == "plane_stress" and (state.pulled is None or positive):
             across = moduli[:, :2, 2]
             moduli[:, :2, :2] -= across[:, :, None] * across[:, None, :] / moduli[:, 2, 2][:, None, None]
         moduli = np.ascontiguousarray(moduli[:, :dim, :dim])
         if state.pressure is not None:
-            added = state.pressure * state.volume - self._selective(state.log_volume, 2)
+            added = state.pressure * state.volume - self._selective(state, 2)
             moduli += added[:, None, None]
         return moduli
 
@@ -247,6 +315,10 @@ class LargeStrain:
         curvature = np.empty_like(mean)
         for material, _, groups in self._parts():
             _, slope, second = selective_energy(material, self.materials.formulation, np.log(mean[groups]))
+            if state.left is not None:
+                modulus = state.left.moduli[self._volumes.material[groups]]
+                second = second + modulus
+                slope = slope + modulus * np.log(mean[groups]) + state.left.group_offsets[groups]
             curvature[groups] = second - slope
         found: Array = self._volumes.size * curvature / mean**2
         return found
@@ -310,4 +382,5 @@ def large_strain(
     weights = depth * np.ascontiguousarray(space.full.dx)
     volumes = None if integration == "full" else mean_volumes(space, materials, weights, integration)
     nodes = np.ascontiguousarray(space.full.element_dofs.T, dtype=np.int64)
-    return LargeStrain(space, materials, shape_gradients(space.full, every), nodes, weights, volumes)
+    relaxation = relaxation_of(materials, weights.shape[1], volumes)
+    return LargeStrain(space, materials, shape_gradients(space.full, every), nodes, weights, volumes, relaxation)

@@ -16,7 +16,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-__all__ = ["nodal_forces", "stiffness_of_cells", "strains", "strains_in_plane", "volume_slopes"]
+__all__ = ["diagonalise", "nodal_forces", "stiffness_of_cells", "strains", "strains_in_plane", "volume_slopes"]
 
 # Difference of stretches below which the quotient of differences is taken as a derivative; its error is the square.
 _ALIKE = 1e-5
@@ -63,7 +63,7 @@ def strains(gradients, nodes, displacement, deformation, squared, directions):  
                 0.5 * (xz + zx + xx * xz + yx * yz + zx * zz),
                 0.5 * (yz + zy + xy * xz + yy * yz + zy * zz),
             )
-            one, two, three = _diagonalise(strain, out)
+            one, two, three = diagonalise(strain, out)
             squared[p, 0], squared[p, 1], squared[p, 2] = 1.0 + 2.0 * one, 1.0 + 2.0 * two, 1.0 + 2.0 * three
             volume = _determinant(own)
             # What is no number is worse than anything.
@@ -127,7 +127,7 @@ def _determinant(matrix):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True)
-def _diagonalise(strain, directions):  # type: ignore[no-untyped-def]
+def diagonalise(strain, directions):  # type: ignore[no-untyped-def]
     """Return the principal values of a strain (xx, yy, zz, xy, xz, yz) by Jacobi's rotations.
 
     Principal directions become the columns of `directions`.

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.fe.finite.bulk import Deformed, LargeStrain
+from fingerslip.fe.finite.bulk import LargeStrain
+from fingerslip.fe.finite.deformed import Deformed
 from fingerslip.fe.recovery import cells_around
 from fingerslip.materials.material import SHEARS
 
@@ -48,19 +49,30 @@ class FiniteRecovery:
         Components are named by :func:`fingerslip.fe.recovery.stress_components`.
         """
         points, dim = self.points, self.bulk.space.dim
-        stress = state.stress[points] * np.exp(-state.log_strain[points].sum(axis=1, keepdims=True))
+        shrunk = np.exp(-state.log_strain[points].sum(axis=1))
+        stress = state.stress[points] * shrunk[:, None]
         stretches = np.sqrt(state.squared[points])
         axes = state.deformation[points] @ state.directions[points] / stretches[:, None, :]
         full = np.einsum("nik,nk,njk->nij", axes, stress[:, :dim], axes)
         normal = [full[:, axis, axis] for axis in range(dim)]
         across = [stress[:, 2]] if dim == 2 else []
-        found: Array = self.mean @ np.column_stack([*normal, *across, *(full[:, i, j] for i, j in SHEARS[dim])])
+        components = np.column_stack([*normal, *across, *(full[:, i, j] for i, j in SHEARS[dim])])
+        if state.pulled is not None:
+            components -= shrunk[:, None] * _deviator(state.pulled[points], dim)
+        found: Array = self.mean @ components
         return found
 
     def energy_densities(self, state: Deformed) -> Array:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of a deformed body."""
         found: Array = self.mean @ self.bulk.energy_densities(state, self.points)
         return found
+
+
+def _deviator(packed: Array, dim: int) -> Array:
+    """Return the components of the deviators of packed tensors (n, k), in the order of stress components."""
+    found = packed[:, [0, 1, 3, 2]] if dim == 2 else packed.copy()
+    found[:, :3] -= found[:, :3].mean(axis=1, keepdims=True)
+    return found
 
 
 def finite_cell_recovery(bulk: LargeStrain) -> FiniteRecovery:

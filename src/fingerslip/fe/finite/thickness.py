@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Protocol
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import FingerslipError
-from fingerslip.materials.finite import FiniteMaterial
+from fingerslip.materials.relaxing import StepLaw
 
-__all__ = ["thinned"]
+__all__ = ["Pulled", "thinned"]
 
 Array = NDArray[np.float64]
 
@@ -18,28 +21,69 @@ _LIMIT, _RENEWED = 60, 6
 _LAST, _LARGEST = 1e-10, 0.5
 
 
-def thinned(material: FiniteMaterial, log_strain: Array) -> Array:
+class _Law(Protocol):
+    """What the thickness follows from."""
+
+    def kirchhoff_stress(self, log_strain: Array) -> Array:
+        """Return the principal Kirchhoff stresses [Pa], shape (n, 3)."""
+
+    def kirchhoff_tangent(self, log_strain: Array) -> Array:
+        """Return their derivative by the logarithmic strains [Pa], shape (n, 3, 3)."""
+
+
+@dataclass(frozen=True)
+class Pulled:
+    """What the start of a step takes from the stress across, the deviator of J^(-2/3) F Y F^T.
+
+    Parameters
+    ----------
+    in_plane : (n,) array
+        Y:C in the plane [Pa].
+    across : (n,) array
+        Component of Y across the plane [Pa].
+    """
+
+    in_plane: Array
+    across: Array
+
+    def stress(self, log_strain: Array) -> tuple[Array, Array]:
+        """Return what comes to the stress across and to its derivative [Pa], (n,) each, at strains (n, 3)."""
+        scale = np.exp(-2.0 / 3.0 * log_strain.sum(axis=1))
+        own = scale * self.across * np.exp(2.0 * log_strain[:, 2])
+        third = (own + scale * self.in_plane) / 3.0
+        return third - own, -2.0 / 3.0 * (third + own)
+
+
+def thinned(material: _Law, log_strain: Array, pulled: Pulled | None = None) -> Array:
     """Return the logarithmic strain across the plane, shape (n,).
 
     Parameters
     ----------
-    material : FiniteMaterial
+    material : FiniteMaterial or StepLaw
         The law.
     log_strain : (n, 3) array
         Principal logarithmic strains [-]; the last ones are a first guess.
+    pulled : Pulled, optional
+        What the start of a step takes from the stress.
 
     Raises
     ------
     FingerslipError
         Where the law has no such state.
     """
-    trial = log_strain.copy()
+    trial, nothing = log_strain.copy(), np.zeros(len(log_strain))
     for iteration in range(_LIMIT):
+        added, stiffer = (nothing, nothing) if pulled is None else pulled.stress(trial)
         if iteration % _RENEWED == 0:
-            stiffness = material.kirchhoff_tangent(trial)[:, 2, 2].copy()
-        change = np.clip(material.kirchhoff_stress(trial)[:, 2] / stiffness, -_LARGEST, _LARGEST)
+            stiffness = material.kirchhoff_tangent(trial)[:, 2, 2] + stiffer
+        change = np.clip((material.kirchhoff_stress(trial)[:, 2] + added) / stiffness, -_LARGEST, _LARGEST)
         trial[:, 2] -= change
         if np.abs(change).max(initial=0.0) <= _LAST:
             return trial[:, 2]
-    found = f"{type(material).__name__}: no thickness with zero stress across the plane was found"
+    found = f"{_name(material)}: no thickness with zero stress across the plane was found"
     raise FingerslipError(f"{found}; take plane strain, or smaller steps")
+
+
+def _name(material: _Law) -> str:
+    """Return the name of a law for messages."""
+    return type(material.material if isinstance(material, StepLaw) else material).__name__

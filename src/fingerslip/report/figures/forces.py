@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fingerslip.report.figures.marks import event_keys, limit_to_slides, mark_run, name_run
+from fingerslip.report.figures.marks import limit_to_slides, mark_run, name_run, run_keys
 from fingerslip.report.figures.style import (
     BLACK,
     BLUE,
@@ -26,6 +26,7 @@ from fingerslip.report.figures.style import (
     styled,
     titled,
 )
+from fingerslip.report.figures.times import ShownTime, shown_time, shown_times
 from fingerslip.slip import Events, contact_forces, slipping_fraction
 
 __all__ = ["energy_figure", "force_figure", "force_overview_figure"]
@@ -72,17 +73,18 @@ def force_figure(history: xr.Dataset, events: Events | None = None, title: str =
     matplotlib.figure.Figure
         Forces of the first counterface on the body [N] above, ratios [-] below.
     """
-    figure, panels = _time_panels("Forces and slipping area", title)
-    times, forces = history["time"].values, contact_forces(history)
+    shown, forces = shown_time(history), contact_forces(history)
+    figure, panels = _time_panels("Forces and slipping area", title, shown)
+    times = shown.values
     scale, unit = _scale(float(np.abs(forces.normal).max()), "N")
     panels[0].plot(times, scale * forces.normal, color=BLUE, label="normal force")
     panels[0].plot(times, scale * forces.friction, color=VERMILLION, label="tangential force")
     panels[0].set_ylabel(f"force [{unit}]")
-    _draw_ratios(panels[1], history)
+    _draw_ratios(panels[1], history, times)
     panels[1].set_ylabel("ratio, fraction")
     for axes in panels:
         mark_run(axes, history, events.slip if events else None)
-    _finish(panels, times)
+    _finish(panels, shown)
     name_run(panels[:1], history, events.slip if events else None)
     return figure
 
@@ -99,14 +101,17 @@ def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[s
         Their events; those from accumulated slip are marked.
     """
     title = "Tangential over normal force and slipping area"
-    figure, panels = run_panels(tuple(histories), title, ("time [s]", "ratio, fraction"))
-    for axes, (name, history) in zip(panels, histories.items(), strict=True):
-        _draw_ratios(axes, history)
+    shown = shown_times(tuple(histories.values()))
+    figure, panels = run_panels(tuple(histories), title, (shown[0].label, "ratio, fraction"))
+    for axes, (name, history), time in zip(panels, histories.items(), shown, strict=True):
+        _draw_ratios(axes, history, time.values)
+        if time.logarithmic:
+            time.fit(axes)
         own = events.get(name)
         mark_run(axes, history, own.slip if own else None)
     limit_to_slides(panels[0], histories, events)
     handles, names = panels[0].get_legend_handles_labels()
-    add_legend(figure, {**dict(zip(names, handles, strict=True)), **event_keys()})
+    add_legend(figure, {**dict(zip(names, handles, strict=True)), **run_keys(histories, events)})
     return figure
 
 
@@ -126,8 +131,9 @@ def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
     matplotlib.figure.Figure
         Work, strain energy, friction and relaxation above, the small parts and the imbalance below (absolute values).
     """
-    figure, panels = _time_panels("Energy balance", title)
-    times, work = history["time"].values, float(np.abs(history["external_work"].values).max())
+    shown = shown_time(history)
+    figure, panels = _time_panels("Energy balance", title, shown)
+    times, work = shown.values, float(np.abs(history["external_work"].values).max())
     scale, unit = _scale(work, "J")
     for name, (label, colour) in _LARGE_ENERGIES.items():
         panels[0].plot(times, scale * history[name].values, color=colour, label=label)
@@ -138,24 +144,24 @@ def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
         panels[1].semilogy(times, np.maximum(share, _ROUNDING), color=colour, linewidth=1.0, label=label)
     panels[0].set_ylabel(f"energy [{unit}]")
     panels[1].set_ylabel("share of the largest work")
-    _finish(panels, times)
+    _finish(panels, shown)
     return figure
 
 
-def _time_panels(title: str, more: str) -> tuple[Figure, list[Axes]]:
+def _time_panels(title: str, more: str, shown: ShownTime) -> tuple[Figure, list[Axes]]:
     """Make two panels over time, one below the other."""
-    return figure_grid(2, 1, (6.8, 2.2), titled(title, more), ("time [s]", ""), share="x")
+    return figure_grid(2, 1, (6.8, 2.2), titled(title, more), (shown.label, ""), share="x")
 
 
-def _finish(panels: Sequence[Axes], times: np.ndarray) -> None:
+def _finish(panels: Sequence[Axes], shown: ShownTime) -> None:
     """Give each panel its legend at its right, and all of the time."""
     for axes in panels:
         axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
-        axes.set_xlim(times[0], times[-1])
+        shown.fit(axes)
 
 
-def _draw_ratios(axes: Axes, history: xr.Dataset) -> None:
-    times, ratio = history["time"].values, contact_forces(history).ratio(_PRESSED)
+def _draw_ratios(axes: Axes, history: xr.Dataset, times: np.ndarray) -> None:
+    ratio = contact_forces(history).ratio(_PRESSED)
     friction = float(history["counterface_friction_coefficient"].values[0])
     axes.plot(times, slipping_fraction(history).values, color=ORANGE, linewidth=1.0, label="slipping area fraction")
     axes.plot(times, ratio, color=BLUE, label="tangential / normal force")

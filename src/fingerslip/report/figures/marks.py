@@ -25,6 +25,7 @@ __all__ = [
     "mark_slide",
     "name_events",
     "name_run",
+    "run_keys",
     "shown_until",
 ]
 
@@ -163,6 +164,13 @@ def happened(events: Iterable[SlipEvents], names: Sequence[str] = MAIN_EVENTS) -
     """Return those of the named events that happened in any of some runs, so that legends have keys for no others."""
     runs = tuple(events)
     return tuple(name for name in names if any(run.time(name) is not None for run in runs))
+
+
+def run_keys(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> dict[str, Artist]:
+    """Return keys for the lines that :func:`mark_run` draws from accumulated slip; none where nothing slides."""
+    if all(slide_window(history) is None for history in histories.values()):
+        return {}
+    return event_keys(happened(own.slip for own in events.values()))
 
 
 def event_keys(names: Sequence[str] = MAIN_EVENTS) -> dict[str, Artist]:

@@ -25,6 +25,7 @@ from fingerslip.report.figures.style import (
     styled,
     titled,
 )
+from fingerslip.report.figures.times import shown_time
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, PeakSettings, PeakTable, acceleration_peaks, peak_signal, receptor_signals
 
@@ -57,7 +58,7 @@ def acceleration_figure(history: xr.Dataset, events: Events | None = None, title
     figure, panels = figure_grid(len(kinds), 1, (6.8, 1.45), titled("Acceleration at the receptors", title), labels)
     signals, own = receptor_signals(history), events.acceleration if events else None
     for axes, kind in zip(panels, kinds, strict=True):
-        _draw_areas(axes, signals, "acceleration", kind)
+        _draw_areas(axes, signals, "acceleration", kind, signals["time"].values)
         mark_run(axes, history, own)
         axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
     limit_to_slides(panels[0], {title: history}, {title: events} if events else {})
@@ -123,16 +124,17 @@ def strain_energy_density_figure(history: xr.Dataset, events: Events | None = No
     matplotlib.figure.Figure
         A panel for each recorded type [J/m^3]; each has its own scale.
     """
-    labels, kinds = ("time [s]", "strain energy density [J/m³]"), _recorded_kinds(history)
+    shown = shown_time(history)
+    labels, kinds = (shown.label, "strain energy density [J/m³]"), _recorded_kinds(history)
     heading = titled("Strain energy density", title)
     figure, panels = figure_grid(len(kinds), 2, (3.6, 2.2), heading, labels, share="x")
     signals, own = receptor_signals(history), events.slip if events else None
     for axes, kind in zip(panels, kinds, strict=True):
-        _draw_areas(axes, signals, "strain_energy_density", kind)
+        _draw_areas(axes, signals, "strain_energy_density", kind, shown.values)
         axes.set_title(kind, pad=28.0 if axes in panels[:2] else 4.0, fontweight="bold")
         mark_run(axes, history, own)
         axes.set_ylim(bottom=0.0)
-        axes.set_xlim(float(signals["time"][0]), float(signals["time"][-1]))
+        shown.fit(axes)
     name_run(panels[:2], history, own)
     add_legend(figure, _area_keys())
     return figure
@@ -143,11 +145,11 @@ def _recorded_kinds(history: xr.Dataset) -> tuple[str, ...]:
     return tuple(kind for kind in RECEPTOR_KINDS if sites_of_kinds(history, (kind,)).size) or RECEPTOR_KINDS
 
 
-def _draw_areas(axes: Axes, signals: xr.Dataset, name: str, kind: str) -> None:
+def _draw_areas(axes: Axes, signals: xr.Dataset, name: str, kind: str, times: np.ndarray) -> None:
     for area, colour in AREA_COLOURS.items():
         signal = signals[name].sel(kind=kind, area=area)
         if bool(signal.notnull().any()):
-            axes.plot(signals["time"].values, signal.values, color=colour, linewidth=1.1)
+            axes.plot(times, signal.values, color=colour, linewidth=1.1)
         else:
             say(axes, f"no receptor in area {area}", _NOTE_HEIGHTS[area])
 

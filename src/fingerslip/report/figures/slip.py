@@ -15,14 +15,15 @@ from numpy.typing import NDArray
 
 from fingerslip.history import OPEN
 from fingerslip.report.figures.marks import (
-    event_keys,
     limit_to_slides,
     mark_events,
     mark_run,
     name_events,
+    run_keys,
     shown_until,
 )
 from fingerslip.report.figures.style import BLACK, add_legend, figure_grid, run_panels, say, styled, titled
+from fingerslip.report.figures.times import ShownTime, shown_times
 from fingerslip.slip import Events, SlideWindow, slide_tangent, slide_window
 
 __all__ = ["contact_displacement_figure", "slip_maps_figure"]
@@ -48,15 +49,16 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, E
     matplotlib.figure.Figure
         Time in seconds to the right, tangential position in millimetres upwards, colour for the state.
     """
-    labels = ("time [s]", "position along the plate [mm]")
+    shown = shown_times(tuple(histories.values()))
+    labels = (shown[0].label, "position along the plate [mm]")
     figure, panels = run_panels(tuple(histories), "Stick and slip along the contact", labels)
-    for axes, (name, history) in zip(panels, histories.items(), strict=True):
-        _draw_states(axes, history)
+    for axes, (name, history), time in zip(panels, histories.items(), shown, strict=True):
+        _draw_states(axes, history, time)
         own = events.get(name)
         mark_run(axes, history, own.slip if own else None)
     limit_to_slides(panels[0], histories, events, before=0.3)
     patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATE_COLOURS.items()}
-    add_legend(figure, {**patches, **event_keys()})
+    add_legend(figure, {**patches, **run_keys(histories, events)})
     return figure
 
 
@@ -103,7 +105,7 @@ def contact_displacement_figure(history: xr.Dataset, events: Events | None = Non
     return figure
 
 
-def _draw_states(axes: Axes, history: xr.Dataset) -> None:
+def _draw_states(axes: Axes, history: xr.Dataset, time: ShownTime) -> None:
     state = history["contact_state"].values
     along = 1e3 * history["contact_position"].values @ slide_tangent(history)
     touched = np.flatnonzero((state != OPEN).any(axis=0))
@@ -112,15 +114,17 @@ def _draw_states(axes: Axes, history: xr.Dataset) -> None:
         return
     order = touched[np.argsort(along[touched])]
     every = max(history.sizes["time"] // _MOST_COLUMNS, 1)
-    times = history["time"].values[::every]
+    chosen = np.flatnonzero(np.isfinite(time.values))[::every]
     axes.pcolormesh(
-        _borders(times),
+        np.exp(_borders(np.log(time.values[chosen]))) if time.logarithmic else _borders(time.values[chosen]),
         _borders(along[order]),
-        state[::every][:, order].T,
+        state[chosen][:, order].T,
         cmap=ListedColormap(list(_STATE_COLOURS.values())),
         norm=BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3),
         rasterized=True,
     )
+    if time.logarithmic:
+        time.fit(axes)
     axes.grid(visible=False)
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+
+import xarray as xr
 
 from fingerslip.published import PublishedSet
 from fingerslip.report.figures.convergence import convergence_figure
 from fingerslip.report.figures.forces import force_overview_figure
+from fingerslip.report.figures.held import held_figure, is_held
 from fingerslip.report.figures.receptors import acceleration_overview_figure
 from fingerslip.report.figures.study import event_times_figure, latency_figure
 from fingerslip.report.labels import swept_text
@@ -117,7 +120,9 @@ def _side_by_side_section(content: ReportContent) -> ReportSection:
 
 
 def _swept_pictures(content: ReportContent) -> list[Picture]:
-    """Draw event times against every swept number, and latency by every swept word."""
+    """Draw event times against every swept number, and latency by every swept word; nothing where nothing slid."""
+    if _are_held(content.titled_histories()):
+        return []
     pictures, runs, reference = [], content.study.runs, _merged(content.references)
     for path in swept_paths(runs):
         values = list(dict.fromkeys(swept_text(run.swept[path]) for run in runs if path in run.swept))
@@ -133,8 +138,15 @@ def _swept_pictures(content: ReportContent) -> list[Picture]:
     return pictures
 
 
+def _are_held(histories: Mapping[str, xr.Dataset]) -> bool:
+    return bool(histories) and all(map(is_held, histories.values()))
+
+
 def _overview_pictures(content: ReportContent) -> list[Picture]:
     histories, events = content.titled_histories(), content.titled_events()
+    if _are_held(histories):
+        said = "How the force changes, and how far bodies move, while nothing slides."
+        return [Picture("held", said, held_figure(histories))]
     if len(histories) < 2:
         return []
     kinds = [picture_set(history) for history in histories.values()]

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import skfem
 import xarray as xr
 
+from fingerslip.report.figures.held import is_held
 from fingerslip.report.figures.section import receptor_positions, section_figure
 from fingerslip.report.figures.slip import contact_displacement_figure, slip_maps_figure
 from fingerslip.report.page.page import Picture
@@ -25,12 +26,12 @@ def _model(run: RunToDraw, mesh: skfem.Mesh) -> list[Picture]:
 
 def _run(run: RunToDraw) -> list[Picture]:
     slip_map = slip_maps_figure({run.title: run.history}, {run.title: run.events})
-    displacement = contact_displacement_figure(run.history, run.events, run.title)
-    said = "Displacement of nodes over the contact, beside that of the plate."
-    return [
-        Picture(f"{run.name}-slip-map", _SLIP_MAP, slip_map),
-        Picture(f"{run.name}-displacement", said, displacement),
-    ]
+    pictures = [Picture(f"{run.name}-slip-map", _SLIP_MAP, slip_map)]
+    if not is_held(run.history):
+        displacement = contact_displacement_figure(run.history, run.events, run.title)
+        said = "Displacement of nodes over the contact, beside that of the plate."
+        pictures.append(Picture(f"{run.name}-displacement", said, displacement))
+    return pictures
 
 
 def _side_by_side(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> list[Picture]:

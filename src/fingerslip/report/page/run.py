@@ -9,6 +9,7 @@ import xarray as xr
 
 from fingerslip.history import is_solid, sites_of_kinds
 from fingerslip.report.figures.forces import energy_figure, force_figure
+from fingerslip.report.figures.held import is_held
 from fingerslip.report.figures.receptors import acceleration_figure, strain_energy_density_figure
 from fingerslip.report.page.page import DrawnPicture, Picture, ReportSection
 from fingerslip.report.page.pictures import PictureSet, RunPictures, RunToDraw
@@ -100,9 +101,10 @@ def _energy(run: RunToDraw) -> Picture:
 
 def _receptors(run: RunToDraw) -> list[Picture]:
     where = "at the receptors around both edges of the contact."
-    acceleration = acceleration_figure(run.history, run.events, run.title)
     density = strain_energy_density_figure(run.history, run.events, run.title)
-    return [
-        Picture(f"{run.name}-acceleration", f"Acceleration along the plate {where}", acceleration),
-        Picture(f"{run.name}-strain-energy-density", f"Strain energy density {where}", density),
-    ]
+    pictures = [Picture(f"{run.name}-strain-energy-density", f"Strain energy density {where}", density)]
+    if not is_held(run.history):
+        acceleration = acceleration_figure(run.history, run.events, run.title)
+        said = f"Acceleration along the plate {where}"
+        pictures.insert(0, Picture(f"{run.name}-acceleration", said, acceleration))
+    return pictures

@@ -12,7 +12,7 @@ import pydantic
 
 from fingerslip.errors import InputError, Mistakes, warn_renamed
 from fingerslip.fe.integration import Integration
-from fingerslip.materials.choice import MaterialChoice
+from fingerslip.materials.choice import PRESET, AnyMaterial, MaterialEntry, material_of
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.materials.material import Formulation
 from fingerslip.model import Component, Kinematics, SupportMotion
@@ -115,8 +115,9 @@ class Study(SpecimenChoice):
         What is recorded.
     dynamics : DynamicsSettings
         Whether motions are computed on the mesh or in a reduced basis of it.
-    materials : mapping of str to Elastic, NeoHookean, MooneyRivlin or Ogden
-        Materials by region, `law` says which kind (elastic without it); they replace those of the specimen.
+    materials : mapping of str to Elastic, NeoHookean, MooneyRivlin or Ogden, or mapping
+        Materials by region, `law` says which kind (elastic without it), or `preset` and the values that differ from it;
+        they replace those of the specimen.
     supports : mapping of str to tuple of {'x', 'y', 'z'}
         Fixed components by boundary or region; without them the specimen's, such as the phalanx of a
         fingertip.
@@ -157,7 +158,7 @@ class Study(SpecimenChoice):
     kinematics: Kinematics = "small"
     record: RecordSettings = RecordSettings()
     dynamics: DynamicsSettings = DynamicsSettings()
-    materials: Mapping[str, MaterialChoice] = pydantic.Field(default_factory=dict)
+    materials: Mapping[str, MaterialEntry] = pydantic.Field(default_factory=dict)
     supports: Mapping[str, tuple[Component, ...]] = pydantic.Field(default_factory=dict)
     support_motions: Mapping[str, SupportMotion] = pydantic.Field(default_factory=dict)
     tractions: Mapping[str, TractionSettings] = pydantic.Field(default_factory=dict)
@@ -177,6 +178,11 @@ class Study(SpecimenChoice):
     def all_contacts(self) -> tuple[ContactSettings, ...]:
         """The contacts, whether one or several."""
         return self.contacts if self.contact is None else (self.contact,)
+
+    @property
+    def all_materials(self) -> Mapping[str, AnyMaterial]:
+        """The materials by region, with all their values."""
+        return {name: material_of(entry) for name, entry in self.materials.items()}
 
 
 def read_study(path: str | Path) -> Study:
@@ -322,6 +328,12 @@ def known_paths(mapping: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:
     for kind, presets in SPECIMENS.items():
         if sections.get(kind) is not None:
             sections[kind] = {"preset": "", **as_mapping(presets.changed(sections[kind]))}
+            sections[kind]["materials"] = {
+                name: {PRESET: "", **own} for name, own in sections[kind]["materials"].items()
+            }
+    for name, entry in sections.get("materials", {}).items():
+        if PRESET in entry:
+            sections["materials"][name] = {PRESET: "", **as_mapping(material_of(entry))}
     return {
         name: (name, *walk(section, name)) for name, section in sections.items() if name not in ("title", *NOT_OF_A_RUN)
     }

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from fingerslip.errors import InputError
+from fingerslip.materials.choice import PRESET, material_of
 from fingerslip.parameters import as_mapping
 from fingerslip.results import SAMPLE, RefusedRun
 from fingerslip.specimens.protocol import Specimen
@@ -52,11 +53,22 @@ class Run:
         mapping = study_mapping(self.study)
         kind = self.study.specimen_kind
         if kind is not None:
-            mapping[kind] = {"preset": mapping[kind]["preset"], **as_mapping(self.specimen)}
+            mapping[kind] = {"preset": mapping[kind]["preset"], **self._specimen_values(mapping[kind])}
+        for name, entry in self.study.materials.items():
+            if isinstance(entry, Mapping):
+                mapping["materials"][name] = {PRESET: entry[PRESET], **as_mapping(material_of(entry))}
         named = f"{mapping['title']}: {self.name}" if self.swept else mapping["title"]
         kept = {key: value for key, value in mapping.items() if key not in ("title", *NOT_OF_A_RUN)}
         result: dict[str, Any] = _without_empty({"title": named, **kept})
         return result
+
+    def _specimen_values(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return all values of the specimen; a material that starts from one that ships keeps its name."""
+        values: dict[str, Any] = as_mapping(self.specimen)
+        for name, own in (given.get("materials") or {}).items():
+            if PRESET in own:
+                values["materials"][name] = {PRESET: own[PRESET], **values["materials"][name]}
+        return values
 
 
 @dataclass(frozen=True)
@@ -140,6 +152,9 @@ def _run(study: Study, changed: Mapping[str, Any], source: Path, named: _Named) 
 
 def _without_empty(value: Any) -> Any:
     """Leave out what was not given, so that the written run reads like a study file."""
+    if isinstance(value, Mapping) and PRESET in value and "law" in value:
+        # A material that starts from one that ships may differ from it in that something is empty.
+        return dict(value)
     if isinstance(value, Mapping):
         return {key: _without_empty(item) for key, item in value.items() if item is not None and item not in ({}, [])}
     return [_without_empty(item) for item in value] if isinstance(value, list) else value

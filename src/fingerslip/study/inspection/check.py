@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TypeAlias
 
 from fingerslip.dynamics.simulation import step_times
 from fingerslip.fe.space import build_space
@@ -12,16 +13,24 @@ from fingerslip.report.tables.table import Column, Table
 from fingerslip.study.running.cost import estimated_seconds
 from fingerslip.study.running.plan import Plan, plan_studies
 from fingerslip.study.running.runner import prepare_samples
+from fingerslip.timing import Adaptive, Timing
 
 __all__ = ["check_studies"]
+
+_Row: TypeAlias = tuple[str, str, str, int, int, int | str, float]
 
 _COLUMNS = (
     Column("study"),
     Column("run"),
     Column("state"),
     Column("degrees of freedom"),
+    Column("records"),
     Column("steps"),
     Column("estimated time", "s", 0),
+)
+_CONTROLLED = (
+    " With step: auto the number of steps is known only afterwards. 'At least' means one for each record, two where"
+    " quasi-static, and the time is that of so many."
 )
 
 
@@ -46,14 +55,19 @@ def check_studies(paths: Sequence[str | Path], results_dir: str | Path = "result
         For all mistakes in the files; where there are none, for the first model that cannot be built.
     """
     rows = [row for plan in plan_studies(paths, results_dir) for row in _rows(plan)]
-    seconds = sum(float(row[-1]) for row in rows if row[2] == "to do")
-    note = (
-        f"{len(rows)} run{'s' * (len(rows) != 1)}, about {max(seconds / 60, 0.1):.1f} min of computing in one process."
-    )
-    return Table("Checked: no mistakes found", _COLUMNS, tuple(rows), note)
+    return Table("Checked: no mistakes found", _COLUMNS, tuple(rows), _note(rows))
 
 
-def _rows(plan: Plan) -> list[tuple[str, str, str, int, int, float]]:
+def _note(rows: Sequence[_Row]) -> str:
+    seconds = sum(row[-1] for row in rows if row[2] == "to do")
+    controlled = any(isinstance(row[-2], str) for row in rows)
+    about = "at least" if any(isinstance(row[-2], str) and row[2] == "to do" for row in rows) else "about"
+    runs = f"{len(rows)} run{'s' * (len(rows) != 1)}"
+    note = f"{runs}, {about} {max(seconds / 60, 0.1):.1f} min of computing in one process."
+    return note + _CONTROLLED * controlled
+
+
+def _rows(plan: Plan) -> list[_Row]:
     finished = plan.finished()
     prepared = prepare_samples(plan, plan.runs)
     return [
@@ -61,10 +75,18 @@ def _rows(plan: Plan) -> list[tuple[str, str, str, int, int, float]]:
             (plan.source.name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job.model))
             for job in prepared.jobs
         ),
-        *((plan.source.name, sample.name, f"refused: {sample.reason}", 0, 0, 0.0) for sample in prepared.refused),
+        *((plan.source.name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in prepared.refused),
     ]
 
 
-def _size(model: Model) -> tuple[int, int, float]:
-    unknowns, steps = build_space(model.mesh).n_dofs, step_times(model).size - 1
-    return unknowns, steps, estimated_seconds(unknowns, steps, model.mesh.dim(), model.kinematics)
+def _size(model: Model) -> tuple[int, int, int | str, float]:
+    """Return the unknowns, records behind the start, steps (in words where the error decides) and seconds of a run."""
+    unknowns, records = build_space(model.mesh).n_dofs, step_times(model).size - 1
+    steps = records * _steps_to_a_record(model.time)
+    known = f"at least {steps:,}" if isinstance(model.time, Adaptive) else steps
+    return unknowns, records, known, estimated_seconds(unknowns, steps, model.mesh.dim(), model.kinematics)
+
+
+def _steps_to_a_record(time: Timing) -> int:
+    """Return the fewest steps from record to record: steps that control their error are halved where quasi-static."""
+    return 2 if isinstance(time, Adaptive) and time.scheme == "quasi_static" else 1

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from fingerslip.errors import InputError
+from fingerslip.materials.library import material_header, material_names, material_table
+from fingerslip.parameters.presets import PresetValue
 from fingerslip.report.tables.events import readings_table
 from fingerslip.report.tables.measures import measures_table
 from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
@@ -19,16 +22,16 @@ from fingerslip.study.inspection.draw import draw_fingertip
 from fingerslip.study.storage.reporting import read_stored, read_stored_run, study_tables
 from fingerslip.study.storage.values import Specified, value_rows
 
-__all__ = ["presets_table", "show"]
+__all__ = ["materials_table", "presets_table", "show"]
 
 
 def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
-    """Return tables of a preset, of a study file, or of a folder of results.
+    """Return tables of a preset or a material that ships, of a study file, or of a folder of results.
 
     Parameters
     ----------
     target : str, optional
-        Name of a preset, or a path; without it the presets are listed.
+        Name of a preset or a material, or a path; without it both are listed.
     figure : Path, optional
         Picture of the fingertip to write, of a preset or a study.
 
@@ -46,7 +49,7 @@ def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
     """
     if figure is not None:
         draw_fingertip(target, figure)
-    return _tables(target) if target else (presets_table(),)
+    return _tables(target) if target else (presets_table(), materials_table())
 
 
 def _tables(target: str) -> tuple[Table, ...]:
@@ -56,8 +59,10 @@ def _tables(target: str) -> tuple[Table, ...]:
     if path.suffix in (".yaml", ".yml"):
         return (_study_table(path),)
     if target in preset_names():
-        return (_preset_table(target),)
-    repair = f"presets: {', '.join(preset_names())}"
+        return (_preset_table(target, preset_header(target), preset_table(target)),)
+    if target in material_names():
+        return (_preset_table(target, material_header(target), material_table(target)),)
+    repair = f"presets: {', '.join((*preset_names(), *material_names()))}"
     raise InputError(f"show {target}", "is not there", "needs a preset, a study file or a folder of results", repair)
 
 
@@ -67,9 +72,16 @@ def presets_table() -> Table:
     return Table("Presets", (Column("name"), Column("after")), rows, "fingerslip show NAME lists all values.")
 
 
-def _preset_table(name: str) -> Table:
-    header = preset_header(name)
-    rows = tuple((row.path, row.value, row.source, row.note) for row in preset_table(name))
+def materials_table() -> Table:
+    """Return the materials that ship."""
+    rows = tuple((name, material_header(name)["citation"]) for name in material_names())
+    return Table(
+        "Materials", (Column("name"), Column("after")), rows, "In study files: materials: {REGION: {preset: NAME}}."
+    )
+
+
+def _preset_table(name: str, header: Mapping[str, str], values: Sequence[PresetValue]) -> Table:
+    rows = tuple((row.path, row.value, row.source, row.note) for row in values)
     return Table(f"{name}: {header['citation']}", COLUMNS, rows, f"{header['published']} {header['claims_not']}")
 
 

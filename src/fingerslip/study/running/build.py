@@ -135,7 +135,7 @@ def _model(run: Run, mesh: Any) -> Model:
     dim = 3 if formulation == "solid" else int(mesh.dim())
     return Model(
         mesh=mesh,
-        materials={**specimen.materials, **study.materials},
+        materials={**specimen.materials, **study.all_materials},
         formulation=formulation,
         depth=study.depth or (1.0 if formulation == "solid" else specimen.depth),
         supports=_supports(study, specimen, dim),

@@ -6,11 +6,15 @@ of the program counts as default.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from fingerslip.materials.choice import MATERIALS, PRESET, material_of
 from fingerslip.parameters import Leaf, walk_values
+from fingerslip.parameters.dotted import is_below, known_part
+from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.report.tables.parameters import NOT_USED, ShownValue
 from fingerslip.specimens.choice import SPECIMENS
 from fingerslip.specimens.protocol import ModelUse, Specimen
@@ -100,8 +104,14 @@ def _rows(run: Specified, given: Collection[str] | None) -> Iterator[_Row]:
         yield from _specimen_rows(run, run.specimen, given)
     if _is_solid(run.study) and run.study.formulation is None:
         yield _row("formulation", "solid", "derived", "three-dimensional elements")
+    named = {f"materials.{name}": entry for name, entry in run.study.materials.items() if isinstance(entry, Mapping)}
+    for path, entry in named.items():
+        yield _row(f"{path}.{PRESET}", str(entry[PRESET]), STUDY_FILE)
+        origin = _origin_of(MATERIALS, str(entry[PRESET]), path)
+        yield from (_row_of(path, leaf, origin, given) for leaf in walk_values(material_of(entry)))
     for leaf in walk_values(run.study):
-        if leaf.path.partition(".")[0] not in (*_ABOUT, *SPECIMENS):
+        shown = any(is_below(leaf.path, path) for path in named)
+        if not shown and leaf.path.partition(".")[0] not in (*_ABOUT, *SPECIMENS):
             yield _row(leaf.path, _text(leaf.value, leaf.unit), STUDY_FILE if _is_given(leaf, given) else DEFAULT)
 
 
@@ -112,23 +122,62 @@ def _row(path: str, value: str, source: str, note: str = "") -> _Row:
 def _specimen_rows(run: Specified, specimen: Specimen, given: Collection[str] | None) -> Iterator[_Row]:
     """Yield the values of the specimen: the preset's with their sources, others with the preset's value beside."""
     kind = str(run.study.specimen_kind)
-    presets, name = SPECIMENS[kind], str(getattr(run.study, kind)["preset"])
+    presets, values = SPECIMENS[kind], getattr(run.study, kind)
+    name, origins = str(values["preset"]), {}
     yield _row(f"{kind}.preset", name, STUDY_FILE)
-    entries = {entry.path: entry for entry in presets.table(name)}
-    originals = {leaf.path: leaf.value for leaf in walk_values(presets.read(name))}
+    for path, material in _named_materials(values).items():
+        yield _row(f"{kind}.{path}.{PRESET}", material, STUDY_FILE)
+        origins[f"{kind}.{path}"] = _origin_of(MATERIALS, material, f"{kind}.{path}")
+    whole = _origin_of(presets, name, kind)
     for leaf in walk_values(specimen):
-        path, entry = f"{kind}.{leaf.path}", entries.get(leaf.path)
-        kept = leaf.value == originals.get(leaf.path) and (given is None or path not in given)
-        reason, text = _why_unused(leaf.path, run.study, specimen), _text(leaf.value, leaf.unit)
-        if reason:
-            yield _row(path, text, NOT_USED, reason)
-        elif kept and entry:
-            yield _Row(ShownValue(path, entry.value, entry.source, entry.note), text)
-        else:
-            # A law that the preset does not have brings its own defaults.
-            brought = leaf.is_default and leaf.path not in originals and (given is None or path not in given)
-            source = DEFAULT if kept or brought else STUDY_FILE
-            yield _row(path, text, source, f"preset: {entry.value}" if entry else "")
+        if reason := _why_unused(leaf.path, run.study, specimen):
+            yield _row(f"{kind}.{leaf.path}", _text(leaf.value, leaf.unit), NOT_USED, reason)
+            continue
+        own = next((own for path, own in origins.items() if is_below(f"{kind}.{leaf.path}", path)), whole)
+        yield _row_of(kind, leaf, own, given)
+
+
+def _named_materials(values: Mapping[str, Any]) -> Mapping[str, str]:
+    """Return the names of materials that ship from which those of a specimen start, by their paths in it.
+
+    Parameters
+    ----------
+    values : mapping of str to object
+        What a study gives of a specimen.
+    """
+    materials = values.get("materials") or {}
+    named = {name: own for name, own in materials.items() if isinstance(own, Mapping) and PRESET in own}
+    return {f"materials.{name}": str(own[PRESET]) for name, own in named.items()}
+
+
+@dataclass(frozen=True)
+class _Origin:
+    """The values of a preset, by their paths in the study: as its file says them, and as they are."""
+
+    entries: Mapping[str, PresetValue]
+    values: Mapping[str, Any]
+
+
+def _origin_of(presets: Presets[Any], name: str, path: str) -> _Origin:
+    """Return the values of a preset that stands at a path in a study."""
+    return _Origin(
+        {f"{path}.{entry.path}": entry for entry in presets.table(name)},
+        {f"{path}.{leaf.path}": leaf.value for leaf in walk_values(presets.read(name))},
+    )
+
+
+def _row_of(group: str, leaf: Leaf, origin: _Origin, given: Collection[str] | None) -> _Row:
+    """Return the row of a value in a group that starts from a preset: with its source, or the preset's value beside."""
+    path, text = f"{group}.{leaf.path}", _text(leaf.value, leaf.unit)
+    source, untouched = known_part(path, origin.entries), given is None or path not in given
+    entry = origin.entries.get(source)
+    kept = leaf.value == origin.values.get(path) and untouched
+    if kept and entry:
+        # Of a list the preset has one source for all values in it.
+        return _Row(ShownValue(path, entry.value if source == path else text, entry.source, entry.note), text)
+    # A law that the preset does not have brings its own defaults.
+    brought = leaf.is_default and path not in origin.values and untouched
+    return _row(path, text, DEFAULT if kept or brought else STUDY_FILE, f"preset: {entry.value}" if entry else "")
 
 
 def _why_unused(path: str, study: Study, specimen: Specimen) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+import fingerslip as fs
 from fingerslip.dynamics.system import build_system
 from unit.dynamics.finite.blocks import block
 
@@ -46,6 +47,26 @@ def test_a_positive_tangent_has_no_negative_eigenvalue():
     at[system.unknowns.moving] = -0.25
     values = np.linalg.eigvalsh(body.tangent(body.at(at), positive=True).toarray())
     assert values[0] > -1e-8 * values[-1]
+
+
+def test_a_step_of_a_body_that_relaxes_begins_and_ends():
+    """What it remembers changes with the end alone, and an elastic body has nothing to begin."""
+    law = fs.NeoHookean(1e4, 0.4, 1000.0, prony=(fs.PronyTerm(0.4, 0.3),))
+    system = build_system(block(materials={"bulk": law}))
+    body, at = system.require_body(), random_displacement(system)
+    rest = body.at_rest(0.25)
+    assert body.relaxes
+    assert rest.energy == 0.0
+    begun = body.begun(rest, 0.25)
+    state = body.at(at, begun)
+    assert state.deformed.history is begun.deformed.history
+    ended = body.ended(state)
+    assert ended.deformed.history is not begun.deformed.history
+    assert ended.energy == body.energy(ended) > 0.0
+    elastic = build_system(block()).require_body()
+    assert not elastic.relaxes
+    assert elastic.begun(rest, 0.25) is rest
+    np.testing.assert_array_equal(elastic.at_rest(0.25).force, elastic.at(np.zeros_like(at)).force)
 
 
 def test_a_system_at_small_strain_has_no_body():

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 from fingerslip.errors import InputError, InvertedCellError
 from fingerslip.fe.forms import stiffness_matrix
 from unit.fe.finite.bodies import EVERY, KINDS, LAWS, SOFT, STIFF, body, moved
+from unit.fe.finite.relaxing import RELAXING, relaxing_body, stepped
+from unit.fe.finite.relaxing import STEP as TIME_STEP
 
 STEP = 1e-6
 
@@ -36,6 +38,21 @@ def test_tangent_is_the_symmetric_derivative_of_the_force(element, integration, 
     change = STEP * moved(bulk, 1.0, 1)
     ahead, back = (bulk.force(bulk.deformed(at + sign * change)) for sign in (1, -1))
     np.testing.assert_allclose((ahead - back) / 2 / STEP, tangent @ change / STEP, atol=1e-6 * np.abs(tangent).max())
+
+
+@EVERY
+@pytest.mark.parametrize("law", RELAXING, ids=lambda law: type(law).__name__)
+def test_tangent_of_a_step_of_a_body_that_relaxes(element, integration, formulation, law):
+    """A step has an energy of its own, so that its stiffness is symmetric."""
+    bulk = relaxing_body((element, integration, formulation), law)
+    begun, at = bulk.begun(stepped(bulk), TIME_STEP), moved(bulk, 0.03)
+    tangent = bulk.tangent(bulk.deformed(at, begun))
+    assert np.abs(tangent - tangent.T).max() <= 1e-10 * np.abs(tangent).max()
+    change = STEP * moved(bulk, 1.0, 1)
+    ahead, back = (bulk.force(bulk.deformed(at + sign * change, begun)) for sign in (1, -1))
+    np.testing.assert_allclose((ahead - back) / 2 / STEP, tangent @ change / STEP, atol=1e-6 * np.abs(tangent).max())
+    positive = bulk.tangent(bulk.deformed(at, begun), positive=True).toarray()
+    assert np.linalg.eigvalsh(positive)[0] >= -1e-10 * np.abs(positive).max()
 
 
 @settings(max_examples=40)

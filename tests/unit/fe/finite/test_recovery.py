@@ -10,7 +10,9 @@ from fingerslip.fe.finite.recovery import finite_cell_recovery, finite_site_reco
 from fingerslip.fe.recovery import cells_around
 from fingerslip.materials.material import SHEARS
 from fingerslip.materials.neo_hookean import NeoHookean
+from fingerslip.verification.viscoelastic import ramp_response
 from unit.fe.finite.bodies import EVERY, SOFT, STIFF, body, moved
+from unit.fe.finite.relaxing import RELAXING, STEP, TERMS, relaxing_body
 
 
 def cauchy(law, deformation, formulation):
@@ -76,6 +78,29 @@ def test_a_site_takes_the_side_of_its_region():
     assert np.abs(near - far).max() > 0.1 * np.abs(near).max()
     with pytest.raises(MeshError, match="no cell of region"):
         finite_site_recovery(bulk, np.setdiff1d(bulk.nodes[bulk.materials.number == 0], shared)[:1], ["far"])
+
+
+@EVERY
+def test_held_strain_has_the_pressure_of_the_volume_and_the_relaxed_stress_of_the_shape(
+    element, integration, formulation
+):
+    """In Mooney-Rivlin's law these are mean and deviator; in plane stress there is none across at any time."""
+    bulk = relaxing_body((element, integration, formulation), RELAXING[1], beside=RELAXING[1])
+    gradient = np.array([[0.3, 0.2, 0.1], [-0.1, -0.2, 0.0], [0.1, 0.1, 0.1]])[: bulk.space.dim, : bulk.space.dim]
+    at, state, times = (bulk.space.positions @ gradient.T).ravel(), bulk.at_rest(STEP), STEP * np.arange(1, 5)
+    sites, found = finite_site_recovery(bulk, np.array([0, 4]), [None, None]), []
+    for _ in times:
+        state = bulk.ended(bulk.deformed(at, bulk.begun(state, STEP)))
+        found.append(sites.stresses(state))
+        np.testing.assert_allclose(sites.energy_densities(state), bulk.energy(state) / bulk.weights.sum())
+    stresses = np.array(found)
+    if formulation == "plane_stress":
+        np.testing.assert_allclose(stresses[..., 2], 0.0, atol=1e-8)
+        return
+    elastic = sites.stresses(bulk.deformed(at))
+    mean = elastic[..., :3].mean(axis=-1, keepdims=True) * ([1.0] * 3 + [0.0] * (elastic.shape[-1] - 3))
+    response = ramp_response(TERMS, STEP, times)[:, None, None]
+    np.testing.assert_allclose(stresses, mean + response * (elastic - mean), atol=1e-9 * np.abs(elastic).max())
 
 
 def test_no_sites_have_no_stresses():

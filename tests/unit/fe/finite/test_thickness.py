@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import FingerslipError
-from fingerslip.fe.finite.thickness import thinned
+from fingerslip.fe.finite.thickness import Pulled, thinned
 from unit.fe.finite.bodies import LAWS, SOFT
 
 
@@ -25,6 +25,18 @@ def test_no_stress_is_left_across_the_plane(law, guess):
 def test_a_sheet_at_rest_keeps_its_thickness_and_no_points_have_none():
     np.testing.assert_array_equal(thinned(SOFT, np.zeros((3, 3))), 0.0)
     assert thinned(SOFT, np.zeros((0, 3))).shape == (0,)
+
+
+def test_what_a_step_finds_at_its_start_pulls_across_as_well():
+    generator = np.random.default_rng(4)
+    pulled = Pulled(generator.uniform(-0.5, 0.5, 20), generator.uniform(-0.3, 0.3, 20))
+    strain, step = generator.uniform(-0.3, 0.3, (20, 3)), 1e-6
+    ahead, back = (pulled.stress(strain + sign * step * np.eye(3)[2])[0] for sign in (1, -1))
+    np.testing.assert_allclose((ahead - back) / 2 / step, pulled.stress(strain)[1], atol=1e-8)
+    found = np.column_stack([strain[:, :2], thinned(SOFT, strain, pulled)])
+    np.testing.assert_allclose(SOFT.kirchhoff_stress(found)[:, 2] + pulled.stress(found)[0], 0.0, atol=1e-8)
+    scale, third = np.exp(-2.0 / 3.0 * found.sum(axis=1)), pulled.across * np.exp(2.0 * found[:, 2])
+    np.testing.assert_allclose(pulled.stress(found)[0], scale * ((pulled.in_plane + third) / 3.0 - third))
 
 
 class _Pushing:

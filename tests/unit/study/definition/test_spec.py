@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 import re
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
-from fingerslip.materials import Elastic, NeoHookean, Ogden, PronyTerm
+from fingerslip.materials import Elastic, NeoHookean, Ogden, OgdenTerm, PronyTerm
+from fingerslip.materials.library import material
 from fingerslip.mesh.file import MeshFile
 from fingerslip.parameters.dotted import assign, walk
 from fingerslip.programme import Press, Slide
@@ -303,6 +305,75 @@ def test_relaxation_of_the_documentation_is_read_and_can_be_swept() -> None:
     values = finger() | example | {"sweep": {"materials.skin.prony.0.time": ["0.2 s", "0.4 s"]}}
     swept = [run.study.materials["skin"].prony[0].time for run in expand(parse_study(values, SOURCE), SOURCE)]
     assert swept == [0.2, 0.4]
+
+
+def test_materials_that_ship_are_named_in_a_study_with_changes() -> None:
+    text = (ROOT / "docs" / "materials.md").read_text(encoding="utf-8")
+    example = next(
+        values
+        for part in re.findall(r"```yaml\n(.*?)```", text, re.DOTALL)
+        if "ecoflex" in str(values := yaml.safe_load(part))
+    )
+    study = parse_study(finger() | example, SOURCE)
+    tissue = dataclasses.replace(material("pulp-relaxing"), youngs_modulus=90e3)
+    assert study.specimen("").materials["tissue"] == tissue  # type: ignore[union-attr]
+    assert study.specimen("").materials["epidermis"] == Elastic(136e3, 0.48, 1000.0)  # type: ignore[union-attr]
+    assert study.all_materials == {"dermis": material("ecoflex-00-30")}
+    assert study.materials == {"dermis": {"preset": "ecoflex-00-30"}}
+    assert parse_study(study_mapping(study), SOURCE) == study
+    (run,) = expand(study, SOURCE)
+    again = parse_study(run.resolved(), SOURCE)
+    assert again.all_materials == study.all_materials
+    assert again.specimen("") == study.specimen("")
+
+
+@pytest.mark.parametrize(
+    ("entry", "expected"),
+    [
+        ({"preset": "pulp"}, NeoHookean(34e3, 0.48, 1000.0)),
+        ({"preset": "pulp-relaxing", "prony": []}, NeoHookean(85e3, 0.48, 1000.0)),
+        ({"preset": "pulp", "law": "elastic"}, Elastic(34e3, 0.48, 1000.0)),
+        (
+            {"preset": "ecoflex-00-30", "bulk_modulus": "1 MPa", "poisson_ratio": None},
+            Ogden((OgdenTerm(10.55e3, 2.608),), 1070.0, bulk_modulus=1e6),
+        ),
+    ],
+)
+def test_materials_that_ship_may_change_in_any_value(entry: dict[str, Any], expected: object) -> None:
+    study = parse_study(finger() | {"materials": {"dermis": entry}}, SOURCE)
+    assert study.all_materials["dermis"] == expected
+    (run,) = expand(study, SOURCE)
+    assert parse_study(run.resolved(), SOURCE).all_materials["dermis"] == expected
+
+
+def test_names_and_values_of_materials_that_ship_are_swept() -> None:
+    sweep = {
+        "fingertip.materials.tissue.preset": ["pulp", "pulp-relaxing"],
+        "materials.dermis.preset": ["ecoflex-00-30", "dragon-skin-30"],
+        "materials.dermis.poisson_ratio": [0.48, 0.485],
+    }
+    values = finger() | {"materials": {"dermis": {"preset": "ecoflex-00-30"}}, "sweep": sweep}
+    runs = expand(parse_study(values, SOURCE), SOURCE)
+    assert len(runs) == 8
+    last, first = runs[-1], runs[0]
+    assert last.study.all_materials["dermis"] == dataclasses.replace(material("dragon-skin-30"), poisson_ratio=0.485)
+    assert first.specimen.materials["tissue"] == material("pulp")  # type: ignore[union-attr]
+    assert last.specimen.materials["tissue"] == material("pulp-relaxing")  # type: ignore[union-attr]
+
+
+def test_wrong_names_and_values_of_materials_that_ship_are_one_error_each() -> None:
+    layers = {"dermis": {"preset": "ecoflex"}, "epidermis": {"preset": "skin", "youngs_modulu": "1 kPa"}}
+    values = copy.deepcopy(finger()) | {"materials": layers}
+    values["fingertip"]["materials"] = {"tissue": {"preset": "pulpp"}}
+    with pytest.raises(InputError) as caught:
+        parse_study(values, SOURCE)
+    found = [str(one) for one in caught.value.all]
+    assert len(found) == 3
+    assert "fingertip.materials.tissue.preset: 'pulpp' is not known, needs one of agilus30," in found[0]
+    assert found[0].endswith("did you mean 'pulp'?")
+    assert "materials.dermis.preset: 'ecoflex' is not known" in found[1]
+    assert "materials.epidermis.youngs_modulu: is not known" in found[2]
+    assert found[2].endswith("did you mean 'youngs_modulus'?")
 
 
 def test_terms_of_a_layer_of_a_preset_are_read_and_their_mistakes_named() -> None:

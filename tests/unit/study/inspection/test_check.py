@@ -19,11 +19,20 @@ Write = Callable[..., Path]
 def test_every_run_is_counted_with_its_size(write_study: Write) -> None:
     table = check_studies([write_study()])
     # 9 x 5 nodes with two unknowns; 60 ms in steps of 2 ms.
-    assert [row[:5] for row in table.rows] == [
-        ("block.yaml", f"friction_coefficient-{friction}", "to do", 90, 30) for friction in (0.2, 0.4, 0.6)
+    assert [row[:6] for row in table.rows] == [
+        ("block.yaml", f"friction_coefficient-{friction}", "to do", 90, 30, 30) for friction in (0.2, 0.4, 0.6)
     ]
-    assert [row[5] for row in table.rows] == [estimated_seconds(90, 30)] * 3
+    assert [row[6] for row in table.rows] == [estimated_seconds(90, 30)] * 3
     assert table.note == "3 runs, about 0.1 min of computing in one process."
+
+
+@pytest.mark.parametrize(("scheme", "fewest"), [("hht_alpha", 30), ("quasi_static", 60)])
+def test_steps_that_control_their_error_are_told_from_records(write_study: Write, scheme: str, fewest: int) -> None:
+    path = write_study(block_values() | {"time": {"step": "auto", "output": "2 ms", "scheme": scheme}})
+    table = check_studies([path])
+    assert [row[4:6] for row in table.rows] == [(30, f"at least {fewest}")] * 3
+    assert [row[6] for row in table.rows] == [estimated_seconds(90, fewest)] * 3
+    assert table.note.startswith("3 runs, at least 0.1 min of computing in one process. With step: auto")
 
 
 @pytest.mark.usefixtures("simulated", "reports")

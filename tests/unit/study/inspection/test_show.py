@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from fingerslip.errors import InputError, ResultError
+from fingerslip.materials.library import material_names
 from fingerslip.specimens.fingertip import preset_names, preset_table
 from fingerslip.study.inspection.show import presets_table, show
 from fingerslip.study.running.runner import run_study
@@ -45,6 +46,35 @@ def test_presets_are_listed_with_their_papers() -> None:
     table = presets_table()
     assert tuple(row[0] for row in table.rows) == preset_names()
     assert "ROBOMECH" in str(table.rows[0][1])
+
+
+def test_materials_that_ship_are_listed_and_shown_with_the_assumed_values_first() -> None:
+    presets, materials = show()
+    assert presets == presets_table()
+    assert tuple(row[0] for row in materials.rows) == material_names()
+    (table,) = show("pulp-relaxing")
+    rows = {row[0]: row[1:] for row in table.rows}
+    assert rows["youngs_modulus"][:2] == ("85 kPa", "assumed")
+    sources = [row[2] for row in table.rows]
+    assert sources == sorted(sources, key=lambda source: source != "assumed")
+
+
+def test_values_of_materials_that_ship_have_their_sources_in_a_study(tmp_path: Path) -> None:
+    values = finger(materials={"dermis": {"preset": "ecoflex-00-30", "density": "1080 kg/m^3"}})
+    values["fingertip"]["materials"] = {"tissue": {"preset": "pulp-relaxing", "youngs_modulus": "90 kPa"}}
+    rows = rows_of(values, tmp_path)
+    assert rows["fingertip.materials.tissue.preset"][:2] == ("pulp-relaxing", "study file")
+    assert rows["fingertip.materials.tissue.youngs_modulus"] == ("90 kPa", "study file", "preset: 85 kPa")
+    assert rows["fingertip.materials.tissue.poisson_ratio"] == ("0.48", "wang2014", "Table 1, tissue")
+    terms = rows["fingertip.materials.tissue.prony.1.time"]
+    assert terms == ("70 ms", "assumed", "times of pawluk1999, equal shares assumed")
+    assert rows["materials.dermis.preset"][:2] == ("ecoflex-00-30", "study file")
+    assert rows["materials.dermis.terms.0.modulus"][:2] == ("10.55 kPa", "marechal2021")
+    assert rows["materials.dermis.density"] == ("1080 kg/m^3", "study file", "preset: 1070 kg/m^3")
+    assert rows["materials.dermis.poisson_ratio"][1] == "assumed"
+    assert rows["fingertip.materials.dermis.density"][1] == "not used"
+    first = [source for _, source, _ in rows.values()]
+    assert first[: first.count("assumed")] == ["assumed"] * first.count("assumed")
 
 
 def test_preset_is_shown_with_all_values_and_what_it_does_not_claim() -> None:

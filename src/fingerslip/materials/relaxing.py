@@ -1,0 +1,153 @@
+"""What of a law at large strain relaxes: the stress of the shape, and the spring of a Prony term.
+
+The energy of a law is K/2 (ln J)^2, with the bulk modulus K at rest, or the law's own function of the volume alone,
+and the rest, which is the energy of the shape: only this relaxes. Quasi-linear viscoelasticity (Simo 1987; Simo &
+Hughes 1998, section 10.3) lets dashpots follow the stress of the shape: with S its second Piola-Kirchhoff stress,
+which is a deviator and, in laws that mix shape and volume, a small pressure p ::
+
+    S = J^(-2/3) A + p C^-1,    J^(-2/3) DEV[sum s_i Z_i] + sum s_i q_i C^-1 less where they relax
+
+with Z_i of A and q_i of p as in :mod:`fingerslip.materials.prony`, and DEV[Z] = Z - (Z:C)/3 C^-1. So the pressure of
+the volume is elastic, and a law relaxes towards the same law with (1 - sum s_i) of its energy of the shape.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.errors import FingerslipError
+from fingerslip.materials.finite import FiniteMaterial, log_volume_of
+from fingerslip.materials.isochoric import SHAPES, deviator
+from fingerslip.materials.prony import Prony
+
+__all__ = ["Constants", "StepLaw", "constants_of", "shape_energy", "shape_stress", "spring_strain", "volume_part"]
+
+Array = NDArray[np.float64]
+
+# Change of an iteration after which rounding is left, as the next would be of the size of its square; and the largest.
+_LIMIT, _LAST, _LARGEST = 60, 1e-7, 0.5
+
+
+@dataclass(frozen=True)
+class Constants:
+    """Constants at rest of a law that may relax.
+
+    Parameters
+    ----------
+    shear_modulus, bulk_modulus : float
+        [Pa].
+    poisson_ratio : float
+        [-].
+    prony : tuple of PronyTerm
+        Its terms; none where it is elastic.
+    """
+
+    shear_modulus: float
+    bulk_modulus: float
+    poisson_ratio: float
+    prony: Prony
+
+
+def constants_of(material: FiniteMaterial) -> Constants:
+    """Return the constants at rest of a law."""
+    rest = material.at_rest()
+    bulk = rest.youngs_modulus / (3.0 * (1.0 - 2.0 * rest.poisson_ratio))
+    return Constants(rest.shear_modulus, bulk, rest.poisson_ratio, rest.prony)
+
+
+def volume_part(material: FiniteMaterial, log_volume: Array) -> tuple[Array, Array, Array]:
+    """Return the energy of the volume, which does not relax, and its two derivatives [Pa], each (n,), at ln J (n,).
+
+    It is what grows with the bulk modulus, completed at rest to the bulk modulus.
+    """
+    energy, slope, curvature = material.volumetric(log_volume)
+    missing = constants_of(material).bulk_modulus - float(material.volumetric(np.zeros(1))[2][0])
+    return energy + 0.5 * missing * log_volume**2, slope + missing * log_volume, curvature + missing
+
+
+def shape_energy(material: FiniteMaterial, log_strain: Array) -> Array:
+    """Return the energy of the shape [J/m^3], shape (n,), at logarithmic strains (n, 3)."""
+    found: Array = material.stored_energy(log_strain) - volume_part(material, log_volume_of(log_strain))[0]
+    return found
+
+
+def shape_stress(material: FiniteMaterial, log_strain: Array) -> Array:
+    """Return the principal Kirchhoff stresses of the shape [Pa], shape (n, 3), at logarithmic strains (n, 3)."""
+    pressure = volume_part(material, log_volume_of(log_strain))[1]
+    found: Array = material.kirchhoff_stress(log_strain) - pressure[:, None]
+    return found
+
+
+@dataclass(frozen=True)
+class StepLaw:
+    """The part of a law at the end of a step that has the principal directions of the strain.
+
+    Parameters
+    ----------
+    material : FiniteMaterial
+        The law at once.
+    share : float
+        Share of the strain at the end of the step that the dashpots have taken by then, times the terms' shares [-].
+    pressure : (n,) array
+        What the start of the step takes from the pressure of the shape [Pa].
+    """
+
+    material: FiniteMaterial
+    share: float
+    pressure: Array
+
+    def kirchhoff_stress(self, log_strain: Array) -> Array:
+        """Return the principal Kirchhoff stresses [Pa], shape (n, 3), at logarithmic strains (n, 3)."""
+        elastic = volume_part(self.material, log_volume_of(log_strain))[1]
+        stress = (1.0 - self.share) * self.material.kirchhoff_stress(log_strain)
+        stress += (self.share * elastic - self.pressure)[:, None]
+        return stress
+
+    def kirchhoff_tangent(self, log_strain: Array) -> Array:
+        """Return the derivative of the stresses [Pa], shape (n, 3, 3), at logarithmic strains (n, 3)."""
+        elastic = volume_part(self.material, log_volume_of(log_strain))[2]
+        tangent = (1.0 - self.share) * self.material.kirchhoff_tangent(log_strain)
+        tangent += (self.share * elastic)[:, None, None]
+        return tangent
+
+
+def spring_strain(material: FiniteMaterial, stress: Array, log_volume: Array, guess: Array) -> Array:
+    """Return the logarithmic strains (n, 3) [-] of springs that obey a law, from the deviator of their stress.
+
+    Parameters
+    ----------
+    material : FiniteMaterial
+        The law.
+    stress : (n, 3) array
+        Principal Kirchhoff stresses without their mean [Pa].
+    log_volume : (n,) array
+        ln J, that of the body [-].
+    guess : (n, 3) array
+        Logarithmic strains from which they are searched [-].
+
+    Raises
+    ------
+    FingerslipError
+        Where the law has no such strain, which happens where it is not stable.
+    """
+    found = deviator(guess) + log_volume[:, None] / 3.0
+    for _ in range(_LIMIT):
+        missing = (material.kirchhoff_stress(found) - stress) @ SHAPES.T
+        change = np.clip(_solved(SHAPES @ material.kirchhoff_tangent(found) @ SHAPES.T, missing), -_LARGEST, _LARGEST)
+        found -= change @ SHAPES
+        if np.abs(change).max(initial=0.0) <= _LAST:
+            return found
+    where = f"{type(material).__name__}: the strain of a spring of a Prony term was not found"
+    raise FingerslipError(f"{where}; the law is not stable at this strain")
+
+
+def _solved(matrices: Array, vectors: Array) -> Array:
+    """Return the solutions (n, 2) of equations with matrices (n, 2, 2)."""
+    (one, beside), (other, last) = matrices.transpose(1, 2, 0)
+    determinant = one * last - beside * other
+    found = (last * vectors[:, 0] - beside * vectors[:, 1], one * vectors[:, 1] - other * vectors[:, 0])
+    solution: Array = (np.array(found) / determinant).T
+    return solution

@@ -1,0 +1,81 @@
+"""What bodies that relax remember and store: the law at once, the relaxed law in the end, and the work in between."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fingerslip.fe.finite.springs import ended, spring_excess
+from fingerslip.materials.prony import PronyTerm
+from fingerslip.materials.relaxing import shape_energy
+from fingerslip.verification.large_relaxation import relaxed_law
+from unit.fe.finite.bodies import KINDS, LAWS, body, moved
+from unit.fe.finite.relaxing import RELAXING, STEP, relaxing_body, stepped
+
+EVERY_KIND = pytest.mark.parametrize("kind", KINDS, ids="-".join)
+EVERY_LAW = pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+
+
+def strained_for(bulk, at, step, steps):
+    """Return a body that is at a displacement for some steps."""
+    state = bulk.at_rest(step)
+    for _ in range(steps):
+        state = bulk.ended(bulk.deformed(at, bulk.begun(state, step)))
+    return state
+
+
+@EVERY_KIND
+@EVERY_LAW
+def test_energy_force_and_stiffness_at_once_are_those_of_the_law(kind, law):
+    bulk, elastic = (body(*kind, law=own) for own in (replace(law, prony=(PronyTerm(0.6, 1e12),)), law))
+    at = moved(bulk, 0.03)
+    state, wanted = strained_for(bulk, at, STEP, 1), elastic.deformed(at)
+    assert bulk.energy(state) == pytest.approx(elastic.energy(wanted), rel=1e-9)
+    np.testing.assert_allclose(bulk.force(state), elastic.force(wanted), atol=1e-9)
+    difference = np.abs(bulk.tangent(state) - elastic.tangent(wanted)).max()
+    assert difference <= 1e-9 * np.abs(elastic.tangent(wanted)).max()
+
+
+@EVERY_KIND
+@EVERY_LAW
+def test_energy_and_force_in_the_end_are_those_of_the_relaxed_law(kind, law):
+    """But for what the neo-Hookean law stores in the shape where only the volume changes."""
+    relaxing, rest = replace(law, prony=(PronyTerm(0.6, 0.02),)), relaxed_law(law, 0.6)
+    bulk, elastic = (body(*kind, law=own) for own in (relaxing, rest))
+    at = moved(bulk, 0.03)
+    state, wanted = strained_for(bulk, at, 0.04, 25), elastic.deformed(at)
+    alone = shape_energy(law, np.tile(state.log_strain.mean(axis=1, keepdims=True), 3))
+    missed = 0.6 * float(np.abs(alone) @ bulk.weights.ravel())
+    assert missed < 1e-2 * bulk.energy(state)
+    assert bulk.energy(state) == pytest.approx(elastic.energy(wanted), abs=1e-8 * bulk.energy(state) + missed)
+    np.testing.assert_allclose(
+        bulk.force(state), elastic.force(wanted), atol=1e-8 * np.abs(elastic.force(wanted)).max()
+    )
+
+
+@EVERY_KIND
+def test_held_strain_loses_energy_in_every_step(kind):
+    bulk = relaxing_body(kind)
+    at, state, energies = moved(bulk, 0.03), bulk.at_rest(STEP), []
+    for _ in range(6):
+        state = bulk.ended(bulk.deformed(at, bulk.begun(state, STEP)))
+        energies.append(bulk.energy(state))
+    assert (np.diff(energies) < 0.0).all()
+
+
+def test_energy_densities_of_some_points_are_those_of_all():
+    bulk = relaxing_body(("Q4", "selective", "plane_stress"))
+    state, every = stepped(bulk), np.arange(bulk.weights.size)
+    some = every[::3]
+    np.testing.assert_allclose(bulk.energy_densities(state, some), bulk.energy_densities(state, every)[::3])
+
+
+def test_an_elastic_layer_stores_nothing_more_and_a_step_that_was_not_begun_has_no_end():
+    bulk = relaxing_body(("Q4", "selective", "plane_strain"), RELAXING[1])
+    state = stepped(bulk)
+    far = np.flatnonzero(bulk.relaxation.points == 1)
+    assert not spring_excess(bulk.relaxation, 1, bulk.materials.materials[1], state, far).any()
+    with pytest.raises(ValueError, match="was not begun"):
+        ended(bulk.relaxation, bulk.materials.materials, bulk.deformed(moved(bulk, 0.01)))
