@@ -152,7 +152,7 @@ class LiveDetector:
     def _with(self, time: float, scores: Floats) -> Onsets:
         limits, old = self.detector.thresholds, self._onsets
         incipient = time if old.incipient is None and scores[0] > limits.slip else old.incipient
-        gross = time if old.gross is None and scores[1] > limits.gross else old.gross
+        gross = time if old.gross is None and incipient is not None and scores[1] > limits.gross else old.gross
         return Onsets(incipient, gross)
 
 

@@ -146,13 +146,16 @@ class Thresholds:
 def onsets_from(time: Floats, scores: Floats, thresholds: Thresholds | None = None) -> Onsets:
     """Return the first times at which scores are above their thresholds.
 
+    Gross slip is slip: it counts only once slip was found, so the guarantee of that threshold holds for both.
+
     Examples
     --------
     >>> onsets_from(np.array([0.0, 1.0, 2.0]), np.array([[-1.0, -3.0], [2.0, -1.0], [3.0, 1.0]]))
     Onsets(incipient=1.0, gross=2.0)
     """
     limits = thresholds or Thresholds()
-    above = (scores[:, 0] > limits.slip, scores[:, 1] > limits.gross)
+    slip = np.maximum.accumulate(scores[:, 0] > limits.slip)
+    above = (slip, slip & (scores[:, 1] > limits.gross))
     return Onsets(*(float(time[np.argmax(one)]) if one.any() else None for one in above))
 
 
