@@ -112,4 +112,5 @@ from .vision.layouts import (
     ring_layout as ring_layout,
 )
 from .vision.tables import read_tracks_csv as read_tracks_csv, write_tracks_csv as write_tracks_csv
+from .vision.tracking.track import TrackingWarning as TrackingWarning, track_markers as track_markers
 from .vision.tracks import make_tracks as make_tracks, read_tracks as read_tracks, write_tracks as write_tracks

@@ -1,4 +1,4 @@
-"""The examples of README, docs/solid.md, docs/vision.md and docs/detection.md run as they are printed."""
+"""The examples of README and of the pages on solids, vision, tracking and detection run as they are printed."""
 
 from __future__ import annotations
 
@@ -12,9 +12,8 @@ import pytest
 from fingerslip.history import OPEN
 from places import ROOT
 
-README, SOLID, VISION, DETECTION = (
-    ROOT / name for name in ("README.md", "docs/solid.md", "docs/vision.md", "docs/detection.md")
-)
+README, SOLID, VISION = ROOT / "README.md", ROOT / "docs" / "solid.md", ROOT / "docs" / "vision.md"
+TRACKING, DETECTION = ROOT / "docs" / "tracking.md", ROOT / "docs" / "detection.md"
 
 
 def test_python_example_finds_overall_slip(capsys: pytest.CaptureFixture[str]) -> None:
@@ -74,3 +73,12 @@ def test_example_of_cameras_films_and_measures(
     # Markers that spread by 5 % in both directions.
     assert names["spread"] == pytest.approx(0.1, abs=1e-3)
     assert "61 frames, positions to 0.0" in capsys.readouterr().out
+
+
+def test_example_of_tracking_follows_markers() -> None:
+    (example,) = re.findall(r"```python\n(.*?)```", TRACKING.read_text(encoding="utf-8"), re.DOTALL)
+    names: dict[str, Any] = {}
+    exec(compile(example, "tracking.md", "exec"), names)
+    last = names["displacement"].isel(time=-1)
+    assert last.sel(axis="x").values == pytest.approx(np.full(6, 14.0), abs=0.1)
+    assert last.sel(axis="y").values == pytest.approx(np.zeros(6), abs=0.1)

@@ -1,0 +1,41 @@
+"""From a video to a folder of tracks: what ``fingerslip track`` does."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from fingerslip.report.page.tracking import write_tracking
+from fingerslip.vision.tracking.frames import open_frames
+from fingerslip.vision.tracking.quality import seen_share
+from fingerslip.vision.tracking.track import TrackingWarning, track_markers
+
+__all__ = ["track_video"]
+
+
+def track_video(video: Path, out: Path | None, options: Mapping[str, Any]) -> Iterator[str]:
+    """Track a video, write the folder, and yield lines that say what came out.
+
+    Parameters
+    ----------
+    video : Path
+        A video file, or a folder of images.
+    out : Path or None
+        The folder to write; None is a folder beside the video, of its name and ``_tracks``.
+    options : mapping
+        Keyword arguments of :func:`fingerslip.track_markers`.
+    """
+    with warnings.catch_warnings():
+        # The lines below say the same.
+        warnings.simplefilter("ignore", TrackingWarning)
+        tracks = track_markers(video, **options)
+    frames = open_frames(video, options.get("frame_rate"), options.get("channel", "grey"))
+    folder = write_tracking(tracks, frames, out or video.with_name(f"{video.stem}_tracks"))
+    for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
+        yield f"warning: {text}"
+    count, times = tracks.sizes["marker"], tracks.sizes["time"]
+    partial = "partial tracks" if tracks.attrs["partial"] else "tracks"
+    yield f"{partial} of {count} markers in {times} frames, {100 * seen_share(tracks):.2f} % of the positions found"
+    yield f"quality: {folder / 'quality.html'}"

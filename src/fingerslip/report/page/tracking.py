@@ -1,0 +1,128 @@
+"""A folder of tracks: netCDF, CSV, the overlay video and one page on their quality."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.files import new_folder
+from fingerslip.report.figures.tracking import count_figure, jump_figure, noise_figure
+from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
+from fingerslip.report.tables.table import Column, Table
+from fingerslip.version import __version__
+from fingerslip.vision.tables import write_tracks_csv
+from fingerslip.vision.tracking.exposure import STATES
+from fingerslip.vision.tracking.frames import Frames
+from fingerslip.vision.tracking.overlay import overlaid
+from fingerslip.vision.tracking.quality import jumps, lost_intervals, noise_at_rest, seen_count, seen_share
+from fingerslip.vision.tracks import write_tracks
+from fingerslip.vision.video import write_video
+
+__all__ = ["quality_report", "write_tracking"]
+
+_LONGEST_LIST = 40
+
+
+def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path) -> Path:
+    """Write tracks and what shows their quality to a folder, whole or not at all.
+
+    Parameters
+    ----------
+    tracks : xarray.Dataset
+        What :func:`fingerslip.track_markers` returned.
+    frames : Frames
+        The video that they come from.
+    folder : path
+        Gets ``tracks.nc``, ``tracks.csv``, ``overlay.avi`` and ``quality.html``; what was there is replaced.
+
+    Returns
+    -------
+    Path
+        The folder.
+
+    Raises
+    ------
+    ResultError
+        Where it cannot be written.
+    """
+    final = Path(folder)
+    with new_folder(final) as partial:
+        write_tracks(tracks, partial / "tracks.nc")
+        write_tracks_csv(tracks, partial / "tracks.csv")
+        # Tracks of a truncated video end before the frames do, or with them.
+        shown = itertools.islice(frames.read(), tracks.sizes["time"])
+        write_video(partial / "overlay.avi", overlaid(shown, tracks), frames.frame_rate)
+        first = next(iter(frames.read()))
+        write_page(quality_report(tracks, first), partial / "quality.html")
+    return final
+
+
+def quality_report(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> Report:
+    """Return the page on the quality of tracks.
+
+    Parameters
+    ----------
+    tracks : xarray.Dataset
+        What :func:`fingerslip.track_markers` returned.
+    frame : (height, width) array of uint8, optional
+        The first frame, drawn behind the markers.
+    """
+    warnings = tuple(filter(None, str(tracks.attrs.get("warnings", "")).split("\n")))
+    if tracks.attrs.get("partial"):
+        warnings = ("These tracks are partial.", *warnings)
+    pictures = (
+        Picture("count", "Markers seen over time, and the intervals in which markers were lost.", count_figure(tracks)),
+        Picture("noise", "Markers at rest with their numbers, coloured by their noise.", noise_figure(tracks, frame)),
+        Picture("jumps", "A swap of identities would stand far to the right.", jump_figure(tracks)),
+    )
+    sections = (
+        ReportSection("Summary", (), (_summary(tracks),), warnings=warnings),
+        ReportSection("Markers over time", pictures=pictures[:1]),
+        ReportSection("Noise at rest", pictures=pictures[1:2]),
+        ReportSection("Jumps", pictures=pictures[2:]),
+        ReportSection("Lost markers", tables=(_lost(tracks),)),
+    )
+    source = str(tracks.attrs.get("source", ""))
+    return Report(f"Tracks of {Path(source).name}", sections, {"fingerslip": __version__, "source": source})
+
+
+def _summary(tracks: xr.Dataset) -> Table:
+    count, noise, jumped = seen_count(tracks), noise_at_rest(tracks), jumps(tracks)
+    states = [f"{int((tracks['frame_state'] == n).sum())} {name}" for n, name in enumerate(STATES) if n]
+    known = noise[np.isfinite(noise)]
+    rows = (
+        ("frames", tracks.sizes["time"], ""),
+        ("frame rate", float(tracks.attrs["frame_rate"]), "1/s"),
+        ("markers", tracks.sizes["marker"], ""),
+        ("fewest markers in a frame", int(count.min()), ""),
+        ("marker-frames with a position", 100.0 * seen_share(tracks), "%"),
+        ("intervals in which a marker was lost", len(lost_intervals(tracks)), ""),
+        ("mean quality", float(tracks["quality"].mean()), ""),
+        ("median noise at rest", float(np.median(known)) if known.size else None, "px"),
+        ("largest noise at rest", float(known.max()) if known.size else None, "px"),
+        ("largest jump", float(np.nanmax(jumped)) if np.isfinite(jumped).any() else None, "px"),
+        ("frames marked", ", ".join(states), ""),
+    )
+    return Table("", (Column("what"), Column("value", significant=5), Column("unit")), rows)
+
+
+def _lost(tracks: xr.Dataset) -> Table:
+    longest = sorted(lost_intervals(tracks), key=lambda one: -one.frames)
+    time = tracks["time"].values
+    rows = tuple(
+        (one.marker, float(time[one.first]), float(time[one.last]), one.frames, one.returned)
+        for one in longest[:_LONGEST_LIST]
+    )
+    columns = (
+        Column("marker"),
+        Column("from", "s", digits=3),
+        Column("to", "s", digits=3),
+        Column("frames"),
+        Column("found again"),
+    )
+    note = f"The longest {_LONGEST_LIST} of {len(longest)}." if len(longest) > _LONGEST_LIST else ""
+    return Table("" if rows else "No marker was lost", columns, rows, note)

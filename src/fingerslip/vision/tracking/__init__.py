@@ -1,0 +1,1 @@
+"""Tracking of markers: from a video, synthetic or filmed, to tracks."""

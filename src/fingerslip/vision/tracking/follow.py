@@ -1,0 +1,249 @@
+"""A step of the tracker: from the markers of one frame to those of the next.
+
+Each marker is measured where it should be, at constant velocity. What fails there is measured where optical flow has it
+(pyramidal Lucas-Kanade), and what fails again, or was lost before, is searched for around the place that its neighbours
+point to; candidates and searched markers are then matched one to one. A marker counts only where it looks like itself
+and moved as its neighbours did.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.vision.opencv import opencv
+from fingerslip.vision.tracking.assignment import assign
+from fingerslip.vision.tracking.markers import Markers, Measured, measure
+from fingerslip.vision.tracking.neighbours import consistent, expected_displacement
+
+__all__ = ["State", "follow", "rest_state"]
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Frame = NDArray[np.uint8]
+
+# What a marker needs to count: quality, and contrast in shares of its own.
+_LEAST_QUALITY = 0.5
+_LEAST_AGAIN = 0.6  # after it was lost
+_CONTRAST = (0.25, 4.0)
+# How far from a guess a marker may be found, in distances between neighbours.
+_REACH = 0.45
+# How far the displacement of a marker may leave its neighbours' from one frame to the next, in the same distances; it
+# grows by a fifth for each frame in which the marker was not seen, up to the largest.
+_STRANGE, _FORGETTING, _STRANGEST = 0.12, 0.2, 0.35
+# What a new frame adds to the memory of a marker's contrast.
+_ADAPTION = 0.05
+# Quality from which on the offset of a marker from its neighbours is believed at once; below it, more slowly.
+_TRUSTED, _LEAST_TRUST = 0.9, 0.05
+_FOUND_AGAIN = 0.5  # the quality of the first sight counts half
+_FLOW_WINDOW, _FLOW_LEVELS = 31, 4
+
+
+@dataclass(frozen=True)
+class State:
+    """What the tracker remembers between frames.
+
+    Parameters
+    ----------
+    position : (n, 2) array
+        Where each marker was last seen [px].
+    velocity : (n, 2) array
+        Its last displacement between two frames [px], 0 where it is not known.
+    offset : (n, 2) array
+        Its displacement beyond what its neighbours' say, when last seen [px].
+    amplitude : (n,) array
+        Its contrast [grey levels], following slow changes of the light.
+    missing : (n,) array of int
+        Frames since it was last seen.
+    image : (height, width) array of uint8 or None
+        The frame in which the markers with ``missing == 0`` were seen.
+    """
+
+    position: Floats
+    velocity: Floats
+    offset: Floats
+    amplitude: Floats
+    missing: NDArray[np.intp]
+    image: Frame | None
+
+
+def rest_state(markers: Markers) -> State:
+    """Return the state before the first frame."""
+    nothing = np.zeros_like(markers.position)
+    return State(
+        markers.position.copy(),
+        nothing,
+        nothing.copy(),
+        markers.amplitude.copy(),
+        np.zeros(len(nothing), dtype=np.intp),
+        None,
+    )
+
+
+def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> tuple[State, Floats, Floats]:
+    """Find all markers in the next frame.
+
+    Parameters
+    ----------
+    markers : Markers
+        What is known of them.
+    state : State
+        What the tracker remembers.
+    image : (height, width) array of uint8
+        The frame.
+    mask : (height, width) array of bool or None
+        Pixels that count.
+
+    Returns
+    -------
+    State, (n, 2) array, (n,) array
+        The new state; positions [px], NaN where a marker was not found; qualities, 0 there.
+    """
+    here = state.missing == 0
+    guess = np.where(here[:, None], state.position + state.velocity, np.nan)
+    found = measure(markers, image, mask, guess)
+    sure = _agreed(markers, state, found, _looks_right(markers, state, found, guess, _LEAST_QUALITY))
+    if state.image is not None and (here & ~sure).any():
+        found, sure = _by_flow(markers, state, image, mask, found, sure)
+    if not sure.all():
+        found, sure = _searched(markers, state, image, mask, found, sure)
+    return _updated(markers, state, image, found, sure)
+
+
+def _looks_right(markers: Markers, state: State, found: Measured, guess: Floats, least: float) -> Flags:
+    """Tell which measurements show the marker itself, near enough to where it was expected."""
+    contrast = found.amplitude / state.amplitude
+    apart = np.linalg.norm(found.position - guess, axis=1)
+    right: Flags = (found.quality >= least) & (contrast > _CONTRAST[0]) & (contrast < _CONTRAST[1])
+    right &= apart <= _REACH * markers.spacing
+    return right
+
+
+def _agreed(markers: Markers, state: State, found: Measured, sure: Flags) -> Flags:
+    """Tell which markers are displaced as their neighbours are, but for what they were before; see `State.offset`."""
+    share = np.minimum(_STRANGE * (1.0 + _FORGETTING * state.missing), _STRANGEST)
+    displacement = found.position - markers.position
+    near = consistent(markers.position, displacement - state.offset, sure, markers.neighbours, share * markers.spacing)
+    return consistent(markers.position, displacement, near, markers.neighbours, _STRANGEST * markers.spacing)
+
+
+def _by_flow(  # noqa: PLR0917  a step of follow
+    markers: Markers, state: State, image: Frame, mask: Flags | None, found: Measured, sure: Flags
+) -> tuple[Measured, Flags]:
+    """Measure again, where optical flow says, what was seen in the last frame and is not sure now."""
+    tried = np.flatnonzero((state.missing == 0) & ~sure)
+    moved = _flow(state.image, image, state.position[tried])
+    guess = np.full_like(found.position, np.nan)
+    guess[tried] = moved
+    again = measure(markers, image, mask, guess)
+    right = _looks_right(markers, state, again, guess, _LEAST_QUALITY)
+    merged = _merged(found, again, right)
+    return merged, _agreed(markers, state, merged, sure | right)
+
+
+def _flow(before: Frame | None, image: Frame, points: Floats) -> Floats:
+    """Return where points of one frame are in the next, NaN where that is not known."""
+    start = points.astype(np.float32).reshape(-1, 1, 2)
+    moved, status, _ = opencv().calcOpticalFlowPyrLK(
+        before, image, start, None, winSize=(_FLOW_WINDOW, _FLOW_WINDOW), maxLevel=_FLOW_LEVELS
+    )
+    flown: Floats = np.where(status == 1, moved.reshape(-1, 2), np.nan).astype(np.float64)
+    return flown
+
+
+def _merged(found: Measured, again: Measured, taken: Flags) -> Measured:
+    return Measured(
+        np.where(taken[:, None], again.position, found.position),
+        np.where(taken, again.amplitude, found.amplitude),
+        np.where(taken, again.quality, found.quality),
+    )
+
+
+def _searched(  # noqa: PLR0917  a step of follow
+    markers: Markers, state: State, image: Frame, mask: Flags | None, found: Measured, sure: Flags
+) -> tuple[Measured, Flags]:
+    """Search around the expected places for all that is not sure, and match it one to one with what is there."""
+    expected = _expected(markers, state, found, sure)
+    wanted = np.flatnonzero(~sure)
+    starts, owners = _starts(expected[wanted], wanted, markers.window)
+    seen = measure(markers, image, mask, starts, owners)
+    free = _free(seen.position, found.position[sure], markers.radius[owners])
+    contrast = seen.amplitude / state.amplitude[owners]
+    usable = free & (seen.quality >= _LEAST_AGAIN) & (contrast > _CONTRAST[0]) & (contrast < _CONTRAST[1])
+    if not usable.any():
+        return found, sure
+    candidates = np.flatnonzero(usable)
+    rows, columns = assign(
+        expected[wanted], _REACH * markers.spacing[wanted], seen.position[candidates], seen.quality[candidates]
+    )
+    taken = np.zeros(len(sure), dtype=bool)
+    taken[wanted[rows]] = True
+    again = Measured(found.position.copy(), found.amplitude.copy(), found.quality.copy())
+    chosen = candidates[columns]
+    again.position[wanted[rows]] = seen.position[chosen]
+    again.amplitude[wanted[rows]] = seen.amplitude[chosen]
+    again.quality[wanted[rows]] = _FOUND_AGAIN * seen.quality[chosen]
+    return again, _agreed(markers, state, again, sure | taken)
+
+
+def _expected(markers: Markers, state: State, found: Measured, sure: Flags) -> Floats:
+    """Return where the neighbours say that each marker is; where none is sure, where it was last seen."""
+    displacement = np.where(sure[:, None], found.position - markers.position, 0.0)
+    moved, counts = expected_displacement(markers.position, displacement, sure, markers.neighbours)
+    known = (counts > 0)[:, None]
+    return np.where(known, markers.position + np.where(known, moved, 0.0) + state.offset, state.position)
+
+
+def _starts(expected: Floats, wanted: NDArray[np.intp], window: Floats) -> tuple[Floats, NDArray[np.intp]]:
+    """Return where to look: at each expected place and six around it."""
+    angles = np.arange(6) * np.pi / 3.0
+    around = np.vstack([[[0.0, 0.0]], 0.9 * np.column_stack([np.cos(angles), np.sin(angles)])])
+    starts = expected[:, None] + window[wanted][:, None, None] * around
+    return starts.reshape(-1, 2), np.repeat(wanted, len(around))
+
+
+def _free(positions: Floats, others: Floats, radius: Floats) -> Flags:
+    """Tell which positions are not those of markers that are sure."""
+    known = np.isfinite(positions[:, 0])
+    if not len(others):
+        return known
+    apart = np.linalg.norm(positions[:, None] - others[None], axis=2).min(axis=1)
+    free: Flags = known & (apart > radius)
+    return free
+
+
+def _trust(quality: Floats) -> Floats:
+    """Return how much a marker's own way counts: little where it may be a reflection that stands still."""
+    trust: Floats = np.clip((quality - _LEAST_AGAIN) / (_TRUSTED - _LEAST_AGAIN), _LEAST_TRUST, 1.0)
+    return trust
+
+
+def _updated(
+    markers: Markers, state: State, image: Frame, found: Measured, sure: Flags
+) -> tuple[State, Floats, Floats]:
+    """Return the state after a frame, and what was found."""
+    position = np.where(sure[:, None], found.position, np.nan)
+    quality = np.where(sure, np.clip(found.quality, 0.0, 1.0), 0.0)
+    if not sure.any():
+        kept = State(
+            state.position, np.zeros_like(state.velocity), state.offset, state.amplitude, state.missing, state.image
+        )
+        return kept, position, quality
+    steady = sure & (state.missing == 0)
+    velocity = np.where(steady[:, None], found.position - state.position, 0.0)
+    displacement = np.where(sure[:, None], found.position - markers.position, 0.0)
+    expected, counts = expected_displacement(markers.position, displacement, sure, markers.neighbours)
+    fresh = (sure & (counts > 0))[:, None]
+    apart = displacement - np.where(fresh, expected, 0.0) - state.offset
+    adapted = state.amplitude + _ADAPTION * (found.amplitude - state.amplitude)
+    new = State(
+        np.where(sure[:, None], found.position, state.position),
+        velocity,
+        np.where(fresh, state.offset + _trust(quality)[:, None] * apart, state.offset),
+        np.where(sure, adapted, state.amplitude),
+        np.where(sure, 0, state.missing + 1),
+        image,
+    )
+    return new, position, quality

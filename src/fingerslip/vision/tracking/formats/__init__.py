@@ -1,0 +1,1 @@
+"""Formats of tactile recordings that laboratories have, in and out."""

@@ -1,0 +1,44 @@
+"""CSV files of laboratories, with errors that say what is wrong."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fingerslip.errors import InputError, ResultError, shortened
+from fingerslip.files import write_text
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+__all__ = ["read_table", "write_table"]
+
+
+def read_table(path: Path) -> pd.DataFrame:
+    """Read a CSV file with a line of names.
+
+    Raises
+    ------
+    InputError
+        Where there is no such file, or it is no table.
+    ResultError
+        Where it cannot be read.
+    """
+    import pandas as pd
+
+    if not path.is_file():
+        raise InputError(str(path), "there is no such file", "needs a CSV file with a line of names")
+    try:
+        return pd.read_csv(path)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be read ({error.strerror}); name a file that can be") from error
+    except ValueError as error:
+        raise InputError(str(path), f"is no table ({shortened(str(error))})", "needs CSV with names") from error
+
+
+def write_table(table: pd.DataFrame, path: Path) -> None:
+    """Write a table as CSV, whole or not at all; raise ResultError where it cannot be written."""
+    stream = io.StringIO()
+    table.to_csv(stream, index=False)
+    write_text(path, stream.getvalue())

@@ -1,0 +1,242 @@
+"""What the tracker knows of each marker: where it was at rest, what it looks like, and who its neighbours are."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from fingerslip.vision.tracking.kernels import (
+    AMPLITUDE,
+    COLUMNS,
+    CORRELATION,
+    N_PROFILE,
+    WEIGHT,
+    learn_profiles,
+    learn_shapes,
+    measure_markers,
+)
+from fingerslip.vision.tracking.neighbours import nearest_neighbours
+
+__all__ = ["Markers", "Measured", "known_markers", "measure"]
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+_ALL = slice(None)
+_WINDOW = 1.9  # radii of the marker
+_MARGIN = 1.5  # px, for blur
+_SMALLEST_WINDOW = 3.0  # px
+_ROUNDS = 3
+_OUTSIDE = 6  # samples of a profile that are the background
+# A profile has no edge sharper than this [px]: pixels are no points, and a fit needs its slope.
+_SOFT = 0.4
+_CIRCLE = (1.0, 0.0, 1.0)
+# Quality so far below the median is odd, in itself and in median deviations.
+_BADLY, _OUTLYING = 0.03, 6.0
+_CENTRE = 4  # samples of a profile that are the top
+
+
+@dataclass(frozen=True)
+class Markers:
+    """Markers as they look in the rest frames.
+
+    Parameters
+    ----------
+    position : (n, 2) array
+        Positions at rest [px].
+    radius, window : (n,) array
+        Radius at half the contrast, and radius of the window in which a marker is measured [px].
+    shape : (n, 3) array
+        Ellipse of each, as the metric of :mod:`fingerslip.vision.tracking.kernels`.
+    profiles : (n, N_PROFILE) array
+        Brightness over the distance from the centre: 1 in the centre, 0 at the edge of the window.
+    polarity : float
+        1 for markers brighter than what is around them, -1 for darker ones.
+    spacing : (n,) array
+        Distance to the nearest neighbour [px].
+    neighbours : (n, k) array of int
+        Neighbours, the nearest first.
+    amplitude : (n,) array
+        Contrast of each [grey levels].
+    quality : (n,) array
+        Quality of each in the mean of the rest frames that it was learnt from.
+    """
+
+    position: Floats
+    radius: Floats
+    window: Floats
+    shape: Floats
+    profiles: Floats
+    polarity: float
+    spacing: Floats
+    neighbours: NDArray[np.intp]
+    amplitude: Floats
+    quality: Floats
+
+    def taken(self, order: NDArray[np.intp]) -> Markers:
+        """Return some of the markers, in another order."""
+        position = self.position[order]
+        neighbours, spacing = nearest_neighbours(position)
+        return Markers(
+            position,
+            self.radius[order],
+            self.window[order],
+            self.shape[order],
+            self.profiles[order],
+            self.polarity,
+            spacing,
+            neighbours,
+            self.amplitude[order],
+            self.quality[order],
+        )
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Markers as they were measured in a frame.
+
+    Parameters
+    ----------
+    position : (n, 2) array
+        Positions [px], NaN where nothing was found.
+    amplitude : (n,) array
+        Contrast [grey levels].
+    quality : (n,) array
+        From 0 to 1: correlation with the marker's own profile, times the share of its pixels that fit it.
+    """
+
+    position: Floats
+    amplitude: Floats
+    quality: Floats
+
+
+def measure(
+    markers: Markers,
+    image: NDArray[np.uint8],
+    mask: Flags | None,
+    start: Floats,
+    which: NDArray[np.intp] | slice = _ALL,
+) -> Measured:
+    """Measure markers in an image, each from its own start.
+
+    Parameters
+    ----------
+    markers : Markers
+        What is known of them.
+    image : (height, width) array of uint8
+        The image.
+    mask : (height, width) array of bool or None
+        Pixels that count.
+    start : (n, 2) array
+        Where to begin [px]; NaN where nothing is to be measured.
+    which : (n,) array of int, optional
+        The marker of each start; all of them, once each, without it.
+    """
+    out = np.empty((len(start), COLUMNS))
+    counted = np.empty((0, 0), dtype=bool) if mask is None else mask
+    radius, window, shape = markers.radius[which], markers.window[which], markers.shape[which]
+    measure_markers(image, counted, start, radius, window, shape, markers.profiles[which], markers.polarity, out)
+    return Measured(out[:, :2].copy(), out[:, AMPLITUDE].copy(), out[:, CORRELATION] * out[:, WEIGHT])
+
+
+def known_markers(image: Floats, mask: Flags | None, points: Floats, radius: float, bright: bool) -> Markers:
+    """Learn what markers look like from where they roughly are.
+
+    Parameters
+    ----------
+    image : (height, width) array
+        Mean of some rest frames [grey levels].
+    mask : (height, width) array of bool or None
+        Pixels that count.
+    points : (n, 2) array
+        Centres, to a part of the radius [px].
+    radius : float
+        Radius, roughly [px].
+    bright : bool
+        Whether they are brighter than what is around them.
+    """
+    grey = np.clip(np.rint(image), 0, 255).astype(np.uint8)
+    polarity = 1.0 if bright else -1.0
+    neighbours, spacing = nearest_neighbours(points)
+    radii, places = np.full(len(points), radius), points.copy()
+    shape = np.tile(_CIRCLE, (len(points), 1))
+    ones = np.ones(len(points))
+    for turn in range(_ROUNDS):
+        window = _windows(radii, spacing)
+        profiles = np.empty((len(points), N_PROFILE))
+        learn_profiles(image, places, window, shape, polarity, profiles)
+        profiles = _normalised(profiles, window)
+        markers = Markers(places, radii, window, shape, profiles, polarity, spacing, neighbours, ones, ones)
+        markers, places = _measured_again(markers, grey, mask)
+        radii = _half_height(profiles, window)
+        if turn < _ROUNDS - 1:
+            learn_shapes(image, places, radii, window, polarity, shape)
+    markers = dataclasses.replace(markers, radius=radii)
+    return _measured_again(_with_typical_looks(markers), grey, mask)[0]
+
+
+def _measured_again(markers: Markers, grey: NDArray[np.uint8], mask: Flags | None) -> tuple[Markers, Floats]:
+    """Return markers where they are measured in an image, and their positions; those not found stay where they were."""
+    measured = measure(markers, grey, mask, markers.position)
+    found = np.isfinite(measured.position[:, :1])
+    places = np.where(found, measured.position, markers.position)
+    again = dataclasses.replace(
+        markers, position=places, amplitude=measured.amplitude, quality=np.where(found[:, 0], measured.quality, 0.0)
+    )
+    return again, places
+
+
+def _with_typical_looks(markers: Markers) -> Markers:
+    """Return markers of which those that fit badly look like the others: a reflection beside them was learnt too."""
+    apart = np.median(markers.quality) - markers.quality
+    odd = apart > max(_BADLY, _OUTLYING * float(np.median(np.abs(apart))))
+    if not odd.any() or odd.all():
+        return markers
+    radius = np.where(odd, np.median(markers.radius[~odd]), markers.radius)
+    return dataclasses.replace(
+        markers,
+        radius=radius,
+        window=_windows(radius, markers.spacing),
+        shape=np.where(odd[:, None], _CIRCLE, markers.shape),
+        profiles=np.where(odd[:, None], np.median(markers.profiles[~odd], axis=0), markers.profiles),
+    )
+
+
+def _windows(radii: Floats, spacing: Floats) -> Floats:
+    # The neighbours stay outside.
+    room = np.maximum(spacing - 1.1 * radii, 0.5 * spacing)
+    windows: Floats = np.maximum(np.minimum(_WINDOW * radii + _MARGIN, room), _SMALLEST_WINDOW)
+    return windows
+
+
+def _normalised(profiles: Floats, window: Floats) -> Floats:
+    """Return profiles from 1 in the centre to 0 at the edge, half of each what all have in common."""
+    samples = _SOFT * (profiles.shape[1] - 1) / window
+    filled = np.array(
+        [gaussian_filter1d(_filled(one), width, mode="nearest") for one, width in zip(profiles, samples, strict=True)]
+    )
+    outside = filled[:, -_OUTSIDE:].mean(axis=1, keepdims=True)
+    height = filled[:, :_CENTRE].mean(axis=1, keepdims=True) - outside
+    own = np.clip((filled - outside) / np.where(height > 1.0, height, 1.0), -0.5, 1.5)
+    common = np.median(own, axis=0)
+    mixed: Floats = np.where(height > 1.0, 0.5 * own + 0.5 * common, common)
+    return mixed
+
+
+def _filled(profile: Floats) -> Floats:
+    known = np.flatnonzero(np.isfinite(profile))
+    return np.interp(np.arange(len(profile)), known, profile[known]) if known.size else np.zeros(len(profile))
+
+
+def _half_height(profiles: Floats, window: Floats) -> Floats:
+    """Return where each profile falls to half of its height [px]."""
+    radii = np.empty(len(profiles))
+    for n, profile in enumerate(profiles):
+        below = int(np.argmax(profile < 0.5)) or len(profile) // 2
+        share = (profile[below - 1] - 0.5) / max(profile[below - 1] - profile[below], 1e-9)
+        radii[n] = (below - 1 + min(max(share, 0.0), 1.0)) * window[n] / (len(profile) - 1)
+    return np.asarray(np.clip(radii, 0.5 * np.median(radii), 2.0 * np.median(radii)))

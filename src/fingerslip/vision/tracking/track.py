@@ -1,0 +1,256 @@
+"""From a video to tracks."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.errors import FingerslipError, InputError
+from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
+from fingerslip.vision.opencv import opencv
+from fingerslip.vision.tracking.exposure import DUPLICATED, STATES, Exposure, frame_state, rest_exposure
+from fingerslip.vision.tracking.follow import follow, rest_state
+from fingerslip.vision.tracking.frames import Channel, Frames, VideoInput, open_frames
+from fingerslip.vision.tracking.lens import lens_of, undistorted
+from fingerslip.vision.tracking.reference import Reference, first_frames, reference_of
+from fingerslip.vision.tracking.topology import LayoutName, check_layout
+from fingerslip.vision.tracks import make_tracks
+
+__all__ = ["TrackingWarning", "track_markers"]
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Frame = NDArray[np.uint8]
+_Row = tuple[NDArray[np.float32], NDArray[np.float32], int]
+
+# Markers are looked for in the mean of this many frames, or of the rest frames where they are fewer.
+_AVERAGED = 10
+_MOVED = 0.5  # px that the rest frames may move
+# Positions of a frame that shows nothing new are marked.
+_OLD_QUALITY = 0.5
+
+
+class TrackingWarning(UserWarning):
+    """Tracks are not all that they should be; their attribute ``warnings`` says the same."""
+
+
+def track_markers(
+    video: VideoInput,
+    *,
+    n_markers: int | None = None,
+    rest_frames: int = 30,
+    layout: LayoutName = "rings",
+    mask: NDArray[np.bool_] | str | Path | None = None,
+    calibration: Pinhole | Fisheye | str | Path | None = None,
+    bright: bool | None = None,
+    frame_rate: float | None = None,
+    channel: Channel = "grey",
+) -> xr.Dataset:
+    """Follow the markers of a video of an optical tactile sensor.
+
+    Parameters
+    ----------
+    video : path, array or sequence of arrays
+        A video file, a folder of images, or frames (n, height, width) or (n, height, width, 3), blue first.
+    n_markers : int, optional
+        How many markers there are; without it, the number at which the first frames are clearest.
+    rest_frames : int, optional
+        How many frames the sensor rests at the beginning: their mean is the reference.
+    layout : {'rings', 'hex', 'free'}, optional
+        Arrangement of the markers, which numbers them: concentric rings and hexagonal lattices from the centre
+        outwards and by rising angle from x to y of the image, free ones by rows.
+    mask : (height, width) array of bool, or path, optional
+        Pixels that count, such as those inside a bright ring; a path is that of an image which is white there.
+    calibration : Pinhole or Fisheye or path, optional
+        Intrinsics of the camera, or a file of them in OpenCV's form; positions are then those of a camera without
+        distortion.
+    bright : bool, optional
+        Whether markers are brighter than what is around them; without it, what the first frames show.
+    frame_rate : float, optional
+        Frames a second [1/s], instead of what the file states. Folders and arrays need it.
+    channel : {'grey', 'blue', 'green', 'red'}, optional
+        What is taken of colour frames.
+
+    Returns
+    -------
+    xarray.Dataset
+        Tracks in pixels, see :mod:`fingerslip.vision.tracks`, with also ``reference`` (marker, axis), the mean position
+        in the rest frames; ``rest_noise`` (marker, axis), the standard deviation there; ``radius`` (marker);
+        ``frame_state`` (time): 0 fine, 1 dark, 2 overexposed, 3 duplicated; and with a calibration ``image_position``.
+        The attribute ``partial`` is 1 where the video or the markers are not whole, and ``warnings`` says why.
+
+    Raises
+    ------
+    InputError
+        Where the video cannot be read, has no frame rate, or shows no or too few markers; where an argument cannot be.
+
+    Warns
+    -----
+    TrackingWarning
+        Where the tracks are marked for a reason: frames or markers are missing, frames are dark, overexposed or
+        duplicated, or the sensor moved while it should have rested.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rows, columns = np.mgrid[:120, :120]
+    >>> frame = np.full((120, 120), 180, dtype=np.uint8)
+    >>> for x, y in [(30, 30), (60, 30), (90, 30), (45, 60), (75, 60), (60, 90)]:
+    ...     frame[np.hypot(columns - x, rows - y) < 5] = 40
+    >>> frames = [np.roll(frame, shift, axis=1) for shift in (0, 1, 2, 3)]
+    >>> tracks = track_markers(frames, n_markers=6, rest_frames=1, layout="free", frame_rate=30.0)
+    >>> tracks["position"].sel(marker=0, axis="x").values.round(1).tolist()
+    [30.0, 31.0, 32.0, 33.0]
+    """
+    check_layout(layout)
+    _check_counts(n_markers, rest_frames)
+    frames = open_frames(video, frame_rate, channel)
+    averaged, first = first_frames(frames.read(), min(rest_frames, _AVERAGED))
+    allowed = _mask(mask, first.shape)
+    reference = reference_of(averaged, allowed, n_markers, layout, bright, frames.name)
+    course = _followed(frames, reference, allowed, rest_exposure(np.clip(averaged, 0, 255).astype(np.uint8)))
+    if calibration is not None:
+        lens = lens_of(calibration, first.shape[::-1])
+        course = dataclasses.replace(course, position=undistorted(lens, course.position), raw=course.position)
+    tracks = _labelled(frames, reference, course, min(rest_frames, len(course.states)), first.shape)
+    for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
+        warnings.warn(text, TrackingWarning, stacklevel=2)
+    return tracks
+
+
+def _check_counts(n_markers: int | None, rest_frames: int) -> None:
+    if n_markers is not None and n_markers < 1:
+        raise InputError("n_markers", f"got {n_markers}", "needs a number >= 1")
+    if rest_frames < 1:
+        raise InputError("rest_frames", f"got {rest_frames}", "needs a number >= 1")
+
+
+def _mask(mask: NDArray[np.bool_] | str | Path | None, shape: tuple[int, ...]) -> Flags | None:
+    if mask is None:
+        return None
+    if isinstance(mask, str | Path):
+        image = opencv().imread(str(mask), 0) if Path(mask).is_file() else None
+        if image is None:
+            raise InputError("mask", f"{mask} cannot be read as an image", "needs one that is white where markers are")
+        mask = image > 127
+    allowed = np.ascontiguousarray(mask, dtype=bool)
+    if allowed.shape != shape:
+        raise InputError("mask", f"got shape {allowed.shape}", f"needs {shape}, the height and width of the frames")
+    return allowed
+
+
+@dataclass(frozen=True)
+class _Course:
+    """What was found in all frames: positions (t, n, 2), qualities (t, n), states (t,), why reading ended early, and
+    positions before the lens was corrected.
+    """
+
+    position: Floats
+    quality: Floats
+    states: NDArray[np.int8]
+    broken: str = ""
+    raw: Floats | None = None
+
+
+def _followed(frames: Frames, reference: Reference, mask: Flags | None, rest: Exposure) -> _Course:
+    """Return what was found in all frames; of the frames, only two are in memory at a time."""
+    rows: list[_Row] = []
+    broken = ""
+    try:
+        for row in _steps(frames, reference, mask, rest):
+            rows.append(row)  # noqa: PERF402  what was read before an error is kept
+    except FingerslipError as error:
+        broken = str(error)
+    position, quality, states = zip(*rows, strict=True)
+    return _Course(
+        np.array(position, dtype=np.float64),
+        np.array(quality, dtype=np.float64),
+        np.array(states, dtype=np.int8),
+        broken,
+    )
+
+
+def _steps(frames: Frames, reference: Reference, mask: Flags | None, rest: Exposure) -> Iterator[_Row]:
+    state, before = rest_state(reference.markers), None
+    for frame in frames.read():
+        light = frame_state(frame, before, rest)
+        state, position, quality = follow(reference.markers, state, frame, mask)
+        if light == DUPLICATED:
+            quality = np.minimum(quality, _OLD_QUALITY)
+        before = frame
+        # Single precision is 1e-4 px for the widest images.
+        yield position.astype(np.float32), quality.astype(np.float32), light
+
+
+def _labelled(frames: Frames, reference: Reference, course: _Course, rest: int, shape: tuple[int, ...]) -> xr.Dataset:
+    complaints = [*reference.warnings, *_complaints(frames, course, rest)]
+    partial = bool(course.broken or reference.warnings)
+    tracks = make_tracks(
+        course.position,
+        np.arange(len(course.states)) / frames.frame_rate,
+        units="px",
+        quality=course.quality,
+        ring=reference.ring,
+        angle=reference.angle,
+        attributes={
+            "image_width": shape[1],
+            "image_height": shape[0],
+            "frame_rate": frames.frame_rate,
+            "source": frames.name,
+            "rest_frames": rest,
+            "bright": int(reference.markers.polarity > 0),
+            "partial": int(partial),
+            "warnings": "\n".join(complaints),
+        },
+    )
+    if course.raw is not None:
+        meaning = {"units": "px", "long_name": "position in the frames, with the lens's distortion"}
+        tracks = tracks.assign(image_position=(("time", "marker", "axis"), course.raw, meaning))
+    return tracks.assign(_at_rest(course.position[:rest])).assign(
+        frame_state=("time", course.states, {"long_name": ", ".join(f"{n} {s}" for n, s in enumerate(STATES))}),
+        radius=("marker", reference.markers.radius, {"units": "px", "long_name": "radius of the markers at rest"}),
+    )
+
+
+def _at_rest(position: Floats) -> dict[str, tuple[tuple[str, str], Floats, dict[str, str]]]:
+    seen = np.isfinite(position)
+    count = seen.sum(axis=0)
+    total = np.where(seen, position, 0.0).sum(axis=0)
+    mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    square = np.where(seen, (position - mean) ** 2, 0.0).sum(axis=0)
+    noise = np.where(count > 1, np.sqrt(square / np.maximum(count - 1, 1)), np.nan)
+    dims = ("marker", "axis")
+    return {
+        "reference": (dims, mean, {"units": "px", "long_name": "mean position in the rest frames"}),
+        "rest_noise": (dims, noise, {"units": "px", "long_name": "standard deviation of the position at rest"}),
+    }
+
+
+def _complaints(frames: Frames, course: _Course, rest: int) -> Iterator[str]:
+    """Yield what is wrong with the frames."""
+    count = len(course.states)
+    if course.broken:
+        yield f"{course.broken}; the tracks are those of the first {count} frames"
+    for number, state in enumerate(STATES):
+        which = np.flatnonzero(course.states == number)
+        if number and which.size:
+            yield f"{frames.name}: {which.size} of {count} frames are {state}, the first is frame {which[0]}"
+    moved = _moved(course.position[:rest])
+    if moved > _MOVED:
+        yield f"{frames.name}: the sensor moved by {moved:.1f} px in the {rest} rest frames; the reference is no rest"
+
+
+def _moved(position: Floats) -> float:
+    """Return the largest distance between the markers' median displacements in some frames [px]."""
+    seen = position[np.isfinite(position).all(axis=(1, 2))]
+    if len(seen) < 2:
+        return 0.0
+    middle = np.median(seen - seen.mean(axis=0), axis=1)
+    return float(np.linalg.norm(middle.max(axis=0) - middle.min(axis=0)))

@@ -1,0 +1,181 @@
+"""From videos to tracks: truth, bad clips, bad input."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trackpy
+
+from fingerslip.errors import InputError
+from fingerslip.vision.cameras.intrinsics import Pinhole
+from fingerslip.vision.tracking.track import TrackingWarning, track_markers
+from fingerslip.vision.tracks import check_tracks, read_tracks, write_tracks
+from fingerslip.vision.video import write_video
+from problems import clips
+from problems.nearest import track_nearest
+from unit.vision.tracking.conftest import RATE, REST, Clip, tracked
+
+
+def test_tracks_are_the_truth_in_the_order_of_the_layout(clip: Clip) -> None:
+    position = check_tracks(clip.tracks)["position"].values
+    assert np.sqrt(((position - clip.truth) ** 2).mean()) < 0.02
+    assert np.abs(position - clip.truth).max() < 0.1
+    assert np.bincount(clip.tracks["ring"].values).tolist() == [1, 8, 16, 24, 32]
+    assert clip.tracks["time"].values == pytest.approx(np.arange(40) / RATE)
+    assert clip.tracks["reference"].values == pytest.approx(clips.field(), abs=0.02)
+    assert (clip.tracks.attrs["partial"], clip.tracks.attrs["warnings"]) == (0, "")
+
+
+def test_tracks_can_be_written_and_read(clip: Clip, tmp_path: Path) -> None:
+    write_tracks(clip.tracks, tmp_path / "tracks.nc")
+    again = read_tracks(tmp_path / "tracks.nc")
+    assert np.array_equal(again["position"], clip.tracks["position"])
+    assert np.array_equal(again["reference"], clip.tracks["reference"])
+
+
+@pytest.mark.parametrize("eighth", range(8))
+def test_no_identity_is_swapped_in_eight_directions(eighth: int) -> None:
+    positions = clips.slide(clips.field(), eighth * np.pi / 4, count=REST + 14, rest=REST)
+    made = tracked(positions)
+    score = clips.scored(made.tracks["position"].values, made.truth)
+    assert (score.swapped, score.stray, score.kept) == (0, 0, 1.0)
+
+
+@pytest.mark.parametrize("bright", [False, True])
+def test_bad_clip_is_kept(bright: bool) -> None:
+    look = clips.with_look(clips.BAD, marker=150.0, background=50.0) if bright else clips.BAD
+    made = tracked(clips.slide(clips.field(), 2.0, count=60, rest=REST), look, seed=3)
+    score = clips.scored(made.tracks["position"].values, made.truth)
+    assert score.kept > 0.99
+    assert score.swapped == 0
+    assert score.rms < 0.1
+
+
+def test_plain_tracker_swaps_on_a_bad_clip_where_ours_does_not() -> None:
+    positions = clips.slide(clips.field(), 2.0, count=REST + 4, rest=REST)
+    made = tracked(positions)
+    plain = clips.scored(track_nearest(made.frames, made.truth[0], 5.0), made.truth)
+    assert plain.swapped_last > 0
+    assert clips.scored(made.tracks["position"].values, made.truth).swapped == 0
+
+
+def test_marker_that_vanishes_for_ten_frames_is_found_again() -> None:
+    positions = clips.slide(clips.field(), 0.5, count=50, rest=REST)
+    hidden = np.zeros((50, 81), dtype=bool)
+    hidden[25:35, [0, 30, 72]] = True
+    made = tracked(positions, hidden=hidden)
+    found = np.isfinite(made.tracks["position"].values[..., 0])
+    assert np.array_equal(found, ~hidden)
+    assert (made.tracks["quality"].values[hidden] == 0).all()
+
+
+def test_trackpy_finds_the_same(clip: Clip) -> None:
+    for t in (0, 20, 39):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = trackpy.locate(255 - clip.frames[t], diameter=15, minmass=2000, topn=81)
+        other = found[["x", "y"]].to_numpy()
+        position = clip.tracks["position"].values[t]
+        apart = np.linalg.norm(position[:, None] - other[None], axis=2)
+        assert len(set(apart.argmin(axis=1))) == 81
+        assert np.sqrt((apart.min(axis=1) ** 2).mean()) < 0.03
+
+
+def test_drift_at_rest_while_the_light_fades() -> None:
+    made = tracked(clips.still(clips.field(), 40), clips.with_look(clips.DEFAULT, drift=0.5))
+    position = made.tracks["position"].values
+    assert np.abs(position[-10:].mean(axis=0) - position[:10].mean(axis=0)).max() < 0.05
+
+
+def test_calibration_straightens_positions_and_keeps_those_of_the_image(clip: Clip) -> None:
+    lens = Pinhole(640, 480, 400.0, 400.0, 320.0, 240.0, (-0.1, 0.0, 0.0, 0.0))
+    tracks = track_markers(clip.frames[:12], n_markers=81, rest_frames=REST, frame_rate=RATE, calibration=lens)
+    assert np.array_equal(tracks["image_position"].values, clip.tracks["position"].values[:12])
+    assert np.abs(tracks["position"].values - tracks["image_position"].values).max() > 3.0
+
+
+def test_mask_as_array_and_image(clip: Clip, tmp_path: Path) -> None:
+    import cv2
+
+    mask = np.zeros((480, 640), dtype=bool)
+    mask[:, :330] = True
+    cv2.imwrite(str(tmp_path / "mask.png"), mask.astype(np.uint8) * 255)
+    for given in (mask, tmp_path / "mask.png"):
+        tracks = track_markers(clip.frames[:3], rest_frames=2, frame_rate=RATE, mask=given, layout="free")
+        assert (tracks["position"].values[0, :, 0] < 330).all()
+    with pytest.raises(InputError, match=r"mask: got shape \(480, 100\), needs \(480, 640\)"):
+        track_markers(clip.frames, frame_rate=RATE, mask=mask[:, :100])
+    with pytest.raises(InputError, match=r"mask: none.png cannot be read as an image"):
+        track_markers(clip.frames, frame_rate=RATE, mask="none.png")
+
+
+def odd_frames(change: Callable[[list[np.ndarray]], None]) -> list[np.ndarray]:
+    frames = list(clips.filmed(clips.still(clips.field(), 24)))
+    change(frames)
+    return frames
+
+
+def darken(frames: list[np.ndarray]) -> None:
+    frames[15] = frames[15] // 12
+
+
+def overexpose(frames: list[np.ndarray]) -> None:
+    frames[15] = np.full_like(frames[15], 255)
+
+
+def duplicate(frames: list[np.ndarray]) -> None:
+    frames[15] = frames[14]
+
+
+@pytest.mark.parametrize(
+    ("change", "words", "lost"),
+    [
+        (darken, "1 of 24 frames are dark, the first is frame 15", True),
+        (overexpose, "are overexposed", True),
+        (duplicate, "are duplicated", False),
+    ],
+)
+def test_odd_frames_are_said_and_marked(change: Callable[[list[np.ndarray]], None], words: str, lost: bool) -> None:
+    with pytest.warns(TrackingWarning, match=words):
+        tracks = track_markers(odd_frames(change), n_markers=81, rest_frames=REST, frame_rate=RATE)
+    assert np.flatnonzero(tracks["frame_state"].values).tolist() == [15]
+    assert np.isnan(tracks["position"].values[15]).all() == lost
+    assert tracks["quality"].values[15].max() <= 0.5
+    assert np.isfinite(tracks["position"].values[16:]).all()
+
+
+def test_sensor_that_moves_at_rest_is_said() -> None:
+    with pytest.warns(
+        TrackingWarning, match=r"the sensor moved by .* px in the 30 rest frames; the reference is no rest"
+    ):
+        tracked(clips.slide(clips.field(), 0.0, count=40, rest=10), rest_frames=30)
+
+
+def test_truncated_video_gives_partial_tracks(tmp_path: Path, clip: Clip) -> None:
+    write_video(tmp_path / "whole.avi", clip.frames, RATE)
+    content = (tmp_path / "whole.avi").read_bytes()
+    (tmp_path / "cut.avi").write_bytes(content[: len(content) // 2])
+    with pytest.warns(TrackingWarning, match=r"ends after .* frames"):
+        tracks = track_markers(tmp_path / "cut.avi", n_markers=81, rest_frames=REST)
+    assert tracks.attrs["partial"] == 1
+    assert 10 < tracks.sizes["time"] < 40
+
+
+def test_bad_arguments_and_videos_have_clear_errors(clip: Clip, tmp_path: Path) -> None:
+    (tmp_path / "text.mp4").write_text("no video")
+    write_video(tmp_path / "empty.avi", [np.full((120, 160), 90, dtype=np.uint8)] * 3, RATE)
+    for video, options, words in (
+        (clip.frames, {"frame_rate": RATE, "n_markers": 0}, "n_markers: got 0, needs a number >= 1"),
+        (clip.frames, {"frame_rate": RATE, "rest_frames": 0}, "rest_frames: got 0"),
+        (clip.frames, {"frame_rate": RATE, "layout": "square"}, "layout: got 'square'"),
+        (clip.frames, {}, "states no frame rate"),
+        (tmp_path / "text.mp4", {}, "cannot be read as a video"),
+        (tmp_path / "gone.mp4", {}, "is not there"),
+        (tmp_path / "empty.avi", {}, "found no markers in the first frames"),
+    ):
+        with pytest.raises(InputError, match=words):
+            track_markers(video, **options)
