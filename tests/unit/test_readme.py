@@ -1,4 +1,4 @@
-"""The examples of README, docs/solid.md, docs/vision.md and docs/tracking.md run as they are printed."""
+"""The examples of README and of the pages on solids, vision, tracking and detection run as they are printed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from fingerslip.history import OPEN
 from places import ROOT
 
 README, SOLID, VISION = ROOT / "README.md", ROOT / "docs" / "solid.md", ROOT / "docs" / "vision.md"
-TRACKING = ROOT / "docs" / "tracking.md"
+TRACKING, DETECTION = ROOT / "docs" / "tracking.md", ROOT / "docs" / "detection.md"
 
 
 def test_python_example_finds_overall_slip(capsys: pytest.CaptureFixture[str]) -> None:
@@ -45,6 +45,19 @@ def test_example_in_space_slips_and_has_what_the_page_names(capsys: pytest.Captu
     # The skin in the middle of the contact goes along with the plate until it slips, and not to its end.
     assert 1e-3 < float(names["middle"][-1]) < 6e-3
     assert f"{names['history'].sizes['node']:,} nodes" in SOLID.read_text(encoding="utf-8")
+
+
+def test_example_of_slip_detection_finds_slip_and_says_that_it_is_no_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = DETECTION.read_text(encoding="utf-8")
+    assert "and are no result" in page
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, Any] = {}
+    exec(compile("".join(re.findall(r"```python\n(.*?)```", page, re.DOTALL)), "detection.md", "exec"), names)
+    assert abs(names["result"].error.value) < 1.0
+    assert "frames a second" in capsys.readouterr().out
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["detector", "slides", "submission.csv"]
 
 
 def test_example_of_cameras_films_and_measures(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Annotated, Any
 
 import typer
@@ -67,11 +67,21 @@ def _options(
     """Read the options that stand before the verb."""
 
 
-def _verbs() -> Iterator[Callable[..., Any]]:
-    """Yield the function of each verb, which has the name of its file."""
+def _verbs() -> Iterator[tuple[Callable[..., Any], Sequence[Callable[..., Any]]]]:
+    """Yield the function of each verb, which has the name of its file, and the verbs below it."""
     for module in pkgutil.iter_modules(commands.__path__):
         if module.name not in _NOT_VERBS:
-            yield getattr(importlib.import_module(f"{commands.__name__}.{module.name}"), module.name)
+            file = importlib.import_module(f"{commands.__name__}.{module.name}")
+            yield getattr(file, module.name), getattr(file, "ACTIONS", ())
+
+
+def _group(verb: Callable[..., Any], actions: Sequence[Callable[..., Any]]) -> typer.Typer:
+    """Return a verb that has verbs below it; its own function says what they have in common."""
+    made = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
+    made.callback()(verb)
+    for action in actions:
+        made.command()(action)
+    return made
 
 
 def command_line() -> typer.Typer:
@@ -85,8 +95,11 @@ def command_line() -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     made.callback()(_options)
-    for verb in _verbs():
-        made.command()(verb)
+    for verb, actions in _verbs():
+        if actions:
+            made.add_typer(_group(verb, actions), name=verb.__name__)
+        else:
+            made.command()(verb)
     return made
 
 

@@ -1,0 +1,253 @@
+"""The classifiers that are compared: what each sees, and its scikit-learn pipeline."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from fingerslip.detect.features import PUBLISHED
+from fingerslip.detect.optional import optional
+from fingerslip.errors import InputError, shortened
+
+__all__ = ["CLASSIFIERS", "SVM_GRID", "Candidate", "columns_of", "fit", "probabilities", "union_of_sets"]
+
+Values = NDArray[np.float32]
+
+#: What the support vector machines are chosen from by three-fold cross-validation grouped by trial, in the training
+#: trials alone. The paper prints no parameters. `gamma` counts in units of 1 / number of features.
+SVM_GRID: Mapping[str, tuple[float, ...]] = MappingProxyType({"C": (0.01, 0.1, 1.0), "gamma": (0.3, 1.0, 3.0)})
+
+#: Trials that the choice looks at, and the size of the approximation of the radial kernel.
+_GRID_TRIALS, _COMPONENTS = 24, 200
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A classifier and what it sees.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    sets : tuple of str
+        Its sets of features.
+    note : str
+        What it is, for tables.
+    make : callable
+        From a seed to an estimator that is not fitted.
+    grid : callable or None
+        From the number of features to the parameters to choose from.
+    """
+
+    name: str
+    sets: tuple[str, ...]
+    note: str
+    make: Callable[[int], Any]
+    grid: Callable[[int], Mapping[str, Sequence[float]]] | None = None
+
+
+def columns_of(names: Sequence[str], sets: Sequence[str]) -> NDArray[np.intp]:
+    """Return the columns of some sets of features, by the names of all features.
+
+    Raises
+    ------
+    InputError
+        Where a set has no column.
+    """
+    found = [np.flatnonzero([name.split("/")[0] == one for name in names]) for one in sets]
+    for one, columns in zip(sets, found, strict=True):
+        if columns.size == 0:
+            raise InputError("features", f"have no {one!r}", "needs all sets of the classifier", "make them too")
+    return np.concatenate(found)
+
+
+def union_of_sets(candidates: Sequence[Candidate]) -> tuple[str, ...]:
+    """Return all sets of features that some classifiers need, each once."""
+    return tuple(dict.fromkeys(name for one in candidates for name in one.sets))
+
+
+def fit(
+    candidate: Candidate,
+    values: Values,
+    classes: NDArray[np.int8],
+    groups: NDArray[np.intp],
+    *,
+    seed: int = 0,
+    workers: int = 1,
+) -> Any:
+    """Return a classifier that is fitted.
+
+    Parameters
+    ----------
+    candidate : Candidate
+        What to fit.
+    values : (n_samples, n_features) array
+        Its features, in the order of its sets.
+    classes, groups : (n_samples,) array of int
+        Class and trial of each sample.
+    seed : int, optional
+        Seed of what is random.
+    workers : int, optional
+        Cores for what can be done at once.
+
+    Raises
+    ------
+    InputError
+        Where a class is missing among the samples, or a feature is not finite.
+    """
+    found = np.unique(classes)
+    if len(found) < 3:
+        raise InputError("training", f"has the classes {found.tolist()}", "needs 0, 1 and 2", "take more trials")
+    if not np.isfinite(values).all():
+        raise InputError("training", "has features that are not finite", "needs finite numbers", "check the tracks")
+    unfinished = optional("sklearn.exceptions").ConvergenceWarning
+    threads = optional("joblib").parallel_config("threading", n_jobs=workers)
+    with warnings.catch_warnings(), threads, threadpool_limits(workers):
+        warnings.simplefilter("error", unfinished)
+        # With fewer samples than points, the approximate kernel takes every sample: it is exact then.
+        warnings.filterwarnings("ignore", "n_components > n_samples")
+        try:
+            estimator = _set_up(candidate, values, classes, groups, seed)
+            return estimator.fit(_precise(estimator, values), classes)
+        except unfinished as error:
+            problem = f"does not converge ({shortened(str(error))})"
+            raise InputError(f"classifier {candidate.name}", problem, "needs to", "choose another one") from error
+
+
+def _set_up(
+    candidate: Candidate, values: NDArray[Any], classes: NDArray[np.int8], groups: NDArray[np.intp], seed: int
+) -> Any:
+    """Return the estimator with its parameters, chosen from its grid by some of the training trials."""
+    estimator = candidate.make(seed)
+    if candidate.grid is not None:
+        few = np.random.default_rng(seed).permutation(np.unique(groups))[:_GRID_TRIALS]
+        inside = np.isin(groups, few)
+        grid = candidate.grid(values.shape[1])
+        estimator.set_params(**_chosen(estimator, grid, values[inside], classes[inside], groups[inside]))
+    return estimator
+
+
+def _chosen(
+    estimator: Any,
+    grid: Mapping[str, Sequence[float]],
+    values: Values,
+    classes: NDArray[np.int8],
+    groups: NDArray[np.intp],
+) -> dict[str, float]:
+    """Return the parameters that do best on training trials that were left out in turn; none with fewer than three."""
+    if len(np.unique(groups)) < 3:
+        return {}
+    selection = optional("sklearn.model_selection")
+    search = selection.GridSearchCV(
+        estimator, grid, scoring="f1_macro", cv=selection.GroupKFold(3), refit=False, error_score="raise"
+    )
+    found: dict[str, float] = search.fit(values, classes, groups=groups).best_params_
+    return found
+
+
+def probabilities(estimator: Any, values: Values) -> NDArray[np.float64]:
+    """Return the probability of each class, shape (n_samples, 3).
+
+    A support vector machine gives distances from its planes instead; their softmax stands for probabilities, and how
+    far that is from being calibrated is measured, not assumed.
+    """
+    if hasattr(estimator, "estimators_"):
+        return _forest_probabilities(estimator, values)
+    exact = _precise(estimator, values)
+    if hasattr(estimator, "predict_proba"):
+        return np.asarray(estimator.predict_proba(exact), dtype=np.float64)
+    scores = np.asarray(estimator.decision_function(exact), dtype=np.float64)
+    grown = np.exp(scores - scores.max(axis=1, keepdims=True))
+    found: NDArray[np.float64] = grown / grown.sum(axis=1, keepdims=True)
+    return found
+
+
+def _forest_probabilities(estimator: Any, values: Values) -> NDArray[np.float64]:
+    """Return what `predict_proba` of a forest does, without its preparations, which take longer than a frame may."""
+    rows = np.ascontiguousarray(values, dtype=np.float32)
+    total = np.zeros((len(rows), len(estimator.classes_)))
+    for tree in estimator.estimators_:
+        total += tree.tree_.predict(rows)[:, : total.shape[1]]
+    return total / len(estimator.estimators_)
+
+
+def _precise(estimator: Any, values: Values) -> NDArray[Any]:
+    """Return values as the estimator needs them: the approximate kernel magnifies the rounding of single precision."""
+    return values.astype(np.float64) if hasattr(estimator, "steps") else values
+
+
+def _scaled(*steps: Any) -> Any:
+    return optional("sklearn.pipeline").make_pipeline(optional("sklearn.preprocessing").StandardScaler(), *steps)
+
+
+def _forest(seed: int) -> Any:
+    return optional("sklearn.ensemble").RandomForestClassifier(
+        n_estimators=50, max_depth=20, min_samples_leaf=5, random_state=seed
+    )
+
+
+def _boosting(seed: int) -> Any:
+    return optional("sklearn.ensemble").HistGradientBoostingClassifier(
+        max_iter=50, learning_rate=0.2, max_leaf_nodes=15, max_features=0.2, early_stopping=False, random_state=seed
+    )
+
+
+def _logistic(seed: int) -> Any:
+    return _scaled(
+        optional("sklearn.linear_model").LogisticRegression(C=0.1, max_iter=500, tol=1e-3, random_state=seed)
+    )
+
+
+def _linear_machine(seed: int) -> Any:
+    return _scaled(_planes(seed))
+
+
+def _radial_machine(seed: int) -> Any:
+    # Without a grid gamma is 1 / number of features.
+    kernel = optional("sklearn.kernel_approximation").Nystroem(n_components=_COMPONENTS, random_state=seed)
+    return _scaled(kernel, _planes(seed))
+
+
+def _planes(seed: int) -> Any:
+    return optional("sklearn.svm").LinearSVC(C=0.1, dual=False, tol=1e-3, max_iter=2000, random_state=seed)
+
+
+def _two_thresholds(seed: int) -> Any:
+    """A tree with three leaves is two thresholds where it sees one feature."""
+    return optional("sklearn.tree").DecisionTreeClassifier(max_leaf_nodes=3, min_samples_leaf=5, random_state=seed)
+
+
+def _linear_grid(_features: int) -> Mapping[str, Sequence[float]]:
+    return {"linearsvc__C": SVM_GRID["C"]}
+
+
+def _radial_grid(features: int) -> Mapping[str, Sequence[float]]:
+    return {"linearsvc__C": SVM_GRID["C"], "nystroem__gamma": [one / features for one in SVM_GRID["gamma"]]}
+
+
+_ALL = (
+    Candidate("forest", PUBLISHED, "random forest as published: depth 20, leaf 5, 50 trees", _forest),
+    Candidate("svm_linear", ("polar",), "support vector machine, C from a grid", _linear_machine, _linear_grid),
+    Candidate(
+        "svm_rbf",
+        ("polar",),
+        f"support vector machine with a radial kernel (Nystroem, {_COMPONENTS} points), C and gamma from a grid",
+        _radial_machine,
+        _radial_grid,
+    ),
+    Candidate("boosting", PUBLISHED, "gradient boosting of trees with 15 leaves", _boosting),
+    Candidate("logistic", PUBLISHED, "logistic regression", _logistic),
+    Candidate("displacement_threshold", ("mean",), "two thresholds on the mean displacement", _two_thresholds),
+    Candidate("time_threshold", ("time",), "two thresholds on the time alone", _two_thresholds),
+    Candidate("residual_threshold", ("residual",), "two thresholds on the residual of rigid motion", _two_thresholds),
+)
+
+#: Every classifier by its name; the last three are baselines that have to be beaten.
+CLASSIFIERS: Mapping[str, Candidate] = MappingProxyType({one.name: one for one in _ALL})

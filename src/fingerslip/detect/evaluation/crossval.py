@@ -1,0 +1,242 @@
+"""Classifiers on trials that they have not seen, and on samples of trials that they have, as published."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
+
+from fingerslip.detect.classifiers import Candidate, columns_of, probabilities, union_of_sets
+from fingerslip.detect.conformal import false_alarm_threshold
+from fingerslip.detect.evaluation.confusion import confusion_by_trial
+from fingerslip.detect.features import FeatureSettings, feature_names, features_of
+from fingerslip.detect.motion import MotionSettings, motion_of
+from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.samples import Samples
+from fingerslip.detect.smoothing import Smoother, Thresholds, onsets_from
+from fingerslip.detect.splits import held_out, sample_split
+from fingerslip.detect.training import (
+    calibration_count,
+    fit_detector,
+    forward_filter,
+    frame_scores,
+    largest_before,
+)
+from fingerslip.detect.trial_set import TrialSet
+from fingerslip.errors import InputError
+
+__all__ = ["Fold", "FrameResult", "events_by_trial", "frames_by_sample", "frames_by_trial"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass
+class Fold:
+    """One classifier that learned from some trials.
+
+    Parameters
+    ----------
+    candidate : Candidate
+        What it is.
+    estimator : object
+        The fitted pipeline.
+    smoother : Smoother
+        From its probabilities to scores.
+    tested, kept : tuple of str
+        Trials that it is tested on, and those that set its threshold.
+    """
+
+    candidate: Candidate
+    estimator: object
+    smoother: Smoother
+    tested: tuple[str, ...]
+    kept: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class FrameResult:
+    """What a classifier said of frames of trials that it had not seen.
+
+    Parameters
+    ----------
+    matrices : (n_trials, 3, 3) array of int
+        Confusion matrix of each trial.
+    chances : (n_samples, 3) array
+        Probability of each class.
+    classes : (n_samples,) array of int
+        True classes.
+    folds : tuple of Fold
+        What was fitted.
+    seconds : float
+        Processor time of fitting and of classifying the samples [s].
+    """
+
+    matrices: NDArray[np.intp]
+    chances: Floats
+    classes: NDArray[np.int8]
+    folds: tuple[Fold, ...] = field(repr=False)
+    seconds: float = 0.0
+
+
+def frames_by_trial(
+    samples: Samples,
+    onsets: Mapping[str, Onsets],
+    candidate: Candidate,
+    tests: Sequence[Sequence[str]],
+    *,
+    window: int,
+    share: float = 0.05,
+    seed: int = 0,
+    workers: int = 1,
+) -> FrameResult:
+    """Fit a classifier for each fold and return what it says of the samples of the trials left out.
+
+    Parameters
+    ----------
+    samples : Samples
+        The samples.
+    onsets : mapping of str to Onsets
+        Labels of their trials.
+    candidate : Candidate
+        The classifier.
+    tests : sequence of sequences of str
+        Trials that each fold is tested on; it learns from the others, less those that set its threshold.
+    window : int
+        Frames in a velocity.
+    share : float, optional
+        Share of the no-slip trials that may raise a false alarm.
+    seed, workers : int, optional
+        Seed of what is random, and cores.
+
+    Raises
+    ------
+    InputError
+        Where a fold has nothing to learn from, or lacks a class.
+    """
+    start = time.process_time()
+    names = np.array(samples.trials)
+    parts, folds = [], []
+    with threadpool_limits(workers):
+        for test in tests:
+            rest = [name for name in samples.trials if name not in set(test)]
+            kept = held_out(rest, calibration_count(len(rest), share), seed + 1)
+            learned = np.flatnonzero(~np.isin(names[samples.trial], [*test, *kept]))
+            estimator = _fitted(candidate, samples, learned, seed, workers)
+            smoother = forward_filter(samples, onsets, window, learned)
+            folds.append(Fold(candidate, estimator, smoother, tuple(test), kept))
+            rows = np.flatnonzero(np.isin(names[samples.trial], list(test)))
+            values = samples.values[np.ix_(rows, columns_of(samples.names, candidate.sets))]
+            parts.append((rows, probabilities(estimator, values)))
+    rows, chances = np.concatenate([one for one, _ in parts]), np.concatenate([one for _, one in parts])
+    classes = samples.classes[rows]
+    matrices = confusion_by_trial(classes, chances.argmax(axis=1).astype(np.int8), samples.trial[rows])
+    return FrameResult(matrices, chances, classes, tuple(folds), time.process_time() - start)
+
+
+def _fitted(candidate: Candidate, samples: Samples, rows: NDArray[np.intp], seed: int, workers: int) -> object:
+    if not rows.size:
+        raise InputError("folds", "leave no trial to learn from", "needs some", "take more trials or other folds")
+    return fit_detector(candidate, samples, rows, seed, workers)
+
+
+def frames_by_sample(samples: Samples, candidate: Candidate, *, seed: int = 0, workers: int = 1) -> NDArray[np.intp]:
+    """Return the confusion matrices of trials when samples are split 90 to 10 whatever their trial, as published.
+
+    Parameters
+    ----------
+    samples : Samples
+        The samples.
+    candidate : Candidate
+        The classifier.
+    seed, workers : int, optional
+        Seed of what is random, and cores.
+    """
+    tested = sample_split(len(samples.classes), seed)
+    with threadpool_limits(workers):
+        estimator = fit_detector(candidate, samples, np.flatnonzero(~tested), seed, workers)
+        values = samples.values[np.ix_(np.flatnonzero(tested), columns_of(samples.names, candidate.sets))]
+        found = probabilities(estimator, values).argmax(axis=1).astype(np.int8)
+    return confusion_by_trial(samples.classes[tested], found, samples.trial[tested])
+
+
+def events_by_trial(
+    trials: TrialSet,
+    onsets: Mapping[str, Onsets],
+    results: Sequence[FrameResult],
+    motion: MotionSettings,
+    *,
+    share: float = 0.05,
+    workers: int = 1,
+) -> list[dict[str, Onsets]]:
+    """Return the onsets that each classifier finds in the trials that it was not fitted to.
+
+    Every trial is read once. The threshold of each fold is set by its kept trials; without them it is where slip is as
+    likely as not.
+
+    Parameters
+    ----------
+    trials : TrialSet
+        The data set.
+    onsets : mapping of str to Onsets
+        Its labels.
+    results : sequence of FrameResult
+        What was fitted.
+    motion : MotionSettings
+        How motion is read, as for the samples.
+    share : float, optional
+        Share of the no-slip trials that may raise a false alarm.
+    workers : int, optional
+        Cores.
+
+    Returns
+    -------
+    list of dict of str to Onsets
+        The onsets found in every trial, for each result.
+    """
+    folds = [fold for result in results for fold in result.folds]
+    settings = FeatureSettings(union_of_sets([fold.candidate for fold in folds]), motion)
+    maxima: list[list[float]] = [[] for _ in folds]
+    scores: list[dict[str, tuple[Floats, Floats]]] = [{} for _ in folds]
+    used = {name for fold in folds for name in (*fold.tested, *fold.kept)}
+    with threadpool_limits(workers):
+        for name in (name for name in trials.names if name in used):
+            found = _scores(trials, name, folds, settings)
+            for number, (when, one) in found.items():
+                if name in folds[number].tested:
+                    scores[number][name] = when, one
+                else:
+                    maxima[number].append(largest_before(when, one, onsets[name]))
+    limits = [Thresholds(false_alarm_threshold(one, share)) if one else Thresholds() for one in maxima]
+    events = [
+        {name: onsets_from(*one, limit) for name, one in found.items()}
+        for found, limit in zip(scores, limits, strict=True)
+    ]
+    return _by_result(results, events)
+
+
+def _scores(
+    trials: TrialSet, name: str, folds: Sequence[Fold], settings: FeatureSettings
+) -> dict[int, tuple[Floats, Floats]]:
+    """Return times and scores of a trial for every fold that needs it, by the number of the fold."""
+    moved = motion_of(trials.tracks(name), settings.motion)
+    values, names = features_of(moved, settings), feature_names(moved, settings)
+    found = {}
+    for number, fold in enumerate(folds):
+        if name in fold.tested or name in fold.kept:
+            chances = probabilities(fold.estimator, values[:, columns_of(names, fold.candidate.sets)])
+            chances[~moved.usable] = np.nan
+            found[number] = moved.time, frame_scores(fold.smoother, moved.time, chances)
+    return found
+
+
+def _by_result(results: Sequence[FrameResult], events: list[dict[str, Onsets]]) -> list[dict[str, Onsets]]:
+    ends = np.cumsum([len(result.folds) for result in results])
+    starts = [end - len(result.folds) for end, result in zip(ends, results, strict=True)]
+    return [
+        {name: one for found in events[first:last] for name, one in found.items()}
+        for first, last in zip(starts, ends, strict=True)
+    ]

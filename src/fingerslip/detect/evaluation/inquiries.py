@@ -1,0 +1,113 @@
+"""What a classifier needs and uses: its learning curve, and how much it relies on each ring of markers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.detect.classifiers import Candidate, columns_of, probabilities
+from fingerslip.detect.evaluation.confusion import precision_recall_f1
+from fingerslip.detect.features import ring_of_features
+from fingerslip.detect.samples import Samples
+from fingerslip.detect.splits import held_out
+from fingerslip.detect.training import fit_detector
+from fingerslip.errors import InputError
+
+__all__ = ["CurvePoint", "importance_by_ring", "learning_curve"]
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """A point of a learning curve.
+
+    Parameters
+    ----------
+    trials : int
+        Trials that were learned from.
+    accuracy, f1 : float
+        Share of right frames, and mean F1 of the classes, on the test trials.
+    """
+
+    trials: int
+    accuracy: float
+    f1: float
+
+
+def learning_curve(
+    samples: Samples,
+    candidate: Candidate,
+    tests: Sequence[str],
+    sizes: Sequence[int],
+    *,
+    seed: int = 0,
+    workers: int = 1,
+) -> list[CurvePoint]:
+    """Return how well a classifier does on test trials after it learned from more and more others.
+
+    Raises
+    ------
+    InputError
+        Where a size is above the number of trials that are no test trials.
+    """
+    rest = [name for name in samples.trials if name not in set(tests)]
+    order = held_out(rest, len(rest), seed)
+    points = []
+    for size in sizes:
+        if not 1 <= size <= len(rest):
+            raise InputError("sizes", f"got {size}", f"needs 1 to {len(rest)}, the trials that are no test trials")
+        estimator = fit_detector(candidate, samples, _rows(samples, order[:size]), seed, workers)
+        matrix = _matrix(samples, candidate, estimator, _rows(samples, tests))
+        accuracy = float(np.trace(matrix) / matrix.sum())
+        points.append(CurvePoint(size, accuracy, float(np.nanmean(precision_recall_f1(matrix)[2]))))
+    return points
+
+
+def importance_by_ring(
+    samples: Samples, candidate: Candidate, tests: Sequence[str], *, draws: int = 5, seed: int = 0, workers: int = 1
+) -> Mapping[int, float]:
+    """Return by how much accuracy falls when all features of a ring are shuffled among the test samples.
+
+    Permutation importance (Breiman 2001), for a ring at a time: its markers say nearly the same, and one of them alone
+    would not be missed.
+
+    Raises
+    ------
+    InputError
+        Where no feature belongs to a ring.
+    """
+    columns = columns_of(samples.names, candidate.sets)
+    rings = ring_of_features([samples.names[column] for column in columns], samples.ring)
+    if not any(ring is not None for ring in rings):
+        raise InputError(f"classifier {candidate.name}", "sees no single markers", "needs features of rings")
+    rest = [name for name in samples.trials if name not in set(tests)]
+    estimator = fit_detector(candidate, samples, _rows(samples, rest), seed, workers)
+    rows = _rows(samples, tests)
+    values, classes = samples.values[np.ix_(rows, columns)], samples.classes[rows]
+    whole, draw = _accuracy(estimator, values, classes), np.random.default_rng(seed)
+    found = {}
+    for ring in sorted({one for one in rings if one is not None}):
+        own = np.array([one == ring for one in rings])
+        drops = []
+        for _ in range(draws):
+            mixed = values.copy()
+            mixed[:, own] = values[draw.permutation(len(values))][:, own]
+            drops.append(whole - _accuracy(estimator, mixed, classes))
+        found[ring] = float(np.mean(drops))
+    return found
+
+
+def _rows(samples: Samples, names: Sequence[str]) -> NDArray[np.intp]:
+    return np.flatnonzero(np.isin(np.array(samples.trials)[samples.trial], list(names)))
+
+
+def _matrix(samples: Samples, candidate: Candidate, estimator: object, rows: NDArray[np.intp]) -> NDArray[np.intp]:
+    values = samples.values[np.ix_(rows, columns_of(samples.names, candidate.sets))]
+    found = probabilities(estimator, values).argmax(axis=1)
+    return np.bincount(samples.classes[rows] * 3 + found, minlength=9).reshape(3, 3)
+
+
+def _accuracy(estimator: object, values: NDArray[np.float32], classes: NDArray[np.int8]) -> float:
+    return float((probabilities(estimator, values).argmax(axis=1) == classes).mean())

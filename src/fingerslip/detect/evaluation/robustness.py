@@ -1,0 +1,153 @@
+"""How a detector does with lost markers, more noise, and fewer frames than it learned from."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+import numpy as np
+import xarray as xr
+
+from fingerslip.detect.classifiers import probabilities
+from fingerslip.detect.features import FeatureSettings, features_of
+from fingerslip.detect.motion import MotionSettings, motion_of
+from fingerslip.detect.onsets import Onsets, classes_at
+from fingerslip.detect.training import Detector
+from fingerslip.detect.trial_set import TrialSet
+from fingerslip.errors import InputError
+
+__all__ = ["DISTURBANCES", "Robustness", "disturbed", "robustness_of"]
+
+
+@dataclass(frozen=True)
+class Robustness:
+    """How many frames are right under a disturbance.
+
+    Parameters
+    ----------
+    disturbance : str
+        Its name in :data:`DISTURBANCES`.
+    amount : float
+        How much of it.
+    accuracy : float
+        Share of the frames that could be classified and are right.
+    unusable : float
+        Share of the frames with too few markers.
+    """
+
+    disturbance: str
+    amount: float
+    accuracy: float
+    unusable: float
+
+
+def disturbed(tracks: xr.Dataset, disturbance: str, amount: float, seed: int = 0) -> xr.Dataset:
+    """Return tracks with a disturbance; those of external markers too.
+
+    Parameters
+    ----------
+    tracks : xarray.Dataset
+        The tracks.
+    disturbance : str
+        ``lost`` (share of all positions that are not seen), ``noise`` (standard deviation in the unit of the positions)
+        or ``slower`` (only every so manieth frame).
+    amount : float
+        How much.
+    seed : int, optional
+        Seed of what is random.
+
+    Raises
+    ------
+    InputError
+        Where the disturbance is unknown, or the amount is not possible.
+    """
+    if disturbance not in DISTURBANCES:
+        raise InputError("disturbance", f"got {disturbance!r}", f"needs one of {', '.join(DISTURBANCES)}")
+    return DISTURBANCES[disturbance](tracks, amount, np.random.default_rng(seed))
+
+
+def _lost(tracks: xr.Dataset, amount: float, draw: np.random.Generator) -> xr.Dataset:
+    if not 0.0 <= amount < 1.0:
+        raise InputError("lost", f"got {amount}", "needs a share from 0 up to, not including, 1")
+    gone = draw.random(tracks["quality"].shape) < amount
+    made = tracks.copy()
+    made["position"] = tracks["position"].where(~xr.DataArray(gone, dims=("time", "marker")))
+    made["quality"] = tracks["quality"].copy(data=np.where(gone, 0.0, tracks["quality"].values))
+    return made
+
+
+def _noisy(tracks: xr.Dataset, amount: float, draw: np.random.Generator) -> xr.Dataset:
+    if not amount >= 0.0:
+        raise InputError("noise", f"got {amount}", "needs a standard deviation >= 0")
+    position = tracks["position"]
+    return tracks.assign(position=position.copy(data=position.values + amount * draw.standard_normal(position.shape)))
+
+
+def _slower(tracks: xr.Dataset, amount: float, _draw: np.random.Generator) -> xr.Dataset:
+    if amount < 1 or amount != int(amount):
+        raise InputError("slower", f"got {amount}", "needs a whole number >= 1")
+    return tracks.isel(time=slice(0, None, int(amount)))
+
+
+#: What may be done to tracks.
+DISTURBANCES: Mapping[str, Callable[[xr.Dataset, float, np.random.Generator], xr.Dataset]] = MappingProxyType(
+    {
+        "lost": _lost,
+        "noise": _noisy,
+        "slower": _slower,
+    }
+)
+
+
+def robustness_of(
+    detector: Detector,
+    trials: TrialSet,
+    onsets: Mapping[str, Onsets],
+    names: Sequence[str],
+    levels: Sequence[tuple[str, float]],
+    *,
+    seed: int = 0,
+) -> list[Robustness]:
+    """Return how many frames of test trials a detector gets right at each level of disturbance.
+
+    With every so manieth frame, the frames at rest and those of a velocity are fewer too, so that they last as long.
+
+    Parameters
+    ----------
+    detector : Detector
+        The detector; it learned from undisturbed trials.
+    trials : TrialSet
+        The data set.
+    onsets : mapping of str to Onsets
+        Its labels.
+    names : sequence of str
+        The trials to test on.
+    levels : sequence of (str, float)
+        Disturbances and their amounts.
+    seed : int, optional
+        Seed of the disturbances.
+    """
+    return [_at_level(detector, trials, {name: onsets[name] for name in names}, level, seed) for level in levels]
+
+
+def _at_level(
+    detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets], level: tuple[str, float], seed: int
+) -> Robustness:
+    right = usable = frames = 0
+    settings = replace(detector.features, motion=_motion(detector.features, *level))
+    for name in onsets:
+        tracks = disturbed(trials.tracks(name), *level, seed=seed + zlib.crc32(name.encode()))
+        moved = motion_of(tracks, settings.motion)
+        found = probabilities(detector.estimator, features_of(moved, settings)).argmax(axis=1)
+        right += int((found == classes_at(onsets[name], moved.time))[moved.usable].sum())
+        usable, frames = usable + int(moved.usable.sum()), frames + len(moved.time)
+    return Robustness(*level, accuracy=right / max(usable, 1), unusable=1.0 - usable / max(frames, 1))
+
+
+def _motion(features: FeatureSettings, disturbance: str, amount: float) -> MotionSettings:
+    if disturbance != "slower":
+        return features.motion
+    own = features.motion
+    return replace(own, rest_frames=max(1, int(own.rest_frames / amount)), window=max(2, round(own.window / amount)))

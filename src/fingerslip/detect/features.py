@@ -1,0 +1,238 @@
+"""What classifiers see of a frame: sets of features, each a function of the motion of the markers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.detect.gradients import entropy, rigid_residual, strains
+from fingerslip.detect.motion import Motion, MotionSettings
+from fingerslip.errors import InputError, shortened
+
+__all__ = [
+    "FEATURE_SETS",
+    "PUBLISHED",
+    "FeatureSet",
+    "FeatureSettings",
+    "feature_names",
+    "features_of",
+    "ring_of_features",
+]
+
+Floats = NDArray[np.float64]
+Columns = Mapping[str, Floats]
+
+#: Features of the forest of Cordova Bulens et al. 2023: displacement and speed of every marker, 162 for 81 markers.
+PUBLISHED = ("displacement", "speed")
+
+#: Sectors of a ring; the layouts that ship repeat eight times in a turn.
+_SECTORS = 8
+
+
+@dataclass(frozen=True)
+class FeatureSettings:
+    """Which features are made, and of what motion.
+
+    Parameters
+    ----------
+    sets : tuple of str
+        Names in :data:`FEATURE_SETS`.
+    motion : MotionSettings
+        How motion is read from tracks.
+
+    Raises
+    ------
+    InputError
+        Where a set is unknown, none is given, or one stands twice.
+    """
+
+    sets: tuple[str, ...] = PUBLISHED
+    motion: MotionSettings = field(default_factory=MotionSettings)
+
+    def __post_init__(self) -> None:
+        strange = [name for name in self.sets if name not in FEATURE_SETS]
+        if strange or not self.sets or len(set(self.sets)) < len(self.sets):
+            found = f"got {shortened(', '.join(self.sets)) or 'none'}"
+            raise InputError("features", found, f"needs some of {', '.join(FEATURE_SETS)}, each once")
+
+
+@dataclass(frozen=True)
+class FeatureSet:
+    """One set of features.
+
+    Parameters
+    ----------
+    meaning : str
+        What they are, with their unit; positions count in the unit of the tracks.
+    columns : callable
+        From a motion to columns of shape (n_times,) or (n_times, n_markers), by name.
+    """
+
+    meaning: str
+    columns: Callable[[Motion], Columns]
+
+
+def features_of(motion: Motion, settings: FeatureSettings) -> NDArray[np.float32]:
+    """Return the features of every frame, shape (n_times, n_features), in the order of :func:`feature_names`.
+
+    Raises
+    ------
+    InputError
+        Where a feature is not finite.
+    """
+    blocks = [
+        np.reshape(block, (len(motion.time), -1))
+        for name in settings.sets
+        for block in FEATURE_SETS[name].columns(motion).values()
+    ]
+    values: NDArray[np.float32] = np.concatenate(blocks, axis=1).astype(np.float32)
+    if not np.isfinite(values).all():
+        row, column = np.argwhere(~np.isfinite(values))[0]
+        where = f"feature {feature_names(motion, settings)[column]} at {motion.time[row]:.6g} s"
+        raise InputError(where, f"is {values[row, column]}", "needs a finite number", "check the tracks")
+    return values
+
+
+def feature_names(motion: Motion, settings: FeatureSettings) -> tuple[str, ...]:
+    """Return the name of every feature: set, quantity, and the number of the marker in its kind."""
+    first = _frame(motion)
+    return tuple(
+        f"{name}/{quantity}/{marker}" if block.ndim > 1 else f"{name}/{quantity}"
+        for name in settings.sets
+        for quantity, block in FEATURE_SETS[name].columns(first).items()
+        for marker in range(block.shape[1] if block.ndim > 1 else 1)
+    )
+
+
+def _frame(motion: Motion) -> Motion:
+    """Return the first frame alone."""
+    over_time = ("time", "displacement", "velocity", "seen", "usable")
+    return Motion(**{**vars(motion), **{name: getattr(motion, name)[:1] for name in over_time}})
+
+
+def _displacement(motion: Motion) -> Columns:
+    return {"length": np.linalg.norm(motion.displacement, axis=2)}
+
+
+def _speed(motion: Motion) -> Columns:
+    return {"length": np.linalg.norm(motion.velocity, axis=2)}
+
+
+def _components(motion: Motion) -> Columns:
+    moved, speed = motion.displacement, motion.velocity
+    return {"x": moved[:, :, 0], "y": moved[:, :, 1], "speed_x": speed[:, :, 0], "speed_y": speed[:, :, 1]}
+
+
+def _polar(motion: Motion) -> Columns:
+    arm = motion.rest - motion.rest.mean(axis=0)
+    squared = (arm**2).sum(axis=1)
+    # A marker in the centre has no direction: both of its velocities are 0.
+    central = squared < 1e-6 * squared.max() if squared.max() > 0 else np.ones(len(arm), dtype=bool)
+    safe = np.where(central, 1.0, squared)
+    radial = np.where(central, 0.0, (motion.velocity * arm).sum(axis=2) / np.sqrt(safe))
+    cross = arm[:, 0] * motion.velocity[:, :, 1] - arm[:, 1] * motion.velocity[:, :, 0]
+    return {"radial": radial, "angular": np.where(central, 0.0, cross / safe)}
+
+
+def _sliding(motion: Motion) -> Columns:
+    """Return means over sectors of each ring, counted from the direction in which the markers moved on the whole."""
+    mean = motion.displacement.mean(axis=1)
+    direction = np.arctan2(mean[:, 1], mean[:, 0])
+    weights = _sector_weights(motion, direction)
+    turn = np.stack([np.cos(direction), np.sin(direction)], axis=1)
+    columns: dict[str, Floats] = {}
+    for name, vectors in (("displacement", motion.displacement), ("speed", motion.velocity)):
+        along = np.einsum("tmd,td->tm", vectors, turn)
+        across = turn[:, :1] * vectors[:, :, 1] - turn[:, 1:] * vectors[:, :, 0]
+        for part, values in (("along", along), ("across", across)):
+            for ring, inside in _members(motion):
+                share = weights[:, inside] / weights[:, inside].sum(axis=1, keepdims=True)
+                columns[f"{name}_{part}_ring_{ring}"] = np.einsum("tmk,tm->tk", share, values[:, inside])
+    return columns
+
+
+def _sector_weights(motion: Motion, direction: Floats) -> Floats:
+    """Return how much each marker belongs to each sector, (n_times, n_markers, n_sectors), smooth in all angles."""
+    arm = motion.rest - motion.rest.mean(axis=0)
+    angle = np.arctan2(arm[:, 1], arm[:, 0])[:, None] - 2.0 * np.pi * np.arange(_SECTORS) / _SECTORS
+    weights: Floats = (0.5 + 0.5 * np.cos(angle - direction[:, None, None])) ** _SECTORS + 1e-6
+    return weights
+
+
+def _members(motion: Motion) -> list[tuple[int, NDArray[np.bool_]]]:
+    return [(int(ring), motion.ring == ring) for ring in np.unique(motion.ring)]
+
+
+def _rings(motion: Motion) -> Columns:
+    columns: dict[str, Floats] = {}
+    moved, speed = np.linalg.norm(motion.displacement, axis=2), np.linalg.norm(motion.velocity, axis=2)
+    for ring, inside in _members(motion):
+        columns[f"displacement_ring_{ring}"] = moved[:, inside].mean(axis=1)
+        columns[f"speed_ring_{ring}"] = speed[:, inside].mean(axis=1)
+    return columns
+
+
+def _mean(motion: Motion) -> Columns:
+    return {"displacement": np.linalg.norm(motion.displacement, axis=2).mean(axis=1)}
+
+
+def _rigid(motion: Motion) -> Columns:
+    residual = np.linalg.norm(rigid_residual(motion.rest, motion.displacement), axis=2)
+    return {"rms": np.sqrt((residual**2).mean(axis=1)), "residual": residual}
+
+
+def _residual(motion: Motion) -> Columns:
+    return {"rms": _rigid(motion)["rms"]}
+
+
+def _strain(motion: Motion) -> Columns:
+    divergence, shear = strains(motion.rest, motion.displacement)
+    return {"divergence": divergence, "shear": shear}
+
+
+def _entropy(motion: Motion) -> Columns:
+    return {"displacement": entropy(motion.displacement)}
+
+
+def _time(motion: Motion) -> Columns:
+    return {"seconds": motion.time}
+
+
+#: Every set of features by its name. ``time`` is no signal of the sensor: it is there to be beaten.
+FEATURE_SETS: Mapping[str, FeatureSet] = MappingProxyType(
+    {
+        "displacement": FeatureSet("length of each marker's displacement since rest", _displacement),
+        "speed": FeatureSet("speed of each marker [1/s]", _speed),
+        "components": FeatureSet("displacement and velocity of each marker along x and y", _components),
+        "sliding": FeatureSet(
+            "displacement and velocity of sectors of each ring, in the frame of the motion", _sliding
+        ),
+        "polar": FeatureSet("velocity of each marker away from the centre, and about it [rad/s]", _polar),
+        "rings": FeatureSet("mean displacement and speed of each ring", _rings),
+        "mean": FeatureSet("mean length of the displacements", _mean),
+        "rigid": FeatureSet("what is left of the displacements without the best rigid motion", _rigid),
+        "residual": FeatureSet("root mean square of that alone", _residual),
+        "strain": FeatureSet("divergence and largest shear strain at each marker [-]", _strain),
+        "entropy": FeatureSet("entropy of the lengths of the displacements [bit]", _entropy),
+        "time": FeatureSet("time since the start of the tracks [s]", _time),
+    }
+)
+
+
+def ring_of_features(names: Sequence[str], ring: NDArray[np.intp]) -> list[int | None]:
+    """Return the ring that each feature belongs to; None for those of all markers together."""
+    return [_ring_of(name.split("/"), ring) for name in names]
+
+
+def _ring_of(parts: Sequence[str], ring: NDArray[np.intp]) -> int | None:
+    inside = _ring_in(parts[1])
+    return int(ring[int(parts[2])]) if inside is None and len(parts) > 2 else inside
+
+
+def _ring_in(quantity: str) -> int | None:
+    _, found, ring = quantity.partition("_ring_")
+    return int(ring) if found else None

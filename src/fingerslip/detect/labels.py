@@ -1,0 +1,275 @@
+"""When a trial slips, from what a detector does not see: external markers, contact states, a marker on the plate."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.detect.motion import markers_of, rest_positions
+from fingerslip.detect.onsets import Onsets, seconds
+from fingerslip.errors import InputError, ResultError
+from fingerslip.files import write_text
+from fingerslip.report.tables.table import Column, Missing, Table
+from fingerslip.vision.tracks import tracks_in_metres
+
+__all__ = [
+    "LabelSettings",
+    "label_differences",
+    "labels_from_contact",
+    "labels_from_external_markers",
+    "labels_from_plate",
+    "read_labels",
+    "write_labels",
+]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LabelSettings:
+    """Thresholds on how far external markers go, as Cordova Bulens et al. 2023 print them.
+
+    Parameters
+    ----------
+    incipient : float
+        Any external marker but the central one beyond this is incipient slip; with a plate marker: the plate is.
+    gross : float
+        The central external marker beyond this is gross slip; with a plate marker: relative to the plate.
+    units : {'px', 'm'}
+        Unit of both. Tracks in pixels are turned into metres by their own scale where it is ``m``.
+    rest_frames : int
+        Frames at the start that are at rest.
+    sustained : int
+        Frames in a row that have to be beyond a threshold; the first of them is the onset. 1 as published.
+
+    Raises
+    ------
+    InputError
+        Where a threshold is not above 0, the unit is unknown, or a number of frames is below 1.
+    """
+
+    incipient: float = 2.0
+    gross: float = 1.0
+    units: str = "px"
+    rest_frames: int = 100
+    sustained: int = 1
+
+    def __post_init__(self) -> None:
+        for name in ("incipient", "gross", "rest_frames", "sustained"):
+            if not getattr(self, name) > 0:
+                raise InputError(f"labels: {name}", f"got {getattr(self, name)}", "needs a number > 0")
+        if self.units not in ("px", "m"):
+            raise InputError("labels: units", f"got {self.units!r}", "needs 'px' or 'm'")
+
+
+def labels_from_external_markers(tracks: xr.Dataset, settings: LabelSettings | None = None) -> Onsets:
+    """Return the onsets that external markers show, seen by a camera that moves with the plate.
+
+    Parameters
+    ----------
+    tracks : xarray.Dataset
+        Tracks with external markers. The one closest to the middle of them all at rest is the central one.
+    settings : LabelSettings, optional
+        Thresholds.
+
+    Raises
+    ------
+    InputError
+        Where there are fewer than two external markers, or tracks and thresholds have different units.
+    """
+    settings = settings or LabelSettings()
+    moved, rest = _travel(tracks, settings)
+    if len(rest) < 2:
+        raise InputError("tracks", f"have {len(rest)} external marker", "needs a central one and others around it")
+    central = _central(rest)
+    others = np.delete(moved, central, axis=1)
+    return Onsets(
+        incipient=_first(tracks, np.any(others > settings.incipient, axis=1), settings.sustained),
+        gross=_first(tracks, moved[:, central] > settings.gross, settings.sustained),
+    )
+
+
+def labels_from_plate(tracks: xr.Dataset, plate: xr.Dataset, settings: LabelSettings | None = None) -> Onsets:
+    """Return the onsets of a plate that hangs on the sensor: when it begins to move, and when the skin stays behind.
+
+    In the pouring task of Cordova Bulens et al. 2023 a marker on the plate is compared with the central external one.
+    The plate moving with the skin is called incipient there; it is shear of the whole contact, not partial slip.
+
+    Parameters
+    ----------
+    tracks : xarray.Dataset
+        Tracks with external markers.
+    plate : xarray.Dataset
+        Track of one marker on the plate, at the same times and in the same unit.
+    settings : LabelSettings, optional
+        Thresholds.
+
+    Raises
+    ------
+    InputError
+        Where the times differ, the plate has more than one marker, or units do not fit.
+    """
+    settings = settings or LabelSettings()
+    if plate.sizes["marker"] != 1 or not np.array_equal(plate["time"].values, tracks["time"].values):
+        found = f"has {plate.sizes['marker']} markers at {plate.sizes['time']} times"
+        raise InputError("plate", found, f"needs one, at the {tracks.sizes['time']} times of the tracks")
+    skin, rest = _displacement(markers_of(_in_units(tracks, settings), "external"), settings)
+    own, _ = _displacement(_in_units(plate, settings).isel(axis=slice(0, 2)), settings)
+    relative = np.linalg.norm(own[:, 0] - skin[:, _central(rest)], axis=1)
+    return Onsets(
+        incipient=_first(tracks, np.linalg.norm(own[:, 0], axis=1) > settings.incipient, settings.sustained),
+        gross=_first(tracks, relative > settings.gross, settings.sustained),
+    )
+
+
+def labels_from_contact(
+    time: Floats, stick_ratio: Floats, *, slipping: float = 0.05, overall: float = 0.0, sustained: int = 1
+) -> Onsets:
+    """Return the onsets that the stick ratio of a simulated contact shows.
+
+    Parameters
+    ----------
+    time : (n_times,) array
+        Times [s].
+    stick_ratio : (n_times,) array
+        Sticking over contact area [-], NaN while nothing touches.
+    slipping : float, optional
+        Incipient slip is where at least this share of the contact slips; assumed.
+    overall : float, optional
+        Gross slip is where the stick ratio is at most this.
+    sustained : int, optional
+        Records in a row for which that has to last, so that a jerk of the plate does not count.
+
+    Raises
+    ------
+    InputError
+        Where the arrays do not fit together, or a ratio is outside 0 to 1.
+    """
+    times, ratio = np.asarray(time, dtype=float), np.asarray(stick_ratio, dtype=float)
+    if times.ndim != 1 or times.shape != ratio.shape:
+        raise InputError("stick_ratio", f"got shape {ratio.shape}", f"needs that of the times, {times.shape}")
+    if (ratio < 0).any() or (ratio > 1).any():
+        raise InputError("stick_ratio", f"got {np.nanmin(ratio):.6g} to {np.nanmax(ratio):.6g}", "needs 0 to 1, or NaN")
+    # A comparison with NaN is false: what does not touch does not slip.
+    partial, full = _start(ratio <= 1.0 - slipping, sustained), _start(ratio <= overall, sustained)
+    return Onsets(*(None if record is None else float(times[record]) for record in (partial, full)))
+
+
+def label_differences(labels: Mapping[str, Mapping[str, Onsets]], reference: str) -> Table:
+    """Return how much later each kind of label is than a reference, over the trials that have both.
+
+    Parameters
+    ----------
+    labels : mapping of str to mapping of str to Onsets
+        For each trial its onsets by source, such as ``external_markers``.
+    reference : str
+        The source to compare with.
+
+    Returns
+    -------
+    Table
+        A row for each other source and event: trials with both, with one alone, mean, standard deviation and range [s].
+    """
+    sources = dict.fromkeys(source for trial in labels.values() for source in trial if source != reference)
+    rows = tuple(
+        _difference_row(source, event, [(one.get(source), one.get(reference)) for one in labels.values()])
+        for source in sources
+        for event in ("incipient", "gross")
+    )
+    times = tuple(Column(name, "s", 3) for name in ("mean", "standard deviation", "smallest", "largest"))
+    columns = (Column("label"), Column("event"), Column("both"), Column("one alone"), *times)
+    return Table(f"Labels less those of {reference}", columns, rows)
+
+
+def _difference_row(
+    source: str, event: str, pairs: Sequence[tuple[Onsets | None, Onsets | None]]
+) -> tuple[str | int | float | Missing, ...]:
+    times = [tuple(getattr(one, event, None) for one in pair) for pair in pairs]
+    later = np.array([own - other for own, other in times if own is not None and other is not None])
+    alone = sum((own is None) != (other is None) for own, other in times)
+    if not later.size:
+        return (source, event, 0, alone, *[Missing.NO_EVENT] * 4)
+    spread = float(later.std(ddof=1)) if later.size > 1 else Missing.NOT_DEFINED
+    return source, event, len(later), alone, float(later.mean()), spread, float(later.min()), float(later.max())
+
+
+def write_labels(labels: Mapping[str, Onsets], path: str | Path) -> None:
+    """Write the labels of a trial as CSV, a row for each source: ``source``, ``incipient_s``, ``gross_s``.
+
+    Raises
+    ------
+    ResultError
+        Where the file cannot be written.
+    """
+    stream = io.StringIO()
+    rows = csv.writer(stream, lineterminator="\n")
+    rows.writerow(("source", "incipient_s", "gross_s"))
+    for source, one in labels.items():
+        rows.writerow([source, *("" if time is None else repr(time) for time in (one.incipient, one.gross))])
+    write_text(Path(path), stream.getvalue())
+
+
+def read_labels(path: str | Path) -> dict[str, Onsets]:
+    """Read the labels of a trial back.
+
+    Raises
+    ------
+    ResultError
+        Where the file is missing.
+    InputError
+        Where it has other columns, or a time is no number.
+    """
+    try:
+        rows = list(csv.reader(io.StringIO(Path(path).read_text(encoding="utf-8"))))
+    except (OSError, UnicodeDecodeError) as error:
+        raise ResultError(f"{path}: cannot be read as labels; write the trial again") from error
+    if not rows or rows[0] != ["source", "incipient_s", "gross_s"] or any(len(row) != 3 for row in rows):
+        raise InputError(str(path), "is no table of labels", "needs the columns source, incipient_s, gross_s")
+    return {
+        source: Onsets(seconds(incipient, f"{path}: incipient_s", line), seconds(gross, f"{path}: gross_s", line))
+        for line, (source, incipient, gross) in enumerate(rows[1:], start=2)
+    }
+
+
+def _travel(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Floats, Floats]:
+    """Return how far each external marker is from rest, (n_times, n_markers), and where it rests."""
+    moved, rest = _displacement(markers_of(_in_units(tracks, settings), "external"), settings)
+    return np.linalg.norm(moved, axis=2), rest
+
+
+def _displacement(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Floats, Floats]:
+    rest = rest_positions(tracks, settings.rest_frames)
+    return tracks["position"].values - rest, rest
+
+
+def _in_units(tracks: xr.Dataset, settings: LabelSettings) -> xr.Dataset:
+    if settings.units == "m":
+        return tracks_in_metres(tracks)
+    if tracks["position"].attrs["units"] != "px":
+        repair = "give thresholds in metres: LabelSettings(units='m')"
+        raise InputError("labels", "thresholds are in px, tracks in m", "needs the same unit", repair)
+    return tracks
+
+
+def _central(rest: Floats) -> int:
+    return int(np.argmin(np.linalg.norm(rest - rest.mean(axis=0), axis=1)))
+
+
+def _first(tracks: xr.Dataset, beyond: NDArray[np.bool_], sustained: int) -> float | None:
+    record = _start(beyond, sustained)
+    return None if record is None else float(tracks["time"].values[record])
+
+
+def _start(beyond: NDArray[np.bool_], sustained: int) -> int | None:
+    """Return the first record from which `sustained` records in a row are true; None where there is none."""
+    if len(beyond) < sustained:
+        return None
+    lasting = np.lib.stride_tricks.sliding_window_view(beyond, sustained).all(axis=1)
+    return int(np.argmax(lasting)) if lasting.any() else None

@@ -1,0 +1,220 @@
+"""How markers moved since rest: displacement and velocity of each, from past frames alone, with gaps filled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError
+from fingerslip.vision.tracks import seen
+
+__all__ = ["Motion", "MotionSettings", "markers_of", "motion_of", "neighbour_weights", "rest_positions", "velocities"]
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class MotionSettings:
+    """How motion is read from tracks.
+
+    Parameters
+    ----------
+    rest_frames : int
+        Frames at the start whose mean is the rest position: 100 in Cordova Bulens et al. 2023.
+    window : int
+        Frames through which the velocity is fitted, the newest included. At 0.3 mm/s markers move less in a frame than
+        their noise, so the difference of two frames says little; the paper does not print its own. Assumed.
+    least_seen : float
+        Share of the markers that has to be seen in a frame; a frame with fewer is not classified. Assumed.
+
+    Raises
+    ------
+    InputError
+        Where a number is outside what is meaningful.
+    """
+
+    rest_frames: int = 100
+    window: int = 11
+    least_seen: float = 0.5
+
+    def __post_init__(self) -> None:
+        if self.rest_frames < 1:
+            raise InputError("rest_frames", f"got {self.rest_frames}", "needs a number of frames >= 1")
+        if self.window < 2:
+            raise InputError("window", f"got {self.window}", "needs a number of frames >= 2")
+        if not 0.0 < self.least_seen <= 1.0:
+            raise InputError("least_seen", f"got {self.least_seen}", "needs a share above 0 and up to 1")
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Markers over time.
+
+    Parameters
+    ----------
+    time : (n_times,) array
+        Times [s].
+    rest : (n_markers, 2) array
+        Positions at rest, in the unit of the tracks.
+    displacement : (n_times, n_markers, 2) array
+        Displacement since rest; of a marker that is not seen, the weighted mean of those that are.
+    velocity : (n_times, n_markers, 2) array
+        Slope of the displacement over the last frames, per second.
+    ring : (n_markers,) array of int
+        Ring of each marker, 0 in the centre; 0 for all where the tracks have none.
+    seen : (n_times, n_markers) array of bool
+        Which were seen.
+    usable : (n_times,) array of bool
+        Frames in which enough of them were seen.
+    """
+
+    time: Floats
+    rest: Floats
+    displacement: Floats
+    velocity: Floats
+    ring: NDArray[np.intp]
+    seen: Bools
+    usable: Bools
+
+    @property
+    def filled(self) -> int:
+        """Number of positions that were not seen, and filled."""
+        return int((~self.seen).sum())
+
+
+def markers_of(tracks: xr.Dataset, kind: str) -> xr.Dataset:
+    """Return the markers of one kind, ``internal`` or ``external``, seen in the plane of the first two axes.
+
+    Raises
+    ------
+    InputError
+        Where there are none.
+    """
+    chosen = np.flatnonzero(tracks["kind"].values.astype(str) == kind)
+    if chosen.size == 0:
+        raise InputError("tracks", f"have no {kind} markers", f"needs {kind} markers", "track them too")
+    return tracks.isel(marker=chosen, axis=slice(0, 2))
+
+
+def rest_positions(tracks: xr.Dataset, rest_frames: int) -> Floats:
+    """Return the mean position of each marker in the first frames, shape (n_markers, 2).
+
+    Raises
+    ------
+    InputError
+        Where there are fewer frames, or a marker is seen in none of them.
+    """
+    if tracks.sizes["time"] < rest_frames:
+        found = f"have {tracks.sizes['time']} frames"
+        raise InputError("tracks", found, f"needs the {rest_frames} at rest", "give a smaller rest_frames")
+    position = tracks["position"].values[:rest_frames]
+    visible = seen(tracks)[:rest_frames]
+    never = np.flatnonzero(~visible.any(axis=0))
+    if never.size:
+        raise InputError(
+            f"tracks: marker {tracks['marker'].values[never[0]]}",
+            "is seen in none of the frames at rest",
+            "needs a rest position of every marker",
+            "leave the marker out, or give a larger rest_frames",
+        )
+    mean: Floats = np.nansum(position, axis=0) / visible.sum(axis=0)[:, None]
+    return mean
+
+
+def motion_of(tracks: xr.Dataset, settings: MotionSettings | None = None, kind: str = "internal") -> Motion:
+    """Return how the markers of one kind moved since rest.
+
+    Raises
+    ------
+    InputError
+        Where there are none of them, too few frames, or a marker has no rest position.
+    """
+    settings = settings or MotionSettings()
+    chosen = markers_of(tracks, kind)
+    rest = rest_positions(chosen, settings.rest_frames)
+    visible, time = seen(chosen), chosen["time"].values
+    displacement = filled(chosen["position"].values - rest, visible, neighbour_weights(rest))
+    usable = visible.mean(axis=1) >= settings.least_seen
+    ring = chosen["ring"].values.astype(np.intp) if "ring" in chosen.variables else np.zeros(len(rest), dtype=np.intp)
+    velocity = velocities(time, displacement, visible, settings.window)
+    return Motion(time, rest, displacement, velocity, ring, visible, usable)
+
+
+def neighbour_weights(rest: Floats) -> Floats:
+    """Return how much each marker counts where another one is missing: distance to the power -4, (n, n).
+
+    A marker counts most for its neighbours; with fewer markers seen, those farther away take over.
+    """
+    squared = ((rest[:, None] - rest) ** 2).sum(axis=2)
+    spacing = squared[squared > 0].min() if (squared > 0).any() else 1.0
+    weights: Floats = (np.maximum(squared, spacing) / spacing) ** -2.0
+    np.fill_diagonal(weights, 0.0)
+    return weights
+
+
+def filled(displacement: Floats, visible: Bools, weights: Floats) -> Floats:
+    """Return displacements with those of unseen markers from the seen ones of the same frame; 0 where none is seen.
+
+    Parameters
+    ----------
+    displacement : (n_times, n_markers, 2) array
+        NaN where not seen.
+    visible : (n_times, n_markers) array of bool
+        Which were seen.
+    weights : (n_markers, n_markers) array
+        See :func:`neighbour_weights`.
+    """
+    if visible.all():
+        return displacement
+    known = np.where(visible[:, :, None], displacement, 0.0)
+    total = visible @ weights.T
+    guessed = np.einsum("tmd,nm->tnd", known, weights, optimize=True)
+    guessed = np.divide(guessed, total[:, :, None], out=np.zeros_like(guessed), where=total[:, :, None] > 0)
+    return np.where(visible[:, :, None], displacement, guessed)
+
+
+def velocities(time: Floats, displacement: Floats, visible: Bools, window: int) -> Floats:
+    """Return the slope of straight lines through the last frames, by least squares, per second.
+
+    A marker's line goes through the frames of the window in which it was seen. With fewer than two of them, as in the
+    first frame, its velocity is the mean of the others', and 0 where there are none.
+
+    Parameters
+    ----------
+    time : (n_times,) array
+        Times [s]; need not be even.
+    displacement : (n_times, n_markers, 2) array
+        Displacements without gaps.
+    visible : (n_times, n_markers) array of bool
+        Which were seen.
+    window : int
+        Number of frames.
+    """
+    count = visible.astype(np.float64)
+    sums = [np.zeros_like(count) for _ in range(3)]
+    moments = [np.zeros_like(displacement) for _ in range(2)]
+    for back in range(min(window, len(time))):
+        now, then = slice(back, None), slice(0, len(time) - back)
+        # Times from the newest frame and displacements from its own keep the sums free of rounding.
+        ago = (time[then] - time[now])[:, None]
+        change = displacement[then] - displacement[now]
+        weight = count[then]
+        for total, power in zip(sums, range(3), strict=True):
+            total[now] += weight * ago**power
+        moments[0][now] += weight[:, :, None] * change
+        moments[1][now] += (weight * ago)[:, :, None] * change
+    return _slopes(sums, moments)
+
+
+def _slopes(sums: list[Floats], moments: list[Floats]) -> Floats:
+    spread = sums[0] * sums[2] - sums[1] ** 2
+    known = sums[0] > 1.5
+    numerator = sums[0][:, :, None] * moments[1] - sums[1][:, :, None] * moments[0]
+    slope = np.divide(numerator, spread[:, :, None], out=np.zeros_like(numerator), where=known[:, :, None])
+    number = known.sum(axis=1)[:, None]
+    mean = np.divide(slope.sum(axis=1), number, out=np.zeros_like(slope[:, 0]), where=number > 0)
+    return np.where(known[:, :, None], slope, mean[:, None, :])

@@ -1,0 +1,141 @@
+"""Data sets from a lab's own recordings: a folder of tracks, a table of conditions, and labels where they are known."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from fingerslip.detect.labels import LabelSettings, labels_from_external_markers
+from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.trials import CONDITIONS, Trial
+from fingerslip.errors import InputError, shortened
+from fingerslip.units import parse_quantity
+from fingerslip.vision.tables import read_tracks_csv
+from fingerslip.vision.tracks import read_tracks
+
+__all__ = ["read_any_tracks", "read_conditions", "recorded_trials"]
+
+_HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*")
+
+
+def read_any_tracks(path: Path) -> xr.Dataset:
+    """Read tracks from a CSV file or a netCDF file, by the ending of its name."""
+    return read_tracks_csv(path) if path.suffix == ".csv" else read_tracks(path)
+
+
+def read_conditions(path: str | Path) -> dict[str, dict[str, Any]]:
+    """Read the conditions of trials from a CSV file.
+
+    Parameters
+    ----------
+    path : path
+        A column ``file`` with the names of the recordings, and one for each condition, such as ``indentation [mm]``
+        or ``surface``. A condition of :data:`fingerslip.detect.trials.CONDITIONS` needs its unit; others are numbers or
+        text as they stand. Empty cells are left out.
+
+    Returns
+    -------
+    dict of str to dict
+        For each file its conditions in SI units.
+
+    Raises
+    ------
+    InputError
+        Where the file is no such table, names a recording twice, or a unit is missing or wrong.
+    """
+    try:
+        rows = list(csv.DictReader(io.StringIO(Path(path).read_text(encoding="utf-8-sig")), strict=True))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        found = f"cannot be read as a table ({shortened(str(error))})"
+        raise InputError(str(path), found, "needs CSV with a line of names") from error
+    conditions: dict[str, dict[str, Any]] = {}
+    for line, row in enumerate(rows, start=2):
+        file = (row.pop("file", None) or "").strip()
+        if not file or file in conditions:
+            problem = f"{file!r} stands twice" if file else "a row has no file"
+            raise InputError(str(path), problem, "needs a column 'file' with each recording once", line=line)
+        conditions[file] = _row(row, str(path), line)
+    if not conditions:
+        raise InputError(str(path), "has no rows", "needs one for each recording")
+    return conditions
+
+
+def _row(row: Mapping[str | None, Any], path: str, line: int) -> dict[str, Any]:
+    if None in row:
+        raise InputError(path, "a row has more cells than there are names", "needs as many", line=line)
+    found = {}
+    for heading, cell in row.items():
+        match = _HEADING.fullmatch(heading or "")
+        if match is None:
+            raise InputError(path, f"has the column {heading!r}", "needs a name, or a name with a unit in brackets")
+        if cell is not None and cell.strip():
+            found[match["name"]] = _value(match["name"], match["unit"], cell.strip(), f"{path}: line {line}")
+    return found
+
+
+def _value(name: str, unit: str | None, cell: str, where: str) -> Any:
+    si = CONDITIONS.get(name, ("", ""))[0]
+    if si not in ("", "1"):
+        return parse_quantity(f"{cell} {unit or ''}".strip(), si, where=f"{where}: {name}")
+    if unit is not None:
+        known = ", ".join(one for one, (its, _) in CONDITIONS.items() if its not in ("", "1"))
+        raise InputError(f"{where}: {name}", f"has the unit {unit}", f"takes none; units are known of {known}")
+    try:
+        return float(cell)
+    except ValueError:
+        return cell
+
+
+def recorded_trials(
+    folder: str | Path,
+    conditions: str | Path,
+    *,
+    onsets: Mapping[str, Onsets] | None = None,
+    settings: LabelSettings | None = None,
+    read: Callable[[Path], xr.Dataset] = read_any_tracks,
+) -> Iterator[Trial]:
+    """Yield a trial for each recording, for :func:`fingerslip.detect.trial_set.write_trials`.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of the recordings.
+    conditions : path
+        CSV file of :func:`read_conditions`; it says which recordings are taken.
+    onsets : mapping of str to Onsets, optional
+        Labels of a user's own, by the name of the file without its ending; they are the source ``user``.
+    settings : LabelSettings, optional
+        Thresholds of the labels from external markers, for tracks that have them.
+    read : callable, optional
+        From the path of a recording to tracks: files of tracks as they are, or videos with a tracker.
+
+    Raises
+    ------
+    InputError
+        Where a recording is missing, or has neither external markers nor a label of the user's.
+    """
+    for file, values in read_conditions(conditions).items():
+        path = Path(folder) / file
+        if not path.is_file():
+            raise InputError(str(conditions), f"names {file}", f"needs files that are in {folder}")
+        tracks = read(path)
+        labels = _labels(tracks, path.stem, onsets or {}, settings)
+        yield Trial(path.stem, tracks, labels, values, {"recording": file})
+
+
+def _labels(
+    tracks: xr.Dataset, name: str, onsets: Mapping[str, Onsets], settings: LabelSettings | None
+) -> dict[str, Onsets]:
+    found = {"user": onsets[name]} if name in onsets else {}
+    if (tracks["kind"].values.astype(str) == "external").sum() > 1:
+        found["external_markers"] = labels_from_external_markers(tracks, settings)
+    if not found:
+        allowed = "needs external markers in the tracks, or a label of your own"
+        raise InputError(f"trial {name}", "has nothing to label it by", allowed)
+    return found

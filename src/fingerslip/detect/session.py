@@ -1,0 +1,250 @@
+"""What the command line asks for: from folders and files to detectors and tables."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from threadpoolctl import threadpool_limits
+
+from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, union_of_sets
+from fingerslip.detect.evaluation.benchmark import rest_ends, score_submission
+from fingerslip.detect.evaluation.bootstrap import Estimate
+from fingerslip.detect.evaluation.calibration import reliability_of
+from fingerslip.detect.evaluation.confusion import frame_scores_of
+from fingerslip.detect.evaluation.crossval import (
+    FrameResult,
+    events_by_trial,
+    frames_by_sample,
+    frames_by_trial,
+)
+from fingerslip.detect.evaluation.events import event_scores_of
+from fingerslip.detect.features import FeatureSettings
+from fingerslip.detect.labels import LabelSettings
+from fingerslip.detect.live import run_on_tracks
+from fingerslip.detect.model_file import read_detector, write_detector
+from fingerslip.detect.motion import MotionSettings
+from fingerslip.detect.onsets import Onsets, read_onsets
+from fingerslip.detect.recordings import read_any_tracks, recorded_trials
+from fingerslip.detect.samples import Samples, Sampling, samples_of
+from fingerslip.detect.splits import benchmark_test_trials, grouped_folds, left_out
+from fingerslip.detect.tables import (
+    accuracy_table,
+    calibration_table,
+    confusion_table,
+    event_table,
+    findings_table,
+    frame_table,
+    left_out_table,
+    score_table,
+)
+from fingerslip.detect.training import calibration_count, candidate_named, train
+from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
+from fingerslip.errors import InputError, shortened
+from fingerslip.files import write_text
+from fingerslip.report.tables.table import Table, to_csv, to_markdown
+
+__all__ = [
+    "Choices",
+    "collect_trials",
+    "evaluate_classifiers",
+    "output_tables",
+    "run_detector",
+    "score_onsets",
+    "train_detector",
+]
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What may be chosen for training and evaluation.
+
+    Parameters
+    ----------
+    labels : str
+        Source of the labels in the trials, or a CSV file of onset times.
+    rest_frames, window : int
+        Frames at rest, and in a velocity.
+    samples : str
+        Frames a trial: no slip, first and more incipient ones, gross, with commas.
+    seed, workers : int
+        Seed of what is random, and cores.
+    """
+
+    labels: str = "external_markers"
+    rest_frames: int = 100
+    window: int = 11
+    samples: str = "50,50,50,50"
+    seed: int = 0
+    workers: int = 1
+
+    @property
+    def motion(self) -> MotionSettings:
+        """How motion is read."""
+        return MotionSettings(self.rest_frames, self.window)
+
+    @property
+    def sampling(self) -> Sampling:
+        """How frames are sampled.
+
+        Raises
+        ------
+        InputError
+            Where the text is not four whole numbers.
+        """
+        parts = self.samples.split(",")
+        if len(parts) != 4 or not all(part.strip().isdecimal() for part in parts):
+            raise InputError("--samples", f"got {shortened(self.samples)!r}", "needs four numbers", "write 50,50,50,50")
+        no_slip, first, more, gross = (int(part) for part in parts)
+        return Sampling(no_slip, first, more, gross, seed=self.seed)
+
+    def onsets(self, trials: TrialSet) -> dict[str, Onsets]:
+        """Return the labels of all trials.
+
+        Raises
+        ------
+        InputError
+            Where there are none.
+        """
+        return read_onsets(self.labels) if self.labels.endswith(".csv") else trials.onsets(self.labels)
+
+
+def collect_trials(
+    folder: Path, conditions: Path, output: Path, *, labels: Path | None, title: str, rest_frames: int
+) -> str:
+    """Write a data set of recorded tracks and return what was done."""
+    own = {} if labels is None else read_onsets(labels)
+    settings = LabelSettings(rest_frames=rest_frames)
+    made = write_trials(recorded_trials(folder, conditions, onsets=own, settings=settings), output, title)
+    return f"{output}: {len(made.names)} trials"
+
+
+def train_detector(dataset: Path, output: Path, classifier: str, choices: Choices) -> str:
+    """Train a detector on what is no test trial of the benchmark, write it, and return what was done."""
+    trials = open_trials(dataset)
+    tests = set(benchmark_test_trials(trials.names, choices.seed))
+    with threadpool_limits(choices.workers):
+        made = train(
+            trials,
+            choices.onsets(trials),
+            classifier,
+            motion=choices.motion,
+            sampling=choices.sampling,
+            names=[name for name in trials.names if name not in tests],
+            seed=choices.seed,
+            workers=choices.workers,
+        )
+    write_detector(made, output)
+    kept = made.calibration
+    promise = f"false alarms <= {100 * kept.share:g} % by {kept.trials} trials" if kept.trials else "no guarantee"
+    return (
+        f"{output}: {classifier}, {made.provenance['trials']} trials, {made.provenance['samples']} samples, {promise}"
+    )
+
+
+def evaluate_classifiers(
+    dataset: Path, classifiers: Sequence[str], choices: Choices, *, folds: int = 5, leave_out: Sequence[str] = ()
+) -> list[Table]:
+    """Return the tables of an evaluation: frames, calibration, events, and accuracies with a condition left out."""
+    trials = open_trials(dataset)
+    onsets = choices.onsets(trials)
+    candidates = [candidate_named(name) for name in classifiers or CLASSIFIERS]
+    settings = FeatureSettings(union_of_sets(candidates), choices.motion)
+    samples = samples_of(trials, onsets, settings, choices.sampling)
+    tests = grouped_folds(trials.names, folds, choices.seed)
+    fit = functools.partial(_frames, samples, onsets, choices)
+    results = {one.name: fit(one, tests) for one in candidates}
+    tables = _frame_tables(samples, candidates, results, choices)
+    tables.append(_event_table(trials, onsets, results, choices, folds))
+    return [*tables, *(_left_out_table(left_out(trials.conditions, key), key, candidates, fit) for key in leave_out)]
+
+
+def _frames(
+    samples: Samples,
+    onsets: Mapping[str, Onsets],
+    choices: Choices,
+    candidate: Candidate,
+    tests: Sequence[Sequence[str]],
+) -> FrameResult:
+    return frames_by_trial(
+        samples, onsets, candidate, tests, window=choices.window, seed=choices.seed, workers=choices.workers
+    )
+
+
+def _frame_tables(
+    samples: Samples, candidates: Sequence[Candidate], results: Mapping[str, FrameResult], choices: Choices
+) -> list[Table]:
+    scores = {name: frame_scores_of(one.matrices, seed=choices.seed) for name, one in results.items()}
+    split = {one.name: frames_by_sample(samples, one, seed=choices.seed, workers=choices.workers) for one in candidates}
+    mixed: dict[str, Estimate] = {name: frame_scores_of(one, seed=choices.seed).accuracy for name, one in split.items()}
+    note = (
+        f"{len(samples.trials)} trials, {len(samples.classes)} samples; {samples.filled} positions were not seen and "
+        f"filled, {samples.unusable} frames had too few markers."
+    )
+    return [
+        accuracy_table(scores, mixed, note),
+        frame_table(scores),
+        confusion_table({name: one.matrix for name, one in scores.items()}),
+        calibration_table({name: reliability_of(one.chances, one.classes) for name, one in results.items()}),
+    ]
+
+
+def _event_table(
+    trials: TrialSet,
+    onsets: Mapping[str, Onsets],
+    results: Mapping[str, FrameResult],
+    choices: Choices,
+    folds: int,
+) -> Table:
+    events = events_by_trial(trials, onsets, list(results.values()), choices.motion, workers=choices.workers)
+    ends, frame = rest_ends(trials, trials.names, choices.rest_frames)
+    scores = {
+        name: event_scores_of(one, onsets, ends, frame=frame, seed=choices.seed)
+        for name, one in zip(results, events, strict=True)
+    }
+    kept = calibration_count(len(trials.names) - len(trials.names) // folds, 0.05)
+    note = f"Thresholds from {kept} other trials of each fold, for at most 5 % that raise an alarm before slip."
+    return event_table(scores, note if kept else "Too few trials for a guaranteed threshold: slip as likely as not.")
+
+
+def _left_out_table(
+    groups: Mapping[str, tuple[str, ...]],
+    key: str,
+    candidates: Sequence[Candidate],
+    fit: Callable[[Candidate, Sequence[Sequence[str]]], FrameResult],
+) -> Table:
+    rows = [
+        (candidate.name, value, len(names), frame_scores_of(fit(candidate, [names]).matrices).accuracy)
+        for candidate in candidates
+        for value, names in groups.items()
+    ]
+    return left_out_table(key, rows)
+
+
+def run_detector(detector: Path, tracks: Path) -> Table:
+    """Return what a detector finds in a file of tracks, frame by frame, and its latency."""
+    made = read_detector(detector)
+    read = read_any_tracks(tracks)
+    with threadpool_limits(1):
+        return findings_table(list(run_on_tracks(made, read)), f"{tracks.name} with {made.classifier}")
+
+
+def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
+    """Return the scores of a submission."""
+    trials = open_trials(dataset)
+    found = score_submission(
+        trials, submission, labels=choices.onsets(trials), seed=choices.seed, rest_frames=choices.rest_frames
+    )
+    return score_table(found, submission.name)
+
+
+def output_tables(tables: Sequence[Table], folder: Path | None = None) -> str:
+    """Return tables in Markdown, and write each as a CSV file where a folder is given."""
+    if folder is not None:
+        for number, table in enumerate(tables, start=1):
+            name = "-".join(table.title.lower().replace(",", "").split())
+            folder.mkdir(parents=True, exist_ok=True)
+            write_text(folder / f"{number}-{name}.csv", to_csv(table))
+    return "\n".join(f"## {table.title}\n\n{to_markdown(table)}\n{table.note}\n" for table in tables)

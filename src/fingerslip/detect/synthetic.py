@@ -1,0 +1,215 @@
+"""Analytic trials for tests and examples: an annulus of slip that closes on the centre, again and again.
+
+No sensor was simulated or filmed here. The contact is a disc whose points stick to a plate until their shear reaches a
+limit, largest in the centre; then each jumps ahead and sticks again. What is learned from such trials says nothing
+about any sensor: they show that labels, features, classifiers and evaluation do what they claim.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.detect.labels import LabelSettings, labels_from_contact, labels_from_external_markers
+from fingerslip.detect.trials import Trial
+from fingerslip.vision.layouts import MarkerLayout, ring_layout
+from fingerslip.vision.tracks import make_tracks
+
+__all__ = ["SyntheticSensor", "SyntheticSlide", "synthetic_slides", "synthetic_trial"]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SyntheticSensor:
+    """The sensor and its cameras; all values are assumed, and a slide is faster than a real one to keep tests short.
+
+    Parameters
+    ----------
+    internal, external : MarkerLayout
+        Markers inside, and on the skin.
+    frame_rate : float
+        Frames a second [1/s].
+    rest_frames : int
+        Frames before the plate moves.
+    metres_per_pixel : float
+        Scale of both cameras [m].
+    noise : float
+        Standard deviation of a marker's position [px].
+    radius : float
+        Radius of the dome [m].
+    """
+
+    internal: MarkerLayout = field(default_factory=lambda: ring_layout(2.5e-3))
+    external: MarkerLayout = field(default_factory=lambda: ring_layout(2.5e-3, (1, 6, 12)))
+    frame_rate: float = 30.0
+    rest_frames: int = 20
+    metres_per_pixel: float = 60e-6
+    noise: float = 0.05
+    radius: float = 20e-3
+
+
+@dataclass(frozen=True)
+class SyntheticSlide:
+    """What happens in a trial.
+
+    Parameters
+    ----------
+    indentation : float
+        How deep the dome is pressed [m].
+    direction : float
+        Direction of the slide [rad].
+    friction_coefficient : float
+        Static friction coefficient.
+    seed : int
+        Seed of noise and of the unevenness of friction.
+    travel : float
+        Length of the slide [m]; a short one never slips.
+    speed : float
+        Its speed [m/s].
+    repeat : int
+        Number of the repeat.
+    """
+
+    indentation: float = 3e-3
+    direction: float = 0.0
+    friction_coefficient: float = 0.8
+    seed: int = 0
+    travel: float = 10e-3
+    speed: float = 1e-3
+    repeat: int = 0
+
+
+#: Share of its shear that a point keeps when it slips; of its static limit that it may reach in the centre.
+_KEPT, _LIMIT = 0.4, 1.2
+_GAIN, _LAG = 0.8, 0.05
+
+
+def synthetic_trial(name: str, slide: SyntheticSlide, sensor: SyntheticSensor | None = None) -> Trial:
+    """Return an analytic trial with labels from its external markers and from its contact."""
+    sensor = sensor or SyntheticSensor()
+    draw = np.random.default_rng(slide.seed)
+    frames = sensor.rest_frames + round(slide.travel / slide.speed * sensor.frame_rate)
+    time = np.arange(frames) / sensor.frame_rate
+    travel = np.maximum(time - (sensor.rest_frames - 1) / sensor.frame_rate, 0.0) * slide.speed
+    points = np.concatenate([sensor.external.position, sensor.internal.position])
+    shear, slipping, touching = _slip(points, travel, slide, sensor, draw)
+    outside = sensor.external.count
+    positions = np.concatenate(
+        [
+            _filmed(sensor.external.position, travel[:, None] - shear[:, :outside], slide, sensor, draw),
+            _filmed(sensor.internal.position, -_lagging(shear[:, outside:], sensor), slide, sensor, draw),
+        ],
+        axis=1,
+    )
+    tracks = _tracks(time, positions, sensor)
+    settings = LabelSettings(rest_frames=sensor.rest_frames)
+    stick_ratio = 1.0 - slipping[:, touching].mean(axis=1)
+    labels = {
+        "external_markers": labels_from_external_markers(tracks, settings),
+        "contact": labels_from_contact(time, stick_ratio),
+    }
+    conditions = {**vars(slide), "task": "slide"}
+    return Trial(name, tracks, labels, conditions, {"source": "analytic example, no sensor", "seed": slide.seed})
+
+
+def synthetic_slides(
+    indentations: Sequence[float] = (2e-3, 3e-3, 4e-3, 5e-3),
+    directions: int = 8,
+    repeats: int = 10,
+    *,
+    seed: int = 0,
+    sensor: SyntheticSensor | None = None,
+    **slide: float,
+) -> Iterator[Trial]:
+    """Yield analytic trials over indentations, directions and repeats that differ by friction and noise.
+
+    Parameters
+    ----------
+    indentations : sequence of float
+        Depths [m].
+    directions, repeats : int
+        Numbers of them.
+    seed : int, optional
+        Seed of the friction coefficients, 0.6 to 1.1.
+    sensor : SyntheticSensor, optional
+        The sensor.
+    slide : float
+        Further values of :class:`SyntheticSlide`, such as ``travel``.
+    """
+    draw = np.random.default_rng(seed)
+    number = 0
+    for depth in indentations:
+        for sector in range(directions):
+            for repeat in range(repeats):
+                direction, friction = 2.0 * math.pi * sector / directions, round(float(draw.uniform(0.6, 1.1)), 3)
+                made = SyntheticSlide(depth, direction, friction, seed=seed + number, repeat=repeat, **slide)
+                yield synthetic_trial(f"slide-{number:04d}", made, sensor)
+                number += 1
+
+
+def _slip(
+    points: Floats, travel: Floats, slide: SyntheticSlide, sensor: SyntheticSensor, draw: np.random.Generator
+) -> tuple[Floats, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return the shear of each point over time [m], whether it has slipped since it last stuck, and if it touches."""
+    contact = math.sqrt(2.0 * sensor.radius * slide.indentation)
+    share = np.clip(1.0 - (np.linalg.norm(points, axis=1) / contact) ** 2, 0.0, 1.0)
+    uneven = np.exp(0.08 * draw.standard_normal(len(points)))
+    limit = _LIMIT * slide.friction_coefficient * slide.indentation * share * uneven
+    # The points in the middle let go together: gross slip.
+    middle = int(np.argmax(share))
+    foot = np.zeros(len(points))
+    shear, slipping = np.empty((len(travel), len(points))), np.zeros((len(travel), len(points)), dtype=bool)
+    slipped = np.zeros(len(points), dtype=bool)
+    for frame, gone in enumerate(travel):
+        loose = gone - foot > limit
+        if loose[middle]:
+            loose[:] = True
+            slipped[:] = False
+        foot = np.where(loose, gone - _KEPT * np.minimum(limit, gone - foot), foot)
+        slipped |= loose
+        shear[frame], slipping[frame] = gone - foot, slipped
+    return shear, slipping, share > 0
+
+
+def _lagging(shear: Floats, sensor: SyntheticSensor) -> Floats:
+    """Return how far internal markers follow: a share of the shear, with the lag of the gel."""
+    follow = 1.0 - math.exp(-1.0 / (sensor.frame_rate * _LAG))
+    found, state = np.empty_like(shear), np.zeros(shear.shape[1])
+    for frame, wanted in enumerate(_GAIN * shear):
+        state = state + follow * (wanted - state)
+        found[frame] = state
+    return found
+
+
+def _filmed(
+    rest: Floats, along: Floats, slide: SyntheticSlide, sensor: SyntheticSensor, draw: np.random.Generator
+) -> Floats:
+    """Return the positions of markers in an image [px]: y points down, noise included."""
+    direction = np.array([math.cos(slide.direction), math.sin(slide.direction)])
+    moved = (rest + along[:, :, None] * direction) / sensor.metres_per_pixel * np.array([1.0, -1.0])
+    noisy: Floats = moved + np.array([320.0, 240.0]) + sensor.noise * draw.standard_normal(moved.shape)
+    return noisy
+
+
+def _tracks(time: Floats, positions: Floats, sensor: SyntheticSensor) -> xr.Dataset:
+    inside, outside = sensor.internal, sensor.external
+    return make_tracks(
+        positions,
+        time,
+        units="px",
+        kind=["external"] * outside.count + ["internal"] * inside.count,
+        ring=np.concatenate([outside.ring, inside.ring]),
+        angle=np.concatenate([outside.angle, inside.angle]),
+        attributes={
+            "frame_rate": sensor.frame_rate,
+            "metres_per_pixel_x": sensor.metres_per_pixel,
+            "metres_per_pixel_y": sensor.metres_per_pixel,
+            "source": "analytic example, no sensor",
+        },
+    )

@@ -1,0 +1,277 @@
+"""A detector: a fitted classifier with its features, smoothing and thresholds, ready for tracks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, columns_of, fit, probabilities
+from fingerslip.detect.conformal import false_alarm_threshold, least_trials
+from fingerslip.detect.features import FeatureSettings, features_of
+from fingerslip.detect.motion import MotionSettings, markers_of, motion_of
+from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, samples_of
+from fingerslip.detect.smoothing import ForwardFilter, Smoother, Thresholds, onsets_from
+from fingerslip.detect.splits import held_out
+from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trials import layout_digest, layout_text
+from fingerslip.errors import InputError
+
+__all__ = [
+    "Calibration",
+    "Detector",
+    "calibration_count",
+    "candidate_named",
+    "check_tracks_fit",
+    "detect",
+    "fit_detector",
+    "forward_filter",
+    "frame_scores",
+    "largest_before",
+    "train",
+]
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What the threshold of a detector guarantees.
+
+    Parameters
+    ----------
+    trials : int
+        Trials from which it was set, none of them learned from; 0 where it is not guaranteed.
+    share : float
+        Share of the no-slip trials that may raise a false alarm.
+    """
+
+    trials: int = 0
+    share: float = 0.05
+
+
+@dataclass(frozen=True)
+class Detector:
+    """What finds slip in tracks.
+
+    Parameters
+    ----------
+    classifier : str
+        Name in :data:`fingerslip.detect.classifiers.CLASSIFIERS`.
+    estimator : object
+        The fitted pipeline.
+    features : FeatureSettings
+        What it sees.
+    names : tuple of str
+        Names of its features.
+    layout, layout_in_words : str
+        Hash of the internal markers that it was made for, and what they are.
+    smoother : Smoother
+        From frames to scores.
+    thresholds : Thresholds
+        From scores to events.
+    calibration : Calibration
+        What the threshold of slip guarantees.
+    data : str
+        Hash of the data set that it learned from.
+    provenance : mapping
+        Where it comes from, as plain data.
+    """
+
+    classifier: str
+    estimator: Any
+    features: FeatureSettings
+    names: tuple[str, ...]
+    layout: str
+    layout_in_words: str
+    smoother: Smoother
+    thresholds: Thresholds = field(default_factory=Thresholds)
+    calibration: Calibration = field(default_factory=Calibration)
+    data: str = ""
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+
+def candidate_named(name: str) -> Candidate:
+    """Return a classifier by its name.
+
+    Raises
+    ------
+    InputError
+        Where there is none of that name.
+    """
+    if name not in CLASSIFIERS:
+        raise InputError("classifier", f"got {name!r}", f"needs one of {', '.join(CLASSIFIERS)}")
+    return CLASSIFIERS[name]
+
+
+def train(
+    trials: TrialSet,
+    onsets: Mapping[str, Onsets],
+    classifier: str = "forest",
+    *,
+    motion: MotionSettings | None = None,
+    sampling: Sampling = PUBLISHED_SAMPLING,
+    names: Sequence[str] | None = None,
+    share: float = 0.05,
+    seed: int = 0,
+    workers: int = 1,
+) -> Detector:
+    """Return a detector that learned from most trials, with a threshold set by the others.
+
+    Parameters
+    ----------
+    trials : TrialSet
+        The data set.
+    onsets : mapping of str to Onsets
+        Labels of its trials.
+    classifier : str, optional
+        Its name.
+    motion, sampling : MotionSettings, Sampling, optional
+        How motion is read and frames are sampled.
+    names : sequence of str, optional
+        Trials to use; all without it.
+    share : float, optional
+        Share of the no-slip trials that may raise a false alarm. With too few trials for that, the threshold is where
+        slip is as likely as not, and `calibration.trials` is 0.
+    seed : int, optional
+        Seed of the split and of the classifier.
+    workers : int, optional
+        Cores to use.
+
+    Raises
+    ------
+    InputError
+        Where the classifier is unknown, a trial lacks a label, or it has too few frames of a class.
+    """
+    candidate = candidate_named(classifier)
+    settings = FeatureSettings(candidate.sets, motion or MotionSettings())
+    chosen = tuple(trials.names if names is None else names)
+    kept = held_out(chosen, calibration_count(len(chosen), share), seed)
+    samples = samples_of(trials, onsets, settings, sampling, names=[name for name in chosen if name not in kept])
+    estimator = fit(candidate, samples.values, samples.classes, samples.trial, seed=seed, workers=workers)
+    inside = markers_of(trials.tracks(chosen[0]), "internal")
+    made = Detector(
+        classifier=classifier,
+        estimator=estimator,
+        features=settings,
+        names=samples.names,
+        layout=layout_digest(inside),
+        layout_in_words=layout_text(inside),
+        smoother=forward_filter(samples, onsets, settings.motion.window),
+        data=trials.digest,
+        provenance={"trials": len(samples.trials), "samples": len(samples.classes), "seed": seed, "set": trials.title},
+    )
+    if not kept:
+        return made
+    maxima = [largest_before(*detect(made, trials.tracks(name))[:2], onsets[name]) for name in kept]
+    limit = false_alarm_threshold(maxima, share)
+    return replace(made, thresholds=Thresholds(slip=limit), calibration=Calibration(len(kept), share))
+
+
+def calibration_count(trials: int, share: float) -> int:
+    """Return how many of the trials are kept for the threshold: a fifth, at least what it needs; 0 with too few."""
+    needed = max(least_trials(share), round(0.2 * trials))
+    return needed if trials >= 2 * needed else 0
+
+
+def fit_detector(candidate: Candidate, samples: Samples, rows: NDArray[np.intp], seed: int, workers: int) -> Any:
+    """Return a classifier fitted to some rows of a table that may hold more features than it sees."""
+    values = samples.values[np.ix_(rows, columns_of(samples.names, candidate.sets))]
+    return fit(candidate, values, samples.classes[rows], samples.trial[rows], seed=seed, workers=workers)
+
+
+def forward_filter(
+    samples: Samples, onsets: Mapping[str, Onsets], window: int, rows: NDArray[np.intp] | None = None
+) -> ForwardFilter:
+    """Return the smoother whose times and shares are those of training trials.
+
+    Parameters
+    ----------
+    samples : Samples
+        The samples.
+    onsets : mapping of str to Onsets
+        Labels.
+    window : int
+        Frames that share in one velocity; so many count as one independent frame.
+    rows : array of int, optional
+        Rows of the training trials; all without it.
+    """
+    used = np.arange(len(samples.classes)) if rows is None else rows
+    counts = np.bincount(samples.classes[used], minlength=3)
+    waits, partial = [], []
+    for number in np.unique(samples.trial[used]):
+        label = onsets[samples.trials[number]]
+        # Trials with samples of all classes have both onsets.
+        if label.incipient is not None and label.gross is not None:
+            waits.append(max(label.incipient - samples.rest_end[number], 1e-3))
+            partial.append(max(label.gross - label.incipient, 1e-3))
+    prior = (counts + 1) / (counts + 1).sum()
+    dwell = float(np.mean(waits)), float(np.mean(partial))
+    return ForwardFilter(dwell, (float(prior[0]), float(prior[1]), float(prior[2])), 1.0 / window)
+
+
+def frame_scores(smoother: Smoother, time: Floats, chances: Floats) -> Floats:
+    """Return the scores of all frames of a trial, shape (n_times, 2)."""
+    interval = np.diff(time, prepend=time[:1])
+    return smoother.scores(smoother.start(), interval, chances)[0]
+
+
+def largest_before(time: Floats, scores: Floats, onsets: Onsets) -> float:
+    """Return the largest score of slip before there is any: the worst that a no-slip trial of this length does."""
+    before = time < (np.inf if onsets.first is None else onsets.first)
+    return float(scores[before, 0].max()) if before.any() else -np.inf
+
+
+def detect(detector: Detector, tracks: xr.Dataset) -> tuple[Floats, Floats, Onsets]:
+    """Return what a detector finds in tracks.
+
+    Parameters
+    ----------
+    detector : Detector
+        The detector.
+    tracks : xarray.Dataset
+        Tracks with the internal markers that it was made for.
+
+    Returns
+    -------
+    (n_times,) array
+        Times [s].
+    (n_times, 2) array
+        Log odds of slip, and of gross slip.
+    Onsets
+        When each begins.
+
+    Raises
+    ------
+    InputError
+        Where the tracks have other markers.
+    """
+    check_tracks_fit(detector, tracks)
+    motion = motion_of(tracks, detector.features.motion)
+    chances = probabilities(detector.estimator, features_of(motion, detector.features))
+    chances[~motion.usable] = np.nan
+    scores = frame_scores(detector.smoother, motion.time, chances)
+    return motion.time, scores, onsets_from(motion.time, scores, detector.thresholds)
+
+
+def check_tracks_fit(detector: Detector, tracks: xr.Dataset) -> None:
+    """Check that tracks have the markers that a detector was made for.
+
+    Raises
+    ------
+    InputError
+        Where they have others.
+    """
+    inside = markers_of(tracks, "internal")
+    if layout_digest(inside) != detector.layout:
+        raise InputError(
+            "tracks",
+            f"have {layout_text(inside)}",
+            f"needs the markers that the detector learned from: {detector.layout_in_words}",
+            "train a detector for this layout",
+        )

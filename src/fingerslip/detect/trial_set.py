@@ -1,0 +1,243 @@
+"""Data sets of trials: a folder for each trial, a manifest with the checksum of every file, and a data card."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from fingerslip.detect.labels import read_labels
+from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.trials import FILES, Trial, layout_digest, layout_text, read_trial, write_trial
+from fingerslip.digest import digest, file_digest
+from fingerslip.errors import DamagedError, InputError, ResultError, shortened
+from fingerslip.files import new_folder, read_json, write_json, write_text
+from fingerslip.version import __version__
+from fingerslip.vision.tracks import read_tracks
+
+__all__ = ["MANIFEST", "TrialSet", "check_labels", "common_layout", "open_trials", "write_trials"]
+
+MANIFEST = "manifest.json"
+_FORMAT = 1
+_REPAIR = "write the data set again"
+
+
+@dataclass(frozen=True)
+class TrialSet:
+    """A data set that is open: what its manifest says, and trials that are read when they are asked for.
+
+    Parameters
+    ----------
+    folder : Path
+        Its folder.
+    names : tuple of str
+        Names of its trials, sorted.
+    conditions : mapping of str to mapping
+        Conditions of every trial.
+    layout : str
+        Hash of the markers' layout.
+    digest : str
+        Hash of all of its files.
+    title : str
+        What it is.
+    """
+
+    folder: Path
+    names: tuple[str, ...]
+    conditions: Mapping[str, Mapping[str, Any]]
+    layout: str
+    digest: str
+    title: str
+
+    def trial(self, name: str) -> Trial:
+        """Read a trial."""
+        return read_trial(self.folder / name)
+
+    def tracks(self, name: str) -> xr.Dataset:
+        """Read the tracks of a trial."""
+        return read_tracks(self.folder / name / FILES[0])
+
+    def labels(self, name: str) -> dict[str, Onsets]:
+        """Read the labels of a trial, by source."""
+        return read_labels(self.folder / name / FILES[1])
+
+    def onsets(self, source: str = "external_markers") -> dict[str, Onsets]:
+        """Read the labels of one source for all trials.
+
+        Raises
+        ------
+        InputError
+            Where a trial has none of that source.
+        """
+        found = {name: self.labels(name) for name in self.names}
+        for name, labels in found.items():
+            if source not in labels:
+                raise InputError(f"{self.folder}: {name}", f"has no labels {source!r}", f"has {', '.join(labels)}")
+        return {name: labels[source] for name, labels in found.items()}
+
+
+def write_trials(trials: Iterable[Trial], folder: str | Path, title: str, notes: str = "") -> TrialSet:
+    """Write trials one by one as a data set, whole or not at all.
+
+    Parameters
+    ----------
+    trials : iterable of Trial
+        The trials; a generator is taken one at a time.
+    folder : path
+        The folder; a data set of that name is replaced when the new one is whole.
+    title, notes : str
+        What the data card says first, and what it says of limits and sources.
+
+    Raises
+    ------
+    InputError
+        Where there are no trials, two have one name, or their layouts differ.
+    ResultError
+        Where the folder cannot be written.
+    """
+    final = Path(folder)
+    with new_folder(final) as partial:
+        entries: dict[str, dict[str, Any]] = {}
+        first: Trial | None = None
+        for trial in trials:
+            first = first or trial
+            common_layout(first.name, first.tracks, trial.name, trial.tracks)
+            if trial.name in entries:
+                raise InputError(f"trial {trial.name}", "stands twice", "needs each name once")
+            entries[trial.name] = _written(trial, partial / trial.name)
+        if first is None:
+            raise InputError("trials", "got none", "needs at least one")
+        manifest = {
+            "format": _FORMAT,
+            "title": title,
+            "version": __version__,
+            "layout": layout_digest(first.tracks),
+            "layout_in_words": layout_text(first.tracks),
+            "trials": dict(sorted(entries.items())),
+        }
+        write_json(partial / MANIFEST, manifest)
+        write_text(partial / "README.md", _card(manifest, notes))
+    return open_trials(final)
+
+
+def _written(trial: Trial, folder: Path) -> dict[str, Any]:
+    folder.mkdir()
+    write_trial(trial, folder)
+    return {
+        "conditions": dict(trial.conditions),
+        "labels": sorted(trial.labels),
+        "frames": trial.tracks.sizes["time"],
+        "files": {name: file_digest(folder / name) for name in FILES},
+    }
+
+
+def common_layout(first: str, own: xr.Dataset, second: str, other: xr.Dataset) -> None:
+    """Check that two trials have one layout.
+
+    Raises
+    ------
+    InputError
+        Where they have not.
+    """
+    if layout_digest(own) != layout_digest(other):
+        found = f"has {layout_text(other)}" if layout_text(other) != layout_text(own) else "has other markers or rings"
+        repair = "make a data set for each layout"
+        raise InputError(f"trial {second}", found, f"needs the layout of trial {first}: {layout_text(own)}", repair)
+
+
+def open_trials(folder: str | Path) -> TrialSet:
+    """Open a data set; its trials are read when they are asked for.
+
+    Raises
+    ------
+    InputError
+        Where there is no data set in the folder.
+    ResultError
+        Where the manifest is damaged, or files are missing, changed, or not in the manifest.
+    """
+    path = Path(folder)
+    try:
+        manifest = read_json(path / MANIFEST, _REPAIR)
+    except FileNotFoundError:
+        repair = "write_trials makes one"
+        raise InputError(str(path), f"has no {MANIFEST}", "needs the folder of a data set", repair) from None
+    if manifest.get("format") != _FORMAT:
+        raise DamagedError(str(path / MANIFEST), f"has the format {manifest.get('format')}, not {_FORMAT}", _REPAIR)
+    entries: dict[str, Any] = manifest["trials"]
+    _check_files(path, entries)
+    conditions = {name: entry["conditions"] for name, entry in entries.items()}
+    whole = digest({name: entry["files"] for name, entry in entries.items()})
+    return TrialSet(path, tuple(sorted(entries)), conditions, manifest["layout"], whole, manifest["title"])
+
+
+def _check_files(folder: Path, entries: Mapping[str, Any]) -> None:
+    there = {path.name for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")}
+    for name in sorted(there ^ set(entries)):
+        found = f"is in the folder, not in {MANIFEST}" if name in there else f"is in {MANIFEST}, not in the folder"
+        raise DamagedError(str(folder / name), found, _REPAIR)
+    for name, entry in entries.items():
+        for file, wanted in entry["files"].items():
+            if _digest(folder / name / file) != wanted:
+                raise DamagedError(str(folder / name / file), f"is not the file of {MANIFEST}", _REPAIR)
+
+
+def _digest(path: Path) -> str:
+    try:
+        return file_digest(path)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be read ({error.strerror}); {_REPAIR}") from error
+
+
+def check_labels(
+    onsets: Mapping[str, Onsets], names: Sequence[str], needed: Sequence[str] = ("incipient", "gross")
+) -> None:
+    """Check that trials have the labels that learning needs.
+
+    Raises
+    ------
+    InputError
+        Where a trial has no labels, or one of them never comes.
+    """
+    for name in names:
+        if name not in onsets:
+            raise InputError("labels", f"have no trial {name}", "needs every trial of the data set")
+        for event in needed:
+            if getattr(onsets[name], event) is None:
+                repair = "leave the trial out, or slide it farther"
+                raise InputError(f"trial {name}", f"has no {event} slip", "needs both onsets here", repair)
+
+
+def _card(manifest: Mapping[str, Any], notes: str) -> str:
+    entries = manifest["trials"]
+    frames = [entry["frames"] for entry in entries.values()]
+    lines = [
+        f"# {manifest['title']}",
+        "",
+        f"{len(entries)} trials with {manifest['layout_in_words']}; {min(frames)} to {max(frames)} frames each.",
+        f"Written by fingerslip {manifest['version']}.",
+        "",
+        "| condition | values |",
+        "|---|---|",
+        *(f"| {name} | {text} |" for name, text in _ranges(entries)),
+        "",
+        f"Labels by source: {', '.join(sorted({one for entry in entries.values() for one in entry['labels']}))}.",
+        "",
+        "Each trial is a folder: `tracks.nc` (positions of the markers), `labels.csv` (onsets of slip),",
+        "`conditions.json` (SI units) and `provenance.json`. `manifest.json` has the SHA-256 of each file.",
+    ]
+    return "\n".join([*lines, *(["", notes] if notes else [])]) + "\n"
+
+
+def _ranges(entries: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    for name in dict.fromkeys(name for entry in entries.values() for name in entry["conditions"]):
+        values = {entry["conditions"].get(name) for entry in entries.values()}
+        numbers = [value for value in values if isinstance(value, int | float)]
+        if len(numbers) == len(values) > 8:
+            yield name, f"{len(values)} values from {np.min(numbers):.6g} to {np.max(numbers):.6g}"
+        else:
+            texts = (f"{value:.6g}" if isinstance(value, float) else str(value) for value in values)
+            yield name, shortened(", ".join(sorted(texts)))

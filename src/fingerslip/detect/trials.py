@@ -1,0 +1,147 @@
+"""A trial on disk: a folder with its tracks, labels, conditions and where it comes from."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from fingerslip.detect.labels import read_labels, write_labels
+from fingerslip.detect.onsets import Onsets
+from fingerslip.digest import digest
+from fingerslip.errors import InputError, shortened
+from fingerslip.files import read_json, write_json
+from fingerslip.vision.tracks import check_tracks, read_tracks, write_tracks
+
+__all__ = [
+    "CONDITIONS",
+    "FILES",
+    "Trial",
+    "check_conditions",
+    "layout_digest",
+    "layout_text",
+    "read_trial",
+    "write_trial",
+]
+
+#: Conditions with a fixed meaning and their units; all are optional, and others may stand beside them.
+CONDITIONS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "indentation": ("m", "how deep the sensor is pressed"),
+        "direction": ("rad", "direction of the slide, from x to y"),
+        "speed": ("m/s", "speed of the slide"),
+        "travel": ("m", "length of the slide"),
+        "friction_coefficient": ("1", "static friction coefficient"),
+        "repeat": ("1", "number of the repeat"),
+        "seed": ("1", "seed of everything random in the trial"),
+        "task": ("", "slide, hold or pour"),
+    }
+)
+
+#: Files of a trial's folder.
+FILES = ("tracks.nc", "labels.csv", "conditions.json", "provenance.json")
+
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
+_REPAIR = "write the trial again"
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One trial.
+
+    Parameters
+    ----------
+    name : str
+        Name of its folder: letters, digits, ``.``, ``_`` and ``-``.
+    tracks : xarray.Dataset
+        Its marker tracks.
+    labels : mapping of str to Onsets
+        When it slips, by the source of the label.
+    conditions : mapping, optional
+        Plain values in SI units; :data:`CONDITIONS` have a fixed meaning.
+    provenance : mapping, optional
+        Where it comes from, as plain data.
+
+    Raises
+    ------
+    InputError
+        Where the name is no name of a folder, or tracks or conditions are none.
+    """
+
+    name: str
+    tracks: xr.Dataset
+    labels: Mapping[str, Onsets]
+    conditions: Mapping[str, Any] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not _NAME.fullmatch(self.name):
+            raise InputError("trial", f"is named {shortened(repr(self.name))}", "needs letters, digits, '.', '_', '-'")
+        check_tracks(self.tracks, f"trial {self.name}")
+        check_conditions(self.conditions, f"trial {self.name}")
+
+
+def check_conditions(conditions: Mapping[str, Any], where: str) -> None:
+    """Check that conditions are plain values, those with a unit numbers.
+
+    Raises
+    ------
+    InputError
+        Where they are not.
+    """
+    for name, value in conditions.items():
+        number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+        if not (number or (isinstance(value, str | bool | None) and not CONDITIONS.get(name, ("", ""))[0])):
+            allowed = (
+                "needs a finite number" if name in CONDITIONS else "needs a finite number, text, true, false or null"
+            )
+            raise InputError(f"{where}: {name}", f"got {shortened(repr(value))}", allowed)
+
+
+def layout_digest(tracks: xr.Dataset) -> str:
+    """Return a hash of what trials of one data set have in common: unit of positions, markers, kinds and rings."""
+    rings = tracks["ring"].values.astype(np.int64) if "ring" in tracks.variables else np.zeros(0, dtype=np.int64)
+    kinds = [str(kind) for kind in tracks["kind"].values]
+    return digest(tracks["position"].attrs["units"], kinds, tracks["marker"].values.astype(np.int64), rings)
+
+
+def layout_text(tracks: xr.Dataset) -> str:
+    """Return a layout in words, such as '81 internal and 19 external markers in px'."""
+    kinds = tracks["kind"].values.astype(str)
+    counts = [f"{(kinds == kind).sum()} {kind}" for kind in ("internal", "external") if (kinds == kind).any()]
+    return f"{' and '.join(counts)} markers in {tracks['position'].attrs['units']}"
+
+
+def write_trial(trial: Trial, folder: Path) -> None:
+    """Write the files of a trial into a folder that exists.
+
+    Raises
+    ------
+    ResultError
+        Where a file cannot be written.
+    """
+    write_tracks(trial.tracks, folder / "tracks.nc")
+    write_labels(trial.labels, folder / "labels.csv")
+    write_json(folder / "conditions.json", trial.conditions)
+    write_json(folder / "provenance.json", json.loads(json.dumps(dict(trial.provenance))))
+
+
+def read_trial(folder: Path) -> Trial:
+    """Read a trial back.
+
+    Raises
+    ------
+    ResultError
+        Where a file is missing or damaged.
+    """
+    conditions, provenance = (read_json(folder / name, _REPAIR) for name in FILES[2:])
+    labels = read_labels(folder / "labels.csv")
+    return Trial(folder.name, read_tracks(folder / "tracks.nc"), labels, conditions, provenance)

@@ -1,0 +1,87 @@
+"""The verb detect: a data set to a detector, tables and scores."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fingerslip.detect.onsets import write_onsets
+from fingerslip.detect.splits import benchmark_test_trials
+from fingerslip.detect.synthetic import synthetic_slides
+from fingerslip.detect.trial_set import write_trials
+
+SETTINGS = ("--rest-frames", "20", "--window", "5", "--samples", "20,6,2,20")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("detect") / "slides"
+    write_trials(synthetic_slides((3e-3, 4e-3), directions=4, repeats=1, seed=1, travel=8e-3), path, "Analytic slides")
+    return path
+
+
+def test_from_trials_to_events(invoke: Callable[..., Any], folder: Path) -> None:
+    trained = invoke("detect", "train", folder, "--classifier", "logistic", *SETTINGS)
+    assert trained.exit_code == 0, trained.output
+    assert "detector: logistic" in trained.output
+    ran = invoke("detect", "run", folder / "slide-0000" / "tracks.nc")
+    assert ran.exit_code == 0, ran.output
+    assert "frames a second" in ran.output
+
+
+def test_recordings_are_collected(invoke: Callable[..., Any], folder: Path) -> None:
+    Path("table.csv").write_text("file,indentation [mm]\ntracks.nc,3\n")
+    found = invoke("detect", "collect", folder / "slide-0000", "table.csv", "--rest-frames", "20", "--output", "mine")
+    assert found.exit_code == 0, found.output
+    assert "mine: 1 trials" in found.output
+    assert Path("mine/tracks/labels.csv").is_file()
+
+
+def test_evaluation_prints_and_writes_tables(invoke: Callable[..., Any], folder: Path) -> None:
+    asked = ("--classifier", "time_threshold", "--folds", "2", "--output", "tables")
+    found = invoke("detect", "evaluate", folder, *asked, *SETTINGS)
+    assert found.exit_code == 0, found.output
+    assert "Accuracy on frames" in found.output
+    assert len(list(Path("tables").glob("*.csv"))) == 5
+    assert "| classifier |" in invoke("detect", "evaluate", folder, *asked, *SETTINGS, "--markdown").output
+
+
+def test_a_submission_is_scored(invoke: Callable[..., Any], folder: Path) -> None:
+    from fingerslip.detect.trial_set import open_trials
+
+    trials = open_trials(folder)
+    tests = benchmark_test_trials(trials.names)
+    write_onsets({name: trials.onsets()[name] for name in tests}, "mine.csv")
+    found = invoke("detect", "score", folder, "mine.csv", "--rest-frames", "20", "--markdown")
+    assert found.exit_code == 0, found.output
+    assert "| onset error [s] | 0.000" in found.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("train", "none"), "needs the folder of a data set"),
+        (("run", "none.nc"), "needs the folder of a detector"),
+        (("train", "{folder}", "--classifier", "magic"), "needs one of forest"),
+        (("evaluate", "{folder}", "--labels", "mine"), "has no labels 'mine'"),
+        (("score", "{folder}", "none.csv"), "cannot be read"),
+    ],
+)
+def test_mistakes_are_one_line_and_nothing_is_written(
+    arguments: tuple[str, ...], message: str, invoke: Callable[..., Any], folder: Path
+) -> None:
+    found = invoke("detect", *(part.format(folder=folder) for part in arguments))
+    assert found.exit_code == 2
+    assert found.stderr.count("error:") == 1
+    assert message in " ".join(found.stderr.split())
+    assert list(Path.cwd().iterdir()) == []
+
+
+def test_every_action_has_help(invoke: Callable[..., Any]) -> None:
+    group = invoke("detect", "--help").output
+    for action in ("collect", "train", "evaluate", "run", "score"):
+        assert action in group
+        assert "Usage" in invoke("detect", action, "--help").output

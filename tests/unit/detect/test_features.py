@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from fingerslip.detect.features import FEATURE_SETS, FeatureSettings, feature_names, features_of, ring_of_features
+from fingerslip.detect.motion import Motion
+from fingerslip.errors import InputError
+from fingerslip.vision.layouts import ring_layout
+
+LAYOUT = ring_layout(10.0)
+
+
+def motion(turn: float = 0.0, frames: int = 4) -> Motion:
+    """Return markers that move along one direction, the outer ones less, turned as a whole by some angle."""
+    frame = np.arange(frames, dtype=float)[:, None]
+    along = frame * (1.0 - 0.1 * LAYOUT.ring)
+    direction = np.array([np.cos(turn), np.sin(turn)])
+    moved = along[:, :, None] * direction
+    seen = np.ones(along.shape, dtype=bool)
+    return Motion(frame[:, 0], LAYOUT.position, moved, 2.0 * moved, LAYOUT.ring, seen, seen[:, 0])
+
+
+def columns(name: str, turn: float = 0.0) -> np.ndarray:  # type: ignore[type-arg]
+    return features_of(motion(turn), FeatureSettings((name,)))
+
+
+def test_the_published_features_are_162() -> None:
+    assert features_of(motion(), FeatureSettings()).shape == (4, 162)
+    names = feature_names(motion(), FeatureSettings())
+    assert names[0] == "displacement/length/0"
+    assert names[-1] == "speed/length/80"
+
+
+@pytest.mark.parametrize("name", FEATURE_SETS)
+def test_every_set_has_a_name_for_each_of_its_columns(name: str) -> None:
+    names = feature_names(motion(), FeatureSettings((name,)))
+    assert len(names) == columns(name).shape[1] == len(set(names))
+    assert all(one.startswith(f"{name}/") for one in names)
+
+
+@pytest.mark.parametrize("name", FEATURE_SETS)
+def test_features_of_a_frame_need_no_other_frame(name: str) -> None:
+    whole = motion()
+    over_time = ("time", "displacement", "velocity", "seen", "usable")
+    last = dataclasses.replace(whole, **{one: getattr(whole, one)[-1:] for one in over_time})
+    settings = FeatureSettings((name,))
+    assert features_of(last, settings)[0] == pytest.approx(features_of(whole, settings)[-1], abs=1e-6)
+
+
+@pytest.mark.parametrize("turn", [np.pi / 4, np.pi / 2, 3 * np.pi / 4, np.pi])
+@pytest.mark.parametrize("name", ["sliding", "rings", "mean", "residual", "entropy"])
+def test_some_sets_do_not_know_the_direction(name: str, turn: float) -> None:
+    # Every ring looks the same after an eighth of a turn.
+    assert columns(name, turn)[1:] == pytest.approx(columns(name)[1:], abs=2e-5)
+
+
+def test_polar_velocities_of_a_turn_and_of_growth() -> None:
+    still = motion()
+    arm = LAYOUT.position
+    turning = np.stack([-arm[:, 1], arm[:, 0]], axis=1)[None] + np.zeros((4, 1, 1))
+    found = features_of(dataclasses.replace(still, velocity=turning), FeatureSettings(("polar",)))
+    assert found[:, :81] == pytest.approx(0.0, abs=1e-5)
+    assert found[:, 82:] == pytest.approx(1.0)
+    growing = features_of(dataclasses.replace(still, velocity=arm[None] + 0 * turning), FeatureSettings(("polar",)))
+    assert growing[:, :81] == pytest.approx(np.broadcast_to(10.0 * LAYOUT.ring, (4, 81)), rel=1e-5)
+    assert growing[:, 81:] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_rings_of_features() -> None:
+    names = feature_names(motion(), FeatureSettings(("displacement", "rings", "sliding", "time")))
+    rings = ring_of_features(names, LAYOUT.ring)
+    assert rings[:81] == LAYOUT.ring.tolist()
+    assert rings[81:91] == [0, 0, 1, 1, 2, 2, 3, 3, 4, 4]
+    assert rings[-1] is None
+    assert all(
+        ring == int(name.split("_ring_")[1].split("/")[0])
+        for name, ring in zip(names, rings, strict=True)
+        if "sliding" in name
+    )
+
+
+def test_a_feature_that_is_not_finite_is_named() -> None:
+    broken = motion()
+    broken.displacement[2, 5] = np.nan
+    with pytest.raises(InputError, match="feature displacement/length/5 at 2 s: is nan"):
+        features_of(broken, FeatureSettings())
+
+
+@pytest.mark.parametrize("sets", [(), ("colour",), ("mean", "mean")])
+def test_unknown_sets_are_refused(sets: tuple[str, ...]) -> None:
+    with pytest.raises(InputError, match=r"features: got .*needs some of displacement"):
+        FeatureSettings(sets)

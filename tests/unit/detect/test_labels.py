@@ -1,0 +1,118 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fingerslip.detect.labels import (
+    LabelSettings,
+    label_differences,
+    labels_from_contact,
+    labels_from_external_markers,
+    labels_from_plate,
+    read_labels,
+    write_labels,
+)
+from fingerslip.detect.onsets import Onsets
+from fingerslip.errors import InputError, ResultError
+from fingerslip.report.tables.table import Missing
+from fingerslip.vision.layouts import ring_layout
+from fingerslip.vision.tracks import make_tracks
+
+LAYOUT = ring_layout(20.0, (1, 6))
+REST = LabelSettings(rest_frames=3)
+SCALE = {"metres_per_pixel_x": 1e-4, "metres_per_pixel_y": 1e-4}
+
+
+def ramps(outer: int = 4, central: int = 7, frames: int = 12) -> xr.Dataset:
+    """Return external markers of which one moves by 1.5 px a frame from some frame on, the centre from another."""
+    frame = np.arange(frames, dtype=float)
+    moved = np.zeros((frames, LAYOUT.count, 2))
+    moved[:, 3, 1] = 1.5 * np.maximum(frame - outer + 1, 0.0)
+    moved[:, 0, 0] = 1.5 * np.maximum(frame - central + 1, 0.0)
+    return make_tracks(LAYOUT.position + moved, frame / 10.0, units="px", kind="external", attributes=SCALE)
+
+
+def test_external_markers_give_the_published_onsets() -> None:
+    # 1.5 px is beyond the 1 px of the centre at once; the 2 px of the others take a second frame.
+    assert labels_from_external_markers(ramps(), REST) == Onsets(0.5, 0.7)
+
+
+def test_thresholds_in_metres_are_those_in_pixels() -> None:
+    metres = LabelSettings(2e-4, 1e-4, "m", rest_frames=3)
+    assert labels_from_external_markers(ramps(), metres) == labels_from_external_markers(ramps(), REST)
+
+
+def test_a_jump_of_one_frame_does_not_count_when_it_has_to_last() -> None:
+    tracks = ramps()
+    tracks["position"].values[3, 5] += 9.0
+    assert labels_from_external_markers(tracks, REST).incipient == 0.3
+    assert labels_from_external_markers(tracks, LabelSettings(rest_frames=3, sustained=2)).incipient == 0.5
+    assert labels_from_external_markers(tracks, LabelSettings(rest_frames=3, sustained=50)) == Onsets(None, None)
+
+
+def test_markers_that_are_not_seen_and_slip_that_never_comes_are_no_onset() -> None:
+    tracks = ramps(outer=50, central=50)
+    tracks["position"].values[5] = np.nan
+    assert labels_from_external_markers(tracks, REST) == Onsets(None, None)
+
+
+def test_the_stick_ratio_gives_onsets() -> None:
+    ratio = np.array([np.nan, 1.0, 0.99, 0.9, 0.5, 0.0, 0.3])
+    assert labels_from_contact(np.arange(7.0), ratio) == Onsets(3.0, 5.0)
+    assert labels_from_contact(np.arange(7.0), ratio, sustained=2) == Onsets(3.0, None)
+    assert labels_from_contact(np.arange(7.0), ratio, slipping=0.4, overall=0.5) == Onsets(4.0, 4.0)
+    with pytest.raises(InputError, match="got 0 to 2, needs 0 to 1"):
+        labels_from_contact(np.arange(2.0), np.array([0.0, 2.0]))
+    with pytest.raises(InputError, match="got shape"):
+        labels_from_contact(np.arange(3.0), ratio)
+
+
+def test_a_plate_that_falls_with_and_then_from_the_skin() -> None:
+    skin = ramps(outer=50, central=4, frames=16)
+    frame = np.arange(16.0)
+    fall = 1.5 * np.maximum(frame - 3, 0.0) + 3.0 * np.maximum(frame - 9, 0.0)
+    plate = make_tracks(np.stack([fall, 0 * fall], axis=1)[:, None], frame / 10.0, units="px", attributes=SCALE)
+    assert labels_from_plate(skin, plate, REST) == Onsets(0.5, 1.0)
+    with pytest.raises(InputError, match="plate: has 7 markers at 16 times, needs one"):
+        labels_from_plate(skin, skin, REST)
+
+
+def test_bad_input_is_one_clear_error() -> None:
+    with pytest.raises(InputError, match="have 1 external marker, needs a central one"):
+        labels_from_external_markers(ramps().isel(marker=[0]), REST)
+    metres = ramps().assign(position=ramps()["position"] * 1e-4)
+    metres["position"].attrs["units"] = "m"
+    with pytest.raises(InputError, match="thresholds are in px, tracks in m"):
+        labels_from_external_markers(metres, REST)
+    for wrong in ({"incipient": 0.0}, {"gross": -1.0}, {"sustained": 0}, {"units": "mm"}):
+        with pytest.raises(InputError, match=f"labels: {next(iter(wrong))}"):
+            LabelSettings(**wrong)  # type: ignore[arg-type]
+
+
+def test_differences_are_a_table_over_trials() -> None:
+    labels = {
+        "a": {"markers": Onsets(1.0, 2.0), "contact": Onsets(0.8, None)},
+        "b": {"markers": Onsets(2.0, 3.0), "contact": Onsets(1.9, None)},
+        "c": {"markers": Onsets(1.0, None)},
+    }
+    table = label_differences(labels, "markers")
+    assert [column.name for column in table.columns][:4] == ["label", "event", "both", "one alone"]
+    incipient, gross = table.rows
+    assert incipient[:4] == ("contact", "incipient", 2, 1)
+    assert incipient[4] == pytest.approx(-0.15)
+    assert gross == ("contact", "gross", 0, 2, *[Missing.NO_EVENT] * 4)
+
+
+def test_labels_of_a_trial_are_read_back(tmp_path: Path) -> None:
+    path = tmp_path / "labels.csv"
+    made = {"markers": Onsets(1.0, None), "me, by eye": Onsets(0.1 + 0.2, 3.0)}
+    write_labels(made, path)
+    assert read_labels(path) == made
+    path.write_text("trial,incipient_s\n")
+    with pytest.raises(InputError, match="is no table of labels"):
+        read_labels(path)
+    with pytest.raises(ResultError, match="cannot be read as labels"):
+        read_labels(tmp_path / "none.csv")

@@ -1,0 +1,76 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from fingerslip.detect.onsets import Onsets, write_onsets
+from fingerslip.detect.session import (
+    Choices,
+    evaluate_classifiers,
+    output_tables,
+    run_detector,
+    score_onsets,
+    train_detector,
+)
+from fingerslip.detect.splits import benchmark_test_trials
+from fingerslip.detect.trial_set import TrialSet
+from fingerslip.errors import InputError
+from fingerslip.report.tables.table import Missing
+from fingerslip.vision.tables import write_tracks_csv
+
+CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")
+
+
+@pytest.fixture(scope="module")
+def detector(trials_folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("session") / "detector"
+    text = train_detector(trials_folder, folder, "logistic", CHOICES)
+    assert "logistic, 19 trials, 912 samples, no guarantee" in text
+    return folder
+
+
+def test_a_detector_runs_on_netcdf_and_on_csv(detector: Path, trials: TrialSet, tmp_path: Path) -> None:
+    name = benchmark_test_trials(trials.names)[0]
+    first = run_detector(detector, trials.folder / name / "tracks.nc")
+    write_tracks_csv(trials.tracks(name), tmp_path / "tracks.csv")
+    second = run_detector(detector, tmp_path / "tracks.csv")
+    assert first.rows[:3] == second.rows[:3]
+    assert first.rows[0][1] is not Missing.NO_EVENT
+    assert first.rows[2] == ("frames", "260")
+
+
+def test_an_evaluation_has_its_tables(trials_folder: Path, tmp_path: Path) -> None:
+    names = ("time_threshold", "displacement_threshold")
+    tables = evaluate_classifiers(trials_folder, names, CHOICES, folds=3, leave_out=("indentation",))
+    assert [table.title for table in tables] == [
+        "Accuracy on frames",
+        "Classes, on trials that were not seen",
+        "Confusion, frames",
+        "Calibration",
+        "Onset of slip",
+        "Accuracy where indentation was not seen",
+    ]
+    assert "Too few trials for a guaranteed threshold" in tables[4].note
+    assert [row[1] for row in tables[5].rows] == ["0.003", "0.004"] * 2
+    text = output_tables(tables, tmp_path / "tables")
+    assert text.count("## ") == 6
+    assert len(list((tmp_path / "tables").glob("*.csv"))) == 6
+
+
+def test_labels_of_a_users_own_are_read(trials_folder: Path, trials: TrialSet, tmp_path: Path) -> None:
+    later = {name: Onsets((one.incipient or 0.0) + 0.1, one.gross) for name, one in trials.onsets().items()}
+    write_onsets(later, tmp_path / "mine.csv")
+    mine = Choices(labels=str(tmp_path / "mine.csv"), rest_frames=20)
+    assert mine.onsets(trials) == later
+    assert Choices(labels="contact").onsets(trials) == trials.onsets("contact")
+    tests = benchmark_test_trials(trials.names)
+    write_onsets({name: later[name] for name in tests}, tmp_path / "submission.csv")
+    rows = dict(score_onsets(trials_folder, tmp_path / "submission.csv", Choices(rest_frames=20)).rows)  # type: ignore[arg-type]
+    assert str(rows["onset error [s]"]).startswith("0.100")
+
+
+@pytest.mark.parametrize("text", ["1,2,3", "a,b,c,d", "1,2,3,-4", ""])
+def test_numbers_of_samples_are_four(text: str) -> None:
+    with pytest.raises(InputError, match=r"--samples: got .* needs four numbers"):
+        _ = Choices(samples=text).sampling

@@ -1,0 +1,97 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.smoothing import ForwardFilter, Hysteresis, Smoother, Thresholds, onsets_from
+from fingerslip.errors import InputError
+
+FILTER = ForwardFilter((3.0, 1.0), (0.25, 0.5, 0.25), 0.2)
+TIME = np.arange(100) / 30.0
+STEP = np.diff(TIME, prepend=0.0)
+
+
+def phases(flicker: bool = False) -> np.ndarray:  # type: ignore[type-arg]
+    chances = np.tile([0.9, 0.08, 0.02], (100, 1))
+    chances[50:] = [0.1, 0.8, 0.1]
+    chances[80:] = [0.02, 0.08, 0.9]
+    if flicker:
+        chances[20] = [0.1, 0.8, 0.1]
+    return chances
+
+
+@pytest.mark.parametrize("smoother", [FILTER, Hysteresis(5)])
+def test_one_odd_frame_is_no_event(smoother: Smoother) -> None:
+    scores, _ = smoother.scores(smoother.start(), STEP, phases(flicker=True))
+    found = onsets_from(TIME, scores)
+    assert found.incipient is not None
+    assert found.gross is not None
+    assert TIME[50] <= found.incipient < TIME[65]
+    assert TIME[80] <= found.gross < TIME[90]
+
+
+@pytest.mark.parametrize("smoother", [FILTER, Hysteresis(5), Hysteresis(1)])
+@given(seed=st.integers(0, 1000), cut=st.integers(0, 60))
+@settings(max_examples=20)
+def test_frame_by_frame_is_the_same_as_all_at_once(smoother: Smoother, seed: int, cut: int) -> None:
+    draw = np.random.default_rng(seed)
+    chances = draw.dirichlet(np.ones(3), 60)
+    chances[draw.random(60) < 0.2] = np.nan
+    whole, _ = smoother.scores(smoother.start(), STEP[:60], chances)
+    first, state = smoother.scores(smoother.start(), STEP[:cut], chances[:cut])
+    rest, _ = smoother.scores(state, STEP[cut:60], chances[cut:])
+    assert np.array_equal(np.concatenate([first, rest]), whole)
+    assert not np.isnan(whole).any()
+
+
+def test_the_filter_is_that_of_the_textbook() -> None:
+    chances = np.random.default_rng(0).dirichlet(np.ones(3), 30)
+    one = ForwardFilter((2.0, 1.5), (0.3, 0.4, 0.3), 1.0)
+    scores, _ = one.scores(one.start(), STEP[:30], chances)
+    belief, found = np.array([0.998, 0.001, 0.001]), []
+    for interval, chance in zip(STEP[:30], np.maximum(chances, 1e-3), strict=True):
+        first, second = -np.expm1(-interval / np.array([2.0, 1.5]))
+        belief = np.array([[1 - first, first, 0], [0, 1 - second, second], [0, 0, 1]]).T @ belief
+        belief *= chance / np.array([0.3, 0.4, 0.3])
+        belief /= belief.sum()
+        found.append([np.log((1 - belief[0]) / belief[0]), np.log(belief[2] / (1 - belief[2]))])
+    assert scores == pytest.approx(np.array(found), rel=1e-6, abs=1e-6)
+
+
+def test_frames_that_could_not_be_classified_change_little() -> None:
+    chances = phases()
+    chances[60:64] = np.nan
+    scores, _ = FILTER.scores(FILTER.start(), STEP, chances)
+    assert abs(scores[63, 0] - scores[59, 0]) < 0.6
+    hard, _ = Hysteresis(3).scores(Hysteresis(3).start(), STEP, chances)
+    assert (hard[60:64] == hard[59]).all()
+
+
+def test_thresholds_delay_events_or_prevent_them() -> None:
+    scores, _ = FILTER.scores(FILTER.start(), STEP, phases())
+    early, late = onsets_from(TIME, scores), onsets_from(TIME, scores, Thresholds(slip=5.0, gross=1e9))
+    assert early.incipient is not None
+    assert late.incipient is not None
+    assert early.incipient < late.incipient
+    assert late.gross is None
+    assert onsets_from(TIME[:10], scores[:10]) == Onsets(None, None)
+
+
+def test_gross_slip_is_never_found_before_slip() -> None:
+    """Else an alarm of gross slip would go round the threshold that bounds false alarms."""
+    scores = np.array([[1.0, 0.5], [2.0, -1.0], [5.0, -1.0], [4.0, 2.0]])
+    assert onsets_from(np.arange(4.0), scores, Thresholds(slip=3.0)) == Onsets(2.0, 3.0)
+
+
+def test_bad_settings_are_refused() -> None:
+    with pytest.raises(InputError, match="smoothing: dwell"):
+        ForwardFilter((0.0, 1.0), (0.25, 0.5, 0.25), 0.2)
+    with pytest.raises(InputError, match="smoothing: prior"):
+        ForwardFilter((1.0, 1.0), (0.0, 0.5, 0.5), 0.2)
+    with pytest.raises(InputError, match="smoothing: weight"):
+        ForwardFilter((1.0, 1.0), (0.2, 0.4, 0.4), float("nan"))
+    with pytest.raises(InputError, match="smoothing: frames"):
+        Hysteresis(0)

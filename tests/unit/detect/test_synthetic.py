@@ -1,0 +1,50 @@
+from __future__ import annotations
+
+import numpy as np
+
+from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_slides, synthetic_trial
+
+
+def test_slip_begins_at_the_rim_and_ends_in_the_centre() -> None:
+    trial = synthetic_trial("a", SyntheticSlide(seed=3))
+    label = trial.labels["external_markers"]
+    assert label.incipient is not None
+    assert label.gross is not None
+    assert label.incipient < label.gross
+    external = trial.tracks.isel(marker=trial.tracks["kind"].values == "external")
+    moved = np.linalg.norm(external["position"].values - external["position"].values[:20].mean(axis=0), axis=2)
+    first = np.array([np.argmax(moved[:, marker] > 2.0) for marker in range(19)])
+    ring = external["ring"].values
+    assert first[ring == 2].mean() < first[ring == 1].mean() < first[ring == 0].mean()
+
+
+def test_gross_slip_comes_again_and_again() -> None:
+    trial = synthetic_trial("a", SyntheticSlide(seed=3, indentation=2e-3, travel=14e-3))
+    centre = trial.tracks["position"].values[:, 0, 0]
+    jumps = np.diff(centre) > 3.0
+    assert jumps.sum() > 3
+
+
+def test_a_short_slide_never_slips_and_the_seed_decides() -> None:
+    held = synthetic_trial("a", SyntheticSlide(travel=0.4e-3))
+    assert held.labels["external_markers"].first is None
+    one, same, other = (synthetic_trial("a", SyntheticSlide(seed=seed, travel=2e-3)) for seed in (1, 1, 2))
+    assert one.tracks.equals(same.tracks)
+    assert not one.tracks.equals(other.tracks)
+
+
+def test_later_slip_with_more_friction_and_depth() -> None:
+    quiet = SyntheticSensor(noise=0.0)
+
+    def gross(**slide: float) -> float:
+        found = synthetic_trial("a", SyntheticSlide(**slide), quiet).labels["external_markers"].gross  # type: ignore[arg-type]
+        assert found is not None
+        return found
+
+    assert gross(friction_coefficient=0.6) < gross(friction_coefficient=0.9)
+    assert gross(indentation=2e-3) < gross(indentation=4e-3)
+
+
+def test_the_protocol_has_320_trials() -> None:
+    count = sum(1 for _ in synthetic_slides(travel=0.2e-3))
+    assert count == 320

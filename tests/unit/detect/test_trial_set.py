@@ -1,0 +1,91 @@
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
+from fingerslip.detect.trial_set import MANIFEST, TrialSet, check_labels, open_trials, write_trials
+from fingerslip.errors import DamagedError, InputError, ResultError
+from fingerslip.files import read_json, write_json
+from fingerslip.vision.layouts import ring_layout
+
+SHORT = SyntheticSlide(travel=2e-3)
+
+
+def test_a_data_set_is_opened_lazily_with_all_it_needs(trials: TrialSet) -> None:
+    assert len(trials.names) == 24
+    assert trials.conditions["slide-0000"]["indentation"] == 3e-3
+    assert trials.trial("slide-0001").labels == trials.labels("slide-0001")
+    assert trials.onsets()["slide-0002"].gross is not None
+    card = (trials.folder / "README.md").read_text()
+    assert "24 trials with 81 internal and 19 external markers in px; 260 to 260 frames each." in card
+    assert "| indentation | 0.003, 0.004 |" in card
+    with pytest.raises(InputError, match="has no labels 'mine', has external_markers, contact"):
+        trials.onsets("mine")
+
+
+def test_the_hash_of_a_data_set_is_that_of_its_files(trials: TrialSet, tmp_path: Path) -> None:
+    again = write_trials([synthetic_trial("a", SHORT)], tmp_path / "a", "A")
+    assert write_trials([synthetic_trial("a", SHORT)], tmp_path / "b", "B").digest == again.digest != trials.digest
+
+
+def test_layouts_are_not_mixed_and_nothing_is_left(tmp_path: Path) -> None:
+    other = SyntheticSensor(internal=ring_layout(2.5e-3, (1, 8)))
+    made = (synthetic_trial(name, SHORT, sensor) for name, sensor in (("a", SyntheticSensor()), ("b", other)))
+    with pytest.raises(InputError, match="trial b: has 9 internal and 19 external markers in px, needs the layout"):
+        write_trials(made, tmp_path / "mixed", "Mixed")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_names_stand_once_and_there_is_a_trial(tmp_path: Path) -> None:
+    trial = synthetic_trial("a", SHORT)
+    with pytest.raises(InputError, match="trial a: stands twice"):
+        write_trials([trial, trial], tmp_path / "set", "Twice")
+    with pytest.raises(InputError, match="trials: got none"):
+        write_trials([], tmp_path / "set", "None")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_manifest_that_does_not_match_its_files_is_refused(copied: Callable[[], Path]) -> None:
+    folder = copied()
+    labels = folder / "slide-0003" / "labels.csv"
+    text = labels.read_text()
+    labels.write_text(text.replace("external_markers", "other_markers"))
+    with pytest.raises(DamagedError, match=r"slide-0003/labels.csv.*is not the file of manifest.json"):
+        open_trials(folder)
+    labels.unlink()
+    with pytest.raises(ResultError, match=r"labels\.csv: cannot be read"):
+        open_trials(folder)
+    labels.write_text(text)
+    (folder / "extra").mkdir()
+    with pytest.raises(DamagedError, match=r"extra.*is in the folder, not in manifest.json"):
+        open_trials(folder)
+    (folder / "extra").rmdir()
+    (folder / "slide-0005").rename(folder.parent / "gone")
+    with pytest.raises(DamagedError, match=r"slide-0005.*is in manifest.json, not in the folder"):
+        open_trials(folder)
+
+
+def test_manifests_that_are_missing_changed_or_of_another_form_are_refused(copied: Callable[[], Path]) -> None:
+    folder = copied()
+    values = read_json(folder / MANIFEST, "")
+    write_json(folder / MANIFEST, values | {"format": 9})
+    with pytest.raises(DamagedError, match="has the format 9, not 1"):
+        open_trials(folder)
+    (folder / MANIFEST).write_text("{}")
+    with pytest.raises(DamagedError, match="checksum"):
+        open_trials(folder)
+    (folder / MANIFEST).unlink()
+    with pytest.raises(InputError, match=r"has no manifest.json, needs the folder of a data set"):
+        open_trials(folder)
+
+
+def test_a_label_that_never_comes_is_named() -> None:
+    with pytest.raises(InputError, match="trial a: has no gross slip, needs both onsets here"):
+        check_labels({"a": Onsets(1.0, None)}, ["a"])
+    check_labels({"a": Onsets(1.0, None)}, ["a"], ("incipient",))
+    with pytest.raises(InputError, match="labels: have no trial b"):
+        check_labels({"a": Onsets(1.0, 2.0)}, ["a", "b"])
