@@ -106,7 +106,7 @@ from .vision.cameras.pixel import film as film
 from .vision.cameras.point import PointCamera as PointCamera, point_tracks as point_tracks
 from .vision.cameras.presets import external_camera as external_camera, internal_camera as internal_camera
 from .vision.fields.fields import marker_fields as marker_fields
-from .vision.layouts import (
+from .marker_layouts import (
     MarkerLayout as MarkerLayout,
     hexagonal_layout as hexagonal_layout,
     ring_layout as ring_layout,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
-from fingerslip.vision.layouts import RING_COUNTS, hexagonal_layout, ring_layout
+from fingerslip.marker_layouts import RING_COUNTS, hexagonal_layout, ring_layout
 
 Floats = NDArray[np.float64]
 

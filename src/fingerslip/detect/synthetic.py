@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from fingerslip.detect.labels import LabelSettings, labels_from_contact, labels_from_external_markers
 from fingerslip.detect.trials import Trial
-from fingerslip.vision.layouts import MarkerLayout, ring_layout
+from fingerslip.marker_layouts import MarkerLayout, ring_layout
 from fingerslip.vision.tracks import make_tracks
 
 __all__ = ["SyntheticSensor", "SyntheticSlide", "synthetic_slides", "synthetic_trial"]

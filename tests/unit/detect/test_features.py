@@ -8,7 +8,7 @@ import pytest
 from fingerslip.detect.features import FEATURE_SETS, FeatureSettings, feature_names, features_of, ring_of_features
 from fingerslip.detect.motion import Motion
 from fingerslip.errors import InputError
-from fingerslip.vision.layouts import ring_layout
+from fingerslip.marker_layouts import ring_layout
 
 LAYOUT = ring_layout(10.0)
 

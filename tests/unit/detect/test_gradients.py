@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from fingerslip.detect.gradients import entropy, rigid_residual, strains
 from fingerslip.errors import InputError
-from fingerslip.vision.layouts import ring_layout
+from fingerslip.marker_layouts import ring_layout
 
 REST = ring_layout(1.0).position
 NUMBER = st.floats(-1, 1)

@@ -17,8 +17,8 @@ from fingerslip.detect.labels import (
 )
 from fingerslip.detect.onsets import Onsets
 from fingerslip.errors import InputError, ResultError
+from fingerslip.marker_layouts import ring_layout
 from fingerslip.report.tables.table import Missing
-from fingerslip.vision.layouts import ring_layout
 from fingerslip.vision.tracks import make_tracks
 
 LAYOUT = ring_layout(20.0, (1, 6))

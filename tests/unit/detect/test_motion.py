@@ -15,7 +15,7 @@ from fingerslip.detect.motion import (
     velocities,
 )
 from fingerslip.errors import InputError
-from fingerslip.vision.layouts import ring_layout
+from fingerslip.marker_layouts import ring_layout
 from fingerslip.vision.tracks import make_tracks
 
 LAYOUT = ring_layout(10.0, (1, 6, 12))

@@ -10,7 +10,7 @@ from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthet
 from fingerslip.detect.trial_set import MANIFEST, TrialSet, check_labels, open_trials, write_trials
 from fingerslip.errors import DamagedError, InputError, ResultError
 from fingerslip.files import read_json, write_json
-from fingerslip.vision.layouts import ring_layout
+from fingerslip.marker_layouts import ring_layout
 
 SHORT = SyntheticSlide(travel=2e-3)
 

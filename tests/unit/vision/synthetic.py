@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from fingerslip.vision.layouts import ring_layout
+from fingerslip.marker_layouts import ring_layout
 from fingerslip.vision.tracks import make_tracks
 
 

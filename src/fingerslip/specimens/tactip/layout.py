@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.marker_layouts import MarkerLayout, hexagonal_layout, ring_layout
 from fingerslip.specimens.tactip.parts import Markers
 
 __all__ = ["MarkerPlaces", "marker_places"]
@@ -64,24 +65,13 @@ def marker_places(markers: Markers) -> MarkerPlaces:
     >>> [len(marker_places(Markers("hexagonal", (1,), layers, 1e-3)).ring) for layers in (6, 10)]
     [127, 331]
     """
-    places = _rings(markers) if markers.layout == "rings" else _hexagons(markers)
-    order = np.lexsort([np.round(places.azimuth, 9), places.ring])
-    return MarkerPlaces(places.ring[order], places.along[order], places.azimuth[order])
+    layout = _layout(markers)
+    along: Floats = np.hypot(*layout.position.T)
+    return MarkerPlaces(layout.ring, along, layout.angle)
 
 
-def _rings(markers: Markers) -> MarkerPlaces:
-    ring = np.repeat(np.arange(len(markers.rings)), markers.rings)
-    azimuth: Floats = np.concatenate([2.0 * np.pi * np.arange(count) / count for count in markers.rings])
-    return MarkerPlaces(ring, np.asarray(markers.spacing * ring, dtype=np.float64), azimuth)
-
-
-def _hexagons(markers: Markers) -> MarkerPlaces:
-    """Lay out a hexagonal grid in the plane; its distances from the middle become arc lengths on the dome."""
-    steps = np.arange(-markers.layers, markers.layers + 1)
-    first, second = (grid.ravel() for grid in np.meshgrid(steps, steps))
-    ring = np.max([np.abs(first), np.abs(second), np.abs(first + second)], axis=0)
-    first, second, ring = (values[ring <= markers.layers] for values in (first, second, ring))
-    x, z = markers.spacing * (first + 0.5 * second), markers.spacing * np.sqrt(0.75) * second
-    along: Floats = np.asarray(np.hypot(x, z), dtype=np.float64)
-    azimuth: Floats = np.asarray(np.mod(np.arctan2(z, x), 2.0 * np.pi), dtype=np.float64)
-    return MarkerPlaces(ring, along, azimuth)
+def _layout(markers: Markers) -> MarkerLayout:
+    """Return the layout in a plane; its distances from the middle are arc lengths on the dome."""
+    if markers.layout == "rings":
+        return ring_layout(markers.spacing, markers.rings)
+    return hexagonal_layout(markers.spacing, markers.layers)

@@ -68,7 +68,7 @@ def marker_fields(
     Examples
     --------
     >>> import numpy as np
-    >>> from fingerslip.vision.layouts import ring_layout
+    >>> from fingerslip.marker_layouts import ring_layout
     >>> from fingerslip.vision.tracks import make_tracks
     >>> rest = ring_layout(1e-3, (1, 8)).position
     >>> times = np.arange(20) / 30.0

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from matplotlib.quiver import Quiver
 
+from fingerslip.marker_layouts import ring_layout
 from fingerslip.report.figures.markers import fields_figure, marker_tracks_figure, ring_colours
 from fingerslip.vision.fields.fields import marker_fields
-from fingerslip.vision.layouts import ring_layout
 from fingerslip.vision.tracks import make_tracks
 from unit.report.figures.made import panels, words
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.layouts import hexagonal_layout, ring_layout
+from fingerslip.marker_layouts import hexagonal_layout, ring_layout
 from fingerslip.vision.tracking.topology import check_layout, topology
 
 

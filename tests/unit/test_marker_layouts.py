@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.distance import pdist
 
 from fingerslip.errors import InputError
-from fingerslip.vision.layouts import hexagonal_layout, ring_layout
+from fingerslip.marker_layouts import hexagonal_layout, ring_layout
 
 
 def test_rings_have_the_markers_of_the_paper_at_their_radii():
