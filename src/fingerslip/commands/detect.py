@@ -96,16 +96,21 @@ def evaluate(
 
 
 def run(
-    tracks: Annotated[Path, typer.Argument(metavar="TRACKS", help="Tracks: netCDF or CSV.", show_default=False)],
+    source: Annotated[
+        Path, typer.Argument(metavar="TRACKS|VIDEO", help="Tracks (.nc, .csv) or a video.", show_default=False)
+    ],
     detector: Annotated[Path, typer.Option("--detector", metavar="DIR", help="Folder of the detector.")] = Path(
         "detector"
     ),
+    markers: Annotated[
+        int | None, typer.Option("--markers", metavar="N", min=1, help="Markers in the video, else found.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Run a detector on tracks frame by frame and print its events and its latency."""
+    """Run a detector frame by frame on tracks or on a video, and print its events and its latency."""
     from fingerslip.detect.session import run_detector
 
-    print_tables([run_detector(detector, tracks)], as_json)
+    print_tables([run_detector(detector, source, markers)], as_json)
 
 
 def score(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import time as clock
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -17,8 +18,19 @@ from fingerslip.detect.motion import Motion, filled, markers_of, neighbour_weigh
 from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.training import Detector, check_tracks_fit
 from fingerslip.errors import InputError
+from fingerslip.vision.tracking.stream import MarkerStream
 
-__all__ = ["Finding", "Frame", "Latency", "LiveDetector", "frames_of", "latency_of", "run_live", "run_on_tracks"]
+__all__ = [
+    "Finding",
+    "Frame",
+    "Latency",
+    "LiveDetector",
+    "frames_of",
+    "latency_of",
+    "run_live",
+    "run_on_markers",
+    "run_on_tracks",
+]
 
 Floats = NDArray[np.float64]
 
@@ -206,6 +218,23 @@ def run_on_tracks(detector: Detector, tracks: xr.Dataset) -> Iterator[Finding]:
     inside = markers_of(tracks, "internal")
     ring = inside["ring"].values.astype(np.intp) if "ring" in inside.variables else None
     yield from run_live(detector, frames_of(tracks), ring)
+
+
+def run_on_markers(detector: Detector, stream: MarkerStream) -> Iterator[Finding]:
+    """Yield what a detector finds in a video, frame by frame; the time of a frame is that of tracker and detector.
+
+    Raises
+    ------
+    InputError
+        Where the video has other markers than those that the detector learned.
+    """
+    check_tracks_fit(detector, stream.at_rest)
+    live, start = LiveDetector(detector, stream.reference.ring), clock.perf_counter()
+    for seen in stream:
+        found = live.take(Frame(seen.time, seen.position.astype(np.float64)))
+        taken, start = clock.perf_counter() - start, clock.perf_counter()
+        # The frames at rest are worked off at once, so only later ones have a time of their own.
+        yield from (dataclasses.replace(one, seconds=taken if len(found) == 1 else one.seconds) for one in found)
 
 
 @dataclass(frozen=True)

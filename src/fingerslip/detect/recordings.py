@@ -19,9 +19,13 @@ from fingerslip.units import parse_quantity
 from fingerslip.vision.tables import read_tracks_csv
 from fingerslip.vision.tracks import read_tracks
 
-__all__ = ["read_any_tracks", "read_conditions", "recorded_trials"]
+__all__ = ["TRACK_FILES", "read_any_tracks", "read_conditions", "recorded_trials"]
 
 _HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*")
+
+
+#: Endings of the names of files that hold tracks.
+TRACK_FILES = (".nc", ".csv")
 
 
 def read_any_tracks(path: Path) -> xr.Dataset:

@@ -23,11 +23,11 @@ from fingerslip.detect.evaluation.crossval import (
 from fingerslip.detect.evaluation.events import event_scores_of
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.labels import LabelSettings
-from fingerslip.detect.live import run_on_tracks
+from fingerslip.detect.live import run_on_markers, run_on_tracks
 from fingerslip.detect.model_file import read_detector, write_detector
 from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.onsets import Onsets, read_onsets
-from fingerslip.detect.recordings import read_any_tracks, recorded_trials
+from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks, recorded_trials
 from fingerslip.detect.samples import Samples, Sampling, samples_of
 from fingerslip.detect.splits import benchmark_test_trials, grouped_folds, left_out
 from fingerslip.detect.tables import (
@@ -45,6 +45,7 @@ from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
 from fingerslip.errors import InputError, shortened
 from fingerslip.files import write_text
 from fingerslip.report.tables.table import Table, to_csv, to_markdown
+from fingerslip.vision.tracking.stream import open_markers
 
 __all__ = [
     "Choices",
@@ -223,12 +224,27 @@ def _left_out_table(
     return left_out_table(key, rows)
 
 
-def run_detector(detector: Path, tracks: Path) -> Table:
-    """Return what a detector finds in a file of tracks, frame by frame, and its latency."""
+def run_detector(detector: Path, source: Path, n_markers: int | None = None) -> Table:
+    """Return what a detector finds in a file of tracks or in a video, frame by frame, and its latency.
+
+    Parameters
+    ----------
+    detector : Path
+        Folder of the detector.
+    source : Path
+        Tracks, netCDF or CSV, or a video or folder of images, whose internal markers are then followed.
+    n_markers : int, optional
+        How many markers the video shows; without it, the number at which its first frames are clearest.
+    """
     made = read_detector(detector)
-    read = read_any_tracks(tracks)
+    title = f"{source.name} with {made.classifier}"
     with threadpool_limits(1):
-        return findings_table(list(run_on_tracks(made, read)), f"{tracks.name} with {made.classifier}")
+        if source.suffix in TRACK_FILES:
+            findings = list(run_on_tracks(made, read_any_tracks(source)))
+            return findings_table(findings, title, "Latency without the tracker.")
+        rest_frames = made.features.motion.rest_frames
+        findings = list(run_on_markers(made, open_markers(source, n_markers=n_markers, rest_frames=rest_frames)))
+        return findings_table(findings, title, "Latency with the tracker.")
 
 
 def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:

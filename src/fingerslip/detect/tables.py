@@ -160,8 +160,8 @@ def robustness_table(results: Sequence[Robustness]) -> Table:
     return Table("Robustness, all frames of the test trials", columns, rows)
 
 
-def findings_table(findings: list[Finding], title: str) -> Table:
-    """Return what a detector found, and how long it took."""
+def findings_table(findings: list[Finding], title: str, note: str) -> Table:
+    """Return what a detector found, and how long it took; the note says what is in that time."""
     latency, onsets = latency_of(findings), findings[-1].onsets
     rows: tuple[tuple[Cell, ...], ...] = (
         ("slip begins [s]", Missing.NO_EVENT if onsets.incipient is None else f"{onsets.incipient:.4g}"),
@@ -171,4 +171,4 @@ def findings_table(findings: list[Finding], title: str) -> Table:
         ("latency of 95 % of frames below [ms]", f"{1e3 * latency.late:.3g}"),
         ("frames a second", f"{latency.rate:.4g}"),
     )
-    return Table(title, (Column(""), Column("value")), rows, "Latency without the tracker.")
+    return Table(title, (Column(""), Column("value")), rows, note)

@@ -1,15 +1,20 @@
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from fingerslip.detect.evaluation.robustness import disturbed
-from fingerslip.detect.live import Frame, LiveDetector, frames_of, latency_of, run_live, run_on_tracks
+from fingerslip.detect.live import Frame, LiveDetector, frames_of, latency_of, run_live, run_on_markers, run_on_tracks
 from fingerslip.detect.training import Detector, detect, train
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
+from fingerslip.vision.tracking.stream import SeenMarkers
 from unit.detect.conftest import MOTION, SAMPLING
 
 
@@ -63,3 +68,35 @@ def test_a_marker_that_is_never_seen_at_rest_is_named(made: Detector, trials: Tr
 def test_other_markers_are_refused(made: Detector, trials: TrialSet, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="needs the markers that the detector learned from"):
         list(run_on_tracks(made, trials.tracks(trials.names[0]).isel(marker=slice(0, 50))))
+
+
+@dataclass(frozen=True)
+class Streamed:
+    """Tracks as a tracker gives them, frame by frame."""
+
+    tracks: xr.Dataset
+
+    @property
+    def at_rest(self) -> xr.Dataset:
+        return self.tracks.isel(time=slice(0, 1))
+
+    @property
+    def reference(self) -> SimpleNamespace:
+        return SimpleNamespace(ring=self.tracks["ring"].values)
+
+    def __iter__(self) -> Iterator[SeenMarkers]:
+        for time, position, quality in zip(
+            self.tracks["time"].values, self.tracks["position"].values, self.tracks["quality"].values, strict=True
+        ):
+            yield SeenMarkers(float(time), position.astype(np.float32), quality.astype(np.float32), 0)
+
+
+def test_markers_of_a_video_are_detected_on_as_tracks_are(made: Detector, trials: TrialSet) -> None:
+    tracks = trials.tracks(trials.names[-1])
+    inside = tracks.isel(marker=tracks["kind"].values == "internal")
+    found, known = list(run_on_markers(made, Streamed(inside))), list(run_on_tracks(made, inside))  # type: ignore[arg-type]
+    assert [one.slip for one in found] == pytest.approx([one.slip for one in known], abs=1e-3)
+    assert found[-1].onsets == known[-1].onsets
+    assert latency_of(found).frames == len(known)
+    with pytest.raises(InputError, match="needs the markers that the detector learned from"):
+        list(run_on_markers(made, Streamed(inside.isel(marker=slice(0, 5)))))  # type: ignore[arg-type]

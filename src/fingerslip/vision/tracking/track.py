@@ -12,15 +12,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.errors import FingerslipError, InputError
+from fingerslip.errors import FingerslipError
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
-from fingerslip.vision.exposure import DUPLICATED, STATES, Exposure, frame_state, rest_exposure
-from fingerslip.vision.opencv import opencv
-from fingerslip.vision.tracking.follow import follow, rest_state
-from fingerslip.vision.tracking.frames import Channel, Frames, VideoInput, open_frames
+from fingerslip.vision.exposure import STATES
+from fingerslip.vision.tracking.frames import Channel, Frames, VideoInput
 from fingerslip.vision.tracking.lens import lens_of, undistorted
-from fingerslip.vision.tracking.reference import Reference, first_frames, reference_of
-from fingerslip.vision.tracking.topology import LayoutName, check_layout
+from fingerslip.vision.tracking.stream import MarkerStream, SeenMarkers, open_markers
+from fingerslip.vision.tracking.topology import LayoutName
 from fingerslip.vision.tracks import make_tracks
 
 __all__ = ["TrackingWarning", "track_markers"]
@@ -28,13 +26,8 @@ __all__ = ["TrackingWarning", "track_markers"]
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Frame = NDArray[np.uint8]
-_Row = tuple[NDArray[np.float32], NDArray[np.float32], int]
 
-# Markers are looked for in the mean of this many frames, or of the rest frames where they are fewer.
-_AVERAGED = 10
 _MOVED = 0.5  # px that the rest frames may move
-# Positions of a frame that shows nothing new are marked.
-_OLD_QUALITY = 0.5
 
 
 class TrackingWarning(UserWarning):
@@ -109,41 +102,24 @@ def track_markers(
     >>> tracks["position"].sel(marker=0, axis="x").values.round(1).tolist()
     [30.0, 31.0, 32.0, 33.0]
     """
-    check_layout(layout)
-    _check_counts(n_markers, rest_frames)
-    frames = open_frames(video, frame_rate, channel)
-    averaged, first = first_frames(frames.read(), min(rest_frames, _AVERAGED))
-    allowed = _mask(mask, first.shape)
-    reference = reference_of(averaged, allowed, n_markers, layout, bright, frames.name)
-    course = _followed(frames, reference, allowed, rest_exposure(np.clip(averaged, 0, 255).astype(np.uint8)))
+    stream = open_markers(
+        video,
+        n_markers=n_markers,
+        rest_frames=rest_frames,
+        layout=layout,
+        mask=mask,
+        bright=bright,
+        frame_rate=frame_rate,
+        channel=channel,
+    )
+    course = _followed(stream)
     if calibration is not None:
-        lens = lens_of(calibration, first.shape[::-1])
+        lens = lens_of(calibration, (stream.shape[1], stream.shape[0]))
         course = dataclasses.replace(course, position=undistorted(lens, course.position), raw=course.position)
-    tracks = _labelled(frames, reference, course, min(rest_frames, len(course.states)), first.shape)
+    tracks = _labelled(stream, course, min(rest_frames, len(course.states)))
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         warnings.warn(text, TrackingWarning, stacklevel=2)
     return tracks
-
-
-def _check_counts(n_markers: int | None, rest_frames: int) -> None:
-    if n_markers is not None and n_markers < 1:
-        raise InputError("n_markers", f"got {n_markers}", "needs a number >= 1")
-    if rest_frames < 1:
-        raise InputError("rest_frames", f"got {rest_frames}", "needs a number >= 1")
-
-
-def _mask(mask: NDArray[np.bool_] | str | Path | None, shape: tuple[int, ...]) -> Flags | None:
-    if mask is None:
-        return None
-    if isinstance(mask, str | Path):
-        image = opencv().imread(str(mask), 0) if Path(mask).is_file() else None
-        if image is None:
-            raise InputError("mask", f"{mask} cannot be read as an image", "needs one that is white where markers are")
-        mask = image > 127
-    allowed = np.ascontiguousarray(mask, dtype=bool)
-    if allowed.shape != shape:
-        raise InputError("mask", f"got shape {allowed.shape}", f"needs {shape}, the height and width of the frames")
-    return allowed
 
 
 @dataclass(frozen=True)
@@ -159,37 +135,25 @@ class _Course:
     raw: Floats | None = None
 
 
-def _followed(frames: Frames, reference: Reference, mask: Flags | None, rest: Exposure) -> _Course:
+def _followed(stream: MarkerStream) -> _Course:
     """Return what was found in all frames; of the frames, only two are in memory at a time."""
-    rows: list[_Row] = []
+    rows: list[SeenMarkers] = []
     broken = ""
     try:
-        for row in _steps(frames, reference, mask, rest):
+        for row in stream:
             rows.append(row)  # noqa: PERF402  what was read before an error is kept
     except FingerslipError as error:
         broken = str(error)
-    position, quality, states = zip(*rows, strict=True)
     return _Course(
-        np.array(position, dtype=np.float64),
-        np.array(quality, dtype=np.float64),
-        np.array(states, dtype=np.int8),
+        np.array([row.position for row in rows], dtype=np.float64),
+        np.array([row.quality for row in rows], dtype=np.float64),
+        np.array([row.state for row in rows], dtype=np.int8),
         broken,
     )
 
 
-def _steps(frames: Frames, reference: Reference, mask: Flags | None, rest: Exposure) -> Iterator[_Row]:
-    state, before = rest_state(reference.markers), None
-    for frame in frames.read():
-        light = frame_state(frame, before, rest)
-        state, position, quality = follow(reference.markers, state, frame, mask)
-        if light == DUPLICATED:
-            quality = np.minimum(quality, _OLD_QUALITY)
-        before = frame
-        # Single precision is 1e-4 px for the widest images.
-        yield position.astype(np.float32), quality.astype(np.float32), light
-
-
-def _labelled(frames: Frames, reference: Reference, course: _Course, rest: int, shape: tuple[int, ...]) -> xr.Dataset:
+def _labelled(stream: MarkerStream, course: _Course, rest: int) -> xr.Dataset:
+    frames, reference = stream.frames, stream.reference
     complaints = [*reference.warnings, *_complaints(frames, course, rest)]
     partial = bool(course.broken or reference.warnings)
     tracks = make_tracks(
@@ -200,8 +164,8 @@ def _labelled(frames: Frames, reference: Reference, course: _Course, rest: int, 
         ring=reference.ring,
         angle=reference.angle,
         attributes={
-            "image_width": shape[1],
-            "image_height": shape[0],
+            "image_width": stream.shape[1],
+            "image_height": stream.shape[0],
             "frame_rate": frames.frame_rate,
             "source": frames.name,
             "rest_frames": rest,
