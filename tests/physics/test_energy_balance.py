@@ -24,8 +24,14 @@ from places import ROOT
 SHIPPED = sorted((ROOT / "studies").glob("*.yaml"))
 # Their material relaxes, which the sum of this file does not know; its balance is that of the history.
 CONTROLLED = [path for path in SHIPPED if read_study(path).time.step == "auto"]
-# The same, at a fixed step; and at large strain, where a step is solved to 1e-6 of the forces.
-OWN = {"viscoelastic": 1e-9, "finite_strain": 1e-7, "finite_strain_3d": 1e-7}
+# The same, at a fixed step; at large strain, where a step is solved to 1e-6 of the forces; and in quasi-static steps of
+# sensors, whose rods are 5e5 times as stiff as their gel, so that rounding leaves 1e-9.
+OWN = {
+    "viscoelastic": 1e-9,
+    "finite_strain": 1e-7,
+    "finite_strain_3d": 1e-7,
+    **dict.fromkeys(("tactip_slide", "ridged_vs_smooth", "tactip_gate_3d"), 1e-8),
+}
 STUDIES = [path for path in SHIPPED if path not in CONTROLLED and path.stem not in OWN]
 CONTACT_SIZE, BULK_SIZE, STEP = 0.6e-3, 0.8e-3, 40e-3
 # Of the external work. 1e-6 is wanted; rounding leaves less than 1e-12, and 1e-6 would not see the scheme's own share.
@@ -55,6 +61,9 @@ def coarse(run):
     study = replace(run.study, time=replace(time, **longer))
     if isinstance(study.mesh, MeshFile):
         return replace(run, study=study)
+    if run.study.specimen_kind == "tactip":
+        mesh = replace(study.mesh, contact_size=0.5e-3, bulk_size=2e-3)
+        return replace(run, study=replace(study, mesh=mesh, time=replace(time, step=0.4)))
     fingertip = replace(run.specimen, ridges=replace(run.specimen.ridges, enabled=False))
     contact_size = study.mesh.contact_size if fingertip.fingerprint.enabled else CONTACT_SIZE
     mesh = replace(study.mesh, contact_size=contact_size, bulk_size=BULK_SIZE)
@@ -193,7 +202,7 @@ def test_energy_is_balanced(path):
 
 def test_a_term_that_is_left_out_breaks_the_balance(monkeypatch):
     """Each closed form is far larger than what is allowed: the balance would miss it."""
-    _, model = next(iter(models(COARSE[0], coarse)))
+    _, model = next(iter(models(ROOT / "studies" / "wang2014_table2.yaml", coarse)))
     for term in ("dissipated", "taken_by_scheme", "external_work"):
         with monkeypatch.context() as patch:
             patch.setitem(globals(), term, lambda *_: 0.0)

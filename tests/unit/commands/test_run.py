@@ -32,7 +32,7 @@ def test_run_shows_events_and_second_time_nothing_is_done(
 
 MISTAKES: dict[str, tuple[dict[str, Any], str]] = {
     "missing key": ({"time": {}}, "time.step: is missing, needs a value"),
-    "unknown key": ({"tme": 1}, "tme: is not known, may be one of fingertip, time, .*did you mean 'time'?"),
+    "unknown key": ({"tme": 1}, "tme: is not known, may be one of fingertip, tactip, time, .*did you mean 'time'?"),
     "missing unit": ({"depth": 1}, "depth: '1' has no unit, needs a unit of [m]; write '1 mm' or '1 m'"),
     "wrong unit": ({"depth": "3 kg"}, "depth: got '3 kg', needs a unit of [m]; write for example '3 mm'"),
     "negative friction": (

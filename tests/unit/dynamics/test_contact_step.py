@@ -18,7 +18,7 @@ from problems.pushed import push_and_slide
 def test_unsolved_contact_is_an_error_that_says_when_where_and_how_badly(monkeypatch):
     calls = []
 
-    def broken(compliance, free, friction, start, tolerance, *, working_set):
+    def broken(compliance, free, friction, start, tolerance, *, working_set, origin):
         calls.append(None)
         bad = 0.25 if len(calls) == 3 else 0.0
         return ContactSolution(np.zeros_like(free), bad, 7, 2), working_set
@@ -35,7 +35,7 @@ def test_unsolved_contact_is_an_error_that_says_when_where_and_how_badly(monkeyp
 
 
 def test_a_residual_that_is_no_number_is_an_error_too(monkeypatch):
-    def broken(compliance, free, friction, start, tolerance, *, working_set):
+    def broken(compliance, free, friction, start, tolerance, *, working_set, origin):
         return ContactSolution(np.full_like(free, np.nan), np.nan, 7, 0), working_set
 
     monkeypatch.setattr(contact_step, "solve_contact", broken)
@@ -48,9 +48,11 @@ def test_the_residual_that_the_solver_states_decides(monkeypatch, residual):
     """The solver is asked for more than what a step has to have, and the forces themselves are not looked at."""
     asked = []
 
-    def stated(compliance, free, friction, start, tolerance, *, working_set):
+    def stated(compliance, free, friction, start, tolerance, *, working_set, origin):
         asked.append(tolerance)
-        solution, working_set = solve_contact(compliance, free, friction, start, tolerance, working_set=working_set)
+        solution, working_set = solve_contact(
+            compliance, free, friction, start, tolerance, working_set=working_set, origin=origin
+        )
         return replace(solution, residual=residual), working_set
 
     monkeypatch.setattr(contact_step, "solve_contact", stated)

@@ -76,7 +76,7 @@ class SensorSolidSizes(MeshSource):
     element_sizes: ClassVar[tuple[str, ...]] = ("contact_size", "bulk_size")
     dim: ClassVar[int] = 3
 
-    contact_size: PositiveLength = 0.8e-3
+    contact_size: PositiveLength = 1e-3
     bulk_size: PositiveLength = 3e-3
     contact_reach: PositiveLength = 6e-3
     element: Literal["T4", "T10"] = "T4"
