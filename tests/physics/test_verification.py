@@ -15,8 +15,15 @@ from places import ROOT
 
 DOCUMENTED = (ROOT / "docs" / "verification.md").read_text(encoding="utf-8")
 RESULTS = DOCUMENTED.partition("## Results")[2]
+# Problems that take three seconds and more, of which lighter ones beside them test the same code.
+LONG = {
+    *("reduced-basis", "reduced-basis-static", "held-block", "impact", "stick-slip", "dragged-cylinder"),
+    *("large-relaxation-limits", "large-relaxation-shear", "large-relaxation-order", "large-shear", "large-biaxial"),
+    *("calculix-block", "locking-3d", "complex-modulus", "turning-body", "bar"),
+}
 MARKED = [
-    pytest.param(problem, id=problem.name, marks=[pytest.mark.slow] if problem.slow else []) for problem in PROBLEMS
+    pytest.param(problem, id=problem.name, marks=[pytest.mark.slow] if problem.slow or problem.name in LONG else [])
+    for problem in PROBLEMS
 ]
 
 
@@ -50,6 +57,10 @@ def test_the_documentation_shows_the_errors_of_the_elements(kind, ratio):
     np.testing.assert_allclose(
         shown, [(level.error, level.unknowns) for level in locking.levels(kind, ratio)], rtol=0.06
     )
+
+
+def test_long_problems_are_problems():
+    assert {problem.name for problem in PROBLEMS} >= LONG
 
 
 def test_names_are_unique_and_every_problem_says_its_source():

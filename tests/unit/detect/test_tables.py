@@ -70,5 +70,5 @@ def test_the_other_tables_have_what_they_are_given() -> None:
     assert importance_table({0: 0.1}).rows == ((0, 0.1),)
     assert robustness_table([Robustness("lost", 0.1, 0.9, 0.0)]).rows == (("lost", 0.1, 0.9, 0.0),)
     assert to_csv(left_out_table("depth", [("a", "1", 4, Estimate(0.5))])).splitlines()[1] == "a,1,4,0.500"
-    found = findings_table([Finding(1.0, 0.0, 0.0, Onsets(0.5, None), 2e-3)], "live")
+    found = findings_table([Finding(1.0, 0.0, 0.0, Onsets(0.5, None), 2e-3)], "live", "Latency without the tracker.")
     assert [row[1] for row in found.rows] == ["0.5", Missing.NO_EVENT, "1", "2", "2", "500"]

@@ -19,6 +19,7 @@ Write = Callable[..., Path]
 NAMES = [f"friction_coefficient-{friction}" for friction in FRICTIONS]
 
 
+@pytest.mark.slow
 def test_runs_side_by_side_give_the_same_as_one_after_another(write_study: Write, reports: list[Any]) -> None:
     values = block_values() | {"record": {"snapshots_every": "20 ms"}}
     path = write_study(values)

@@ -79,6 +79,7 @@ def test_run_yaml_says_what_was_decided_and_the_basis_is_kept(write_study: Write
     assert len(again.unchanged) == 3
 
 
+@pytest.mark.slow
 def test_a_basis_of_another_study_file_serves_no_other_body(write_study: Write, tmp_path: Path) -> None:
     path = write_study(values("reduced", sweep={"materials.block.density": ["900 kg/m^3", "1000 kg/m^3"]}))
     result = run_study(path, results_dir=tmp_path / "results", workers=1)

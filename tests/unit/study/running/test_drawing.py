@@ -52,6 +52,7 @@ def test_nothing_is_drawn_of_samples(write_study: Write) -> None:
     assert drawings_of(sampled, jobs) == {}
 
 
+@pytest.mark.slow
 def test_report_and_figures_are_the_same_whether_runs_are_drawn_beside_or_at_the_end(
     write_study: Write, simulated: list[float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
