@@ -48,7 +48,15 @@ def test_shortest_steps_are_those_of_a_fixed_step(scheme, changes):
         np.testing.assert_allclose(found[name].values, wanted, atol=1e-7 * scale + 1e-300, err_msg=name)
 
 
-@pytest.mark.parametrize("changes", [{}, RELAXING, LARGE, SOFTER], ids=["elastic", "relaxing", "large", "both"])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        pytest.param({}, id="elastic"),
+        pytest.param(RELAXING, id="relaxing"),
+        pytest.param(LARGE, id="large"),
+        pytest.param(SOFTER, id="both", marks=pytest.mark.slow),
+    ],
+)
 @pytest.mark.parametrize("scheme", ["quasi_static", "hht_alpha"])
 def test_a_press_and_slide_is_that_of_fine_steps(scheme, changes):
     fine = fs.simulate(push_and_slide(time=timed(scheme, 0.25e-3), **changes))
