@@ -94,6 +94,7 @@ def selective_energy(
     modulus = material.at_rest().dilatational_modulus(formulation)
     if formulation == "plane_stress":
         return 0.5 * modulus * log_volume**2, modulus * log_volume, np.full_like(log_volume, modulus)
-    share = modulus / float(material.volumetric(np.zeros(1))[2][0])
+    # Without lateral contraction a law may have no energy of volume, and nothing is integrated from mean volumes.
+    share = modulus / float(material.volumetric(np.zeros(1))[2][0]) if modulus else 0.0
     energy, slope, curvature = material.volumetric(log_volume)
     return share * energy, share * slope, share * curvature

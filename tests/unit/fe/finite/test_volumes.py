@@ -22,6 +22,13 @@ def test_groups_share_out_the_body_and_average(element, integration, formulation
     assert volumes.size.sum() == pytest.approx(bulk.weights.sum())
 
 
+def test_nothing_is_integrated_from_mean_volumes_without_lateral_contraction():
+    found = selective_energy(NeoHookean(50e3, 0.0, 1000.0), "plane_strain", np.array([-0.1, 0.0, 0.1]))
+    np.testing.assert_array_equal(found, np.zeros((3, 3)))
+    bulk = body("Q4", law=NeoHookean(50e3, 0.0, 1000.0))
+    assert np.isfinite(bulk.deformed(moved(bulk, 0.05)).mean_volume).all()
+
+
 def test_the_groups_of_quadrilaterals_are_their_cells():
     """The mean of the ratios of areas is the ratio of the areas of the cell."""
     bulk = body("Q4")
