@@ -27,8 +27,9 @@ def validate(
 ) -> None:
     """Compare with every published number: runs the shipped studies where needed and prints one table.
 
-    Misses stay in the table and are no error. The first time takes some minutes. A second table says which times the
-    unknown geometry allows: stored ones, unless --geometry computes them; JSON and Markdown have it only then.
+    Misses stay in the table and are no error. The first time computes and refines all of them. A second table says
+    which times the unknown geometry allows: stored ones, unless --geometry computes them; JSON and Markdown have it
+    only then.
     """
     import json
 

@@ -163,7 +163,7 @@ def open_trials(folder: str | Path) -> TrialSet:
     try:
         manifest = read_json(path / MANIFEST, _REPAIR)
     except FileNotFoundError:
-        repair = "write_trials makes one"
+        repair = "fingerslip detect collect makes one of recordings"
         raise InputError(str(path), f"has no {MANIFEST}", "needs the folder of a data set", repair) from None
     if manifest.get("format") != _FORMAT:
         raise DamagedError(str(path / MANIFEST), f"has the format {manifest.get('format')}, not {_FORMAT}", _REPAIR)
