@@ -44,7 +44,7 @@ reference: $(READY)  ## make again what the documentation takes from runs (half 
 
 lock:  ## renew requirements.lock (needs uv)
 	uv pip compile --upgrade --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate \
-		--no-header --extra vision --extra export --extra detect --extra dev --extra docs pyproject.toml -o requirements.lock
+		--no-header --extra vision --extra export --extra detect --extra sensitivity --extra cluster --extra web --extra dev --extra docs pyproject.toml -o requirements.lock
 
 libraries:  ## check the system libraries that Gmsh and VTK load
 	$(PYTHON) src/fingerslip/installation.py
