@@ -67,9 +67,9 @@ class CoarseInverse:
 def _inverse(matrix: Array) -> Array:
     """Return the inverse of a matrix (q, q); where there is none, as for groups that nothing resists, the nearest."""
     try:
-        found: Array = np.linalg.inv(matrix)
+        found = np.asarray(np.linalg.inv(matrix), dtype=np.float64)
     except np.linalg.LinAlgError:
-        found = np.asarray(np.linalg.pinv(matrix))
+        found = np.asarray(np.linalg.pinv(matrix), dtype=np.float64)
     return found
 
 
