@@ -51,7 +51,7 @@ class Variable:
 COORDINATES: Mapping[str, Variable] = {
     "time": Variable(("time",), "s", "time"),
     "component": Variable(("component",), "", "vector component"),
-    "stress_component": Variable(("stress_component",), "", "stress component"),
+    "stress_component": Variable(("stress_component",), "", "component of stress and strain"),
     "phase_kind": Variable(("phase",), "", "kind of programme phase: press, hold, slide or lift"),
     "phase_start": Variable(("phase",), "s", "start of the phase"),
     "phase_end": Variable(("phase",), "s", "end of the phase"),
@@ -86,6 +86,7 @@ VARIABLES: Mapping[str, Variable] = {
     "velocity": Variable((*_SITE, "component"), "m/s", "velocity at the sites"),
     "acceleration": Variable((*_SITE, "component"), "m/s^2", "acceleration at the sites"),
     "stress": Variable((*_SITE, "stress_component"), "Pa", "Cauchy stress at the sites"),
+    "strain": Variable((*_SITE, "stress_component"), "1", "strain tensor at the sites, logarithmic at large strain"),
     "strain_energy_density": Variable(_SITE, "J/m^3", "strain energy density at the sites"),
     "contact_displacement": Variable((*_CONTACT, "component"), "m", "displacement of the contact nodes"),
     "contact_velocity": Variable((*_CONTACT, "component"), "m/s", "velocity of the contact nodes"),
