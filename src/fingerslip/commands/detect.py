@@ -9,7 +9,7 @@ import typer
 
 from fingerslip.commands.shared import AsJson, Markdown, print_tables
 
-__all__ = ["ACTIONS", "collect", "detect", "evaluate", "run", "score", "train"]
+__all__ = ["ACTIONS", "collect", "detect", "evaluate", "inquire", "run", "score", "train"]
 
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
 Labels = Annotated[
@@ -26,7 +26,7 @@ Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores
 
 
 def detect() -> None:
-    """Find slip in marker tracks: collect | train | evaluate | run | score."""
+    """Find slip in marker tracks: collect | train | evaluate | inquire | run | score."""
 
 
 def collect(
@@ -95,6 +95,39 @@ def evaluate(
         print_tables(tables, as_json)
 
 
+def inquire(
+    dataset: DataSet,
+    *,
+    classifier: Annotated[str, typer.Option("--classifier", help="Its name.")] = "forest",
+    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and figures.")] = Path(
+        "inquiry"
+    ),
+    lost: Annotated[
+        str, typer.Option("--lost", metavar="A,B,...", help="Shares of positions lost.")
+    ] = "0,0.1,0.2,0.3,0.4,0.5",
+    noise: Annotated[
+        str, typer.Option("--noise", metavar="A,B,...", help="Noise added, in the unit of the tracks.")
+    ] = "0,0.02,0.05,0.1,0.2,0.5",
+    slower: Annotated[str, typer.Option("--slower", metavar="A,B,...", help="Only every nth frame.")] = "1,2,4,8",
+    labels: Labels = "external_markers",
+    rest_frames: RestFrames = 100,
+    window: Window = 11,
+    samples: Samples = "50,50,50,50",
+    seed: Seed = 0,
+    workers: Cores = 2,
+    as_json: AsJson = False,
+) -> None:
+    """Ask what a classifier needs, uses and bears: learning curve, importance of rings, robustness, with figures."""
+    from fingerslip.detect.inquiry import Levels, write_inquiry
+    from fingerslip.detect.inquiry import inquire as asked
+    from fingerslip.detect.session import Choices
+
+    choices = Choices(labels, rest_frames, window, samples, seed, workers)
+    found = asked(dataset, classifier, choices, Levels(lost, noise, slower))
+    write_inquiry(found, output)
+    print_tables(found.tables.values(), as_json)
+
+
 def run(
     source: Annotated[
         Path, typer.Argument(metavar="TRACKS|VIDEO", help="Tracks (.nc, .csv) or a video.", show_default=False)
@@ -134,4 +167,4 @@ def score(
 
 
 #: The verbs below this one.
-ACTIONS = (collect, train, evaluate, run, score)
+ACTIONS = (collect, train, evaluate, inquire, run, score)
