@@ -23,6 +23,9 @@ Samples = Annotated[
 ]
 # The tracker itself refuses other names, so that they are listed in one place.
 Layout = Annotated[Any, typer.Option("--layout", parser=str, metavar="NAME", help="Of markers: rings, hex or free.")]
+Least = Annotated[
+    float, typer.Option("--least", metavar="SHARE", min=0.0, max=1.0, help="Share of these that a trial needs.")
+]
 Seed = Annotated[int, typer.Option("--seed", help="Seed of splits, samples and classifiers.")]
 Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores to use.")]
 
@@ -79,13 +82,14 @@ def train(
     rest_frames: RestFrames = 100,
     window: Window = 11,
     samples: Samples = "50,50,50,50",
+    least: Least = 1.0,
     seed: Seed = 0,
     workers: Cores = 2,
 ) -> None:
     """Train a detector on the trials of a data set that are no test trials of the benchmark, and write it."""
     from fingerslip.detect.session import Choices, train_detector
 
-    choices = Choices(labels, rest_frames, window, samples, seed, workers)
+    choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
     typer.echo(train_detector(dataset, output, classifier, choices))
 
 
@@ -104,6 +108,7 @@ def evaluate(
     rest_frames: RestFrames = 100,
     window: Window = 11,
     samples: Samples = "50,50,50,50",
+    least: Least = 1.0,
     seed: Seed = 0,
     workers: Cores = 2,
     markdown: Markdown = False,
@@ -112,7 +117,7 @@ def evaluate(
     """Compare classifiers on trials that they have not seen, beside the published split by sample."""
     from fingerslip.detect.session import Choices, evaluate_classifiers, output_tables
 
-    choices = Choices(labels, rest_frames, window, samples, seed, workers)
+    choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
     tables = evaluate_classifiers(dataset, classifier or (), choices, folds=folds, leave_out=leave_out or ())
     text = output_tables(tables, output)
     if markdown:
@@ -139,6 +144,7 @@ def inquire(
     rest_frames: RestFrames = 100,
     window: Window = 11,
     samples: Samples = "50,50,50,50",
+    least: Least = 1.0,
     seed: Seed = 0,
     workers: Cores = 2,
     as_json: AsJson = False,
@@ -148,7 +154,7 @@ def inquire(
     from fingerslip.detect.inquiry import inquire as asked
     from fingerslip.detect.session import Choices
 
-    choices = Choices(labels, rest_frames, window, samples, seed, workers)
+    choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
     found = asked(dataset, classifier, choices, Levels(lost, noise, slower))
     write_inquiry(found, output)
     print_tables(found.tables.values(), as_json)

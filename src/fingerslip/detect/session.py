@@ -78,6 +78,8 @@ class Choices:
         Frames a trial: no slip, first and more incipient ones, gross, with commas.
     seed, workers : int
         Seed of what is random, and cores.
+    least : float
+        Share of these frames that a trial needs at least.
     """
 
     labels: str = "external_markers"
@@ -86,6 +88,7 @@ class Choices:
     samples: str = "50,50,50,50"
     seed: int = 0
     workers: int = 1
+    least: float = 1.0
 
     @property
     def motion(self) -> MotionSettings:
@@ -105,7 +108,7 @@ class Choices:
         if len(parts) != 4 or not all(part.strip().isdecimal() for part in parts):
             raise InputError("--samples", f"got {shortened(self.samples)!r}", "needs four numbers", "write 50,50,50,50")
         no_slip, first, more, gross = (int(part) for part in parts)
-        return Sampling(no_slip, first, more, gross, seed=self.seed)
+        return Sampling(no_slip, first, more, gross, self.least, seed=self.seed)
 
     def onsets(self, trials: TrialSet) -> dict[str, Onsets]:
         """Return the labels of all trials.
