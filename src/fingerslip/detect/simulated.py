@@ -87,8 +87,8 @@ def slide_trial(
 ) -> Trial:
     """Return the trial of a plate that slides as prescribed.
 
-    Labels are those of the external markers as published (all of them), of those that touch the plate at rest, and of
-    the contact.
+    Labels are those of the external markers that touch the plate at rest, of all external markers (the paper does not
+    say which of the two it takes), and of the contact.
 
     Parameters
     ----------
@@ -113,8 +113,8 @@ def slide_trial(
     tracks = _filmed(_less(shown, plate), filming, seed)
     touching = _touching(shown, plate)
     labels = {
-        "external_markers": labels_from_external_markers(tracks, filming.labels),
-        "touching_markers": labels_from_external_markers(tracks.isel(marker=touching), filming.labels),
+        "external_markers": labels_from_external_markers(tracks.isel(marker=touching), filming.labels),
+        "all_external_markers": labels_from_external_markers(tracks, filming.labels),
         "contact": _contact_labels(history, shown),
     }
     along = plate[-1] - plate[0]

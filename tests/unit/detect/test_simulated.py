@@ -65,11 +65,11 @@ def history(*, free: bool = False, gravity_side: float = 1.0) -> xr.Dataset:
 def test_a_slide_is_labelled_by_all_markers_by_those_that_touch_and_by_its_contact() -> None:
     trial = slide_trial("a", history(), seed=3, conditions={"repeat": 2})
     frame = 1.0 / 67.0
-    published, touching = trial.labels["external_markers"], trial.labels["touching_markers"]
+    every, touching = trial.labels["all_external_markers"], trial.labels["external_markers"]
     # What does not touch is left behind as soon as the plate moves.
-    assert published.incipient == pytest.approx(2.0 + TWO, abs=2 * frame)
+    assert every.incipient == pytest.approx(2.0 + TWO, abs=2 * frame)
     assert touching.incipient == pytest.approx(OUTER + TWO, abs=2 * frame)
-    assert published.gross == touching.gross == pytest.approx(CENTRE + ONE, abs=2 * frame)
+    assert every.gross == touching.gross == pytest.approx(CENTRE + ONE, abs=2 * frame)
     assert trial.labels["contact"].incipient == pytest.approx(OUTER, abs=0.06)
     assert trial.labels["contact"].gross == pytest.approx(CENTRE, abs=0.06)
     assert trial.conditions == {"task": "slide", "direction": 0.0, "indentation": 3e-3, "repeat": 2, "seed": 3}
@@ -113,7 +113,7 @@ def test_the_same_seed_gives_the_same_trial() -> None:
 
 def test_thresholds_are_those_of_the_filming() -> None:
     late = slide_trial("a", history(), Filming(labels=LabelSettings(incipient=20.0)))
-    assert late.labels["touching_markers"].incipient == pytest.approx(OUTER + 10 * TWO, abs=0.04)
+    assert late.labels["external_markers"].incipient == pytest.approx(OUTER + 10 * TWO, abs=0.04)
 
 
 def test_what_cannot_be_filmed_is_refused(tmp_path: Path) -> None:
