@@ -44,7 +44,7 @@ _TOUCHING = 50e-6
 
 
 def _inner() -> Camera:
-    return internal_camera(40e-3, 40e-3, target=6e-3, frame_rate=67.0)
+    return internal_camera(40e-3, 50e-3, target=6e-3, frame_rate=67.0)
 
 
 def _outer() -> Camera:
