@@ -139,10 +139,16 @@ VARIABLES: Mapping[str, Variable] = {
     "snapshot_velocity": Variable(("snapshot_time", "node", "component"), "m/s", "velocity of all nodes"),
     "snapshot_strain_energy_density": Variable(("snapshot_time", "cell"), "J/m^3", "strain energy density of cells"),
     "snapshot_von_mises": Variable(("snapshot_time", "cell"), "Pa", "von Mises stress at the cells' centres"),
+    "snapshot_stress": Variable(
+        ("snapshot_time", "cell", "stress_component"), "Pa", "Cauchy stress at the cells' centres"
+    ),
 }
 
 
-_OF_SNAPSHOTS = tuple(name for name, known in VARIABLES.items() if "snapshot_time" in known.dims)
+# Histories of version 0.2 lack the stress.
+_OF_SNAPSHOTS = tuple(
+    name for name, known in VARIABLES.items() if "snapshot_time" in known.dims and name != "snapshot_stress"
+)
 
 # Names in files of version 0.1.
 _RENAMED = {
