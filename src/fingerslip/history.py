@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -35,6 +36,7 @@ __all__ = [
     "site_kinds",
     "site_rows",
     "sites_of_kinds",
+    "stored_phases",
     "write_history",
 ]
 
@@ -254,6 +256,23 @@ def phase_times(history: xr.Dataset, kind: str) -> list[tuple[float, float]]:
     chosen = np.flatnonzero(history["phase_kind"].values == kind)
     starts, ends = history["phase_start"].values, history["phase_end"].values
     return [(float(starts[i]), float(ends[i])) for i in chosen]
+
+
+def stored_phases(path: str | Path, kind: str) -> list[tuple[float, float]]:
+    """Return start and end [s] of every phase of one kind, reading nothing else of a file.
+
+    Raises
+    ------
+    ResultError
+        Where the file is missing or is no history.
+    """
+    try:
+        with h5py.File(path, "r") as stored:
+            kinds = stored["phase_kind"].asstr()[:]
+            starts, ends = stored["phase_start"][:], stored["phase_end"][:]
+    except (OSError, KeyError) as error:
+        raise ResultError(f"{path}: cannot be read as a history ({error}); run the study again") from None
+    return [(float(starts[i]), float(ends[i])) for i in np.flatnonzero(kinds == kind)]
 
 
 def is_solid(history: xr.Dataset) -> bool:

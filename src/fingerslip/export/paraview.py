@@ -11,8 +11,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import ResultError
-from fingerslip.files import write_text
 from fingerslip.export.tensors import strain_tensors, stress_tensors
+from fingerslip.files import write_text
 from fingerslip.history import is_solid, nearest_record, site_kinds
 from fingerslip.report.scene.snapshot import flat_faces, in_space, read_snapshot
 from fingerslip.sites import RECEPTOR_KINDS

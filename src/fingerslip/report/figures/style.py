@@ -1,9 +1,8 @@
-"""One look for all figures: sizes, panels, legends, and colours that colour-blind people can tell apart."""
+"""One look for all figures: sizes, panels and legends; the colours are those of :mod:`fingerslip.report.colours`."""
 
 from __future__ import annotations
 
 import functools
-import itertools
 import math
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +16,21 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.report.colours import (
+    AREA_COLOURS,
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RECEPTOR_COLOURS,
+    REGION_COLOURS,
+    SKY,
+    VERMILLION,
+    YELLOW,
+    region_colours,
+)
 
 __all__ = [
     "AREA_COLOURS",
@@ -42,21 +55,7 @@ __all__ = [
     "titled",
 ]
 
-# The palette of Okabe and Ito, which people with any kind of colour vision can tell apart.
-BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
-YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
-GREY = "#8a8a8a"
-
-AREA_COLOURS: Mapping[str, str] = MappingProxyType({"A": BLUE, "B": VERMILLION})
-RECEPTOR_COLOURS: Mapping[str, str] = MappingProxyType(
-    dict(zip(RECEPTOR_KINDS, (BLUE, VERMILLION, GREEN, PURPLE), strict=True))
-)
-REGION_COLOURS: Mapping[str, str] = MappingProxyType(
-    {"epidermis": "#e3a57c", "dermis": "#f2cfae", "skin": "#ecc09b", "tissue": "#faeedd", "phalanx": "#c9ced3"}
-)
-_OTHER_COLOURS = ("#d9e6f2", "#dcefe2", "#efe2f0", "#f4f0d8")
-
-_LEAST_WIDTH = 6.6  # inch
+_LEAST_WIDTH = 5.2  # inch
 _KEY_WIDTH, _LETTER_WIDTH = 0.5, 0.07  # inch
 _TITLE_LETTER_WIDTH, _PANEL_TITLE_LETTER_WIDTH, _LABEL_LETTER_WIDTH = 0.09, 0.08, 0.072  # inch
 # Width and height of a panel by the number of columns [inch].
@@ -104,14 +103,6 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
             return draw(*args, **values)
 
     return drawn
-
-
-def region_colours(names: Sequence[str]) -> dict[str, str]:
-    """Return a colour for every region, those of a fingertip first and from outside inwards."""
-    ordered = sorted(names, key=lambda name: list(REGION_COLOURS).index(name) if name in REGION_COLOURS else 99)
-    others = [name for name in ordered if name not in REGION_COLOURS]
-    extra = dict(zip(others, itertools.cycle(_OTHER_COLOURS), strict=False))
-    return {name: REGION_COLOURS.get(name) or extra[name] for name in ordered}
 
 
 def figure_grid(
