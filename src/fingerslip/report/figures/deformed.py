@@ -25,7 +25,7 @@ from fingerslip.report.scene.snapshot import flat_faces
 from fingerslip.slip import Events, slide_window
 from fingerslip.slip.names import EVENTS
 
-__all__ = ["deformed_frames_figure", "draw_section", "has_frames"]
+__all__ = ["deformed_frames_figure", "draw_section", "has_frames", "snapshots_at"]
 
 Floats = NDArray[np.float64]
 
@@ -72,19 +72,36 @@ def deformed_frames_figure(
         raise ResultError(
             "the result has no deformed section: it needs two dimensions and record: {snapshots_every: 50 ms}"
         )
-    moments = _moments(history, events) if times is None else {float(time): "" for time in times}
+    shown = snapshots_at(history, _moments(history, events) if times is None else dict.fromkeys(times, ""))
     label = SCALARS[scalar][0]
     heading = titled(f"Deformed section, {label.partition(' [')[0]}", title)
-    columns = columns_for(len(moments))
+    columns = columns_for(len(shown))
     size = _panel_size(history, 3.4 if columns > 1 else 6.0)
-    figure, panels = figure_grid(len(moments), columns, size, heading, ("x [mm]", "y [mm]"))
+    figure, panels = figure_grid(len(shown), columns, size, heading, ("x [mm]", "y [mm]"))
     limits = field_limits(history, SceneOptions(scalar=scalar))
-    for axes, (moment, name) in zip(panels, moments.items(), strict=True):
-        number = nearest_snapshot(history, moment)
+    for axes, (number, name) in zip(panels, shown.items(), strict=True):
         draw_section(axes, history, number, scalar, limits)
-        axes.set_title(f"{float(history['snapshot_time'][number]):.2f} s{name}")
+        axes.set_title(name)
     _add_keys(figure, panels, history, scalar, limits)
     return figure
+
+
+def snapshots_at(history: xr.Dataset, moments: Mapping[float, str]) -> dict[int, str]:
+    """Return the snapshots nearest to times [s], each once, with their times and what happens then.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with snapshots.
+    moments : mapping of float to str
+        Times [s], and what happens then.
+    """
+    found: dict[int, str] = {}
+    for moment, words in moments.items():
+        number = nearest_snapshot(history, float(moment))
+        time = f"{float(history['snapshot_time'][number]):.2f} s"
+        found[number] = ", ".join(part for part in (found.get(number, time), words) if part)
+    return found
 
 
 def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, limits: tuple[float, float]) -> None:
@@ -107,7 +124,7 @@ def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, l
     cells = history["cell_nodes"].values[:, : _CORNERS[history.attrs["element"]]]
     colours = _cell_colours(history, number, cells, scalar, limits)
     axes.add_collection(
-        PolyCollection(list(points[cells]), facecolors=colours, edgecolors="face", linewidths=0.15, rasterized=True)
+        PolyCollection(list(points[cells]), facecolors=colours, edgecolors="none", antialiaseds=False, rasterized=True)
     )
     axes.set_aspect("equal")
     axes.grid(visible=False)
@@ -144,7 +161,7 @@ def _draw_skin(axes: Axes, history: xr.Dataset, number: int, points: Floats) -> 
     colours = [STATE_COLOURS[int(state)] for state in states[shown].max(axis=1)] if shown.size else []
     lines = list(points[nodes[shown]])
     axes.add_collection(LineCollection(lines, colors=BLACK, linewidths=_SKIN_WIDTH + 1.2, zorder=4))
-    axes.add_collection(LineCollection(lines, colors=colours, linewidths=_SKIN_WIDTH, zorder=5))
+    axes.add_collection(LineCollection(lines, colors=colours, linewidths=_SKIN_WIDTH, antialiaseds=False, zorder=5))
 
 
 def _draw_plates(axes: Axes, history: xr.Dataset, number: int) -> None:
@@ -168,11 +185,11 @@ def _moments(history: xr.Dataset, events: Events | None) -> dict[float, str]:
     if window is None or events is None:
         times = history["snapshot_time"].values
         return {float(time): "" for time in np.linspace(times[0], times[-1], min(4, times.size))}
-    named = {window.start: ", slide starts"}
+    named = {window.start: "slide starts"}
     for name, words in EVENTS.items():
         time = events.slip.time(name)
         if time is not None and name != "noticed":
-            named[time] = f", {words}"
+            named[time] = words
     return named
 
 

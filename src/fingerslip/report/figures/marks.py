@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
+import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
@@ -119,7 +120,7 @@ def name_events(axes: Axes, start: float | None, events: SlipEvents | None, name
             transform=axes.transAxes,
             rotation=32,
             rotation_mode="anchor",
-            fontsize=8.0,
+            fontsize=0.94 * mpl.rcParams["legend.fontsize"],
             color=EVENT_COLOURS.get(name, GREY),
         )
 

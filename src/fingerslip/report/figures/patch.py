@@ -63,7 +63,7 @@ def slip_frames_figure(
     for axes, moment, before in zip(panels, moments, [None, *moments[:-1]], strict=True):
         states = triangle_states(history, patch, nearest_record(history, moment))
         _fill(axes, patch, history, [STATE_COLOURS[int(state)] for state in states])
-        axes.set_title(f"{moment:.3f} s{_event_between(events, before, moment)}", fontsize=8.5)
+        axes.set_title(f"{moment:.3f} s{_event_between(events, before, moment)}")
     add_legend(figure, {STATE_NAMES[state]: Swatch(color=STATE_COLOURS[state]) for state in (STICK, SLIP, OPEN)})
     return figure
 
@@ -156,7 +156,7 @@ def _draw_fields(
         paint = colours.to_rgba(field.values[step])
         paint[~touching[step]] = _APART
         _fill(axes, patch, history, paint)
-        axes.set_title(f"{moment:.3f} s", fontsize=8.5)
+        axes.set_title(f"{moment:.3f} s")
     return colours
 
 

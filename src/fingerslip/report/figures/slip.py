@@ -27,7 +27,7 @@ from fingerslip.report.figures.style import BLACK, add_legend, figure_grid, run_
 from fingerslip.report.figures.times import ShownTime, shown_times
 from fingerslip.slip import Events, SlideWindow, slide_tangent, slide_window
 
-__all__ = ["contact_displacement_figure", "slip_maps_figure"]
+__all__ = ["contact_displacement_figure", "draw_states", "slip_maps_figure"]
 
 _STATES = {STATE_NAMES[state]: STATE_COLOURS[state] for state in (OPEN, STICK, SLIP)}
 _MOST_COLUMNS = 700
@@ -54,7 +54,7 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, E
     labels = (shown[0].label, "position along the plate [mm]")
     figure, panels = run_panels(tuple(histories), "Stick and slip along the contact", labels)
     for axes, (name, history), time in zip(panels, histories.items(), shown, strict=True):
-        _draw_states(axes, history, time)
+        draw_states(axes, history, time)
         own = events.get(name)
         mark_run(axes, history, own.slip if own else None)
     limit_to_slides(panels[0], histories, events, before=0.3)
@@ -106,7 +106,8 @@ def contact_displacement_figure(history: xr.Dataset, events: Events | None = Non
     return figure
 
 
-def _draw_states(axes: Axes, history: xr.Dataset, time: ShownTime) -> None:
+def draw_states(axes: Axes, history: xr.Dataset, time: ShownTime) -> None:
+    """Draw stick and slip along the surface over time."""
     state = history["contact_state"].values
     along = 1e3 * history["contact_position"].values @ slide_tangent(history)
     touched = np.flatnonzero((state != OPEN).any(axis=0))

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import math
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ParamSpec, TypeVar
 
@@ -38,6 +41,7 @@ __all__ = [
     "BLUE",
     "GREEN",
     "GREY",
+    "LOOKS",
     "ORANGE",
     "PURPLE",
     "RECEPTOR_COLOURS",
@@ -48,6 +52,7 @@ __all__ = [
     "add_legend",
     "columns_for",
     "figure_grid",
+    "looking",
     "region_colours",
     "run_panels",
     "say",
@@ -88,6 +93,42 @@ _STYLE: Any = MappingProxyType(
     }
 )
 
+
+@dataclass(frozen=True)
+class Look:
+    """How figures look in one kind of place.
+
+    Parameters
+    ----------
+    width : float or None
+        Width of figures with several panels beside each other [inch]; None leaves them as wide as their panels.
+    single : float or None
+        Width of figures with one panel beside each other [inch].
+    letters : float
+        Factor on the size of letters.
+    lines : float
+        Factor on the width of lines and the size of marks.
+    titled : bool
+        Whether figures have a title; those of a paper have a caption below them.
+    """
+
+    width: float | None = None
+    single: float | None = None
+    letters: float = 1.0
+    lines: float = 1.0
+    titled: bool = True
+
+
+#: Looks by name: pages, journal columns of 3.5 and 7.2 inches, and slides of 13.3 inches with room for a heading.
+LOOKS: Mapping[str, Look] = MappingProxyType(
+    {
+        "page": Look(),
+        "paper": Look(width=7.2, single=3.5, letters=0.85, lines=0.8, titled=False),
+        "slides": Look(width=12.0, single=9.0, letters=1.75, lines=1.7),
+    }
+)
+_look: ContextVar[Look] = ContextVar("look", default=LOOKS["page"])
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -100,9 +141,31 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
         with mpl.rc_context():
             mpl.rcdefaults()
             mpl.rcParams.update(_STYLE)
+            mpl.rcParams.update(_scaled(_look.get()))
             return draw(*args, **values)
 
     return drawn
+
+
+@contextlib.contextmanager
+def looking(name: str) -> Iterator[None]:
+    """Draw figures with one of :data:`LOOKS` as long as the context lasts."""
+    token = _look.set(LOOKS[name])
+    try:
+        yield
+    finally:
+        _look.reset(token)
+
+
+def _scaled(look: Look) -> dict[str, float]:
+    """Return the settings that a look changes."""
+    letters = [name for name in _STYLE if name.endswith("size")]
+    lines = [name for name in _STYLE if name.endswith("width")]
+    return {
+        **{name: look.letters * _STYLE[name] for name in letters},
+        **{name: look.lines * _STYLE[name] for name in lines},
+        "lines.markersize": look.lines * 6.0,
+    }
 
 
 def figure_grid(
@@ -142,7 +205,7 @@ def figure_grid(
     """
     wide = max(min(columns, count), 1)
     rows = max(math.ceil(count / wide), 1)
-    size = (max(wide * panel[0] + 0.6, _LEAST_WIDTH), rows * panel[1] + 0.8)
+    size = _figure_size(wide, rows, panel)
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     shared_x, shared_y = {"all": (True, True), "x": (True, False), "none": (False, False)}[share]
@@ -153,9 +216,23 @@ def figure_grid(
     for lowest in panels[max(count - wide, 0) : count]:
         lowest.tick_params(labelbottom=True)
         lowest.set_xlabel(labels[0])
-    figure.supylabel(_wrapped(labels[1], size[1] / _LABEL_LETTER_WIDTH), fontsize=9.0)
-    figure.suptitle(_wrapped(title, size[0] / _TITLE_LETTER_WIDTH), x=0.01, ha="left")
+    letters = _look.get().letters
+    label_size = mpl.rcParams["axes.labelsize"]
+    figure.supylabel(_wrapped(labels[1], size[1] / (letters * _LABEL_LETTER_WIDTH)), fontsize=label_size)
+    if _look.get().titled:
+        figure.suptitle(_wrapped(title, size[0] / (letters * _TITLE_LETTER_WIDTH)), x=0.01, ha="left")
     return figure, panels[:count]
+
+
+def _figure_size(wide: int, rows: int, panel: tuple[float, float]) -> tuple[float, float]:
+    """Return the size of a figure [inch]: as its panels need it, or scaled to the width of the look."""
+    look = _look.get()
+    size = (max(wide * panel[0] + 0.6, _LEAST_WIDTH), rows * panel[1] + 0.8)
+    width = look.single if wide == 1 else look.width
+    if width is None:
+        return size
+    scale = (width - 0.6) / (wide * panel[0])
+    return width, rows * panel[1] * scale + 0.8 * look.letters
 
 
 def run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> tuple[Figure, list[Axes]]:
@@ -195,7 +272,7 @@ def add_legend(figure: Figure, keys: Mapping[str, Artist]) -> None:
     """Put a legend below all panels, in as many columns as the width of the figure holds; none without keys."""
     if not keys:
         return
-    width = sum(_KEY_WIDTH + _LETTER_WIDTH * len(name) for name in keys)
+    width = _look.get().letters * sum(_KEY_WIDTH + _LETTER_WIDTH * len(name) for name in keys)
     rows = math.ceil(width / figure.get_figwidth())
     columns = math.ceil(len(keys) / rows)
     figure.legend(list(keys.values()), list(keys), loc="outside lower left", ncols=columns, columnspacing=1.4)
