@@ -315,13 +315,18 @@ class Recorder:
         if state.body is not None:
             deformed, finite = state.body.deformed, self._cells.finite
             values["snapshot_strain_energy_density"][number] = finite.energy_densities(deformed)
-            values["snapshot_von_mises"][number] = von_mises(finite.stresses(deformed))
+            self._record_stresses(number, finite.stresses(deformed))
             return
         cells = self._cells.recovery
         strains = cells.strains(displacement.ravel())
         cells = replace(cells, relax=functools.partial(self._remembered, state, cells))
         values["snapshot_strain_energy_density"][number] = cells.energy_densities(strains)
-        values["snapshot_von_mises"][number] = von_mises(cells.stresses(strains))
+        self._record_stresses(number, cells.stresses(strains))
+
+    def _record_stresses(self, number: int, stresses: Array) -> None:
+        """Record the stresses of all cells (n_cells, 4 or 6) [Pa] in a snapshot."""
+        self.values["snapshot_stress"][number] = stresses
+        self.values["snapshot_von_mises"][number] = von_mises(stresses)
 
     def _remembered(
         self, state: State, cells: Recovery, material: Elastic, strains: Array, points: NDArray[np.int64]

@@ -69,7 +69,7 @@ __all__ = [
 ]
 
 #: The fields of a study that do not belong to a single run.
-NOT_OF_A_RUN = ("sweep", "sample", "compare", "converge")
+NOT_OF_A_RUN = ("description", "sweep", "sample", "compare", "converge")
 
 
 def _check_published(name: str) -> str:
@@ -94,6 +94,8 @@ class Study(SpecimenChoice):
         Step, scheme, numerical damping and end.
     title : str
         What the study shows.
+    description : str
+        The question that it answers, in a sentence or two; its report begins with it.
     mesh : MeshSizes, SolidSizes, MeshFile or SurfaceMesh
         Element sizes of the section, with `element` T4 or T10 those of the fingertip in space; without `element` it is
         the specimen's: a solid where its preset has a shape in space. Or `file` for a mesh that is read, or `skin` and
@@ -149,6 +151,7 @@ class Study(SpecimenChoice):
 
     time: TimeSettings
     title: str = ""
+    description: str = ""
     mesh: MeshSettings = MeshSizes()
     contact: ContactSettings | None = None
     contacts: tuple[ContactSettings, ...] = ()

@@ -299,7 +299,7 @@ def write_up(
     refused = refused_in(manifest) if refused is None else refused
     identities = {name: plan.identities[name] for name in finished}
     known = read_uncertainties(plan.folder, identities)
-    key = report_key(plan.study.title, plan.study.compare, identities, known, plan.given)
+    key = report_key(f"{plan.study.title}\n{plan.study.description}", plan.study.compare, identities, known, plan.given)
     current = manifest.get("report") == key and (plan.folder / REPORT).is_file()
     result = _write_tables(plan, finished, refused, report=key if current else "")
     if result.runs and not current:
@@ -318,7 +318,15 @@ def _write_tables(
         if run.name in finished
     )
     ranges = plan.study.sample.ranges if plan.study.sample else {}
-    study = StudyResult(plan.folder, plan.study.compare, runs, title=plan.study.title, ranges=ranges, refused=refused)
+    study = StudyResult(
+        plan.folder,
+        plan.study.compare,
+        runs,
+        title=plan.study.title,
+        description=plan.study.description,
+        ranges=ranges,
+        refused=refused,
+    )
     if runs:
         write_summary(study)
         if ranges:

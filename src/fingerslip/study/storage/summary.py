@@ -77,6 +77,7 @@ def write_manifest(source: Path, study: StudyResult, report: str, *, given: Sequ
     manifest = {
         "study": source.name,
         "title": study.title,
+        **({"description": study.description} if study.description else {}),
         "compare": list(study.compare),
         "given": list(given),
         **_samples(study),
@@ -118,6 +119,7 @@ def stored_study(folder: Path, manifest: Mapping[str, Any], runs: Iterable[RunRe
         tuple(runs),
         unchanged=tuple(manifest["runs"]),
         title=manifest["title"],
+        description=manifest.get("description", ""),
         ranges={path: tuple(ends) for path, ends in manifest.get("ranges", {}).items()},
         refused=refused_in(manifest),
     )
