@@ -19,8 +19,7 @@ from typing import Any
 
 from fingerslip.errors import InputError
 from fingerslip.results import Quantity, RunResult
-from fingerslip.slip import measures
-from fingerslip.slip.names import LATENCY, READINGS, TIMES, is_defined
+from fingerslip.sampling.outputs import output_of
 from fingerslip.units import si_number, si_quantity, with_unit
 
 __all__ = ["FUNCTIONS", "check_expression", "derive", "derived_of"]
@@ -160,13 +159,9 @@ def _pure(value: Any) -> float:
 
 def _looked_up(name: str, result: RunResult, where: str) -> tuple[float | None, str]:
     """Return the value of a name [SI] and its unit; None for what did not happen."""
-    event = _EVENTS.get(name)
-    if event is not None:
-        return result.events.reading(event[0]).time(event[1]), "s"
-    measure = next((one for one in measures.MEASURES if one.name == name), None)
-    if measure is not None:
-        number = result.numbers.get(measure.key)
-        return (None if number is None else float(number)), measure.unit.si if measure.unit else ""
+    found = output_of(result, name)
+    if found is not None:
+        return found.value, found.unit
     return _parameter(name, result.all_values, where)
 
 
@@ -187,16 +182,3 @@ def _number(value: object) -> tuple[float, str] | None:
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value), ""
     return si_quantity(value) if isinstance(value, str) else None
-
-
-def _event_names() -> dict[str, tuple[str, str]]:
-    names = {}
-    for reading in READINGS:
-        for time in TIMES:
-            if is_defined(reading, time):
-                words = time if time == LATENCY else f"{time}_slip"
-                names[words if reading == "slip" else f"{words}_{reading}"] = (reading, time)
-    return names
-
-
-_EVENTS: Mapping[str, tuple[str, str]] = MappingProxyType(_event_names())

@@ -44,7 +44,17 @@ def test_what_did_not_happen_has_no_value_but_a_unit() -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["__import__('os')", "().__class__", "[1][0]", "lambda: 1", "1 if 2 else 3", "a = 1", "'3 apples'", "max(a, key=b)", "1 +"],
+    [
+        "__import__('os')",
+        "().__class__",
+        "[1][0]",
+        "lambda: 1",
+        "1 if 2 else 3",
+        "a = 1",
+        "'3 apples'",
+        "max(a, key=b)",
+        "1 +",
+    ],
 )
 def test_what_is_no_expression_is_refused(text: str) -> None:
     with pytest.raises(InputError):

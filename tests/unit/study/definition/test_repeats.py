@@ -12,6 +12,7 @@ from fingerslip.errors import InputError
 from fingerslip.study.definition.repeats import RepeatSettings, repeat_seed, scattered
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import expand, expand_samples
+from fingerslip.study.running.plan import plan_mapping
 from unit.study.block import FRICTIONS, block_values
 
 REPEATS = {"count": 3, "scatter": {"contact.friction_coefficient": 0.02, "programme.0.press.depth": "0.01 mm"}}
@@ -47,9 +48,9 @@ def test_draws_have_the_standard_deviation_and_follow_from_the_seed() -> None:
     ],
 )
 def test_wrong_scatter_is_refused(scatter: dict[str, object], said: str) -> None:
+    values = block_values() | {"repeats": {"count": 2, "scatter": scatter}}
     with pytest.raises(InputError, match=said):
-        study = parse_study(block_values() | {"repeats": {"count": 2, "scatter": scatter}}, Path("x.yaml"))
-        expand(study, Path("x.yaml"))
+        plan_mapping(values, Path("x.yaml"), Path("results"))
 
 
 def test_impossible_draws_are_refused_alone() -> None:
