@@ -29,7 +29,7 @@ def test_ten_commands_make_a_detector(tmp_path: Path, monkeypatch: pytest.Monkey
     assert len(list(Path("recordings").glob("*.mkv"))) == 24
     assert len(COMMANDS) == 10
     printed = [run(command) for command in COMMANDS[:9]]
-    assert Path("slide-0000_tracks/quality.html").is_file()
+    assert Path("recordings/slide-0000_tracks/quality.html").is_file()
     assert "trials: 12 trials" in printed[1]
     assert "Accuracy on frames" in printed[2]
     assert len(list(Path("inquiry").glob("*.png"))) == 3
