@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import AsJson, Markdown, print_tables
+from fingerslip.commands.shared import AsJson, Markdown, print_tables, screen_progress, stop_on_termination
 
-__all__ = ["ACTIONS", "collect", "detect", "evaluate", "run", "score", "train"]
+__all__ = ["ACTIONS", "collect", "detect", "evaluate", "run", "score", "simulate", "train"]
 
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
 Labels = Annotated[
@@ -26,7 +26,21 @@ Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores
 
 
 def detect() -> None:
-    """Find slip in marker tracks: collect | train | evaluate | run | score."""
+    """Find slip in marker tracks: simulate | collect | train | evaluate | run | score."""
+
+
+def simulate(
+    study: Annotated[Path, typer.Argument(metavar="STUDY", help="Study file with 'trials'.", show_default=False)],
+    *,
+    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")] = Path("trials"),
+    workers: Cores = 2,
+) -> None:
+    """Make a data set of simulated trials; an interrupted one goes on where it stopped."""
+    from fingerslip.study.trials.simulate import simulate_trials
+
+    stop_on_termination()
+    made = simulate_trials(study, output, workers=workers, progress=screen_progress())
+    typer.echo(f"{output}: {len(made.names)} trials")
 
 
 def collect(
@@ -134,4 +148,4 @@ def score(
 
 
 #: The verbs below this one.
-ACTIONS = (collect, train, evaluate, run, score)
+ACTIONS = (simulate, collect, train, evaluate, run, score)

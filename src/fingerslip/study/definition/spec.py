@@ -50,6 +50,7 @@ from fingerslip.study.definition.settings import (
 )
 from fingerslip.study.definition.swept import check_sweep, swept_mistakes, swept_together
 from fingerslip.study.definition.time_settings import TimeSettings
+from fingerslip.study.definition.trial_settings import TrialSettings
 from fingerslip.study.definition.yaml import line_numbers
 
 __all__ = [
@@ -69,7 +70,7 @@ __all__ = [
 ]
 
 #: The fields of a study that do not belong to a single run.
-NOT_OF_A_RUN = ("sweep", "sample", "compare", "converge")
+NOT_OF_A_RUN = ("sweep", "sample", "compare", "converge", "trials")
 
 
 def _check_published(name: str) -> str:
@@ -143,6 +144,8 @@ class Study(SpecimenChoice):
         Published tables with which the results are compared.
     converge : RefinementSettings
         How ``fingerslip converge`` refines the runs.
+    trials : TrialSettings, optional
+        How ``fingerslip detect simulate`` makes trials of a data set of the runs.
     fingertip, tactip : mapping, optional
         The specimen: `preset` and the values that differ from it.
     """
@@ -171,6 +174,7 @@ class Study(SpecimenChoice):
     sample: SampleSettings | None = None
     compare: tuple[PublishedName, ...] = ()
     converge: RefinementSettings = RefinementSettings()
+    trials: TrialSettings | None = None
 
     def __post_init__(self) -> None:
         Mistakes(mistakes_between(vars(self))).raise_all()
