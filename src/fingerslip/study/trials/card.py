@@ -18,7 +18,7 @@ def card_notes(study: Study, settings: TrialSettings, body: StaticBody) -> str:
             "## What these trials are",
             "",
             "Simulated, not measured: half an upright sensor slides along its plane of symmetry, without inertia,",
-            f"in steps of {1e3 * study.time.stepping.step:g} ms; positions between steps lie on straight lines. The other half",
+            f"in steps of {1e3 * study.time.stepping.step:g} ms, joined by straight lines. The other half",
             f"is its mirror image, and the {settings.directions} directions are this slide turned about the axis.",
             "",
             "**Strains are small.** In the section of this sensor that is wrong by 60 % of the normal force at 2 mm of",
