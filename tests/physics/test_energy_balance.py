@@ -31,7 +31,7 @@ OWN = {
     "viscoelastic": 1e-9,
     "finite_strain": 1e-7,
     "finite_strain_3d": 1e-7,
-    **dict.fromkeys(("tactip_slide", "ridged_vs_smooth", "tactip_gate_3d", *DATA_SETS), 1e-8),
+    **dict.fromkeys(("tactip_slide", "ridged_vs_smooth", "tactip_gate_3d", "tactip_directions_3d", *DATA_SETS), 1e-8),
 }
 STUDIES = [path for path in SHIPPED if path not in CONTROLLED and path.stem not in OWN]
 CONTACT_SIZE, BULK_SIZE, STEP = 0.6e-3, 0.8e-3, 40e-3

@@ -22,8 +22,9 @@ _Seed = Annotated[int, pydantic.Field(ge=0, lt=2**63)]
 class TrialSettings:
     """How the runs of a study become trials; ``fingerslip detect simulate`` makes the data set.
 
-    Every run is one trial. Samples take turns through the directions, so that their number is that of directions times
-    repeats. No published sensor prints the values of its cameras: every default here is assumed.
+    Every run of a study with samples is one trial: samples take turns through the directions, so that their number is
+    that of directions times repeats. Without samples every run is done in all directions. No published sensor prints
+    the values of its cameras: every default here is assumed.
 
     Parameters
     ----------

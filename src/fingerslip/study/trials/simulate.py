@@ -87,7 +87,7 @@ def simulate_trials(
     settings = _settings(study, source)
     with line_numbers(source):
         runs = expand_samples(study, source).runs
-    plans = trial_plans(runs, settings, study.sample.count if study.sample else 1)
+    plans = trial_plans(runs, settings, study.sample.count if study.sample else None)
     work = final.with_name(f"{final.name}.unfinished")
     key, body = shared_body(runs, settings, work / "bodies")
     clean_stale(work)

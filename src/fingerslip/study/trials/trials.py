@@ -65,8 +65,8 @@ class TrialPlan:
         return f"trial-{self.number:04d}"
 
 
-def trial_plans(runs: tuple[Run, ...], settings: TrialSettings, samples: int) -> tuple[TrialPlan, ...]:
-    """Return the trials of a study: samples take turns through the directions.
+def trial_plans(runs: tuple[Run, ...], settings: TrialSettings, samples: int | None) -> tuple[TrialPlan, ...]:
+    """Return the trials of a study: samples take turns through the directions; without samples each run has all.
 
     Parameters
     ----------
@@ -74,21 +74,23 @@ def trial_plans(runs: tuple[Run, ...], settings: TrialSettings, samples: int) ->
         The runs, samples varying fastest.
     settings : TrialSettings
         How they become trials.
-    samples : int
-        Number of samples of each combination of swept values.
+    samples : int or None
+        Number of samples of each combination of swept values; None where there are none.
 
     Raises
     ------
     InputError
         Where the samples are no multiple of the directions.
     """
-    if samples % settings.directions:
-        allowed = f"needs a multiple of {settings.directions} (trials.directions)"
+    count = settings.directions
+    if samples is None:
+        runs, samples = tuple(run for run in runs for _ in range(count)), count
+    if samples % count:
+        allowed = f"needs a multiple of {count} (trials.directions)"
         raise InputError("sample.count", f"got {samples}", allowed, "directions times repeats")
-    angle = 2.0 * math.pi / settings.directions
+    angle = 2.0 * math.pi / count
     return tuple(
-        TrialPlan(number, run, angle * (number % settings.directions), number % samples // settings.directions)
-        for number, run in enumerate(runs)
+        TrialPlan(number, run, angle * (number % count), number % samples // count) for number, run in enumerate(runs)
     )
 
 

@@ -44,6 +44,13 @@ def test_samples_fill_the_directions(study, runs):
         trial_plans(runs, study.trials, 81)
 
 
+def test_without_samples_every_run_goes_in_all_directions(study, runs):
+    plans = trial_plans(runs[:2], study.trials, None)
+    assert [plan.run for plan in plans] == [runs[0]] * 8 + [runs[1]] * 8
+    assert [round(np.degrees(plan.direction)) for plan in plans] == 2 * list(range(0, 360, 45))
+    assert {plan.repeat for plan in plans} == {0}
+
+
 def test_static_friction_is_above_kinetic_friction(runs):
     laws = [run.study.contact.friction.static_kinetic for run in runs]
     assert all(law.static > law.kinetic for law in laws)
