@@ -16,7 +16,7 @@ from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.trials import FILES, Trial, layout_digest, layout_text, read_trial, write_trial
 from fingerslip.digest import digest, file_digest
 from fingerslip.errors import DamagedError, InputError, ResultError, shortened
-from fingerslip.files import new_folder, read_json, write_json, write_text, writing
+from fingerslip.files import check_replaceable, new_folder, read_json, write_json, write_text, writing
 from fingerslip.version import __version__
 from fingerslip.vision.tracks import read_tracks
 
@@ -104,11 +104,12 @@ def write_trials(trials: Iterable[Trial], folder: str | Path, title: str, notes:
     Raises
     ------
     InputError
-        Where there are no trials, two have one name, or their layouts differ.
+        Where there are no trials, two have one name, or their layouts differ; where the folder holds something else.
     ResultError
         Where the folder cannot be written.
     """
     final = Path(folder)
+    check_replaceable(final, MANIFEST)
     with new_folder(final) as partial:
         described = _Described()
         for trial in trials:
@@ -134,6 +135,7 @@ def gather_trials(folders: Sequence[Path], folder: str | Path, title: str, notes
         As for :func:`write_trials`, and where a trial is damaged.
     """
     final = Path(folder)
+    check_replaceable(final, MANIFEST)
     with new_folder(final) as partial:
         described = _Described()
         for source in folders:

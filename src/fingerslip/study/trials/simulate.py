@@ -104,6 +104,9 @@ def simulate_trials(
 def _settings(study: Study, source: Path) -> TrialSettings:
     if study.trials is None:
         raise InputError(f"{source}: trials", "is missing", "needs directions and cameras", "write trials: {}")
+    if study.repeats is not None:
+        repair = "write a sample whose count is directions times repeats"
+        raise InputError(f"{source}: repeats", "is given with trials", "needs samples in their place", repair)
     return study.trials
 
 
