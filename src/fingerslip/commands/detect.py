@@ -50,14 +50,21 @@ def simulate(
     study: Annotated[Path, typer.Argument(metavar="STUDY", help="Study file with 'trials'.", show_default=False)],
     *,
     output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")] = Path("trials"),
+    parquet: Annotated[
+        Path | None, typer.Option("--parquet", metavar="FILE", help="Write one table of all frames too.")
+    ] = None,
     workers: Cores = 2,
 ) -> None:
     """Make a data set of simulated trials; an interrupted one goes on where it stopped."""
+    from fingerslip.detect.trial_table import write_parquet
     from fingerslip.study.trials.simulate import simulate_trials
 
     stop_on_termination()
     made = simulate_trials(study, output, workers=workers, progress=screen_progress())
     typer.echo(f"{output}: {len(made.names)} trials")
+    if parquet is not None:
+        write_parquet(made, parquet)
+        typer.echo(f"{parquet}: a row for each frame")
 
 
 def collect(

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from fingerslip.detect.trial_table import write_parquet
 from fingerslip.errors import InputError
 from fingerslip.study.trials import simulate
 from fingerslip.study.trials.simulate import TrialsFailedError, simulate_trials
@@ -50,6 +51,16 @@ def test_markers_move_in_the_direction_of_the_slide(made):
         way = np.nanmean(inside[-1] - inside[0], axis=0)
         turn = np.arctan2(way[1], way[0]) - trials.conditions[name]["direction"]
         assert np.cos(turn) > 0.99
+
+
+def test_one_table_has_every_frame(made):
+    from pyarrow import parquet
+
+    trials, folder = made
+    write_parquet(trials, folder / "small.parquet")
+    table = parquet.read_table(folder / "small.parquet", columns=["trial", "class", "condition_tilt"])
+    assert table.num_rows == sum(trials.tracks(name).sizes["time"] for name in trials.names)
+    assert set(table["class"].to_pylist()) == {"no_slip", "incipient", "gross"}
 
 
 def test_finished_trials_are_kept_when_others_fail(made, tmp_path, monkeypatch):
