@@ -78,9 +78,7 @@ def same_motion(one: System, other: System) -> bool:
     )
 
 
-def first_alike(
-    items: Sequence[T], same: Callable[[T, T], bool], key: Callable[[T], str] = lambda _: ""
-) -> list[int]:
+def first_alike(items: Sequence[T], same: Callable[[T, T], bool], key: Callable[[T], str] = lambda _: "") -> list[int]:
     """Return for each item the index of the first one that is the same.
 
     Items with different keys are never the same: a key keeps thousands of items from being compared with each other.
