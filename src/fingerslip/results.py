@@ -176,8 +176,8 @@ class StudyResult:
         The finished runs.
     computed, unchanged : tuple of str
         Names of the runs that were computed, and of those that were there already.
-    title : str
-        What the study shows.
+    title, description : str
+        What the study shows, and the question that it answers.
     ranges : mapping of str to tuple
         Smallest and largest value of what was sampled, by dotted path; empty in a study without samples.
     refused : tuple of RefusedRun
@@ -192,6 +192,7 @@ class StudyResult:
     computed: tuple[str, ...] = ()
     unchanged: tuple[str, ...] = ()
     title: str = ""
+    description: str = ""
     ranges: Mapping[str, tuple[Any, ...]] = field(default_factory=lambda: _EMPTY)
     refused: tuple[RefusedRun, ...] = ()
     design: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)

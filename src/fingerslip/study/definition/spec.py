@@ -52,6 +52,7 @@ from fingerslip.study.definition.settings import (
 )
 from fingerslip.study.definition.swept import check_sweep, swept_mistakes, swept_together
 from fingerslip.study.definition.time_settings import TimeSettings
+from fingerslip.study.definition.trial_settings import TrialSettings
 from fingerslip.study.definition.yaml import line_numbers
 
 __all__ = [
@@ -72,7 +73,7 @@ __all__ = [
 ]
 
 #: The fields of a study that do not belong to a single run.
-NOT_OF_A_RUN = ("sweep", "sample", "repeats", "derived", "compare", "converge")
+NOT_OF_A_RUN = ("description", "sweep", "sample", "repeats", "derived", "compare", "converge", "trials")
 
 
 def _check_published(name: str) -> str:
@@ -100,6 +101,8 @@ class Study(SpecimenChoice):
         Step, scheme, numerical damping and end.
     title : str
         What the study shows.
+    description : str
+        The question that it answers, in a sentence or two; its report begins with it.
     mesh : MeshSizes, SolidSizes, MeshFile or SurfaceMesh
         Element sizes of the section, with `element` T4 or T10 those of the fingertip in space; without `element` it is
         the specimen's: a solid where its preset has a shape in space. Or `file` for a mesh that is read, or `skin` and
@@ -154,12 +157,15 @@ class Study(SpecimenChoice):
         Published tables with which the results are compared.
     converge : RefinementSettings
         How ``fingerslip converge`` refines the runs.
+    trials : TrialSettings, optional
+        How ``fingerslip detect simulate`` makes trials of a data set of the runs.
     fingertip, tactip : mapping, optional
         The specimen: `preset` and the values that differ from it.
     """
 
     time: TimeSettings
     title: str = ""
+    description: str = ""
     mesh: MeshSettings = MeshSizes()
     contact: ContactSettings | None = None
     contacts: tuple[ContactSettings, ...] = ()
@@ -184,6 +190,7 @@ class Study(SpecimenChoice):
     derived: Mapping[str, Expression] = pydantic.Field(default_factory=dict)
     compare: tuple[PublishedName, ...] = ()
     converge: RefinementSettings = RefinementSettings()
+    trials: TrialSettings | None = None
 
     def __post_init__(self) -> None:
         Mistakes(mistakes_between(vars(self))).raise_all()

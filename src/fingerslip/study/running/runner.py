@@ -273,7 +273,7 @@ def write_up(
     refused = refused_in(manifest) if refused is None else refused
     identities = {name: plan.identities[name] for name in finished}
     known = read_uncertainties(plan.folder, identities)
-    key = report_key(plan.study.title, plan.study.compare, identities, known, plan.given)
+    key = report_key(f"{plan.study.title}\n{plan.study.description}", plan.study.compare, identities, known, plan.given)
     current = manifest.get("report") == key and (plan.folder / REPORT).is_file()
     result = _write_tables(plan, finished, refused, report=key if current else "")
     if result.runs and not current:
@@ -292,7 +292,14 @@ def _write_tables(
     sample = plan.study.sample
     ranges, design = (sample.ranges, sample.design) if sample else ({}, {})
     study = StudyResult(
-        plan.folder, plan.study.compare, runs, title=plan.study.title, ranges=ranges, refused=refused, design=design
+        plan.folder,
+        plan.study.compare,
+        runs,
+        title=plan.study.title,
+        description=plan.study.description,
+        ranges=ranges,
+        refused=refused,
+        design=design,
     )
     if runs:
         write_summary(study)

@@ -78,6 +78,7 @@ def write_manifest(source: Path, study: StudyResult, report: str, *, given: Sequ
     manifest = {
         "study": source.name,
         "title": study.title,
+        **({"description": study.description} if study.description else {}),
         "compare": list(study.compare),
         "given": list(given),
         **_samples(study),
@@ -122,6 +123,7 @@ def stored_study(folder: Path, manifest: Mapping[str, Any], runs: Iterable[RunRe
         tuple(dataclasses.replace(run, derived=_quantities(derived.get(run.name, {}))) for run in runs),
         unchanged=tuple(manifest["runs"]),
         title=manifest["title"],
+        description=manifest.get("description", ""),
         ranges={path: tuple(ends) for path, ends in manifest.get("ranges", {}).items()},
         refused=refused_in(manifest),
         design=dict(manifest.get("design", {})),
