@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from fingerslip.history import OPEN, sites_of_kinds
 from fingerslip.slip.counterface import contact_forces, split_along
@@ -96,6 +95,9 @@ def stick_slip_cycles(history: xr.Dataset) -> int | None:
     largest = float(friction.max(initial=0.0))
     if largest <= 0.0:
         return 0
+    # scipy.signal is slow to import, and study files are read without it.
+    from scipy.signal import find_peaks
+
     peaks, _ = find_peaks(friction)
     falls = [_fall_behind(friction, peak) for peak in peaks]
     return _counted(friction, peaks[np.array(falls, dtype=float) >= _LEAST_FALL * largest], _LEAST_FALL * largest)
