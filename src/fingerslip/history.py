@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError, shortened
 from fingerslip.files import write_bytes
+from fingerslip.netcdf import netcdf_bytes
 
 __all__ = [
     "COORDINATES",
@@ -53,7 +54,7 @@ class Variable:
 COORDINATES: Mapping[str, Variable] = {
     "time": Variable(("time",), "s", "time"),
     "component": Variable(("component",), "", "vector component"),
-    "stress_component": Variable(("stress_component",), "", "stress component"),
+    "stress_component": Variable(("stress_component",), "", "component of stress and strain"),
     "phase_kind": Variable(("phase",), "", "kind of programme phase: press, hold, slide or lift"),
     "phase_start": Variable(("phase",), "s", "start of the phase"),
     "phase_end": Variable(("phase",), "s", "end of the phase"),
@@ -88,6 +89,7 @@ VARIABLES: Mapping[str, Variable] = {
     "velocity": Variable((*_SITE, "component"), "m/s", "velocity at the sites"),
     "acceleration": Variable((*_SITE, "component"), "m/s^2", "acceleration at the sites"),
     "stress": Variable((*_SITE, "stress_component"), "Pa", "Cauchy stress at the sites"),
+    "strain": Variable((*_SITE, "stress_component"), "1", "strain tensor at the sites, logarithmic at large strain"),
     "strain_energy_density": Variable(_SITE, "J/m^3", "strain energy density at the sites"),
     "contact_displacement": Variable((*_CONTACT, "component"), "m", "displacement of the contact nodes"),
     "contact_velocity": Variable((*_CONTACT, "component"), "m/s", "velocity of the contact nodes"),
@@ -212,9 +214,9 @@ def write_history(history: xr.Dataset, path: str | Path) -> None:
     ResultError
         Where the file cannot be written (full disk, no right to write).
     """
-    compressed = {name: {"zlib": True, "complevel": 1} for name, item in history.items() if item.dtype.kind == "f"}
+    compressed = [name for name, item in history.items() if item.dtype.kind == "f"]
     # Built in memory first: on a full disk the HDF5 library ends the process, writing bytes only fails.
-    write_bytes(Path(path), bytes(history.to_netcdf(engine="h5netcdf", encoding=compressed)))
+    write_bytes(Path(path), netcdf_bytes(history, compressed))
 
 
 def read_history(path: str | Path) -> xr.Dataset:

@@ -157,6 +157,7 @@ class Recorder:
             self._complete_last()
         if self._finite is not None and state.body is not None:
             self.values["stress"][step] = self._finite.stresses(state.body.deformed)
+            self.values["strain"][step] = self._finite.tensors(state.body.deformed)
             self.values["strain_energy_density"][step] = self._finite.energy_densities(state.body.deformed)
         if self._of_states:
             self._record_relaxed(step, state)
@@ -223,6 +224,7 @@ class Recorder:
             self._complete_last()
         if self._finite is None and not self._of_states:
             self.values["stress"][:] = self._sites.stresses(self._strains)
+            self.values["strain"][:] = self._sites.tensors(self._strains)
             self.values["strain_energy_density"][:] = self._sites.energy_densities(self._strains)
         self._bodies.complete_motion(self.values)
         self._supports.complete(self.values)
@@ -258,6 +260,7 @@ class Recorder:
         strains = self._sites.strains(self._system.coordinates.on_mesh(state.displacement))
         sites = replace(self._sites, relax=functools.partial(self._remembered, state, self._sites))
         self.values["stress"][step] = sites.stresses(strains)
+        self.values["strain"][step] = sites.tensors(strains)
         self.values["strain_energy_density"][step] = sites.energy_densities(strains)
 
     def _complete_last(self) -> None:

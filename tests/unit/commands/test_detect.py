@@ -11,7 +11,7 @@ import pytest
 from fingerslip.detect.onsets import write_onsets
 from fingerslip.detect.splits import benchmark_test_trials
 from fingerslip.detect.synthetic import synthetic_slides
-from fingerslip.detect.trial_set import write_trials
+from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
 
 SETTINGS = ("--rest-frames", "20", "--window", "5", "--samples", "20,6,2,20")
 
@@ -50,14 +50,21 @@ def test_evaluation_prints_and_writes_tables(invoke: Callable[..., Any], folder:
 
 
 def test_a_submission_is_scored(invoke: Callable[..., Any], folder: Path) -> None:
-    from fingerslip.detect.trial_set import open_trials
-
     trials = open_trials(folder)
     tests = benchmark_test_trials(trials.names)
     write_onsets({name: trials.onsets()[name] for name in tests}, "mine.csv")
     found = invoke("detect", "score", folder, "mine.csv", "--rest-frames", "20", "--markdown")
     assert found.exit_code == 0, found.output
     assert "| onset error [s] | 0.000" in found.output
+
+
+def test_an_inquiry_is_printed_and_written(invoke: Callable[..., Any], folder: Path) -> None:
+    asked = ("--classifier", "time_threshold", "--lost", "0", "--noise", "", "--slower", "2", "--output", "asked")
+    found = invoke("detect", "inquire", folder, *asked, *SETTINGS)
+    assert found.exit_code == 0, found.output
+    assert "Learning curve" in found.output
+    assert "Robustness" in found.output
+    assert len(list(Path("asked").glob("*.png"))) == 2
 
 
 @pytest.mark.parametrize(
@@ -67,6 +74,7 @@ def test_a_submission_is_scored(invoke: Callable[..., Any], folder: Path) -> Non
         (("run", "none.nc"), "needs the folder of a detector"),
         (("train", "{folder}", "--classifier", "magic"), "needs one of forest"),
         (("evaluate", "{folder}", "--labels", "mine"), "has no labels 'mine'"),
+        (("inquire", "{folder}", "--lost", "much"), "needs numbers with commas"),
         (("score", "{folder}", "none.csv"), "cannot be read"),
     ],
 )
@@ -82,6 +90,23 @@ def test_mistakes_are_one_line_and_nothing_is_written(
 
 def test_every_action_has_help(invoke: Callable[..., Any]) -> None:
     group = invoke("detect", "--help").output
-    for action in ("collect", "train", "evaluate", "run", "score"):
+    for action in ("collect", "train", "evaluate", "inquire", "run", "score"):
         assert action in group
         assert "Usage" in invoke("detect", action, "--help").output
+
+
+def test_trials_of_a_study_are_simulated(
+    invoke: Callable[..., Any], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def simulated(*given: Any, **options: Any) -> TrialSet:
+        asked.append((*given, options["workers"]))
+        return open_trials(folder)
+
+    monkeypatch.setattr("fingerslip.study.trials.simulate.simulate_trials", simulated)
+    found = invoke("detect", "simulate", "s.yaml", "--output", "made", "--workers", "1", "--parquet", "all.parquet")
+    assert found.exit_code == 0, found.output
+    assert "made: 8 trials" in found.output
+    assert asked == [(Path("s.yaml"), Path("made"), 1)]
+    assert Path("all.parquet").is_file()

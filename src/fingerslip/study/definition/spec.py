@@ -36,7 +36,9 @@ from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.base import read_with_base
+from fingerslip.study.definition.derived import check_expression
 from fingerslip.study.definition.relations import mistakes_between
+from fingerslip.study.definition.repeats import RepeatSettings
 from fingerslip.study.definition.sampled import SampleSettings, sample_mistakes
 from fingerslip.study.definition.settings import (
     BodySettings,
@@ -50,6 +52,7 @@ from fingerslip.study.definition.settings import (
 )
 from fingerslip.study.definition.swept import check_sweep, swept_mistakes, swept_together
 from fingerslip.study.definition.time_settings import TimeSettings
+from fingerslip.study.definition.trial_settings import TrialSettings
 from fingerslip.study.definition.yaml import line_numbers
 
 __all__ = [
@@ -61,6 +64,7 @@ __all__ = [
     "RefinementSettings",
     "Study",
     "TimeSettings",
+    "given_in",
     "given_paths",
     "known_paths",
     "parse_study",
@@ -69,7 +73,7 @@ __all__ = [
 ]
 
 #: The fields of a study that do not belong to a single run.
-NOT_OF_A_RUN = ("description", "sweep", "sample", "compare", "converge")
+NOT_OF_A_RUN = ("description", "sweep", "sample", "repeats", "derived", "compare", "converge", "trials")
 
 
 def _check_published(name: str) -> str:
@@ -82,6 +86,9 @@ def _check_published(name: str) -> str:
 
 PublishedName = Annotated[str, pydantic.AfterValidator(_check_published)]
 Sweep = Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(check_sweep)]
+
+
+Expression = Annotated[str, pydantic.AfterValidator(check_expression)]
 
 
 @parameters
@@ -141,10 +148,17 @@ class Study(SpecimenChoice):
         are lists by several paths with commas between them.
     sample : SampleSettings, optional
         Samples of values that are known by their ranges only; every combination of the sweep is run with every sample.
+    repeats : RepeatSettings, optional
+        Repeats of every run, in which some values scatter as from trial to trial.
+    derived : mapping of str to str
+        Further quantities of every run by name: expressions of events, measures and parameters, such as
+        ``slip_travel: overall_slip * slide_speed``. They become columns of the summary, with their units.
     compare : tuple of str
         Published tables with which the results are compared.
     converge : RefinementSettings
         How ``fingerslip converge`` refines the runs.
+    trials : TrialSettings, optional
+        How ``fingerslip detect simulate`` makes trials of a data set of the runs.
     fingertip, tactip : mapping, optional
         The specimen: `preset` and the values that differ from it.
     """
@@ -172,8 +186,11 @@ class Study(SpecimenChoice):
     depth: PositiveLength | None = None
     sweep: Sweep = pydantic.Field(default_factory=dict)
     sample: SampleSettings | None = None
+    repeats: RepeatSettings | None = None
+    derived: Mapping[str, Expression] = pydantic.Field(default_factory=dict)
     compare: tuple[PublishedName, ...] = ()
     converge: RefinementSettings = RefinementSettings()
+    trials: TrialSettings | None = None
 
     def __post_init__(self) -> None:
         Mistakes(mistakes_between(vars(self))).raise_all()
@@ -222,11 +239,16 @@ def given_paths(path: str | Path) -> tuple[str, ...]:
     path : path
         A study file without mistakes.
     """
-    mapping = read_with_base(Path(path))
+    return given_in(read_with_base(Path(path)))
+
+
+def given_in(mapping: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the dotted paths of all values that a study as plain data gives; see :func:`given_paths`."""
     written = flatten({key: value for key, value in mapping.items() if key not in ("sweep", "sample")})
     sample = mapping.get("sample") or {}
     swept = (path for key in mapping.get("sweep") or {} for path in swept_together(str(key)))
-    changing = (*swept, *sample.get("ranges", {}), *(sample.get("equal") or {}))
+    sampled = (one for key in ("ranges", "choices", "equal") for one in sample.get(key) or {})
+    changing = (*swept, *sampled)
     return tuple(current_path(Study, str(one)) for one in (*written, *changing))
 
 
