@@ -6,6 +6,7 @@ import matplotlib as mpl
 import pytest
 from matplotlib.lines import Line2D
 
+from fingerslip.report.figures import style
 from fingerslip.report.figures.forces import energy_figure
 from fingerslip.report.figures.style import (
     add_legend,
@@ -117,3 +118,9 @@ def test_a_figure_without_keys_has_no_legend() -> None:
     figure, _ = figure_grid(1, 1, (2.0, 2.0), "nothing", ("x", "y"))
     add_legend(figure, {})
     assert figure.legends == []
+
+
+def test_a_legend_has_as_many_columns_as_fit() -> None:
+    assert style._legend_columns([1.0] * 4, 4.0) == 4
+    assert style._legend_columns([1.0, 1.0, 3.0, 1.0], 5.0) == 2
+    assert style._legend_columns([9.0, 9.0], 5.0) == 1
