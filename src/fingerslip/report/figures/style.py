@@ -280,9 +280,8 @@ def add_legend(figure: Figure, keys: Mapping[str, Artist]) -> None:
 def _legend_columns(widths: Sequence[float], available: float) -> int:
     """Return the largest number of columns of a legend, filled column by column, whose widest keys fit."""
     for columns in range(len(widths), 1, -1):
-        rows = math.ceil(len(widths) / columns)
-        needed = sum(max(widths[start : start + rows]) for start in range(0, len(widths), rows))
-        if needed <= available:
+        # As matplotlib shares keys out.
+        if sum(float(own.max()) for own in np.array_split(widths, columns)) <= available:
             return columns
     return 1
 
