@@ -272,10 +272,18 @@ def add_legend(figure: Figure, keys: Mapping[str, Artist]) -> None:
     """Put a legend below all panels, in as many columns as the width of the figure holds; none without keys."""
     if not keys:
         return
-    width = _look.get().letters * sum(_KEY_WIDTH + _LETTER_WIDTH * len(name) for name in keys)
-    rows = math.ceil(width / figure.get_figwidth())
-    columns = math.ceil(len(keys) / rows)
+    widths = [_look.get().letters * (_KEY_WIDTH + _LETTER_WIDTH * len(name)) for name in keys]
+    columns = _legend_columns(widths, figure.get_figwidth())
     figure.legend(list(keys.values()), list(keys), loc="outside lower left", ncols=columns, columnspacing=1.4)
+
+
+def _legend_columns(widths: Sequence[float], available: float) -> int:
+    """Return the largest number of columns of a legend, filled column by column, whose widest keys fit."""
+    for columns in range(len(widths), 1, -1):
+        # As matplotlib shares keys out.
+        if sum(float(own.max()) for own in np.array_split(widths, columns)) <= available:
+            return columns
+    return 1
 
 
 def titled(title: str, more: str) -> str:

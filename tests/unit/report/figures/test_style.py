@@ -6,6 +6,7 @@ import matplotlib as mpl
 import pytest
 from matplotlib.lines import Line2D
 
+from fingerslip.report.figures import style
 from fingerslip.report.figures.forces import energy_figure
 from fingerslip.report.figures.style import (
     add_legend,
@@ -54,7 +55,7 @@ def test_columns_are_three_at_most_and_four_panels_stand_two_by_two() -> None:
     assert [columns_for(count) for count in (0, 1, 2, 3, 4, 5, 12)] == [1, 1, 2, 3, 2, 3, 3]
 
 
-@pytest.mark.parametrize(("names", "columns"), [(["a", "b"], 2), (["a rather long name of a key"] * 8, 3)])
+@pytest.mark.parametrize(("names", "columns"), [(["a", "b"], 2), (["a rather long name of a key"] * 8, 2)])
 def test_legend_takes_as_many_columns_as_the_figure_is_wide(names: list[str], columns: int) -> None:
     figure, _ = figure_grid(1, 1, (6.0, 2.0), "", ("", ""))
     keys = {f"{name}{index}": Line2D([], []) for index, name in enumerate(names)}
@@ -117,3 +118,9 @@ def test_a_figure_without_keys_has_no_legend() -> None:
     figure, _ = figure_grid(1, 1, (2.0, 2.0), "nothing", ("x", "y"))
     add_legend(figure, {})
     assert figure.legends == []
+
+
+def test_a_legend_has_as_many_columns_as_fit() -> None:
+    assert style._legend_columns([1.0] * 4, 4.0) == 4
+    assert style._legend_columns([1.0, 1.0, 3.0, 1.0], 4.5) == 2
+    assert style._legend_columns([9.0, 9.0], 5.0) == 1
