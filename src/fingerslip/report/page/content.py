@@ -12,6 +12,7 @@ import xarray as xr
 
 from fingerslip.published import PublishedSet
 from fingerslip.report.labels import run_title
+from fingerslip.report.page.films import Film
 from fingerslip.report.page.pictures import RunPictures
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, StudyResult
@@ -50,6 +51,8 @@ class ReportContent:
         The constants that the events were found with.
     convergences : mapping of str to mapping of str to Convergence
         Convergence by name of the run and key of the number; runs that were not refined are left out.
+    films : tuple of Film
+        What the cameras of the study saw.
     """
 
     study: StudyResult
@@ -61,6 +64,7 @@ class ReportContent:
     provenance: Mapping[str, str] = field(default_factory=lambda: _EMPTY)
     settings: EventSettings = field(default_factory=EventSettings)
     convergences: Mapping[str, Mapping[str, Convergence]] = field(default_factory=lambda: _EMPTY)
+    films: tuple[Film, ...] = ()
 
     @property
     def title(self) -> str:

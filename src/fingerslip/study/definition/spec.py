@@ -36,6 +36,7 @@ from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.base import read_with_base
+from fingerslip.study.definition.camera_settings import CameraKind, CameraSettings
 from fingerslip.study.definition.relations import mistakes_between
 from fingerslip.study.definition.sampled import SampleSettings, sample_mistakes
 from fingerslip.study.definition.settings import (
@@ -69,7 +70,7 @@ __all__ = [
 ]
 
 #: The fields of a study that do not belong to a single run.
-NOT_OF_A_RUN = ("sweep", "sample", "compare", "converge")
+NOT_OF_A_RUN = ("sweep", "sample", "compare", "converge", "cameras")
 
 
 def _check_published(name: str) -> str:
@@ -143,6 +144,8 @@ class Study(SpecimenChoice):
         Published tables with which the results are compared.
     converge : RefinementSettings
         How ``fingerslip converge`` refines the runs.
+    cameras : mapping of {'internal', 'external'} to CameraSettings
+        Cameras that film the markers of every run; other cameras need no new simulation.
     fingertip, tactip : mapping, optional
         The specimen: `preset` and the values that differ from it.
     """
@@ -171,6 +174,7 @@ class Study(SpecimenChoice):
     sample: SampleSettings | None = None
     compare: tuple[PublishedName, ...] = ()
     converge: RefinementSettings = RefinementSettings()
+    cameras: Mapping[CameraKind, CameraSettings] = pydantic.Field(default_factory=dict)
 
     def __post_init__(self) -> None:
         Mistakes(mistakes_between(vars(self))).raise_all()

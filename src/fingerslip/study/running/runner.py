@@ -20,9 +20,11 @@ from fingerslip.study.running.bases import choose_bases
 from fingerslip.study.running.build import build_mesh, build_model, located, mesh_key
 from fingerslip.study.running.compute import Job
 from fingerslip.study.running.drawing import Drawing, drawings_of
+from fingerslip.study.running.filming import film_runs
 from fingerslip.study.running.plan import Plan, plan_studies
 from fingerslip.study.running.pool import Computed, compute_all
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
+from fingerslip.study.storage.films import film_keys
 from fingerslip.study.storage.reporting import REPORT, report_key, write_report
 from fingerslip.study.storage.summary import read_manifest, refused_in, write_manifest, write_sensitivity, write_summary
 
@@ -202,9 +204,10 @@ def _execute(
     except KeyboardInterrupt:
         _write_tables(plan, plan.finished(), refused, report="")
         raise
+    failures = {**done.failures, **film_runs(plan, progress)}
     computed = tuple(name for name in to_compute if name not in done.failures)
     result = dataclasses.replace(write_up(plan, refused, done.pictures), computed=computed, unchanged=unchanged)
-    return result, {f"{plan.source.stem}/{name}": error for name, error in done.failures.items()}
+    return result, {f"{plan.source.stem}/{name}": error for name, error in failures.items()}
 
 
 def _job(plan: Plan, run: Run, meshes: dict[str, Any]) -> Job:
@@ -299,7 +302,8 @@ def write_up(
     refused = refused_in(manifest) if refused is None else refused
     identities = {name: plan.identities[name] for name in finished}
     known = read_uncertainties(plan.folder, identities)
-    key = report_key(plan.study.title, plan.study.compare, identities, known, plan.given)
+    films = film_keys(plan.folder, list(finished))
+    key = report_key(plan.study.title, plan.study.compare, identities, known, plan.given, films)
     current = manifest.get("report") == key and (plan.folder / REPORT).is_file()
     result = _write_tables(plan, finished, refused, report=key if current else "")
     if result.runs and not current:
