@@ -87,7 +87,7 @@ def test_every_row_has_an_identity_a_source_and_a_value_or_a_statement() -> None
     rows = [value for every in SETS for value in every.values]
     assert len({value.id for value in rows}) == len(rows)
     for value in rows:
-        assert value.source.startswith("wang2014, ")
+        assert value.source.startswith(("wang2014, ", "bulens2023, "))
         assert (value.value is None) == (value.kind == "qualitative") == bool(value.statement) == bool(value.check)
 
 

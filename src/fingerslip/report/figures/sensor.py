@@ -38,15 +38,17 @@ def marker_places_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     rest = _MILLIMETRES * tracks["position"].values[0]
     across = rest[:, 2] if rest.shape[1] == 3 else np.zeros(len(rest))
     labels = ("x, along the slide [mm]", "z, across [mm]")
-    figure, panels = figure_grid(len(kinds), 2, (3.6, 3.2), titled("Markers at rest", title), labels)
+    figure, panels = figure_grid(len(kinds), 2, (3.6, 3.2), titled("Markers at rest", title), labels, share="none")
     rings = tracks["ring"].values
     colours = ring_colours(int(rings.max(initial=0)) + 1)
     for axes, kind in zip(panels, kinds, strict=True):
         own = tracks["kind"].values == kind
-        # From below a right-handed picture has z upwards, from above downwards; both have x to the right.
         axes.scatter(rest[own, 0], across[own], s=16, c=[colours[ring] for ring in rings[own]])
         axes.set_title(f"{own.sum()} {_TITLES[kind]}")
         axes.set_aspect("equal", adjustable="datalim")
+        if kind == "internal":
+            # As the internal camera sees them: x to the right, z downwards.
+            axes.invert_yaxis()
     add_legend(figure, _ring_keys(rings))
     return figure
 

@@ -1,9 +1,10 @@
 """A step of the tracker: from the markers of one frame to those of the next.
 
 Each marker is measured where it should be, at constant velocity. What fails there is measured where optical flow has it
-(pyramidal Lucas-Kanade), and what fails again, or was lost before, is searched for around the place that its neighbours
-point to; candidates and searched markers are then matched one to one. A marker counts only where it looks like itself
-and moved as its neighbours did.
+(pyramidal Lucas-Kanade). Where many are lost at once the whole pattern may have leapt, and they are measured where it
+is. What fails again, or was lost before, is searched for around the place that its neighbours point to; candidates and
+searched markers are then matched one to one. A marker counts only where it looks like itself and moved as its
+neighbours did.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from fingerslip.vision.opencv import opencv
 from fingerslip.vision.tracking.assignment import assign
+from fingerslip.vision.tracking.leap import common_shift, lost_suddenly
 from fingerslip.vision.tracking.markers import Markers, Measured, measure
 from fingerslip.vision.tracking.neighbours import consistent, expected_displacement
 
@@ -110,6 +112,8 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     sure = _agreed(markers, state, found, _looks_right(markers, state, found, guess, _LEAST_QUALITY))
     if state.image is not None and (here & ~sure).any():
         found, sure = _by_flow(markers, state, image, mask, found, sure)
+    if state.image is not None and lost_suddenly(here, sure):
+        found, sure = _by_leap(markers, state, image, mask, found, sure)
     if not sure.all():
         found, sure = _searched(markers, state, image, mask, found, sure)
     return _updated(markers, state, image, found, sure)
@@ -146,6 +150,25 @@ def _by_flow(  # noqa: PLR0917  a step of follow
     right = _looks_right(markers, state, again, guess, _LEAST_QUALITY)
     merged = _merged(found, again, right)
     return merged, _agreed(markers, state, merged, sure | right)
+
+
+def _by_leap(  # noqa: PLR0917  a step of follow
+    markers: Markers, state: State, image: Frame, mask: Flags | None, found: Measured, sure: Flags
+) -> tuple[Measured, Flags]:
+    """Measure all markers again where the pattern as a whole says, if more of them are found there."""
+    here = state.missing == 0
+    points, radius = state.position[here], float(np.median(markers.radius))
+    shift = common_shift(_image(state), image, points, radius, markers.polarity)
+    guess = np.where(here[:, None], state.position + shift, np.nan)
+    again = measure(markers, image, mask, guess)
+    right = _looks_right(markers, state, again, guess, _LEAST_QUALITY)
+    agreed = _agreed(markers, state, again, right)
+    return (again, agreed) if agreed.sum() > sure.sum() else (found, sure)
+
+
+def _image(state: State) -> Frame:
+    assert state.image is not None  # there was a frame before
+    return state.image
 
 
 def _flow(before: Frame | None, image: Frame, points: Floats) -> Floats:
