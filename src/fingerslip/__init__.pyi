@@ -1,5 +1,8 @@
 # The public names of fingerslip and their homes: the one list that type checkers read and that loads them when used.
 
+from .afferents.integrate_and_fire import IntegrateAndFire as IntegrateAndFire, human_afferents as human_afferents
+from .afferents.model import Spikes as Spikes, spikes_of as spikes_of
+from .afferents.stimuli import receptor_stimuli as receptor_stimuli
 from .contact.counterfaces import Cylinder as Cylinder, Plane as Plane, Sphere as Sphere
 from .contact.friction import (
     Anisotropic as Anisotropic,
@@ -85,9 +88,10 @@ from .specimens.fingertip.solid_sites import (
     solid_receptor_sites as solid_receptor_sites,
 )
 from .study.definition.schema import study_schema as study_schema
-from .study.definition.spec import Study as Study, read_study as read_study
+from .study.definition.spec import read_study as read_study
 from .study.opened import OpenedStudy as OpenedStudy, open_study as open_study
 from .study.running.runner import StudyFailedError as StudyFailedError, run_study as run_study
+from .study.scripted import Study as Study
 from .timing import Adaptive as Adaptive, QuasiStatic as QuasiStatic, TimeStepping as TimeStepping
 from .version import __version__ as __version__
 from .vision.cameras.calibration import read_calibration as read_calibration, write_calibration as write_calibration

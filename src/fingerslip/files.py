@@ -18,9 +18,10 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.digest import digest
-from fingerslip.errors import DamagedError, ResultError
+from fingerslip.errors import DamagedError, InputError, ResultError
 
 __all__ = [
+    "check_replaceable",
     "clean_stale",
     "json_text",
     "new_file",
@@ -120,6 +121,26 @@ def new_folder(final: Path) -> Iterator[Path]:
             _replace(partial, final)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
+
+
+def check_replaceable(folder: Path, mark: str) -> None:
+    """Refuse a folder for results that holds something else, which would be lost.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder that is to be written.
+    mark : str
+        The file that says that what is there may be replaced.
+
+    Raises
+    ------
+    InputError
+        Where the folder holds files, but not that one.
+    """
+    if folder.is_dir() and any(folder.iterdir()) and not (folder / mark).is_file():
+        found, allowed = f"holds files, but no {mark}", "needs a new folder, or one of the same kind to replace"
+        raise InputError(str(folder), found, allowed, "give another name")
 
 
 def write_text(path: Path, text: str) -> None:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -35,6 +36,7 @@ __all__ = [
     "site_kinds",
     "site_rows",
     "sites_of_kinds",
+    "stored_phases",
     "write_history",
 ]
 
@@ -51,7 +53,7 @@ class Variable:
 COORDINATES: Mapping[str, Variable] = {
     "time": Variable(("time",), "s", "time"),
     "component": Variable(("component",), "", "vector component"),
-    "stress_component": Variable(("stress_component",), "", "stress component"),
+    "stress_component": Variable(("stress_component",), "", "component of stress and strain"),
     "phase_kind": Variable(("phase",), "", "kind of programme phase: press, hold, slide or lift"),
     "phase_start": Variable(("phase",), "s", "start of the phase"),
     "phase_end": Variable(("phase",), "s", "end of the phase"),
@@ -86,6 +88,7 @@ VARIABLES: Mapping[str, Variable] = {
     "velocity": Variable((*_SITE, "component"), "m/s", "velocity at the sites"),
     "acceleration": Variable((*_SITE, "component"), "m/s^2", "acceleration at the sites"),
     "stress": Variable((*_SITE, "stress_component"), "Pa", "Cauchy stress at the sites"),
+    "strain": Variable((*_SITE, "stress_component"), "1", "strain tensor at the sites, logarithmic at large strain"),
     "strain_energy_density": Variable(_SITE, "J/m^3", "strain energy density at the sites"),
     "contact_displacement": Variable((*_CONTACT, "component"), "m", "displacement of the contact nodes"),
     "contact_velocity": Variable((*_CONTACT, "component"), "m/s", "velocity of the contact nodes"),
@@ -139,10 +142,16 @@ VARIABLES: Mapping[str, Variable] = {
     "snapshot_velocity": Variable(("snapshot_time", "node", "component"), "m/s", "velocity of all nodes"),
     "snapshot_strain_energy_density": Variable(("snapshot_time", "cell"), "J/m^3", "strain energy density of cells"),
     "snapshot_von_mises": Variable(("snapshot_time", "cell"), "Pa", "von Mises stress at the cells' centres"),
+    "snapshot_stress": Variable(
+        ("snapshot_time", "cell", "stress_component"), "Pa", "Cauchy stress at the cells' centres"
+    ),
 }
 
 
-_OF_SNAPSHOTS = tuple(name for name, known in VARIABLES.items() if "snapshot_time" in known.dims)
+# Histories of version 0.2 lack the stress.
+_OF_SNAPSHOTS = tuple(
+    name for name, known in VARIABLES.items() if "snapshot_time" in known.dims and name != "snapshot_stress"
+)
 
 # Names in files of version 0.1.
 _RENAMED = {
@@ -248,6 +257,23 @@ def phase_times(history: xr.Dataset, kind: str) -> list[tuple[float, float]]:
     chosen = np.flatnonzero(history["phase_kind"].values == kind)
     starts, ends = history["phase_start"].values, history["phase_end"].values
     return [(float(starts[i]), float(ends[i])) for i in chosen]
+
+
+def stored_phases(path: str | Path, kind: str) -> list[tuple[float, float]]:
+    """Return start and end [s] of every phase of one kind, reading nothing else of a file.
+
+    Raises
+    ------
+    ResultError
+        Where the file is missing or is no history.
+    """
+    try:
+        with h5py.File(path, "r") as stored:
+            kinds = stored["phase_kind"].asstr()[:]
+            starts, ends = stored["phase_start"][:], stored["phase_end"][:]
+    except (OSError, KeyError) as error:
+        raise ResultError(f"{path}: cannot be read as a history ({error}); run the study again") from None
+    return [(float(starts[i]), float(ends[i])) for i in np.flatnonzero(kinds == kind)]
 
 
 def is_solid(history: xr.Dataset) -> bool:

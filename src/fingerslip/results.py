@@ -22,6 +22,7 @@ from fingerslip.slip.peaks import Peak, acceleration_peaks
 
 __all__ = [
     "HISTORY",
+    "REPEAT",
     "RESULT",
     "RUN",
     "SAMPLE",
@@ -43,8 +44,8 @@ __all__ = [
 #: Files in the folder of a run.
 HISTORY, RESULT, RUN = "history.nc", "events.json", "run.yaml"
 
-#: What the number of a sample is called among the swept values of a run.
-SAMPLE = "sample"
+#: What the numbers of a sample and of a repeat are called among the swept values of a run.
+SAMPLE, REPEAT = "sample", "repeat"
 
 _REPAIR = "run the study again"
 
@@ -85,7 +86,9 @@ class RunResult:
         Numerical uncertainty of its times and numbers [SI], as far as it was studied, by key: ``slip.overall``, or the
         key of a measure.
     sampled : mapping of str to object
-        The values of its sample by dotted path; empty in a study without samples.
+        The values of its sample or of its repeat by dotted path; empty in a study without them.
+    derived : mapping of str to Quantity
+        Derived quantities by name, as the study file defines them.
     """
 
     name: str
@@ -102,6 +105,7 @@ class RunResult:
     values: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
     uncertainty: Mapping[str, float] = field(default_factory=lambda: _EMPTY)
     sampled: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
+    derived: Mapping[str, Quantity] = field(default_factory=lambda: _EMPTY)
 
     @property
     def label(self) -> str:
@@ -171,12 +175,14 @@ class StudyResult:
         The finished runs.
     computed, unchanged : tuple of str
         Names of the runs that were computed, and of those that were there already.
-    title : str
-        What the study shows.
+    title, description : str
+        What the study shows, and the question that it answers.
     ranges : mapping of str to tuple
         Smallest and largest value of what was sampled, by dotted path; empty in a study without samples.
     refused : tuple of RefusedRun
         Samples that were not computed.
+    design : mapping of str to object
+        How the samples were drawn: `method`, `count`, `seed` and `paths`; empty in a study without samples.
     """
 
     folder: Path
@@ -185,8 +191,10 @@ class StudyResult:
     computed: tuple[str, ...] = ()
     unchanged: tuple[str, ...] = ()
     title: str = ""
+    description: str = ""
     ranges: Mapping[str, tuple[Any, ...]] = field(default_factory=lambda: _EMPTY)
     refused: tuple[RefusedRun, ...] = ()
+    design: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
 
 
 @dataclass(frozen=True)

@@ -27,9 +27,11 @@ __all__ = [
     "metres",
     "millimetres",
     "parse_quantity",
+    "si_number",
     "si_quantity",
     "split_quantity",
     "unit_suffix",
+    "with_unit",
 ]
 
 #: Units in which files may hold coordinates, and their metres.
@@ -186,6 +188,28 @@ def si_quantity(text: str) -> tuple[float, str] | None:
         return None
     si = next((known for known in _OF_MECHANICS if _factor(split[1], known) is not None), None)
     return None if si is None else (parse_quantity(text, si), si)
+
+
+def with_unit(value: float, unit: str) -> Any:
+    """Return a number with its unit, to calculate with; :func:`si_number` reads the result."""
+    return _registry().Quantity(value, unit)
+
+
+def si_number(value: Any) -> tuple[float, str]:
+    """Return the number of a calculated quantity in SI and its unit, which is empty for a pure number.
+
+    Examples
+    --------
+    >>> si_number(with_unit(2.0, "s") * with_unit(3.0, "mm/s"))
+    (0.006, 'm')
+    """
+    if not hasattr(value, "to_base_units"):
+        return float(value), ""
+    for unit in ("", *_OF_MECHANICS):
+        if value.is_compatible_with(unit) and unit != "rad":
+            return float(value.to(unit).magnitude), unit
+    base = value.to_base_units()
+    return float(base.magnitude), f"{base.units:~}".replace(" ** ", "^").replace(" * ", " ").replace(" / ", "/")
 
 
 def unit_suffix(si: str) -> str:

@@ -33,9 +33,13 @@ OWN = {
     "ridged_vs_smooth_large": 1e-7,
     "wang2014_artificial_finger": 1e-9,
     **dict.fromkeys(("tactip_slide", "ridged_vs_smooth", "tactip_gate_3d", "tactip_relaxing", "marker_layout"), 1e-8),
+    **dict.fromkeys(("bulens2023_section_slides", "bulens2023_pouring"), 1e-8),
 }
-# Eight sections of sensors each, large strain, or a finger in space.
-LONG = ("ridged_vs_smooth_large", "tactip_relaxing", "marker_layout", "wang2014_artificial_finger")
+# Eight to eleven sections of sensors each, large strain, or a finger in space: in the slow tier only.
+LONG = (
+    *("ridged_vs_smooth_large", "tactip_relaxing", "marker_layout", "wang2014_artificial_finger"),
+    *("bulens2023_section_slides", "bulens2023_pouring"),
+)
 STUDIES = [path for path in SHIPPED if path not in CONTROLLED and path.stem not in OWN]
 CONTACT_SIZE, BULK_SIZE, STEP = 0.6e-3, 0.8e-3, 40e-3
 # Of the external work. 1e-6 is wanted; rounding leaves less than 1e-12, and 1e-6 would not see the scheme's own share.
@@ -225,7 +229,7 @@ def test_energy_is_balanced_between_steps_of_different_lengths(path):
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(name, marks=[pytest.mark.slow] if name in LONG else []) for name in OWN if "_3d" not in name],
+    [pytest.param(name, marks=[pytest.mark.slow] * (name in LONG)) for name in OWN if "_3d" not in name],
 )
 def test_energy_is_balanced_by_the_terms_of_the_history(name):
     for run, model in models(ROOT / "studies" / f"{name}.yaml", coarse):

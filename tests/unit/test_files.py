@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from fingerslip.errors import DamagedError, ResultError
-from fingerslip.files import clean_stale, new_folder, read_json, write_json, write_text, writing
+from fingerslip.errors import DamagedError, InputError, ResultError
+from fingerslip.files import check_replaceable, clean_stale, new_folder, read_json, write_json, write_text, writing
 
 
 def dead_process() -> int:
@@ -126,3 +126,13 @@ def test_a_folder_in_the_place_of_a_file_is_named(tmp_path: Path) -> None:
     (tmp_path / "a.csv").mkdir()
     with pytest.raises(ResultError, match=r"cannot be written \(Is a directory\); remove the folder of that name"):
         write_text(tmp_path / "a.csv", "")
+
+
+def test_a_folder_of_something_else_is_not_to_be_replaced(tmp_path: Path) -> None:
+    check_replaceable(tmp_path / "new", "mark")
+    check_replaceable(tmp_path, "mark")
+    (tmp_path / "other").write_text("")
+    with pytest.raises(InputError, match="holds files, but no mark, needs a new folder"):
+        check_replaceable(tmp_path, "mark")
+    (tmp_path / "mark").write_text("")
+    check_replaceable(tmp_path, "mark")

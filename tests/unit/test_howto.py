@@ -1,4 +1,4 @@
-"""The code of every how-to page runs as it is printed, from top to bottom; its assertions are the test."""
+"""The code of every how-to page and tutorial runs as it is printed, from top to bottom; its assertions are the test."""
 
 from __future__ import annotations
 
@@ -12,13 +12,24 @@ import pytest
 from places import DOCS
 
 PAGES = sorted(path for path in (DOCS / "howto").glob("*.md") if path.name != "index.md")
+TUTORIALS = sorted(path for path in (DOCS / "tutorials").glob("*.md") if path.name != "index.md")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_page(page, tmp_path, monkeypatch)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+def test_tutorial_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_page(page, tmp_path, monkeypatch)
+
+
+def run_page(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
-    assert blocks, "a how-to page has code"
+    assert blocks, "a page has code"
     assert any("assert " in block for block in blocks), "and says what must come out"
     module = ModuleType("howto")
     # Dataclasses look their module up.

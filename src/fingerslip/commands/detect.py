@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from fingerslip.commands.shared import AsJson, Markdown, print_tables
 
-__all__ = ["ACTIONS", "collect", "detect", "evaluate", "run", "score", "train"]
+__all__ = ["ACTIONS", "collect", "detect", "evaluate", "film", "inquire", "run", "score", "train", "transfer"]
 
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
 Labels = Annotated[
@@ -21,27 +21,56 @@ Window = Annotated[int, typer.Option("--window", min=2, help="Frames in a veloci
 Samples = Annotated[
     str, typer.Option("--samples", metavar="A,B,C,D", help="Frames a trial: no slip, first and more incipient, gross.")
 ]
+# The tracker itself refuses other names, so that they are listed in one place.
+Layout = Annotated[Any, typer.Option("--layout", parser=str, metavar="NAME", help="Of markers: rings, hex or free.")]
+Least = Annotated[
+    float, typer.Option("--least", metavar="SHARE", min=0.0, max=1.0, help="Share of these that a trial needs.")
+]
 Seed = Annotated[int, typer.Option("--seed", help="Seed of splits, samples and classifiers.")]
 Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores to use.")]
 
 
 def detect() -> None:
-    """Find slip in marker tracks: collect | train | evaluate | run | score."""
+    """Find slip in marker tracks: collect | film | train | evaluate | inquire | transfer | run | score."""
 
 
 def collect(
-    recordings: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of tracks: netCDF or CSV.")],
+    recordings: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of videos or tracks.")],
     conditions: Annotated[Path, typer.Argument(metavar="CSV", help="Table with a row for each file.")],
     *,
     output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")] = Path("trials"),
     labels: Annotated[Path | None, typer.Option("--labels", metavar="CSV", help="Onset times of your own.")] = None,
     title: Annotated[str, typer.Option("--title", help="What the data card says first.")] = "Recorded trials",
     rest_frames: RestFrames = 100,
+    markers: Annotated[
+        int | None, typer.Option("--markers", metavar="N", min=1, help="Markers in the videos, else found.")
+    ] = None,
+    external_markers: Annotated[
+        int | None, typer.Option("--external-markers", metavar="N", min=1, help="The same of the outer camera.")
+    ] = None,
+    layout: Layout = "rings",
 ) -> None:
-    """Make a data set of recorded tracks: columns file, and conditions such as 'indentation [mm]'."""
+    """Make a data set of recordings that a table names, with their conditions: videos, which are tracked, or tracks."""
     from fingerslip.detect.session import collect_trials
 
-    typer.echo(collect_trials(recordings, conditions, output, labels=labels, title=title, rest_frames=rest_frames))
+    more = {"rest_frames": rest_frames, "markers": (markers, external_markers), "layout": layout}
+    typer.echo(collect_trials(recordings, conditions, output, labels=labels, title=title, **more))
+
+
+def film(
+    results: Annotated[
+        Path,
+        typer.Argument(metavar="RESULTS", help="Folder of the results of a study of a sensor.", show_default=False),
+    ],
+    *,
+    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")] = Path("trials"),
+    title: Annotated[str, typer.Option("--title", help="What the data card says first.")] = "Simulated trials",
+    seed: Seed = 0,
+) -> None:
+    """Make a data set of simulated runs: what two cameras see of each slide or pouring, and its labels."""
+    from fingerslip.detect.session import film_runs
+
+    typer.echo(film_runs(results, output, title, seed))
 
 
 def train(
@@ -53,13 +82,14 @@ def train(
     rest_frames: RestFrames = 100,
     window: Window = 11,
     samples: Samples = "50,50,50,50",
+    least: Least = 1.0,
     seed: Seed = 0,
     workers: Cores = 2,
 ) -> None:
     """Train a detector on the trials of a data set that are no test trials of the benchmark, and write it."""
     from fingerslip.detect.session import Choices, train_detector
 
-    choices = Choices(labels, rest_frames, window, samples, seed, workers)
+    choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
     typer.echo(train_detector(dataset, output, classifier, choices))
 
 
@@ -78,6 +108,7 @@ def evaluate(
     rest_frames: RestFrames = 100,
     window: Window = 11,
     samples: Samples = "50,50,50,50",
+    least: Least = 1.0,
     seed: Seed = 0,
     workers: Cores = 2,
     markdown: Markdown = False,
@@ -86,8 +117,62 @@ def evaluate(
     """Compare classifiers on trials that they have not seen, beside the published split by sample."""
     from fingerslip.detect.session import Choices, evaluate_classifiers, output_tables
 
-    choices = Choices(labels, rest_frames, window, samples, seed, workers)
+    choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
     tables = evaluate_classifiers(dataset, classifier or (), choices, folds=folds, leave_out=leave_out or ())
+    text = output_tables(tables, output)
+    if markdown:
+        typer.echo(text, nl=False)
+    else:
+        print_tables(tables, as_json)
+
+
+def inquire(
+    dataset: DataSet,
+    *,
+    classifier: Annotated[str, typer.Option("--classifier", help="Its name.")] = "forest",
+    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and figures.")] = Path(
+        "inquiry"
+    ),
+    lost: Annotated[
+        str, typer.Option("--lost", metavar="A,B,...", help="Shares of positions lost.")
+    ] = "0,0.1,0.2,0.3,0.4,0.5",
+    noise: Annotated[
+        str, typer.Option("--noise", metavar="A,B,...", help="Noise added, in the unit of the tracks.")
+    ] = "0,0.02,0.05,0.1,0.2,0.5",
+    slower: Annotated[str, typer.Option("--slower", metavar="A,B,...", help="Only every nth frame.")] = "1,2,4,8",
+    labels: Labels = "external_markers",
+    rest_frames: RestFrames = 100,
+    window: Window = 11,
+    samples: Samples = "50,50,50,50",
+    least: Least = 1.0,
+    seed: Seed = 0,
+    workers: Cores = 2,
+    as_json: AsJson = False,
+) -> None:
+    """Ask what a classifier needs, uses and bears: learning curve, importance of rings, robustness, with figures."""
+    from fingerslip.detect.inquiry import Levels, write_inquiry
+    from fingerslip.detect.inquiry import inquire as asked
+    from fingerslip.detect.session import Choices
+
+    choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
+    found = asked(dataset, classifier, choices, Levels(lost, noise, slower))
+    write_inquiry(found, output)
+    print_tables(found.tables.values(), as_json)
+
+
+def transfer(
+    detector: Annotated[Path, typer.Argument(metavar="DETECTOR", help="Its folder.", show_default=False)],
+    dataset: DataSet,
+    *,
+    labels: Labels = "external_markers",
+    output: Annotated[Path | None, typer.Option("--output", metavar="DIR", help="Folder for tables.")] = None,
+    markdown: Markdown = False,
+    as_json: AsJson = False,
+) -> None:
+    """Test a detector on all trials of another data set than it learned from, such as pouring after slides."""
+    from fingerslip.detect.session import judge_detector, output_tables
+
+    tables = judge_detector(detector, dataset, labels)
     text = output_tables(tables, output)
     if markdown:
         typer.echo(text, nl=False)
@@ -105,12 +190,13 @@ def run(
     markers: Annotated[
         int | None, typer.Option("--markers", metavar="N", min=1, help="Markers in the video, else found.")
     ] = None,
+    layout: Layout = "rings",
     as_json: AsJson = False,
 ) -> None:
     """Run a detector frame by frame on tracks or on a video, and print its events and its latency."""
     from fingerslip.detect.session import run_detector
 
-    print_tables([run_detector(detector, source, markers)], as_json)
+    print_tables([run_detector(detector, source, markers, layout)], as_json)
 
 
 def score(
@@ -134,4 +220,4 @@ def score(
 
 
 #: The verbs below this one.
-ACTIONS = (collect, train, evaluate, run, score)
+ACTIONS = (collect, film, train, evaluate, inquire, transfer, run, score)

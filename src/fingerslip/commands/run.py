@@ -9,6 +9,7 @@ import typer
 
 from fingerslip.commands.shared import (
     AsJson,
+    Quiet,
     Results,
     Studies,
     Workers,
@@ -22,10 +23,16 @@ __all__ = ["run"]
 
 def run(
     studies: Studies,
+    *,
     results: Results = Path("results"),
     workers: Workers = 2,
     force: Annotated[bool, typer.Option("--force", help="Compute finished runs again.")] = False,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", metavar="ADDRESS", help="Compute on a Dask cluster: tcp://host:8786."),
+    ] = None,
     as_json: AsJson = False,
+    quiet: Quiet = False,
 ) -> None:
     """Run studies, and show their slip events beside the published ones.
 
@@ -36,9 +43,15 @@ def run(
     stop_on_termination()
     try:
         results_of_all = run_studies(
-            studies, results_dir=results, workers=workers, force=force, progress=screen_progress()
+            studies,
+            results_dir=results,
+            workers=workers,
+            force=force,
+            progress=None if quiet else screen_progress(),
+            scheduler=scheduler,
         )
-        print_results(results_of_all, as_json)
+        if not quiet:
+            print_results(results_of_all, as_json)
     except StudyFailedError as error:
         print_results(error.results, as_json)
         raise

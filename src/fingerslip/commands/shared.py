@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AsJson",
     "Markdown",
+    "Quiet",
     "Results",
     "Studies",
     "Workers",
@@ -41,6 +42,8 @@ Workers = Annotated[
 Markdown = Annotated[bool, typer.Option("--markdown", help="Print the tables in Markdown.")]
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print the tables as JSON.")]
+
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
 
 _FILE_WIDTH = 160
 
@@ -91,9 +94,9 @@ def print_results(results: Iterable[StudyResult], as_json: bool = False) -> None
 
 def screen_progress() -> StudyProgress:
     """Return the progress display of a study: bars on a terminal, lines elsewhere, both on standard error."""
-    from fingerslip.study.running.progress import progress_for
+    from fingerslip.study.running.progress import progress_on_screen
 
-    return progress_for(Console(stderr=True))
+    return progress_on_screen()
 
 
 def stop_on_termination() -> None:

@@ -22,6 +22,9 @@ def validate(
     geometry: Annotated[
         bool, typer.Option("--geometry", help="Run the samples of the unknown geometry too, about an hour.")
     ] = False,
+    pouring: Annotated[
+        bool, typer.Option("--pouring", help="Compute the pouring task of the tactile sensor too, half an hour.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
     markdown: Markdown = False,
 ) -> None:
@@ -29,7 +32,7 @@ def validate(
 
     Misses stay in the table and are no error. The first time computes and refines all of them. A second table says
     which times the unknown geometry allows: stored ones, unless --geometry computes them; JSON and Markdown have it
-    only then.
+    only then. Rows of the pouring task are stored ones too, unless --pouring computes them.
     """
     import json
 
@@ -37,6 +40,7 @@ def validate(
 
     stop_on_termination()
     rows = validation.validate(studies, results, workers, screen_progress())
+    rows += validation.pouring_rows(studies, results, workers, screen_progress(), compute=pouring)
     allowed = validation.allowed_geometry(studies, results, workers, screen_progress(), compute=geometry)
     if as_json:
         typer.echo(json.dumps(validation.rows_and_geometry_mapping(rows, allowed), indent=2))

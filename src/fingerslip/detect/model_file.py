@@ -18,7 +18,7 @@ from fingerslip.detect.smoothing import ForwardFilter, Hysteresis, Smoother, Thr
 from fingerslip.detect.training import Calibration, Detector, candidate_named
 from fingerslip.digest import file_digest
 from fingerslip.errors import DamagedError, InputError, shortened
-from fingerslip.files import new_folder, read_json, write_bytes, write_json, write_text
+from fingerslip.files import check_replaceable, new_folder, read_json, write_bytes, write_json, write_text
 from fingerslip.version import __version__
 
 __all__ = ["LARGEST", "TRUSTED", "read_detector", "write_detector"]
@@ -53,12 +53,13 @@ def write_detector(detector: Detector, folder: str | Path) -> None:
     Raises
     ------
     InputError
-        Where its smoother is none that ships, or skops is missing.
+        Where its smoother is none that ships, or skops is missing; where the folder holds something else.
     ResultError
         Where the folder cannot be written.
     """
     described = _description(detector)
     stored = optional("skops.io").dumps(detector.estimator)
+    check_replaceable(Path(folder), _DESCRIPTION)
     with new_folder(Path(folder)) as partial:
         write_bytes(partial / _ESTIMATOR, stored)
         described["sha256"] = file_digest(partial / _ESTIMATOR)

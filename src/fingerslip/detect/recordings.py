@@ -1,4 +1,4 @@
-"""Data sets from a lab's own recordings: a folder of tracks, a table of conditions, and labels where they are known."""
+"""Data sets from a lab's own recordings: a folder, a table of conditions, and labels where they are known."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from fingerslip.detect.labels import LabelSettings, labels_from_external_markers
@@ -16,10 +17,18 @@ from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError, shortened
 from fingerslip.units import parse_quantity
+from fingerslip.vision.cameras.camera import interpolated
 from fingerslip.vision.tables import read_tracks_csv
-from fingerslip.vision.tracks import read_tracks
+from fingerslip.vision.tracks import make_tracks, read_tracks
 
-__all__ = ["TRACK_FILES", "read_any_tracks", "read_conditions", "recorded_trials"]
+__all__ = ["EXTERNAL", "TRACK_FILES", "read_any_tracks", "read_conditions", "recorded_trials", "with_external"]
+
+#: Column of a table of conditions that names the recording of the outer camera.
+EXTERNAL = "external"
+# Recordings of two cameras that end farther apart than this [s] are not of one trial; they have to begin together.
+_APART = 0.1
+_NO_RING = -1
+_KEPT = ("frame_rate", "image_width", "image_height", "source", "warnings")
 
 _HEADING = re.compile(r"\s*(?P<name>[^\[\]]+?)\s*(?:\[(?P<unit>[^\[\]]+)\])?\s*")
 
@@ -40,8 +49,9 @@ def read_conditions(path: str | Path) -> dict[str, dict[str, Any]]:
     ----------
     path : path
         A column ``file`` with the names of the recordings, and one for each condition, such as ``indentation [mm]``
-        or ``surface``. A condition of :data:`fingerslip.detect.trials.CONDITIONS` needs its unit; others are numbers or
-        text as they stand. Empty cells are left out.
+        or ``surface``; ``external`` names the recording of a camera that sees the skin through the plate. A condition
+        of :data:`fingerslip.detect.trials.CONDITIONS` needs its unit; others are numbers or text as they stand. Empty
+        cells are left out.
 
     Returns
     -------
@@ -103,6 +113,7 @@ def recorded_trials(
     onsets: Mapping[str, Onsets] | None = None,
     settings: LabelSettings | None = None,
     read: Callable[[Path], xr.Dataset] = read_any_tracks,
+    read_external: Callable[[Path], xr.Dataset] = read_any_tracks,
 ) -> Iterator[Trial]:
     """Yield a trial for each recording, for :func:`fingerslip.detect.trial_set.write_trials`.
 
@@ -117,20 +128,76 @@ def recorded_trials(
     settings : LabelSettings, optional
         Thresholds of the labels from external markers, for tracks that have them.
     read : callable, optional
-        From the path of a recording to tracks: files of tracks as they are, or videos with a tracker.
+        From the path of a recording to tracks: files of tracks as they are, or videos with a tracker, see
+        :func:`fingerslip.detect.videos.readers`.
+    read_external : callable, optional
+        The same for the recordings of an outer camera, which the column ``external`` names.
 
     Raises
     ------
     InputError
         Where a recording is missing, or has neither external markers nor a label of the user's.
     """
-    for file, values in read_conditions(conditions).items():
-        path = Path(folder) / file
-        if not path.is_file():
-            raise InputError(str(conditions), f"names {file}", f"needs files that are in {folder}")
+    table = read_conditions(conditions)
+    # All names are checked first: tracking the others takes long.
+    for file, values in table.items():
+        for name in (file, values.get(EXTERNAL)):
+            if name is not None and not (Path(folder) / str(name)).exists():
+                raise InputError(str(conditions), f"names {name}", f"needs files that are in {folder}")
+    for file, values in table.items():
+        path, outer = Path(folder) / file, values.get(EXTERNAL)
         tracks = read(path)
+        if outer is not None:
+            tracks = with_external(tracks, read_external(Path(folder) / str(outer)), str(outer))
         labels = _labels(tracks, path.stem, onsets or {}, settings)
-        yield Trial(path.stem, tracks, labels, values, {"recording": file})
+        own = {name: value for name, value in values.items() if name != EXTERNAL}
+        yield Trial(path.stem, tracks, labels, own, _origin(file, outer, tracks))
+
+
+def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external") -> xr.Dataset:
+    """Return the tracks of both cameras of a sensor in one dataset, at the times of the inner one.
+
+    Both recordings have to begin together; their rates may differ.
+
+    Parameters
+    ----------
+    tracks, outer : xarray.Dataset
+        Tracks of the internal and of the external markers, in one unit. All markers of `outer` count as external.
+    where : str, optional
+        What errors call the recording of the outer camera.
+
+    Raises
+    ------
+    InputError
+        Where the recordings do not end together, or their units differ.
+    """
+    time, other = tracks["time"].values, outer["time"].values
+    if abs((time[-1] - time[0]) - (other[-1] - other[0])) > _APART:
+        found = f"lasts {other[-1] - other[0]:.3g} s beside {time[-1] - time[0]:.3g} s"
+        raise InputError(where, found, "needs two recordings that begin and end together", "cut them to one length")
+    if tracks["position"].attrs["units"] != outer["position"].attrs["units"]:
+        raise InputError(where, f"is in {outer['position'].attrs['units']}", "needs the unit of the inner camera")
+    seen = interpolated(outer, time - time[0] + other[0])
+    count, first = outer.sizes["marker"], int(tracks["marker"].max()) + 1
+    ring = tracks["ring"].values if "ring" in tracks.variables else np.zeros(tracks.sizes["marker"], dtype=np.int64)
+    return make_tracks(
+        np.concatenate([tracks["position"].values, seen[:, :, : tracks.sizes["axis"]]], axis=1),
+        time,
+        units=str(tracks["position"].attrs["units"]),
+        kind=["internal"] * tracks.sizes["marker"] + ["external"] * count,
+        marker=np.concatenate([tracks["marker"].values, first + np.arange(count)]),
+        # Markers outside are in no ring of the inner ones.
+        ring=np.concatenate([ring, np.full(count, _NO_RING)]),
+        attributes={name: tracks.attrs[name] for name in _KEPT if name in tracks.attrs},
+    )
+
+
+def _origin(file: str, outer: object, tracks: xr.Dataset) -> dict[str, Any]:
+    """Return where a recorded trial comes from, with what its tracker complained of."""
+    found: dict[str, Any] = {"recording": file}
+    if outer is not None:
+        found["external_recording"] = str(outer)
+    return found | ({"warnings": str(tracks.attrs["warnings"])} if tracks.attrs.get("warnings") else {})
 
 
 def _labels(

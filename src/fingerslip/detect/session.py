@@ -29,6 +29,7 @@ from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.onsets import Onsets, read_onsets
 from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks, recorded_trials
 from fingerslip.detect.samples import Samples, Sampling, samples_of
+from fingerslip.detect.simulated import film_results
 from fingerslip.detect.splits import benchmark_test_trials, grouped_folds, left_out
 from fingerslip.detect.tables import (
     accuracy_table,
@@ -42,15 +43,20 @@ from fingerslip.detect.tables import (
 )
 from fingerslip.detect.training import calibration_count, candidate_named, train
 from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
+from fingerslip.detect.unseen import on_unseen, unseen_tables
+from fingerslip.detect.videos import readers
 from fingerslip.errors import InputError, shortened
 from fingerslip.files import write_text
 from fingerslip.report.tables.table import Table, to_csv, to_markdown
 from fingerslip.vision.tracking.stream import open_markers
+from fingerslip.vision.tracking.topology import LayoutName
 
 __all__ = [
     "Choices",
     "collect_trials",
     "evaluate_classifiers",
+    "film_runs",
+    "judge_detector",
     "output_tables",
     "run_detector",
     "score_onsets",
@@ -72,6 +78,8 @@ class Choices:
         Frames a trial: no slip, first and more incipient ones, gross, with commas.
     seed, workers : int
         Seed of what is random, and cores.
+    least : float
+        Share of these frames that a trial needs at least.
     """
 
     labels: str = "external_markers"
@@ -80,6 +88,7 @@ class Choices:
     samples: str = "50,50,50,50"
     seed: int = 0
     workers: int = 1
+    least: float = 1.0
 
     @property
     def motion(self) -> MotionSettings:
@@ -99,7 +108,7 @@ class Choices:
         if len(parts) != 4 or not all(part.strip().isdecimal() for part in parts):
             raise InputError("--samples", f"got {shortened(self.samples)!r}", "needs four numbers", "write 50,50,50,50")
         no_slip, first, more, gross = (int(part) for part in parts)
-        return Sampling(no_slip, first, more, gross, seed=self.seed)
+        return Sampling(no_slip, first, more, gross, self.least, seed=self.seed)
 
     def onsets(self, trials: TrialSet) -> dict[str, Onsets]:
         """Return the labels of all trials.
@@ -113,13 +122,44 @@ class Choices:
 
 
 def collect_trials(
-    folder: Path, conditions: Path, output: Path, *, labels: Path | None, title: str, rest_frames: int
+    folder: Path,
+    conditions: Path,
+    output: Path,
+    *,
+    labels: Path | None,
+    title: str,
+    rest_frames: int,
+    markers: tuple[int | None, int | None] = (None, None),
+    layout: LayoutName = "rings",
 ) -> str:
-    """Write a data set of recorded tracks and return what was done."""
+    """Write a data set of recordings and return what was done, and what is wrong with videos.
+
+    Parameters
+    ----------
+    folder, conditions, output : path
+        Folder of the recordings, table that names them, and folder of the data set.
+    labels : path or None
+        Onset times of a user's own.
+    title : str
+        What the data card says first.
+    rest_frames : int
+        Frames at rest.
+    markers : (int or None, int or None), optional
+        Internal and external markers that the videos show; None to find out.
+    layout : {'rings', 'hex', 'free'}, optional
+        Arrangement of the internal markers.
+    """
     own = {} if labels is None else read_onsets(labels)
     settings = LabelSettings(rest_frames=rest_frames)
-    made = write_trials(recorded_trials(folder, conditions, onsets=own, settings=settings), output, title)
-    return f"{output}: {len(made.names)} trials"
+    inner, outer = readers(*markers, rest_frames, layout)
+    trials = recorded_trials(folder, conditions, onsets=own, settings=settings, read=inner, read_external=outer)
+    made = write_trials(trials, output, title)
+    complaints = [
+        f"{name}: {line}"
+        for name in made.names
+        for line in str(made.trial(name).provenance.get("warnings", "")).splitlines()
+    ]
+    return "\n".join([f"{output}: {len(made.names)} trials", *complaints])
 
 
 def train_detector(dataset: Path, output: Path, classifier: str, choices: Choices) -> str:
@@ -224,7 +264,7 @@ def _left_out_table(
     return left_out_table(key, rows)
 
 
-def run_detector(detector: Path, source: Path, n_markers: int | None = None) -> Table:
+def run_detector(detector: Path, source: Path, n_markers: int | None = None, layout: LayoutName = "rings") -> Table:
     """Return what a detector finds in a file of tracks or in a video, frame by frame, and its latency.
 
     Parameters
@@ -235,6 +275,8 @@ def run_detector(detector: Path, source: Path, n_markers: int | None = None) -> 
         Tracks, netCDF or CSV, or a video or folder of images, whose internal markers are then followed.
     n_markers : int, optional
         How many markers the video shows; without it, the number at which its first frames are clearest.
+    layout : {'rings', 'hex', 'free'}, optional
+        Arrangement of the markers of a video, as of those that the detector learned from.
     """
     made = read_detector(detector)
     title = f"{source.name} with {made.classifier}"
@@ -243,8 +285,23 @@ def run_detector(detector: Path, source: Path, n_markers: int | None = None) -> 
             findings = list(run_on_tracks(made, read_any_tracks(source)))
             return findings_table(findings, title, "Latency without the tracker.")
         rest_frames = made.features.motion.rest_frames
-        findings = list(run_on_markers(made, open_markers(source, n_markers=n_markers, rest_frames=rest_frames)))
+        stream = open_markers(source, n_markers=n_markers, rest_frames=rest_frames, layout=layout)
+        findings = list(run_on_markers(made, stream))
         return findings_table(findings, title, "Latency with the tracker.")
+
+
+def film_runs(results: Path, output: Path, title: str, seed: int) -> str:
+    """Write the data set of the runs of a study of a sensor and return what was done."""
+    notes = "Simulated; labels and cameras as fingerslip.detect.simulated has them."
+    made = write_trials(film_results(results, seed=seed), output, title, notes)
+    return f"{output}: {len(made.names)} trials"
+
+
+def judge_detector(detector: Path, dataset: Path, labels: str) -> list[Table]:
+    """Return the tables of what a detector finds in a data set that it did not learn from."""
+    trials, made = open_trials(dataset), read_detector(detector)
+    with threadpool_limits(1):
+        return unseen_tables(on_unseen(made, trials, Choices(labels).onsets(trials)))
 
 
 def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:

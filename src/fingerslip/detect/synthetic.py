@@ -20,9 +20,12 @@ from fingerslip.detect.trials import Trial
 from fingerslip.marker_layouts import MarkerLayout, ring_layout
 from fingerslip.vision.tracks import make_tracks
 
-__all__ = ["SyntheticSensor", "SyntheticSlide", "synthetic_slides", "synthetic_trial"]
+__all__ = ["CENTRE", "SyntheticSensor", "SyntheticSlide", "synthetic_slides", "synthetic_trial"]
 
 Floats = NDArray[np.float64]
+
+#: Where the middle of the sensor is in the pictures of both cameras [px].
+CENTRE = (320.0, 240.0)
 
 
 @dataclass(frozen=True)
@@ -193,7 +196,7 @@ def _filmed(
     """Return the positions of markers in an image [px]: y points down, noise included."""
     direction = np.array([math.cos(slide.direction), math.sin(slide.direction)])
     moved = (rest + along[:, :, None] * direction) / sensor.metres_per_pixel * np.array([1.0, -1.0])
-    noisy: Floats = moved + np.array([320.0, 240.0]) + sensor.noise * draw.standard_normal(moved.shape)
+    noisy: Floats = moved + np.array(CENTRE) + sensor.noise * draw.standard_normal(moved.shape)
     return noisy
 
 

@@ -98,6 +98,7 @@ _EVENTS: tuple[tuple[str, str], ...] = (
     ("lead before gross slip [s]", "lead"),
     ("lead, standard deviation [s]", "lead_spread"),
     ("lead of 95 % of trials [s]", "bound"),
+    ("gross slip found", "gross_found"),
     ("gross onset error [s]", "gross_error"),
 )
 _EVENT_NOTE = (

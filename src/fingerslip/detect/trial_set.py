@@ -15,7 +15,7 @@ from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.trials import FILES, Trial, layout_digest, layout_text, read_trial, write_trial
 from fingerslip.digest import digest, file_digest
 from fingerslip.errors import DamagedError, InputError, ResultError, shortened
-from fingerslip.files import new_folder, read_json, write_json, write_text
+from fingerslip.files import check_replaceable, new_folder, read_json, write_json, write_text
 from fingerslip.version import __version__
 from fingerslip.vision.tracks import read_tracks
 
@@ -95,11 +95,12 @@ def write_trials(trials: Iterable[Trial], folder: str | Path, title: str, notes:
     Raises
     ------
     InputError
-        Where there are no trials, two have one name, or their layouts differ.
+        Where there are no trials, two have one name, or their layouts differ; where the folder holds something else.
     ResultError
         Where the folder cannot be written.
     """
     final = Path(folder)
+    check_replaceable(final, MANIFEST)
     with new_folder(final) as partial:
         entries: dict[str, dict[str, Any]] = {}
         first: Trial | None = None

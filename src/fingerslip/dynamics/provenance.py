@@ -69,6 +69,7 @@ def _provenance(stepper: Stepper, attributes: Mapping[str, object], watch: Stopw
         "fingerslip_version": version("fingerslip"),
         "python_version": platform.python_version(),
         "kinematics": "small" if system.body is None else "finite",
+        "formulation": system.materials.formulation,
         "linear_solver": stepper.solver.name,
         "condensation": stepper.condensed.description,
         **attributes,

@@ -157,6 +157,7 @@ class Recorder:
             self._complete_last()
         if self._finite is not None and state.body is not None:
             self.values["stress"][step] = self._finite.stresses(state.body.deformed)
+            self.values["strain"][step] = self._finite.tensors(state.body.deformed)
             self.values["strain_energy_density"][step] = self._finite.energy_densities(state.body.deformed)
         if self._of_states:
             self._record_relaxed(step, state)
@@ -223,6 +224,7 @@ class Recorder:
             self._complete_last()
         if self._finite is None and not self._of_states:
             self.values["stress"][:] = self._sites.stresses(self._strains)
+            self.values["strain"][:] = self._sites.tensors(self._strains)
             self.values["strain_energy_density"][:] = self._sites.energy_densities(self._strains)
         self._bodies.complete_motion(self.values)
         self._supports.complete(self.values)
@@ -258,6 +260,7 @@ class Recorder:
         strains = self._sites.strains(self._system.coordinates.on_mesh(state.displacement))
         sites = replace(self._sites, relax=functools.partial(self._remembered, state, self._sites))
         self.values["stress"][step] = sites.stresses(strains)
+        self.values["strain"][step] = sites.tensors(strains)
         self.values["strain_energy_density"][step] = sites.energy_densities(strains)
 
     def _complete_last(self) -> None:
@@ -312,13 +315,18 @@ class Recorder:
         if state.body is not None:
             deformed, finite = state.body.deformed, self._cells.finite
             values["snapshot_strain_energy_density"][number] = finite.energy_densities(deformed)
-            values["snapshot_von_mises"][number] = von_mises(finite.stresses(deformed))
+            self._record_stresses(number, finite.stresses(deformed))
             return
         cells = self._cells.recovery
         strains = cells.strains(displacement.ravel())
         cells = replace(cells, relax=functools.partial(self._remembered, state, cells))
         values["snapshot_strain_energy_density"][number] = cells.energy_densities(strains)
-        values["snapshot_von_mises"][number] = von_mises(cells.stresses(strains))
+        self._record_stresses(number, cells.stresses(strains))
+
+    def _record_stresses(self, number: int, stresses: Array) -> None:
+        """Record the stresses of all cells (n_cells, 4 or 6) [Pa] in a snapshot."""
+        self.values["snapshot_stress"][number] = stresses
+        self.values["snapshot_von_mises"][number] = von_mises(stresses)
 
     def _remembered(
         self, state: State, cells: Recovery, material: Elastic, strains: Array, points: NDArray[np.int64]

@@ -84,7 +84,13 @@ def snapshot_steps(times: Array, interval: float) -> list[int]:
 
 def record_type(name: str) -> type:
     """Return the type of the numbers of a variable of a history."""
-    return {"contact_state": np.int8, "contact_iterations": np.int32}.get(name, np.float64)
+    types: Mapping[str, type] = {
+        "contact_state": np.int8,
+        "contact_iterations": np.int32,
+        # For pictures and other programs: seven digits are enough, and half the memory.
+        "snapshot_stress": np.float32,
+    }
+    return types.get(name, np.float64)
 
 
 def record_bytes(model: Model, nodes: int, candidates: int) -> int:

@@ -11,6 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import ResultError
+from fingerslip.export.tensors import strain_tensors, stress_tensors
 from fingerslip.files import write_text
 from fingerslip.history import is_solid, nearest_record, site_kinds
 from fingerslip.report.scene.snapshot import flat_faces, in_space, read_snapshot
@@ -39,7 +40,8 @@ def write_paraview(history: xr.Dataset, folder: Path) -> None:
 
     ``body.pvd`` has the body: on its points `displacement` and `velocity` with three components, and on those that may
     touch `contact_pressure`, `friction_traction`, `gap`, `slip_distance` and `contact_state` (0 open, 1 stick, 2 slip;
-    elsewhere no number); on its cells strain energy density, von Mises stress and the number of the region, whose names
+    elsewhere no number); on its cells strain energy density, von Mises stress, the tensors `stress` [Pa] and `strain`
+    [-] at their centres (:func:`~fingerslip.export.tensors.strain_tensors`), and the number of the region, whose names
     are in ``regions.csv``. ``counterfaces.pvd`` has the flat counterfaces, ``sites.pvd`` the recorded sites with the
     number of their kind. ``show.py``, loaded by File > Load State, shows all of them. Lengths are in metres, points are
     reference positions, and the script warps them by `displacement`.
@@ -91,7 +93,12 @@ def write_series(folder: Path, name: str, meshes: Iterable[tuple[float, meshio.M
     write_text(folder / f"{name}.pvd", _HEADER + "".join(entries) + _FOOTER)
 
 
-def snapshot_mesh(history: xr.Dataset, number: int, more: Mapping[str, Floats] | None = None) -> meshio.Mesh:
+def snapshot_mesh(
+    history: xr.Dataset,
+    number: int,
+    more: Mapping[str, Floats] | None = None,
+    of_cells: Mapping[str, Floats] | None = None,
+) -> meshio.Mesh:
     """Return a snapshot as a mesh with its fields.
 
     Parameters
@@ -100,15 +107,15 @@ def snapshot_mesh(history: xr.Dataset, number: int, more: Mapping[str, Floats] |
         A history with snapshots.
     number : int
         Number of the snapshot.
-    more : mapping of str to array, optional
-        Further fields on the points.
+    more, of_cells : mapping of str to array, optional
+        Further fields on the points, and in the cells.
     """
     snapshot = read_snapshot(history, number)
     return meshio.Mesh(
         snapshot.points,
         [(snapshot.cell_type.meshio, snapshot.cells)],
         {**snapshot.point_fields, **(more or {})},
-        {name: [values] for name, values in snapshot.cell_fields.items()},
+        {name: [values] for name, values in {**snapshot.cell_fields, **(of_cells or {})}.items()},
     )
 
 
@@ -126,7 +133,15 @@ def _body(history: xr.Dataset, number: int) -> meshio.Mesh:
         values = in_space(values) if values.ndim > 1 else values
         fields[name] = np.full((history.sizes["node"], *values.shape[1:]), np.nan)
         fields[name][nodes] = values
-    return snapshot_mesh(history, number, fields)
+    return snapshot_mesh(history, number, fields, _tensors(history, number))
+
+
+def _tensors(history: xr.Dataset, number: int) -> dict[str, Floats]:
+    """Return strain and, where it is recorded, stress of all cells, each tensor as its nine numbers row by row."""
+    tensors = {"strain": strain_tensors(history, number)}
+    if "snapshot_stress" in history:
+        tensors["stress"] = stress_tensors(history, number)
+    return {name: values.reshape(-1, 9) for name, values in tensors.items()}
 
 
 def _faces(history: xr.Dataset, number: int) -> meshio.Mesh:

@@ -16,7 +16,7 @@ from fingerslip.fe.space import Space
 from fingerslip.fe.strain import cell_dofs, matrix_of_rows, strain_operator
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import SHEARS, STRAIN_COMPONENTS, Formulation, Material
-from fingerslip.materials.viscoelastic import Relaxed, stored_energy, stress
+from fingerslip.materials.viscoelastic import Relaxed, across_of, in_space, stored_energy, stress
 
 __all__ = [
     "Recovery",
@@ -107,6 +107,23 @@ class Recovery:
         """
         return self._mean(strains, len(stress_components(self.dim)), self._stress, stress)
 
+    def tensors(self, strains: Array) -> Array:
+        """Return the tensors [-], shape (..., n_points, 4 or 6), of strains (..., n_points, m) [-].
+
+        Components are named by :func:`stress_components`; shears are those of the tensor, half the engineering ones.
+        In plane stress the strain across the plane is NaN where a law does not say what it is.
+        """
+
+        def relaxed_tensor(_: Elastic, relaxed: Relaxed) -> Array:
+            return relaxed.strains
+
+        if self.formulation == "plane_stress":
+            found = self._mean(strains, len(stress_components(2)), _with_thinning, relaxed_tensor)
+        else:
+            found = in_space(strains).copy()
+        found[..., 3:] *= 0.5
+        return found
+
     def energy_densities(self, strains: Array) -> Array:
         """Return the strain energy densities [J/m^3], shape (..., n_points), of strains (..., n_points, m) [-]."""
 
@@ -141,6 +158,12 @@ class Recovery:
                 relaxed = relax(share.material, strains[..., share.points, :], share.points)
                 mean[..., share.points, :] += share.weights[:, None] * relaxed_law(share.material, relaxed)
         return mean
+
+
+def _with_thinning(material: Material, strains: Array) -> Array:
+    """Return strains in plane stress (k, 3) [-] with the one across the plane, shape (k, 4)."""
+    along = across_of(material.poisson_ratio).along if isinstance(material, Elastic) else np.nan
+    return in_space(strains, -along * strains[:, :2].sum(axis=1))
 
 
 def _relaxes(material: Material) -> bool:

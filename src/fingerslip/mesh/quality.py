@@ -187,6 +187,8 @@ def _plane_quality(mesh: skfem.Mesh2D) -> _CellQuality:
     ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     length = np.linalg.norm(ahead, axis=0)
     cross = ahead[0] * back[1] - ahead[1] * back[0]
+    # Files count corners either way round; a cell is folded over where it goes against most of the mesh.
+    cross *= -1.0 if cross.sum() < 0.0 else 1.0
     angle = np.arctan2(cross, np.sum(ahead * back, axis=0))
     sine = np.sin(angle)
     if len(mesh.t) == 3:

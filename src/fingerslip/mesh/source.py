@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
@@ -177,6 +178,7 @@ def choose_source(sources: Sequence[type], values: Mapping[str, Any]) -> type:
     return found[0]
 
 
+@functools.cache
 def marks(source: type) -> Mapping[str, tuple[Any, ...]]:
     """Return the parameters with few named values, by which a class of mesh source is told from others, and these."""
     hints = get_type_hints(source)

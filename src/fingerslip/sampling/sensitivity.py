@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import rankdata
 
-from fingerslip.results import SAMPLE, RunResult, StudyResult
+from fingerslip.results import REPEAT, SAMPLE, RunResult, StudyResult
 from fingerslip.sampling.intervals import Interval, interval_of
 from fingerslip.slip.names import READINGS, TIMES, is_defined
 from fingerslip.units import split_quantity
@@ -108,7 +108,7 @@ def groups_of(runs: Sequence[RunResult]) -> tuple[tuple[Mapping[str, Any], tuple
     """Return the samples of each combination of swept values, beside these values."""
     groups: dict[str, tuple[Mapping[str, Any], list[RunResult]]] = {}
     for run in runs:
-        swept = {path: value for path, value in run.swept.items() if path != SAMPLE}
+        swept = {path: value for path, value in run.swept.items() if path not in (SAMPLE, REPEAT)}
         groups.setdefault(repr(swept), (swept, []))[1].append(run)
     return tuple((swept, tuple(members)) for swept, members in groups.values())
 

@@ -15,7 +15,7 @@ from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.report.tables.table import Column, Table
 from fingerslip.study.definition.schema import study_schema
 
-__all__ = ["TEMPLATES", "copy_example", "examples", "examples_table", "new_study"]
+__all__ = ["TEMPLATES", "copy_example", "example_path", "examples", "examples_table", "new_study"]
 
 _SCHEMA = "study.schema.json"
 
@@ -42,6 +42,12 @@ TEMPLATES: Mapping[str, Traversable] = _named(_data("templates"))
 def examples() -> dict[str, Traversable]:
     """Return the shipped studies by name."""
     return _named(_studies_folder())
+
+
+def example_path(name: str) -> Path | None:
+    """Return the file of a shipped study; None where none has the name."""
+    file = examples().get(name)
+    return None if file is None else Path(str(file))
 
 
 def examples_table() -> Table:

@@ -9,6 +9,7 @@ from fingerslip.validation.geometry import (
     rows_and_geometry_mapping,
     rows_and_geometry_markdown,
 )
+from fingerslip.validation.pouring import pouring_rows
 from fingerslip.validation.rows import Row, rows_mapping, rows_markdown, rows_table
 from fingerslip.validation.validate import validate
 
@@ -17,6 +18,7 @@ __all__ = [
     "Row",
     "allowed_geometry",
     "geometry_table",
+    "pouring_rows",
     "rows_and_geometry_mapping",
     "rows_and_geometry_markdown",
     "rows_mapping",

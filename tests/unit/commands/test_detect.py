@@ -60,6 +60,15 @@ def test_a_submission_is_scored(invoke: Callable[..., Any], folder: Path) -> Non
     assert "| onset error [s] | 0.000" in found.output
 
 
+def test_an_inquiry_is_printed_and_written(invoke: Callable[..., Any], folder: Path) -> None:
+    asked = ("--classifier", "time_threshold", "--lost", "0", "--noise", "", "--slower", "2", "--output", "asked")
+    found = invoke("detect", "inquire", folder, *asked, *SETTINGS)
+    assert found.exit_code == 0, found.output
+    assert "Learning curve" in found.output
+    assert "Robustness" in found.output
+    assert len(list(Path("asked").glob("*.png"))) == 2
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -67,6 +76,7 @@ def test_a_submission_is_scored(invoke: Callable[..., Any], folder: Path) -> Non
         (("run", "none.nc"), "needs the folder of a detector"),
         (("train", "{folder}", "--classifier", "magic"), "needs one of forest"),
         (("evaluate", "{folder}", "--labels", "mine"), "has no labels 'mine'"),
+        (("inquire", "{folder}", "--lost", "much"), "needs numbers with commas"),
         (("score", "{folder}", "none.csv"), "cannot be read"),
     ],
 )
@@ -82,6 +92,6 @@ def test_mistakes_are_one_line_and_nothing_is_written(
 
 def test_every_action_has_help(invoke: Callable[..., Any]) -> None:
     group = invoke("detect", "--help").output
-    for action in ("collect", "train", "evaluate", "run", "score"):
+    for action in ("collect", "train", "evaluate", "inquire", "run", "score"):
         assert action in group
         assert "Usage" in invoke("detect", action, "--help").output

@@ -132,33 +132,33 @@ def test_the_first_that_is_the_same_stands_for_the_others():
     [("aabab", [[0, 1, 3], [2, 4]]), ("a" * 10, [[0, 1, 2, 3, 4], [5, 6, 7, 8, 9]]), ("a" * 8, [list(range(8))])],
 )
 def test_large_models_with_one_matrix_are_grouped_evenly(kinds, groups, monkeypatch):
-    monkeypatch.setattr(sharing, "_WORTH_SHARING", 0)
+    monkeypatch.setattr(sharing, "_WORTH_SHARING", {2: 0, 3: 0})
     depths = {"a": 1e-3, "b": 2e-3}
     assert groups_to_share([push_and_slide(depth=depths[kind]) for kind in kinds]) == groups
 
 
 @pytest.mark.parametrize(("count", "at_once", "sizes"), [(4, 2, [2, 2]), (18, 2, [5, 5, 5, 3]), (3, 8, [1, 1, 1])])
 def test_in_the_plane_there_are_as_many_groups_as_can_be_simulated_at_once(count, at_once, sizes, monkeypatch):
-    monkeypatch.setattr(sharing, "_WORTH_SHARING", 0)
+    monkeypatch.setattr(sharing, "_WORTH_SHARING", {2: 0, 3: 0})
     model = push_and_slide()
     assert [len(group) for group in groups_to_share([model] * count, at_once)] == sizes
 
 
 def test_matrices_of_their_own_make_groups_enough(monkeypatch):
-    monkeypatch.setattr(sharing, "_WORTH_SHARING", 0)
+    monkeypatch.setattr(sharing, "_WORTH_SHARING", {2: 0, 3: 0})
     one, other = push_and_slide(depth=1e-3), push_and_slide(depth=2e-3)
     assert groups_to_share([one, one, other, other], 2) == [[0, 1], [2, 3]]
 
 
 def test_in_space_a_group_stays_together(monkeypatch):
-    monkeypatch.setattr(sharing, "_WORTH_SHARING", 0)
+    monkeypatch.setattr(sharing, "_WORTH_SHARING", {2: 0, 3: 0})
     monkeypatch.setattr(sharing, "_is_plane", lambda _: False)
     model = push_and_slide()
     assert groups_to_share([model] * 4, 2) == [[0, 1, 2, 3]]
 
 
 def test_models_with_steps_of_their_own_stay_apart(monkeypatch):
-    monkeypatch.setattr(sharing, "_WORTH_SHARING", 0)
+    monkeypatch.setattr(sharing, "_WORTH_SHARING", {2: 0, 3: 0})
     model = push_and_slide(time=fs.Adaptive(5e-3))
     assert groups_to_share([model, model]) == [[0], [1]]
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pytest
 import xarray as xr
 from scipy.io import loadmat
 
@@ -31,3 +34,18 @@ def test_a_table_reads_back_under_names_that_matlab_takes(tmp_path: Path) -> Non
     assert list(runs["run"]) == ["a", "b"]
     np.testing.assert_array_equal(runs["contact_friction_coefficient"], [0.2, np.nan])
     assert runs["units"]["contact_friction_coefficient"] == "1"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("octave") is None, reason="needs Octave")
+def test_octave_reads_a_history(pushed: xr.Dataset, tmp_path: Path) -> None:
+    write_history_mat(pushed, tmp_path)
+    code = (
+        "load('history.mat'); printf('%.17g|%s|%s|%s|%d', history.displacement(end, 1, 2), history.units.stress, "
+        "history.site{2}, history.attributes.element, size(history.contact_state, 2));"
+    )
+    command = ["octave", "--no-gui", "--quiet", "--eval", code]
+    printed = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    number, *words = printed.split("|")
+    assert float(number) == float(pushed["displacement"].values[-1, 0, 1])
+    assert words == ["Pa", "low", pushed.attrs["element"], str(pushed.sizes["contact_node"])]

@@ -151,3 +151,16 @@ def test_von_mises_of_tension_shear_and_pressure():
     stresses = np.array([[5.0, 0, 0, 0], [0, 0, 0, 2.0], [3.0, 3.0, 3.0, 0.0], [1.0, 2.0, -1.0, 0.5]])
     general = np.sqrt(0.5 * (1 + 9 + 4) + 3 * 0.25)
     np.testing.assert_allclose(von_mises(stresses), [5.0, 2.0 * np.sqrt(3.0), 0.0, general], atol=1e-14)
+
+
+@pytest.mark.parametrize("formulation", ["plane_strain", "plane_stress"])
+def test_tensors_follow_from_stresses_by_hookes_law(formulation):
+    space, materials, _ = stiffness_of(distorted("Q4"), elastic(), formulation)
+    recovery = cell_recovery(space, materials)
+    strains = recovery.strains((space.positions @ GRADIENT.T).ravel())
+    stresses, (law,) = recovery.stresses(strains), materials.materials
+    trace = stresses[:, :3].sum(axis=1, keepdims=True)
+    modulus, ratio = law.youngs_modulus, law.poisson_ratio
+    expected = (1.0 + ratio) / modulus * stresses
+    expected[:, :3] -= ratio / modulus * trace
+    np.testing.assert_allclose(recovery.tensors(strains), expected, atol=1e-15)

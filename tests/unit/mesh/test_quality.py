@@ -111,3 +111,17 @@ def test_sliver_is_refused_with_its_place():
     sliver = tetrahedron((0, 0, 0), (1, 0, 0.03), (1, 1, 0), (0, 1, 0.03))
     with pytest.raises(MeshError, match=r"cell 0 at x = 500 mm, y = 500 mm, z = 15 mm: smallest angle in degrees"):
         check_quality(sliver)
+
+
+def test_corners_may_be_counted_either_way_round_but_not_both_ways_in_one_mesh():
+    grid = np.linspace(0.0, 1.0, 4)
+    mesh = skfem.MeshQuad.init_tensor(grid, grid)
+    turned = skfem.MeshQuad(mesh.p, mesh.t[[0, 3, 2, 1]])
+    for either in (mesh, turned):
+        (row,) = quality_table(either)
+        assert row.scaled_jacobian == pytest.approx(1.0)
+        assert row.largest_angle == pytest.approx(np.pi / 2)
+    cells = mesh.t.copy()
+    cells[:, 4] = cells[[0, 3, 2, 1], 4]
+    (row,) = quality_table(skfem.MeshQuad(mesh.p, cells))
+    assert row.scaled_jacobian == pytest.approx(-1.0)

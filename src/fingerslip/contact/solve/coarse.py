@@ -39,7 +39,7 @@ class CoarseSpace:
     def inverse(self, slopes: Single) -> CoarseInverse:
         """Return the coarse inverse for the derivative G of the projection, (k, dim, dim) [-]."""
         images = _images(slopes, self.forces, self.moved)
-        return CoarseInverse(self.forces, images, np.linalg.pinv((self.forces.T @ images).astype(np.float64)))
+        return CoarseInverse(self.forces, images, _inverse((self.forces.T @ images).astype(np.float64)))
 
 
 @dataclass(frozen=True)
@@ -62,6 +62,15 @@ class CoarseInverse:
         """Return the coarse solution for a residual (k * dim,), and what is left of the residual."""
         shares = (self.inverse @ (vector @ self.forces)).astype(np.float32)
         return self.forces @ shares, vector - self.images @ shares
+
+
+def _inverse(matrix: Array) -> Array:
+    """Return the inverse of a matrix (q, q); where there is none, as for groups that nothing resists, the nearest."""
+    try:
+        found = np.asarray(np.linalg.inv(matrix), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        found = np.asarray(np.linalg.pinv(matrix), dtype=np.float64)
+    return found
 
 
 def groups(body: Array, nodes: Indices, dim: int) -> Indices:

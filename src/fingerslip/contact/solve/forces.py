@@ -33,8 +33,9 @@ _SPARE_SHARE, _SPARE_NODES = 0.1, 20
 _TOO_MANY = 1.5
 # Tolerance on the working set, so that the last projection and the other nodes keep the residual below that of all.
 _FINER = 0.1
-# Relative residual of the first Newton direction, from the last step's forces and from nearly solved ones.
-_ROUGH, _FINE = 0.1, 1e-4
+# Relative residual of the first Newton direction, from the last step's forces and from nearly solved ones, from where
+# one direction should do; it is as exact as its goal needs, but for a finest that single precision reaches.
+_ROUGH, _FINE, _FINEST = 0.1, 1e-4, 1e-5
 
 
 def solve_contact(
@@ -147,7 +148,7 @@ def _solve_on_working_set(
         elif not solved:
             found, used = _solve_robustly(problem, working_set, found, tolerance)
             iterations += used
-        roughest = _ROUGH if round_number == 0 else _FINE
+        roughest = _ROUGH if round_number == 0 else _exactness(found, tolerance)
         before = found.relative_residual
         found, working_set, solved, used = _newton(problem, working_set, found, tolerance, roughest)
         iterations += used
@@ -160,6 +161,12 @@ def _solve_on_working_set(
     worst = int(np.argmax(np.abs(found.residual).max(axis=1)))
     solution = ContactSolution(found.forces, found.relative_residual, iterations, worst, found.response)
     return solution, working_set
+
+
+def _exactness(found: _Check, tolerance: float) -> float:
+    """Return how exact the Newton direction from nearly solved forces should be to be the last one."""
+    wanted = 0.3 * _FINER * tolerance / max(found.relative_residual, tolerance)
+    return min(_FINE, max(wanted, _FINEST))
 
 
 def _initial_working_set(problem: _Problem, found: _Check, old: WorkingSet | None) -> WorkingSet:

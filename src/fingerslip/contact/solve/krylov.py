@@ -32,6 +32,8 @@ _KRYLOV_LIMIT = 60
 _ROUGHEST, _FINEST = 0.1, 1e-5
 # Share of the initial residual that single precision can reach.
 _REACHABLE = 1e-6
+# Length of a new direction of GMRES, over that of its image, from which on there is none but rounding.
+_NO_NEW_DIRECTION = 1e-6
 
 
 @dataclass(frozen=True)
@@ -146,25 +148,43 @@ def _gmres(
     """
     basis = np.zeros((_KRYLOV_LIMIT + 1, right.size), dtype=np.float32)
     ready, moved = (np.zeros((_KRYLOV_LIMIT, right.size), dtype=np.float32) for _ in range(2))
-    columns = np.zeros((_KRYLOV_LIMIT + 1, _KRYLOV_LIMIT))
+    # The equations of the shares of the directions, kept triangular by rotations (Saad & Schultz 1986).
+    triangle, rotations = np.zeros((_KRYLOV_LIMIT + 1, _KRYLOV_LIMIT)), np.zeros((_KRYLOV_LIMIT, 2))
     target = np.eye(_KRYLOV_LIMIT + 1, 1).ravel()
     basis[0] = right
-    weights: Array = np.zeros(0)
     used, reached = 0, False
     for used in range(1, _KRYLOV_LIMIT + 1):
         ready[used - 1] = inverse(basis[used - 1])
         moved[used - 1] = working_set.product(ready[used - 1])
         image = _image(slopes, ready[used - 1], moved[used - 1])
-        columns[:used, used - 1] = _orthogonalise(image, basis[:used])
-        columns[used, used - 1] = length = float(np.linalg.norm(image))
-        equations = columns[: used + 1, :used]
-        weights = np.asarray(np.linalg.lstsq(equations, target[: used + 1], rcond=None)[0], dtype=np.float64)
-        reached = bool(np.linalg.norm(target[: used + 1] - equations @ weights) <= exactness or length <= 1e-6)
+        triangle[:used, used - 1] = _orthogonalise(image, basis[:used])
+        triangle[used, used - 1] = length = float(np.linalg.norm(image))
+        left = _rotate(triangle, rotations, target, used - 1)
+        reached = bool(left <= exactness or length <= _NO_NEW_DIRECTION)
         if reached:
             break
         basis[used] = image / np.float32(length)
+    weights = np.linalg.lstsq(triangle[:used, :used], target[:used], rcond=None)[0]
     shares = weights.astype(np.float32)
     return shares @ ready[:used], shares @ moved[:used], reached
+
+
+@numba.njit(cache=True, nogil=True)
+def _rotate(triangle, rotations, target, last):  # type: ignore[no-untyped-def]
+    """Make the last column of the equations triangular, too, in place; return the norm of their residual."""
+    for k in range(last):
+        cosine, sine = rotations[k]
+        upper, lower = triangle[k, last], triangle[k + 1, last]
+        triangle[k, last], triangle[k + 1, last] = cosine * upper + sine * lower, cosine * lower - sine * upper
+    length = np.hypot(triangle[last, last], triangle[last + 1, last])
+    if length > 0.0:
+        rotations[last, 0], rotations[last, 1] = triangle[last, last] / length, triangle[last + 1, last] / length
+    else:
+        rotations[last, 0], rotations[last, 1] = 1.0, 0.0
+    triangle[last, last], triangle[last + 1, last] = length, 0.0
+    target[last + 1] = -rotations[last, 1] * target[last]
+    target[last] *= rotations[last, 0]
+    return abs(target[last + 1])
 
 
 def _orthogonalise(image: Single, basis: Single) -> Array:
@@ -177,11 +197,16 @@ def _orthogonalise(image: Single, basis: Single) -> Array:
     return total
 
 
-def _image(slopes: Single, vector: Single, moved: Single) -> Single:
+@numba.njit(cache=True, nogil=True)
+def _image(slopes, vector, moved):  # type: ignore[no-untyped-def]
     """Return (I - G (I - rho W)) v from v and rho W v."""
-    inner = (vector - moved).reshape(slopes.shape[:2])
-    outer: Single = vector - np.einsum("aij,aj->ai", slopes, inner).ravel()
-    return outer
+    count, dim = slopes.shape[:2]
+    out = vector.copy()
+    for i in range(count):
+        for k in range(dim):
+            for m in range(dim):
+                out[i * dim + k] -= slopes[i, k, m] * (vector[i * dim + m] - moved[i * dim + m])
+    return out
 
 
 @numba.njit(cache=True, nogil=True)

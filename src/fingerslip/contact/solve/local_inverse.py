@@ -125,7 +125,8 @@ def _product(near, rows, vector):  # type: ignore[no-untyped-def]
 
 @numba.njit(cache=True, nogil=True)
 def _make_rows(which, near, slopes, scale, body, frames, penalty, factor, rows):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    dim = slopes.shape[1]
+    count, dim = slopes.shape[:2]
+    own, left, known = np.empty((count, dim, dim), body.dtype), np.empty((count, dim, dim), body.dtype), np.zeros(count)
     for i in which:
         rows[i] = 0.0
         columns = _touching(near[i], slopes)
@@ -134,7 +135,12 @@ def _make_rows(which, near, slopes, scale, body, frames, penalty, factor, rows):
             for k in range(dim):
                 rows[i, 0, k, k] = 1.0
             continue
-        found = _first_rows(_local_matrix(near[i][columns], slopes, scale, body, frames, penalty, factor), dim)
+        nodes = near[i][columns]
+        for j in nodes:
+            if known[j] == 0.0:
+                _write_parts(slopes[j], scale[j], frames[j], penalty[j], factor, own[j], left[j])
+                known[j] = 1.0
+        found = _first_rows(_local_system(nodes, body, own, left), frames[i])
         for a in range(columns.size):
             for k in range(dim):
                 for m in range(dim):
@@ -154,58 +160,73 @@ def _touching(near, slopes):  # type: ignore[no-untyped-def]
 
 
 @numba.njit(cache=True, nogil=True)
-def _first_rows(matrix, dim):  # type: ignore[no-untyped-def]
-    """Return the first rows of the inverse of a matrix, as columns."""
-    right = np.zeros((len(matrix), dim))
+def _write_parts(slope, scale, frame, penalty, factor, own, left):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Write D = [I - G (I - rho P)] R^-T and L = G rho f R of a node, all (dim, dim).
+
+    With the body's compliance C in global components, the Newton matrix in the frames R is (D + L C) R^T.
+    """
+    dim = len(frame)
+    inverse = np.linalg.inv(frame)
     for k in range(dim):
-        right[k, k] = 1.0
-    try:
-        return np.linalg.solve(matrix.T.copy(), right)
-    except Exception:  # noqa: BLE001  numba knows no narrower one: a singular matrix leaves the identity
-        return right
-
-
-@numba.njit(cache=True, nogil=True)
-def _local_matrix(nodes, slopes, scale, body, frames, penalty, factor):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Return I - G (I - rho W) among a few nodes."""
-    dim, size = slopes.shape[1], nodes.size
-    matrix, block = np.zeros((size * dim, size * dim)), np.empty((dim, dim))
-    for a in range(size):
-        for b in range(a + 1):
-            _in_frames(nodes[a], nodes[b], body, frames, block)
-            for k in range(dim):
-                for m in range(dim):
-                    matrix[a * dim + k, b * dim + m] = matrix[b * dim + m, a * dim + k] = factor * block[k, m]
-        for k in range(dim):
-            matrix[a * dim + k, a * dim + k] += penalty[nodes[a], k]
-    for a in range(size):
-        _project_rows(matrix, a * dim, slopes[nodes[a]], scale[nodes[a]])
-    return matrix
-
-
-@numba.njit(cache=True, nogil=True)
-def _in_frames(i, j, body, frames, block):  # type: ignore[no-untyped-def]
-    """Write the part of the body's compliance between two nodes, in their frames, into `block` (dim, dim)."""
-    dim = len(block)
-    block[:, :] = 0.0
-    for x in range(dim):
-        for y in range(dim):
-            row, column = max(i * dim + x, j * dim + y), min(i * dim + x, j * dim + y)
-            for k in range(dim):
-                share = frames[i, k, x] * body[row, column]
-                for m in range(dim):
-                    block[k, m] += share * frames[j, m, y]
-
-
-@numba.njit(cache=True, nogil=True)
-def _project_rows(matrix, first, slope, scale):  # type: ignore[no-untyped-def]
-    """Turn the rows of a node from those of W to those of I - G (I - rho W), in place."""
-    dim = slope.shape[0]
-    own = matrix[first : first + dim].copy()
-    for k in range(dim):
-        matrix[first + k] = 0.0
         for m in range(dim):
-            if slope[k, m] != 0.0:
-                matrix[first + k] += slope[k, m] * scale[m] * own[m]
-                matrix[first + k, first + m] -= slope[k, m]
-        matrix[first + k, first + k] += 1.0
+            own[k, m], left[k, m] = inverse[m, k], 0.0
+            for x in range(dim):
+                own[k, m] -= slope[k, x] * (1.0 - scale[x] * penalty[x]) * inverse[m, x]
+                left[k, m] += factor * slope[k, x] * scale[x] * frame[x, m]
+
+
+@numba.njit(cache=True, nogil=True)
+def _local_system(nodes, body, own, left):  # type: ignore[no-untyped-def]
+    """Return the transpose of D + L C among a few nodes, with room for right-hand sides behind it."""
+    dim, size = own.shape[1], nodes.size
+    system = np.zeros((size * dim, (size + 1) * dim), body.dtype)
+    for a in range(size):
+        for b in range(size):
+            i, j = nodes[a], nodes[b]
+            for x in range(dim):
+                for m in range(dim):
+                    # Only the lower triangle of the compliance is there.
+                    row, column = i * dim + x, j * dim + m
+                    entry = body[row, column] if row >= column else body[column, row]
+                    for k in range(dim):
+                        system[b * dim + m, a * dim + k] += left[i, k, x] * entry
+        for k in range(dim):
+            for m in range(dim):
+                system[a * dim + m, a * dim + k] += own[nodes[a], k, m]
+    return system
+
+
+@numba.njit(cache=True, nogil=True)
+def _first_rows(system, frame):  # type: ignore[no-untyped-def]
+    """Return the first rows of the inverse of the Newton matrix as columns, by elimination in place."""
+    dim, size = len(frame), len(system)
+    for k in range(dim):
+        system[k, size + k] = 1.0
+    if not _eliminate(system):
+        # A singular matrix leaves the identity.
+        return np.eye(size, dim).astype(system.dtype)
+    for j in range(size - 1, -1, -1):
+        for k in range(size, size + dim):
+            system[j, k] /= system[j, j]
+            for r in range(j):
+                system[r, k] -= system[r, j] * system[j, k]
+    # The rows were those of (D + L C)^-1; in front of them stands R^-T.
+    return np.ascontiguousarray(system[:, size:]) @ np.linalg.inv(frame).astype(system.dtype)
+
+
+@numba.njit(cache=True, nogil=True)
+def _eliminate(system):  # type: ignore[no-untyped-def]
+    """Make a matrix upper triangular in place, with right-hand sides behind it; tell whether it is regular."""
+    size, width = system.shape
+    for j in range(size):
+        pivot = j + np.argmax(np.abs(system[j:, j]))
+        if system[pivot, j] == 0.0:
+            return False
+        if pivot != j:
+            for c in range(j, width):
+                system[j, c], system[pivot, c] = system[pivot, c], system[j, c]
+        for r in range(j + 1, size):
+            share = system[r, j] / system[j, j]
+            for c in range(j + 1, width):
+                system[r, c] -= share * system[j, c]
+    return True

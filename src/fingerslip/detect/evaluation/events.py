@@ -47,6 +47,8 @@ class EventScores:
         Lead that a new trial has with 95 % [s]; None with fewer than 19 trials, or too many missed ones.
     gross_error : Estimate
         Mean of the time of gross slip found less its label [s].
+    gross_found : Estimate
+        Share of the trials with gross slip in which gross slip was found at all.
     """
 
     trials: int
@@ -62,6 +64,7 @@ class EventScores:
     lead_spread: float | None
     bound: float | None
     gross_error: Estimate
+    gross_found: Estimate
 
 
 def event_scores_of(
@@ -111,6 +114,7 @@ def event_scores_of(
         lead_spread=_spread(lead),
         bound=lead_bound(leads, share) if len(leads) >= least_trials(share) else None,
         gross_error=_mean(gross, seed),
+        gross_found=_mean((~np.isnan(gross)).astype(float), seed),
     )
 
 

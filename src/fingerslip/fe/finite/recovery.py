@@ -50,17 +50,26 @@ class FiniteRecovery:
         """
         points, dim = self.points, self.bulk.space.dim
         shrunk = np.exp(-state.log_strain[points].sum(axis=1))
-        stress = state.stress[points] * shrunk[:, None]
-        stretches = np.sqrt(state.squared[points])
-        axes = state.deformation[points] @ state.directions[points] / stretches[:, None, :]
-        full = np.einsum("nik,nk,njk->nij", axes, stress[:, :dim], axes)
-        normal = [full[:, axis, axis] for axis in range(dim)]
-        across = [stress[:, 2]] if dim == 2 else []
-        components = np.column_stack([*normal, *across, *(full[:, i, j] for i, j in SHEARS[dim])])
+        components = self._along_axes(state, state.stress[points] * shrunk[:, None])
         if state.pulled is not None:
             components -= shrunk[:, None] * _deviator(state.pulled[points], dim)
         found: Array = self.mean @ components
         return found
+
+    def tensors(self, state: Deformed) -> Array:
+        """Return the logarithmic strain tensors [-], shape (n, 4 or 6), along the axes of space."""
+        found: Array = self.mean @ self._along_axes(state, state.log_strain[self.points])
+        return found
+
+    def _along_axes(self, state: Deformed, principal: Array) -> Array:
+        """Return the components (k, 4 or 6) of tensors with given values (k, 3) along the stretched directions."""
+        points, dim = self.points, self.bulk.space.dim
+        stretches = np.sqrt(state.squared[points])
+        axes = state.deformation[points] @ state.directions[points] / stretches[:, None, :]
+        full = np.einsum("nik,nk,njk->nij", axes, principal[:, :dim], axes)
+        normal = [full[:, axis, axis] for axis in range(dim)]
+        across = [principal[:, 2]] if dim == 2 else []
+        return np.column_stack([*normal, *across, *(full[:, i, j] for i, j in SHEARS[dim])])
 
     def energy_densities(self, state: Deformed) -> Array:
         """Return the strain energy per reference volume [J/m^3], shape (n,), of a deformed body."""

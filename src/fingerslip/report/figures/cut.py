@@ -57,7 +57,7 @@ def cut_frames_figure(
     for axes, number, picture in zip(panels, numbers, pictures, strict=True):
         axes.imshow(picture)
         axes.set_axis_off()
-        axes.set_title(f"{float(history['snapshot_time'][number]):.3f} s", fontsize=8.5)
+        axes.set_title(f"{float(history['snapshot_time'][number]):.3f} s")
     if options.scalar != "region":
         colours = ScalarMappable(Normalize(*field_limits(history, options)), COLOUR_MAP)
         label = SCALARS[options.scalar][0]

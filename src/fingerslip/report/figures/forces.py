@@ -29,7 +29,7 @@ from fingerslip.report.figures.style import (
 from fingerslip.report.figures.times import ShownTime, shown_time, shown_times
 from fingerslip.slip import Events, contact_forces, slipping_fraction
 
-__all__ = ["energy_figure", "force_figure", "force_overview_figure"]
+__all__ = ["draw_ratios", "energy_figure", "force_figure", "force_overview_figure"]
 
 _ROUNDING = 1e-16
 # Below this share of the largest normal force the ratio of the forces is rounding.
@@ -80,7 +80,7 @@ def force_figure(history: xr.Dataset, events: Events | None = None, title: str =
     panels[0].plot(times, scale * forces.normal, color=BLUE, label="normal force")
     panels[0].plot(times, scale * forces.friction, color=VERMILLION, label="tangential force")
     panels[0].set_ylabel(f"force [{unit}]")
-    _draw_ratios(panels[1], history, times)
+    draw_ratios(panels[1], history, times)
     panels[1].set_ylabel("ratio, fraction")
     for axes in panels:
         mark_run(axes, history, events.slip if events else None)
@@ -104,7 +104,7 @@ def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[s
     shown = shown_times(tuple(histories.values()))
     figure, panels = run_panels(tuple(histories), title, (shown[0].label, "ratio, fraction"))
     for axes, (name, history), time in zip(panels, histories.items(), shown, strict=True):
-        _draw_ratios(axes, history, time.values)
+        draw_ratios(axes, history, time.values)
         if time.logarithmic:
             time.fit(axes)
         own = events.get(name)
@@ -160,7 +160,8 @@ def _finish(panels: Sequence[Axes], shown: ShownTime) -> None:
         shown.fit(axes)
 
 
-def _draw_ratios(axes: Axes, history: xr.Dataset, times: np.ndarray) -> None:
+def draw_ratios(axes: Axes, history: xr.Dataset, times: np.ndarray) -> None:
+    """Draw the slipping area fraction, and tangential over normal force beside the friction coefficient."""
     ratio = contact_forces(history).ratio(_PRESSED)
     friction = float(history["counterface_friction_coefficient"].values[0])
     axes.plot(times, slipping_fraction(history).values, color=ORANGE, linewidth=1.0, label="slipping area fraction")

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from types import MappingProxyType
 
+import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from fingerslip.report.figures.style import GREEN, GREY, PURPLE, SKY, VERMILLION
+from fingerslip.report.colours import EVENT_COLOURS, EVENT_DASHES, GREY
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
 from fingerslip.slip.names import EVENTS, MAIN_EVENTS
 
@@ -28,10 +28,6 @@ __all__ = [
     "run_keys",
     "shown_until",
 ]
-
-EVENT_COLOURS: Mapping[str, str] = MappingProxyType(
-    {"incipient": GREEN, "noticed": SKY, "three_quarter": PURPLE, "overall": VERMILLION}
-)
 
 _SLIDE = "slide starts"
 _LABEL_GAP = 0.4  # inch
@@ -53,7 +49,7 @@ def mark_events(axes: Axes, events: SlipEvents, names: Sequence[str] = MAIN_EVEN
     for name in names:
         time = events.time(name)
         if time is not None:
-            axes.axvline(time, color=EVENT_COLOURS[name], linewidth=1.2, linestyle=(0, (4, 2)), zorder=4)
+            axes.axvline(time, color=EVENT_COLOURS[name], linewidth=1.3, linestyle=(0, EVENT_DASHES[name]), zorder=4)
 
 
 def mark_slide(axes: Axes, start: float) -> None:
@@ -124,7 +120,7 @@ def name_events(axes: Axes, start: float | None, events: SlipEvents | None, name
             transform=axes.transAxes,
             rotation=32,
             rotation_mode="anchor",
-            fontsize=8.0,
+            fontsize=0.94 * mpl.rcParams["legend.fontsize"],
             color=EVENT_COLOURS.get(name, GREY),
         )
 
@@ -177,5 +173,5 @@ def event_keys(names: Sequence[str] = MAIN_EVENTS) -> dict[str, Artist]:
     """Return keys for a legend that names the marked lines."""
     keys: dict[str, Artist] = {_SLIDE: Line2D([], [], color=GREY, linewidth=1.2, linestyle=(0, (1, 1.5)))}
     for name in names:
-        keys[EVENTS[name]] = Line2D([], [], color=EVENT_COLOURS[name], linewidth=1.2, linestyle=(0, (4, 2)))
+        keys[EVENTS[name]] = Line2D([], [], color=EVENT_COLOURS[name], linewidth=1.3, linestyle=(0, EVENT_DASHES[name]))
     return keys

@@ -63,7 +63,7 @@ def slip_onset_figure(histories: Mapping[str, xr.Dataset], counterface: int = 0)
         _draw_arrow(axes, patches[title].axes[0] @ axes_of_plate.T, low, high)
         axes.grid(visible=False)
         axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
-        axes.set_title(title, fontsize=8.5)
+        axes.set_title(title)
     figure.colorbar(colours, ax=list(panels), label="time into the slide [s]", shrink=0.8)
     return figure
 

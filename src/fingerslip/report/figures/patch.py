@@ -15,6 +15,7 @@ from matplotlib.patches import Patch as Swatch
 from numpy.typing import NDArray
 
 from fingerslip.history import OPEN, SLIP, STICK, nearest_record
+from fingerslip.report.colours import STATE_COLOURS, STATE_NAMES
 from fingerslip.report.figures.style import add_legend, figure_grid, styled, titled
 from fingerslip.slip import Events, Patch, contact_patch, slide_window, surface_strain_rates, surface_strains
 from fingerslip.slip.names import EVENTS, MAIN_EVENTS
@@ -24,8 +25,6 @@ __all__ = ["fill_patch", "slip_frames_figure", "surface_strain_figure", "touched
 
 Floats = NDArray[np.float64]
 
-_STATES = {OPEN: "#e9edf0", STICK: "#1f5a8c", SLIP: "#f0a202"}
-_STATE_NAMES = {STICK: "sticks", SLIP: "slips", OPEN: "open"}
 _STRAIN_NAMES = {"along": "strain along the slide", "across": "strain across the slide", "shear": "shear strain"}
 _APART = (0.92, 0.93, 0.94, 1.0)
 _LABELS = ("along the slide [mm]", "across the slide [mm]")
@@ -63,9 +62,9 @@ def slip_frames_figure(
     figure, panels = figure_grid(len(moments), 3, _panel(history, patch, 2.6), shown, _LABELS)
     for axes, moment, before in zip(panels, moments, [None, *moments[:-1]], strict=True):
         states = triangle_states(history, patch, nearest_record(history, moment))
-        _fill(axes, patch, history, [_STATES[int(state)] for state in states])
-        axes.set_title(f"{moment:.3f} s{_event_between(events, before, moment)}", fontsize=8.5)
-    add_legend(figure, {_STATE_NAMES[state]: Swatch(color=_STATES[state]) for state in _STATE_NAMES})
+        _fill(axes, patch, history, [STATE_COLOURS[int(state)] for state in states])
+        axes.set_title(f"{moment:.3f} s{_event_between(events, before, moment)}")
+    add_legend(figure, {STATE_NAMES[state]: Swatch(color=STATE_COLOURS[state]) for state in (STICK, SLIP, OPEN)})
     return figure
 
 
@@ -157,7 +156,7 @@ def _draw_fields(
         paint = colours.to_rgba(field.values[step])
         paint[~touching[step]] = _APART
         _fill(axes, patch, history, paint)
-        axes.set_title(f"{moment:.3f} s", fontsize=8.5)
+        axes.set_title(f"{moment:.3f} s")
     return colours
 
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import cycle
-
 import numpy as np
 import xarray as xr
-from matplotlib import colormaps
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -14,16 +11,19 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from fingerslip.history import site_kinds, sites_of_kinds
-from fingerslip.report.figures.marks import event_keys, mark_run
-from fingerslip.report.figures.style import BLACK, GREY, add_legend, figure_grid, styled, titled
+from fingerslip.report.colours import BLACK, BLUE, ORANGE
+from fingerslip.report.figures.marks import event_keys, happened, mark_run
+from fingerslip.report.figures.style import add_legend, figure_grid, styled, titled
 from fingerslip.slip import Events, slide_tangent, slide_window
 
 __all__ = ["reference_kinds", "reference_nodes_figure"]
 
 Floats = NDArray[np.float64]
 
-_LINE_STYLES = ("-", (0, (4, 1.5)), (0, (1, 1)), (0, (6, 1.5, 1, 1.5)))
 _JERK = 0.05  # s
+_COLUMNS = 4
+# Darker than the lines, so that small letters can be read.
+ORANGE_TEXT = "#8a5a00"
 
 
 def reference_kinds(history: xr.Dataset) -> list[str]:
@@ -33,7 +33,7 @@ def reference_kinds(history: xr.Dataset) -> list[str]:
 
 @styled
 def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
-    """Draw displacement and acceleration of the recorded reference nodes along the slide, over time.
+    """Draw displacement and acceleration of the recorded reference nodes along the slide, a panel for each node.
 
     Parameters
     ----------
@@ -47,59 +47,62 @@ def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, ti
     Returns
     -------
     matplotlib.figure.Figure
-        A row for each kind: displacement on the left with that of the plate, acceleration on the right.
+        In each panel the displacement [mm] beside that of the plate, and the acceleration [m/s^2] on a second axis,
+        without the jerk at the start of the slide; all panels share their scales.
     """
-    kinds = reference_kinds(history)
+    rows = sites_of_kinds(history, reference_kinds(history))
+    labels = ("time [s]", "displacement along the slide [mm]")
     shown = titled("Reference nodes along the slide", title)
-    labels = ("time from the start of the run [s]", "")
-    figure, panels = figure_grid(2 * len(kinds), 2, (4.4, 2.5), shown, labels, share="x")
-    keys: dict[str, Artist] = {}
+    figure, panels = figure_grid(len(rows), _COLUMNS, (2.2, 1.35), shown, labels)
     tangent = slide_tangent(history)
-    for row, kind in enumerate(kinds):
-        left, right = panels[2 * row], panels[2 * row + 1]
-        keys |= _draw_nodes(left, history, kind, 1e3 * history["displacement"].values @ tangent)
-        _draw_nodes(right, history, kind, history["acceleration"].values @ tangent)
-        left.plot(
-            history["time"],
-            1e3 * history["counterface_displacement"].values[:, 0] @ tangent,
-            color=BLACK,
-            linestyle=":",
-        )
-        left.set_ylabel("displacement [mm]")
-        right.set_ylabel("acceleration [m/s²]")
-        left.set_title(kind, fontsize=8.5)
-        for axes in (left, right):
-            mark_run(axes, history, events.slip if events else None)
-        _leave_jerk_out(right, history, kind)
-    keys["plate"] = Line2D([], [], color=BLACK, linestyle=":")
-    add_legend(figure, keys | event_keys())
+    moved = 1e3 * history["displacement"].values @ tangent
+    pushed = np.array(history["acceleration"].values @ tangent)
+    plate = 1e3 * history["counterface_displacement"].values[:, 0] @ tangent
+    pushed[_in_jerk(history)] = np.nan
+    top = 1.3 * float(np.nanmax(np.abs(pushed[:, rows]), initial=0.0)) or 1.0
+    for axes, row in zip(panels, rows, strict=True):
+        axes.plot(history["time"], moved[:, row], color=BLUE)
+        axes.plot(history["time"], plate, color=BLACK, linestyle=":", linewidth=1.0)
+        axes.set_title(_name(history, int(row)))
+        mark_run(axes, history, events.slip if events else None)
+        right = _right_axis(axes, top, is_labelled=axes is panels[min(_COLUMNS, len(rows)) - 1])
+        right.plot(history["time"], pushed[:, row], color=ORANGE, linewidth=0.7)
+    reach = 1.2 * float(np.abs(moved[:, rows]).max()) or 1.0
+    panels[0].set_ylim(*((-reach, 0.1 * reach) if plate.sum() < 0.0 else (-0.1 * reach, reach)))
+    happening = event_keys(happened([events.slip] if events else ()))
+    add_legend(figure, {**_keys(), **(happening if slide_window(history) else {})})
     return figure
 
 
-def _draw_nodes(axes: Axes, history: xr.Dataset, kind: str, signals: Floats) -> dict[str, Artist]:
-    """Draw the nodes of a kind, a line style for each line of nodes and a colour for each node of it."""
-    rows = sites_of_kinds(history, [kind])
-    names = [str(name).rpartition("-")[2] for name in history["site"].values[rows]]
-    lines = [name.rstrip("0123456789") for name in names]
-    styles = dict(zip(dict.fromkeys(lines), cycle(_LINE_STYLES), strict=False))
-    keys: dict[str, Artist] = {}
-    for index, (row, name, line) in enumerate(zip(rows, names, lines, strict=True)):
-        number, count = lines[:index].count(line), lines.count(line)
-        colour = colormaps["plasma"](0.9 * number / max(count - 1, 1))
-        (keys[name],) = axes.plot(history["time"], signals[:, row], linewidth=1.0, color=colour, linestyle=styles[line])
-    return keys
+def _name(history: xr.Dataset, row: int) -> str:
+    """Return the name of a node, and the kind of surface on which it is."""
+    kind = str(site_kinds(history)[row])
+    return f"{str(history['site'].values[row]).rpartition('-')[2]}, {kind.removesuffix(' surface')}"
 
 
-def _leave_jerk_out(axes: Axes, history: xr.Dataset, kind: str) -> None:
-    """Fit the scale to the accelerations after the jerk at the start of the slide, which is far larger."""
-    window = slide_window(history)
-    times = history["time"].values
-    if window is None or window.start + _JERK >= times[-1]:
-        return
-    signals = history["acceleration"].values[:, sites_of_kinds(history, [kind])] @ slide_tangent(history)
-    later = (times < window.start) | (times > window.start + _JERK)
-    top, largest = float(np.abs(signals[later]).max()), float(np.abs(signals).max())
-    if 0.0 < 2.0 * top < largest:
-        axes.set_ylim(-1.3 * top, 1.3 * top)
-        said = f"start of the slide cut off: up to {largest:.1f} m/s²"
-        axes.set_title(said, fontsize=7.5, color=GREY, loc="right")
+def _right_axis(axes: Axes, top: float, is_labelled: bool) -> Axes:
+    """Return the axis of accelerations of a panel."""
+    right: Axes = axes.twinx()
+    right.set_ylim(-top, top)
+    right.grid(visible=False)
+    right.spines["right"].set_visible(True)
+    right.tick_params(colors=ORANGE_TEXT, labelright=is_labelled)
+    if is_labelled:
+        right.set_ylabel("acceleration [m/s²]", color=ORANGE_TEXT)
+    return right
+
+
+def _keys() -> dict[str, Artist]:
+    return {
+        "displacement": Line2D([], [], color=BLUE),
+        "plate": Line2D([], [], color=BLACK, linestyle=":", linewidth=1.0),
+        "acceleration (without the jerk at the start)": Line2D([], [], color=ORANGE, linewidth=0.9),
+    }
+
+
+def _in_jerk(history: xr.Dataset) -> NDArray[np.bool_]:
+    """Tell which records lie in the jerk at the start of the slide, whose accelerations are far larger than others."""
+    window, times = slide_window(history), history["time"].values
+    start = window.start if window else np.inf
+    found: NDArray[np.bool_] = (times >= start) & (times <= start + _JERK)
+    return found if not found.all() else np.zeros_like(found)

@@ -17,22 +17,13 @@ from matplotlib.patches import Patch, Rectangle
 from numpy.typing import NDArray
 
 from fingerslip.history import sites_of_kinds
-from fingerslip.report.figures.style import (
-    BLACK,
-    RECEPTOR_COLOURS,
-    REGION_COLOURS,
-    add_legend,
-    figure_grid,
-    region_colours,
-    styled,
-    titled,
-)
-from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.report.colours import BLACK, RECEPTOR_COLOURS, RECEPTOR_MARKS, REGION_COLOURS, region_colours
+from fingerslip.report.figures.style import add_legend, figure_grid, styled, titled
 
 __all__ = ["receptor_positions", "section_figure"]
 
 _RECEPTOR_MARKS: Mapping[str, tuple[str, str]] = MappingProxyType(
-    {kind: (mark, RECEPTOR_COLOURS[kind]) for kind, mark in zip(RECEPTOR_KINDS, ("o", "^", "s", "D"), strict=True)}
+    {kind: (mark, RECEPTOR_COLOURS[kind]) for kind, mark in RECEPTOR_MARKS.items()}
 )
 _ZOOM_WIDTH = 3.2e-3
 

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from fingerslip.history import OPEN
+from fingerslip.history import OPEN, SLIP, STICK
+from fingerslip.report.colours import STATE_COLOURS, STATE_NAMES
 from fingerslip.report.figures.marks import (
     limit_to_slides,
     mark_events,
@@ -26,9 +27,9 @@ from fingerslip.report.figures.style import BLACK, add_legend, figure_grid, run_
 from fingerslip.report.figures.times import ShownTime, shown_times
 from fingerslip.slip import Events, SlideWindow, slide_tangent, slide_window
 
-__all__ = ["contact_displacement_figure", "slip_maps_figure"]
+__all__ = ["contact_displacement_figure", "draw_states", "slip_maps_figure"]
 
-_STATE_COLOURS = {"no contact": "#f4f4f4", "stick": "#a9d0ec", "slip": "#f7c56b"}
+_STATES = {STATE_NAMES[state]: STATE_COLOURS[state] for state in (OPEN, STICK, SLIP)}
 _MOST_COLUMNS = 700
 _NODES_SHOWN = 9
 
@@ -53,11 +54,11 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, E
     labels = (shown[0].label, "position along the plate [mm]")
     figure, panels = run_panels(tuple(histories), "Stick and slip along the contact", labels)
     for axes, (name, history), time in zip(panels, histories.items(), shown, strict=True):
-        _draw_states(axes, history, time)
+        draw_states(axes, history, time)
         own = events.get(name)
         mark_run(axes, history, own.slip if own else None)
     limit_to_slides(panels[0], histories, events, before=0.3)
-    patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATE_COLOURS.items()}
+    patches = {n: Patch(facecolor=c, edgecolor="#999999", linewidth=0.5) for n, c in _STATES.items()}
     add_legend(figure, {**patches, **run_keys(histories, events)})
     return figure
 
@@ -105,7 +106,8 @@ def contact_displacement_figure(history: xr.Dataset, events: Events | None = Non
     return figure
 
 
-def _draw_states(axes: Axes, history: xr.Dataset, time: ShownTime) -> None:
+def draw_states(axes: Axes, history: xr.Dataset, time: ShownTime) -> None:
+    """Draw stick and slip along the surface over time."""
     state = history["contact_state"].values
     along = 1e3 * history["contact_position"].values @ slide_tangent(history)
     touched = np.flatnonzero((state != OPEN).any(axis=0))
@@ -119,7 +121,7 @@ def _draw_states(axes: Axes, history: xr.Dataset, time: ShownTime) -> None:
         np.exp(_borders(np.log(time.values[chosen]))) if time.logarithmic else _borders(time.values[chosen]),
         _borders(along[order]),
         state[chosen][:, order].T,
-        cmap=ListedColormap(list(_STATE_COLOURS.values())),
+        cmap=ListedColormap(list(_STATES.values())),
         norm=BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3),
         rasterized=True,
     )

@@ -14,12 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fingerslip.published import PublishedSet, PublishedValue
-from fingerslip.report.figures.marks import EVENT_COLOURS
+from fingerslip.report.colours import EVENT_COLOURS, READING_COLOURS
 from fingerslip.report.figures.style import (
     BLACK,
-    BLUE,
-    GREEN,
-    ORANGE,
     add_legend,
     columns_for,
     figure_grid,
@@ -33,9 +30,10 @@ from fingerslip.units import split_quantity
 __all__ = ["event_times_figure", "latency_figure"]
 
 _READING_MARKS: Mapping[str, str] = MappingProxyType({"slip": "o", "displacement": "^", "acceleration": "X"})
-_READING_COLOURS: Mapping[str, str] = MappingProxyType({"slip": BLUE, "displacement": GREEN, "acceleration": ORANGE})
-_WIDE = 5.2  # inch
-_PUBLISHED: Any = MappingProxyType({"marker": "D", "linestyle": "", "color": BLACK, "markerfacecolor": "none"})
+_WIDE = 4.6  # inch
+# Swept numbers that are written below an axis one by one.
+_MOST_TICKS = 8
+_PUBLISHED: Any = MappingProxyType({"marker": "D", "linestyle": "", "markerfacecolor": "none"})
 # The readings stand beside each other where the axis has words.
 _SHIFTS: Mapping[str, float] = MappingProxyType({"slip": -0.2, "displacement": 0.0, "acceleration": 0.2})
 
@@ -45,6 +43,7 @@ def event_times_figure(
     runs: Sequence[RunResult],
     path: str = "contact.friction_coefficient",
     reference: PublishedSet | None = None,
+    starts: Mapping[str, float] | None = None,
 ) -> Figure:
     """Draw the event times against a swept value, a panel for each combination of the other swept values.
 
@@ -56,22 +55,27 @@ def event_times_figure(
         Dotted path of the value on the horizontal axis.
     reference : PublishedSet, optional
         Published values; those of the drawn events are shown where a run meets their conditions.
+    starts : mapping of str to float, optional
+        When the slide of each run begins [s], by the name of the run. With them times count from there, and runs
+        without a slide are left out; without them they count from the start of the run.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Times from the start of the run [s]; colour for the event, mark for the reading; a line joins those from
+        Times [s]; colour for the event, mark for the reading; a line joins those from
         accumulated slip.
     """
     words = path_label(path)
-    axis = _Axis(runs, path)
-    labels = (words, "time from the start of the run [s]")
+    runs = [run for run in runs if starts is None or run.name in starts]
+    axis, since = _Axis(runs, path), starts or dict.fromkeys((run.name for run in runs), 0.0)
+    labels = (words, f"time from the start of the {'run' if starts is None else 'slide'} [s]")
     figure, panels = _group_panels(runs, path, (3.1, 3.0), f"Slip events against {words}", labels)
+    beside = []
     for axes, members in panels:
-        _draw_times(axes, sorted(members, key=axis.position), axis)
-        _draw_published(axes, members, axis, _of(reference, MAIN_EVENTS))
+        _draw_times(axes, sorted(members, key=axis.position), axis, since)
+        beside.append(_draw_published(axes, _published(members, axis, _of(reference, MAIN_EVENTS), since)))
         axis.apply(axes)
-    add_legend(figure, _event_keys(runs) | _published_key(reference))
+    add_legend(figure, _event_keys(runs) | _published_key(any(beside)))
     return figure
 
 
@@ -81,7 +85,7 @@ def latency_figure(
     path: str = "fingertip.phalanx.variant",
     reference: PublishedSet | None = None,
 ) -> Figure:
-    """Draw the latency from incipient to overall slip against a swept word, a panel for each combination of the others.
+    """Draw the latency from incipient to overall slip against a swept value, a panel for each combination of others.
 
     Parameters
     ----------
@@ -97,20 +101,23 @@ def latency_figure(
     matplotlib.figure.Figure
         Latency [ms] in each reading of the events; none where one of the two events did not happen.
     """
-    title = f"Latency from incipient to overall slip by {path_label(path)}"
-    figure, panels = _group_panels(runs, path, (2.6, 2.9), title, ("", "latency [ms]"))
-    axis = _Axis(runs, path, categories=True)
+    words = path_label(path)
+    title = f"Latency from incipient to overall slip against {words}"
+    figure, panels = _group_panels(runs, path, (2.8, 2.9), title, (words, "latency [ms]"))
+    axis = _Axis(runs, path)
+    beside = []
     for axes, members in panels:
-        _draw_latencies(axes, members, axis)
-        _draw_published(axes, members, axis, _of(reference, (LATENCY,)), 1e3)
+        _draw_latencies(axes, sorted(members, key=axis.position), axis)
+        values = _published(members, axis, _of(reference, (LATENCY,)))
+        beside.append(_draw_published(axes, [(position, 1e3 * value, colour) for position, value, colour in values]))
         axis.apply(axes)
     panels[0][0].set_ylim(bottom=0.0)
     keys: dict[str, Artist] = {
-        READINGS[reading]: Line2D([], [], linestyle="", marker=mark, color=_READING_COLOURS[reading], markersize=6)
+        READINGS[reading]: Line2D([], [], linestyle="", marker=mark, color=READING_COLOURS[reading], markersize=6)
         for reading, mark in _recorded(runs).items()
         if any(run.events.reading(reading).latency is not None for run in runs)
     }
-    add_legend(figure, keys | _published_key(reference))
+    add_legend(figure, keys | _published_key(any(beside)))
     return figure
 
 
@@ -136,26 +143,25 @@ class _Axis:
         The runs.
     path : str
         Dotted path of the value on the axis.
-    categories : bool, optional
-        Whether numbers are categories too.
     """
 
-    def __init__(self, runs: Sequence[RunResult], path: str, *, categories: bool = False) -> None:
+    def __init__(self, runs: Sequence[RunResult], path: str) -> None:
         self._path = path
         self._values = list(dict.fromkeys(swept_text(run.swept[path]) for run in runs if path in run.swept))
         parts = [_number_and_unit(value) for value in self._values]
-        self._numeric = not categories and all(parts) and len({unit for _, unit in filter(None, parts)}) == 1
+        self.numeric = all(parts) and len({unit for _, unit in filter(None, parts)}) == 1
 
     def position(self, run: RunResult) -> float:
         """Return where a run stands on the axis."""
         value = swept_text(run.swept[self._path])
-        return self._number(value) if self._numeric else float(self._values.index(value))
+        return self._number(value) if self.numeric else float(self._values.index(value))
 
     def apply(self, axes: Axes) -> None:
         """Give a panel the ticks of the axis."""
-        if self._numeric:
-            axes.set_xticks([self._number(value) for value in self._values], [str(value) for value in self._values])
+        if self.numeric:
             axes.margins(x=0.12)
+            if len(self._values) <= _MOST_TICKS:
+                axes.set_xticks([self._number(value) for value in self._values], [str(value) for value in self._values])
             return
         axes.set_xticks(range(len(self._values)), [str(value) for value in self._values])
         axes.set_xlim(-0.5, len(self._values) - 0.5)
@@ -167,15 +173,15 @@ class _Axis:
         return parts[0]
 
 
-def _draw_times(axes: Axes, members: Sequence[RunResult], axis: _Axis) -> None:
+def _draw_times(axes: Axes, members: Sequence[RunResult], axis: _Axis, since: Mapping[str, float]) -> None:
     positions = [axis.position(run) for run in members]
     for event, (reading, mark) in itertools.product(MAIN_EVENTS, _READING_MARKS.items()):
-        times = [_number(run.events.reading(reading).time(event)) for run in members]
+        times = [_number(run.events.reading(reading).time(event)) - since[run.name] for run in members]
         colour = EVENT_COLOURS[event]
         axes.plot(
             positions,
             times,
-            linestyle="-" if reading == "slip" else "",
+            linestyle="-" if reading == "slip" and axis.numeric else "",
             marker=mark,
             color=colour,
             markerfacecolor=_face(reading, colour),
@@ -185,23 +191,36 @@ def _draw_times(axes: Axes, members: Sequence[RunResult], axis: _Axis) -> None:
 
 def _draw_latencies(axes: Axes, members: Sequence[RunResult], axis: _Axis) -> None:
     for reading, mark in _READING_MARKS.items():
-        positions = [axis.position(run) + _SHIFTS[reading] for run in members]
+        positions = [axis.position(run) + (0.0 if axis.numeric else _SHIFTS[reading]) for run in members]
         latencies = [1e3 * _number(run.events.reading(reading).latency) for run in members]
-        axes.plot(positions, latencies, linestyle="", marker=mark, color=_READING_COLOURS[reading], markersize=6.5)
+        line = "-" if axis.numeric else ""
+        axes.plot(positions, latencies, linestyle=line, marker=mark, color=READING_COLOURS[reading], markersize=6.5)
 
 
-def _draw_published(
-    axes: Axes, members: Sequence[RunResult], axis: _Axis, values: Sequence[PublishedValue], factor: float = 1.0
-) -> None:
-    """Draw published values, times `factor`, at the runs that meet their conditions."""
-    found = [
-        (axis.position(run), factor * value.value)
+def _published(
+    members: Sequence[RunResult],
+    axis: _Axis,
+    values: Sequence[PublishedValue],
+    since: Mapping[str, float] | None = None,
+) -> list[tuple[float, float, str]]:
+    """Return positions of runs, the published values that they meet, less when their slides begin, and colours."""
+    return [
+        (
+            axis.position(run),
+            value.value - (since[run.name] if since else 0.0),
+            EVENT_COLOURS.get(value.quantity, BLACK),
+        )
         for run in members
         for value in values
         if value.value is not None and value.holds_for(run.all_values)
     ]
-    for position, value in found:
-        axes.plot([position], [value], **_PUBLISHED, markersize=8, zorder=6)
+
+
+def _draw_published(axes: Axes, found: Sequence[tuple[float, float, str]]) -> bool:
+    """Draw published values; tell whether there are any."""
+    for position, value, colour in found:
+        axes.plot([position], [value], **_PUBLISHED, color=colour, markersize=8, zorder=6)
+    return bool(found)
 
 
 def _of(reference: PublishedSet | None, quantities: Sequence[str]) -> tuple[PublishedValue, ...]:
@@ -209,16 +228,20 @@ def _of(reference: PublishedSet | None, quantities: Sequence[str]) -> tuple[Publ
     return tuple(value for value in reference.values if value.quantity in quantities) if reference else ()
 
 
-def _published_key(reference: PublishedSet | None) -> dict[str, Artist]:
-    return {"published": Line2D([], [], **_PUBLISHED, markersize=7)} if reference else {}
+def _published_key(drawn: bool) -> dict[str, Artist]:
+    return {"published": Line2D([], [], **_PUBLISHED, color=BLACK, markersize=7)} if drawn else {}
 
 
 def _event_keys(runs: Sequence[RunResult]) -> dict[str, Artist]:
     """Return keys of the events, by colour, and of the recorded readings, by mark."""
     keys: dict[str, Artist] = {
-        EVENTS[event]: Line2D([], [], color=EVENT_COLOURS[event], linewidth=2.0) for event in MAIN_EVENTS
+        EVENTS[event]: Line2D([], [], color=EVENT_COLOURS[event], linewidth=2.0)
+        for event in MAIN_EVENTS
+        if any(run.events.reading(reading).time(event) is not None for run in runs for reading in READINGS)
     }
     for reading, mark in _recorded(runs).items():
+        if not any(run.events.reading(reading).time(event) is not None for run in runs for event in MAIN_EVENTS):
+            continue
         face = _face(reading, BLACK)
         keys[READINGS[reading]] = Line2D(
             [], [], linestyle="", marker=mark, color=BLACK, markerfacecolor=face, markersize=5.5

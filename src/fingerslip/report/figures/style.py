@@ -1,12 +1,14 @@
-"""One look for all figures: sizes, panels, legends, and colours that colour-blind people can tell apart."""
+"""One look for all figures: sizes, panels and legends; the colours are those of :mod:`fingerslip.report.colours`."""
 
 from __future__ import annotations
 
+import contextlib
 import functools
-import itertools
 import math
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, ParamSpec, TypeVar
 
@@ -17,7 +19,21 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from fingerslip.sites import RECEPTOR_KINDS
+from fingerslip.report.colours import (
+    AREA_COLOURS,
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    RECEPTOR_COLOURS,
+    REGION_COLOURS,
+    SKY,
+    VERMILLION,
+    YELLOW,
+    region_colours,
+)
 
 __all__ = [
     "AREA_COLOURS",
@@ -25,6 +41,7 @@ __all__ = [
     "BLUE",
     "GREEN",
     "GREY",
+    "LOOKS",
     "ORANGE",
     "PURPLE",
     "RECEPTOR_COLOURS",
@@ -35,6 +52,7 @@ __all__ = [
     "add_legend",
     "columns_for",
     "figure_grid",
+    "looking",
     "region_colours",
     "run_panels",
     "say",
@@ -42,21 +60,7 @@ __all__ = [
     "titled",
 ]
 
-# The palette of Okabe and Ito, which people with any kind of colour vision can tell apart.
-BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
-YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
-GREY = "#8a8a8a"
-
-AREA_COLOURS: Mapping[str, str] = MappingProxyType({"A": BLUE, "B": VERMILLION})
-RECEPTOR_COLOURS: Mapping[str, str] = MappingProxyType(
-    dict(zip(RECEPTOR_KINDS, (BLUE, VERMILLION, GREEN, PURPLE), strict=True))
-)
-REGION_COLOURS: Mapping[str, str] = MappingProxyType(
-    {"epidermis": "#e3a57c", "dermis": "#f2cfae", "skin": "#ecc09b", "tissue": "#faeedd", "phalanx": "#c9ced3"}
-)
-_OTHER_COLOURS = ("#d9e6f2", "#dcefe2", "#efe2f0", "#f4f0d8")
-
-_LEAST_WIDTH = 6.6  # inch
+_LEAST_WIDTH = 5.2  # inch
 _KEY_WIDTH, _LETTER_WIDTH = 0.5, 0.07  # inch
 _TITLE_LETTER_WIDTH, _PANEL_TITLE_LETTER_WIDTH, _LABEL_LETTER_WIDTH = 0.09, 0.08, 0.072  # inch
 # Width and height of a panel by the number of columns [inch].
@@ -89,6 +93,42 @@ _STYLE: Any = MappingProxyType(
     }
 )
 
+
+@dataclass(frozen=True)
+class Look:
+    """How figures look in one kind of place.
+
+    Parameters
+    ----------
+    width : float or None
+        Width of figures with several panels beside each other [inch]; None leaves them as wide as their panels.
+    single : float or None
+        Width of figures with one panel beside each other [inch].
+    letters : float
+        Factor on the size of letters.
+    lines : float
+        Factor on the width of lines and the size of marks.
+    titled : bool
+        Whether figures have a title; those of a paper have a caption below them.
+    """
+
+    width: float | None = None
+    single: float | None = None
+    letters: float = 1.0
+    lines: float = 1.0
+    titled: bool = True
+
+
+#: Looks by name: pages, journal columns of 3.5 and 7.2 inches, and slides of 13.3 inches with room for a heading.
+LOOKS: Mapping[str, Look] = MappingProxyType(
+    {
+        "page": Look(),
+        "paper": Look(width=7.2, single=3.5, letters=0.85, lines=0.8, titled=False),
+        "slides": Look(width=12.0, single=9.0, letters=1.75, lines=1.7),
+    }
+)
+_look: ContextVar[Look] = ContextVar("look", default=LOOKS["page"])
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -101,17 +141,31 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
         with mpl.rc_context():
             mpl.rcdefaults()
             mpl.rcParams.update(_STYLE)
+            mpl.rcParams.update(_scaled(_look.get()))
             return draw(*args, **values)
 
     return drawn
 
 
-def region_colours(names: Sequence[str]) -> dict[str, str]:
-    """Return a colour for every region, those of a fingertip first and from outside inwards."""
-    ordered = sorted(names, key=lambda name: list(REGION_COLOURS).index(name) if name in REGION_COLOURS else 99)
-    others = [name for name in ordered if name not in REGION_COLOURS]
-    extra = dict(zip(others, itertools.cycle(_OTHER_COLOURS), strict=False))
-    return {name: REGION_COLOURS.get(name) or extra[name] for name in ordered}
+@contextlib.contextmanager
+def looking(name: str) -> Iterator[None]:
+    """Draw figures with one of :data:`LOOKS` as long as the context lasts."""
+    token = _look.set(LOOKS[name])
+    try:
+        yield
+    finally:
+        _look.reset(token)
+
+
+def _scaled(look: Look) -> dict[str, float]:
+    """Return the settings that a look changes."""
+    letters = [name for name in _STYLE if name.endswith("size")]
+    lines = [name for name in _STYLE if name.endswith("width")]
+    return {
+        **{name: look.letters * _STYLE[name] for name in letters},
+        **{name: look.lines * _STYLE[name] for name in lines},
+        "lines.markersize": look.lines * 6.0,
+    }
 
 
 def figure_grid(
@@ -151,7 +205,7 @@ def figure_grid(
     """
     wide = max(min(columns, count), 1)
     rows = max(math.ceil(count / wide), 1)
-    size = (max(wide * panel[0] + 0.6, _LEAST_WIDTH), rows * panel[1] + 0.8)
+    size = _figure_size(wide, rows, panel)
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     shared_x, shared_y = {"all": (True, True), "x": (True, False), "none": (False, False)}[share]
@@ -162,9 +216,23 @@ def figure_grid(
     for lowest in panels[max(count - wide, 0) : count]:
         lowest.tick_params(labelbottom=True)
         lowest.set_xlabel(labels[0])
-    figure.supylabel(_wrapped(labels[1], size[1] / _LABEL_LETTER_WIDTH), fontsize=9.0)
-    figure.suptitle(_wrapped(title, size[0] / _TITLE_LETTER_WIDTH), x=0.01, ha="left")
+    letters = _look.get().letters
+    label_size = mpl.rcParams["axes.labelsize"]
+    figure.supylabel(_wrapped(labels[1], size[1] / (letters * _LABEL_LETTER_WIDTH)), fontsize=label_size)
+    if _look.get().titled:
+        figure.suptitle(_wrapped(title, size[0] / (letters * _TITLE_LETTER_WIDTH)), x=0.01, ha="left")
     return figure, panels[:count]
+
+
+def _figure_size(wide: int, rows: int, panel: tuple[float, float]) -> tuple[float, float]:
+    """Return the size of a figure [inch]: as its panels need it, or scaled to the width of the look."""
+    look = _look.get()
+    size = (max(wide * panel[0] + 0.6, _LEAST_WIDTH), rows * panel[1] + 0.8)
+    width = look.single if wide == 1 else look.width
+    if width is None:
+        return size
+    scale = (width - 0.6) / (wide * panel[0])
+    return width, rows * panel[1] * scale + 0.8 * look.letters
 
 
 def run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> tuple[Figure, list[Axes]]:
@@ -204,7 +272,7 @@ def add_legend(figure: Figure, keys: Mapping[str, Artist]) -> None:
     """Put a legend below all panels, in as many columns as the width of the figure holds; none without keys."""
     if not keys:
         return
-    width = sum(_KEY_WIDTH + _LETTER_WIDTH * len(name) for name in keys)
+    width = _look.get().letters * sum(_KEY_WIDTH + _LETTER_WIDTH * len(name) for name in keys)
     rows = math.ceil(width / figure.get_figwidth())
     columns = math.ceil(len(keys) / rows)
     figure.legend(list(keys.values()), list(keys), loc="outside lower left", ncols=columns, columnspacing=1.4)

@@ -2,28 +2,29 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from html import escape
+from typing import Any
 
-import xarray as xr
-
-from fingerslip.published import PublishedSet
 from fingerslip.report.figures.convergence import convergence_figure
-from fingerslip.report.figures.forces import force_overview_figure
-from fingerslip.report.figures.held import held_figure, is_held
+from fingerslip.report.figures.forces import energy_figure, force_overview_figure
 from fingerslip.report.figures.receptors import acceleration_overview_figure
-from fingerslip.report.figures.study import event_times_figure, latency_figure
-from fingerslip.report.labels import swept_text
+from fingerslip.report.page.answer import answer
+from fingerslip.report.page.citations import cited
 from fingerslip.report.page.content import MOST_RUNS, ReportContent
 from fingerslip.report.page.definitions import definitions
+from fingerslip.report.page.hero import are_held, hero_pictures, swept_pictures
+from fingerslip.report.page.motion import run_motion
 from fingerslip.report.page.page import DrawnPicture, Picture, Report, ReportSection
 from fingerslip.report.page.pictures import RunToDraw
 from fingerslip.report.page.run import has_receptors, model_pictures, picture_set, run_section
 from fingerslip.report.page.samples import sample_sections
 from fingerslip.report.page.sensor import cameras_section
 from fingerslip.report.tables.compare import compare_table, statements_table
+from fingerslip.report.tables.conditions import conditions_table
 from fingerslip.report.tables.convergence import convergence_table
-from fingerslip.report.tables.events import events_table, swept_paths
+from fingerslip.report.tables.energies import energies_table
+from fingerslip.report.tables.events import events_table
 from fingerslip.report.tables.measures import measures_table
 from fingerslip.report.tables.models import models_table
 from fingerslip.report.tables.parameters import value_tables
@@ -32,6 +33,9 @@ from fingerslip.slip.free_edge import edge_warning
 from fingerslip.slip.names import READINGS
 
 __all__ = ["study_report"]
+
+# Data of runs in motion on a page; a single run is shown in any case.
+_MOST_BYTES = 10_000_000
 
 
 def study_report(content: ReportContent) -> Report:
@@ -51,7 +55,8 @@ def study_report(content: ReportContent) -> Report:
         all samples and all values.
     """
     if content.study.ranges:
-        return _assembled(content, (*sample_sections(content), _values_section(content)))
+        sections = (*sample_sections(content), _conditions_section(content), _notes_section(content))
+        return _assembled(content, (*sections, _values_section(content)))
     runs = [
         run_section(
             run,
@@ -60,38 +65,95 @@ def study_report(content: ReportContent) -> Report:
             content.settings.peaks,
             content.drawn_already(run.name).contact,
         )
-        for run in content.drawn
+        for run in content.detailed
     ]
     sections = (
         _events_section(content),
+        _definitions_section(content),
         _comparison_section(content),
-        _convergence_section(content),
+        _motion_section(content),
         _side_by_side_section(content),
         cameras_section(content),
+        _conditions_section(content),
+        _notes_section(content),
+        _energy_section(content),
+        _convergence_section(content),
         _model_section(content),
         _values_section(content),
         *runs,
     )
-    return _assembled(content, sections)
+    return _assembled(content, sections, hero_pictures(content))
 
 
-def _assembled(content: ReportContent, sections: Sequence[ReportSection]) -> Report:
-    shown = tuple(section for section in sections if section.tables or section.pictures)
-    return Report(content.title, shown, content.provenance)
+def _assembled(content: ReportContent, sections: Sequence[ReportSection], hero: tuple[Picture, ...] = ()) -> Report:
+    citations = cited(content.values, content.references)
+    said = "What these results rest on, as BibTeX."
+    shown = (*sections, ReportSection("Citations", (said,), code=citations, folded=True))
+    return Report(
+        content.title,
+        tuple(section for section in shown if not section.is_empty),
+        content.provenance,
+        question=content.study.description,
+        answer=answer(content.study, content.starts, content.references),
+        hero=hero,
+    )
+
+
+def _motion_section(content: ReportContent) -> ReportSection:
+    """Show runs in motion, as many as keep the page small."""
+    motions: list[dict[str, Any]] = []
+    size = 0
+    for run in content.drawn:
+        history = content.histories[run.name]
+        if not history.sizes.get("counterface", 0):
+            continue
+        motion = run_motion(history, run.events, content.titles[run.name])
+        size += len(motion["data"])
+        if motions and size > _MOST_BYTES:
+            break
+        motions.append(motion)
+    text = ["Move the slider or the plots; the deformed body is drawn to scale."]
+    if len(motions) < len(content.study.runs):
+        text.append(
+            f"The first {len(motions)} of {len(content.study.runs)} runs can be seen here, to keep the page small."
+        )
+    return ReportSection("In motion", tuple(text), motions=tuple(motions))
+
+
+def _conditions_section(content: ReportContent) -> ReportSection:
+    table = conditions_table(content.values, content.titled_histories())
+    return ReportSection("What was run", (), (table,) if content.values else ())
+
+
+def _notes_section(content: ReportContent) -> ReportSection:
+    return ReportSection("Notes", body=content.notes)
+
+
+def _energy_section(content: ReportContent) -> ReportSection:
+    histories = content.titled_histories()
+    if not histories:
+        return ReportSection("Energy balance")
+    title, history = next(iter(histories.items()))
+    said = "Where the work of the plate goes." if len(histories) == 1 else f"Where the work of the plate goes: {title}."
+    picture = Picture("energy-balance", said, energy_figure(history, "" if len(histories) == 1 else title))
+    return ReportSection("Energy balance", (), (energies_table(histories),), (picture,))
 
 
 def _events_section(content: ReportContent) -> ReportSection:
-    runs, sentences = content.study.runs, definitions(content.settings)
+    runs = content.study.runs
     recorded = [name for name in READINGS if any(run.events.reading(name).recorded for run in runs)]
     lacking = [name for name in READINGS if name not in recorded]
-    text = (
-        *(sentences[name] for name in recorded),
-        *(f"No times from {READINGS[name]}: no run records the signals." for name in lacking),
-        sentences["latency"],
-    )
+    text = tuple(f"No times from {READINGS[name]}: no run records the signals." for name in lacking)
     warning = edge_warning({content.titles[run.name]: run.edge for run in runs})
     tables = tuple(events_table(runs, name) for name in recorded)
     return ReportSection("Slip events", text, tables, warnings=(warning,) if warning else ())
+
+
+def _definitions_section(content: ReportContent) -> ReportSection:
+    sentences = definitions(content.settings)
+    recorded = [name for name in READINGS if any(run.events.reading(name).recorded for run in content.study.runs)]
+    body = "".join(f"<p>{escape(sentences[name])}</p>" for name in (*recorded, "latency"))
+    return ReportSection("How slip events are defined", body=body, folded=True)
 
 
 def _comparison_section(content: ReportContent) -> ReportSection:
@@ -117,39 +179,13 @@ def _convergence_section(content: ReportContent) -> ReportSection:
 def _side_by_side_section(content: ReportContent) -> ReportSection:
     runs = content.study.runs[:MOST_RUNS]
     tables = (measures_table(runs, [content.titles[run.name] for run in runs]),) if len(runs) > 1 else ()
-    pictures = (*_swept_pictures(content), *_overview_pictures(content))
+    pictures = (*swept_pictures(content)[2:], *_overview_pictures(content))
     return ReportSection("The runs side by side", (), tables, pictures)
-
-
-def _swept_pictures(content: ReportContent) -> list[Picture]:
-    """Draw event times against every swept number, and latency by every swept word; nothing where nothing slid."""
-    if _are_held(content.titled_histories()):
-        return []
-    pictures, runs, reference = [], content.study.runs, _merged(content.references)
-    for path in swept_paths(runs):
-        values = list(dict.fromkeys(swept_text(run.swept[path]) for run in runs if path in run.swept))
-        if len(values) < 2:
-            continue
-        name = path.replace(".", "-").replace("_", "-")
-        if all(_is_quantity(value) for value in values):
-            figure = event_times_figure(runs, path, reference)
-            pictures.append(Picture(f"events-{name}", f"Slip events against {path}.", figure))
-        else:
-            figure = latency_figure(runs, path, reference)
-            pictures.append(Picture(f"latency-{name}", f"Time from incipient to overall slip by {path}.", figure))
-    return pictures
-
-
-def _are_held(histories: Mapping[str, xr.Dataset]) -> bool:
-    return bool(histories) and all(map(is_held, histories.values()))
 
 
 def _overview_pictures(content: ReportContent) -> list[Picture]:
     histories, events = content.titled_histories(), content.titled_events()
-    if _are_held(histories):
-        said = "How the force changes, and how far bodies move, while nothing slides."
-        return [Picture("held", said, held_figure(histories))]
-    if len(histories) < 2:
+    if are_held(histories) or len(histories) < 2:
         return []
     kinds = [picture_set(history) for history in histories.values()]
     pictures = kinds[0].side_by_side(histories, events) if all(kind is kinds[0] for kind in kinds) else []
@@ -160,14 +196,6 @@ def _overview_pictures(content: ReportContent) -> list[Picture]:
         figure = acceleration_overview_figure(histories, events, content.settings.peaks)
         pictures.append(Picture("acceleration-peaks", said, figure))
     return pictures
-
-
-def _merged(references: Sequence[PublishedSet]) -> PublishedSet | None:
-    """Join published sets for a figure; the first stands for the paper."""
-    if not references:
-        return None
-    values = tuple(value for reference in references for value in reference.values)
-    return dataclasses.replace(references[0], values=values)
 
 
 def _model_section(content: ReportContent) -> ReportSection:
@@ -196,9 +224,3 @@ def _values_section(content: ReportContent) -> ReportSection:
     computed = models_table(content.titled_histories())
     shown = (*tables, computed) if computed.rows else tables
     return ReportSection("Values and their sources", (said,) if tables else (), shown)
-
-
-def _is_quantity(value: object) -> bool:
-    if isinstance(value, bool):
-        return False
-    return isinstance(value, int | float) or (isinstance(value, str) and value.lstrip("+-.")[:1].isdigit())

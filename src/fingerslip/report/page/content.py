@@ -19,10 +19,12 @@ from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import Events, EventSettings
 from fingerslip.uncertainty import Convergence
 
-__all__ = ["MOST_RUNS", "ReportContent"]
+__all__ = ["MOST_DETAILED", "MOST_RUNS", "ReportContent"]
 
 #: Runs that a page shows in figures: more panels are too small to read, more runs in detail too long a page.
 MOST_RUNS = 12
+#: Runs of a study with more than that which have a section of their own; all that are drawn can be seen in motion.
+MOST_DETAILED = 3
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
 
@@ -51,6 +53,10 @@ class ReportContent:
         The constants that the events were found with.
     convergences : mapping of str to mapping of str to Convergence
         Convergence by name of the run and key of the number; runs that were not refined are left out.
+    starts : mapping of str to float
+        When the slide of each run begins [s], by its name; runs in which nothing slides are left out.
+    notes : str
+        The user's own notes and figures as HTML.
     films : tuple of Film
         What the cameras of the study saw.
     """
@@ -64,6 +70,8 @@ class ReportContent:
     provenance: Mapping[str, str] = field(default_factory=lambda: _EMPTY)
     settings: EventSettings = field(default_factory=EventSettings)
     convergences: Mapping[str, Mapping[str, Convergence]] = field(default_factory=lambda: _EMPTY)
+    starts: Mapping[str, float] = field(default_factory=lambda: _EMPTY)
+    notes: str = ""
     films: tuple[Film, ...] = ()
 
     @property
@@ -80,6 +88,11 @@ class ReportContent:
     def drawn(self) -> tuple[RunResult, ...]:
         """The runs that are shown in figures: the first that have a history."""
         return tuple(run for run in self.study.runs if run.name in self.histories)[:MOST_RUNS]
+
+    @property
+    def detailed(self) -> tuple[RunResult, ...]:
+        """The runs that have a section of their own: all that are shown in figures, of a large study the first few."""
+        return self.drawn if len(self.study.runs) <= MOST_RUNS else self.drawn[:MOST_DETAILED]
 
     def drawn_already(self, name: str) -> RunPictures:
         """Return the pictures of a run that are drawn already."""

@@ -1,20 +1,24 @@
-"""One self-contained HTML page: sections of text, tables and figures, and the provenance."""
+"""One self-contained HTML page: the answer, sections of text, tables and figures, and the provenance."""
 
 from __future__ import annotations
 
 import base64
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
+from importlib import resources
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from matplotlib.figure import Figure
 
 from fingerslip.files import write_text
 from fingerslip.report.figures.save import figure_bytes
-from fingerslip.report.tables.table import Table, is_numeric, texts
+from fingerslip.report.page.motion import language
+from fingerslip.report.tables.table import Cell, Missing, Table, is_numeric, texts
 
 __all__ = ["DrawnPicture", "Picture", "Report", "ReportSection", "render_page", "write_page"]
 
@@ -70,6 +74,12 @@ class ReportSection:
         Whether the page shows the section only when it is opened.
     warnings : tuple of str
         Paragraphs that stand out, above the text.
+    motions : tuple of mapping
+        Runs in motion, as :func:`~fingerslip.report.page.motion.run_motion` gives them; one player shows them all.
+    body : str
+        Finished HTML below the figures, such as the user's notes.
+    code : str
+        Text that is shown as it is, to be copied.
     """
 
     title: str
@@ -78,6 +88,14 @@ class ReportSection:
     pictures: tuple[Picture | DrawnPicture, ...] = ()
     folded: bool = False
     warnings: tuple[str, ...] = ()
+    motions: tuple[Mapping[str, Any], ...] = ()
+    body: str = ""
+    code: str = ""
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing below its text."""
+        return not (self.tables or self.pictures or self.motions or self.body or self.code)
 
 
 @dataclass(frozen=True)
@@ -92,11 +110,25 @@ class Report:
         Its sections, in order.
     provenance : mapping of str to str
         Programs, commit and times that made the results.
+    question : str
+        What was asked, in a sentence.
+    answer : tuple of str
+        What was found, in a few sentences; it opens the page.
+    hero : tuple of Picture or DrawnPicture
+        The picture of the answer.
     """
 
     title: str
     sections: tuple[ReportSection, ...]
     provenance: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    question: str = ""
+    answer: tuple[str, ...] = ()
+    hero: tuple[Picture | DrawnPicture, ...] = ()
+
+    @property
+    def pictures(self) -> tuple[Picture | DrawnPicture, ...]:
+        """All its pictures."""
+        return (*self.hero, *(picture for section in self.sections for picture in section.pictures))
 
 
 def render_page(report: Report) -> str:
@@ -112,15 +144,44 @@ def render_page(report: Report) -> str:
     str
         The page; every text of the report is escaped.
     """
-    contents = "".join(f'<li><a href="#s{i}">{escape(s.title)}</a></li>' for i, s in enumerate(report.sections))
-    sections = "\n".join(_section(section, f"s{number}") for number, section in enumerate(report.sections))
+    anchors = {f"s{number}": section.title for number, section in enumerate(report.sections)}
+    if report.provenance:
+        anchors["provenance"] = "Provenance"
+    moving = any(section.motions for section in report.sections)
     return _PAGE.format(
         title=escape(report.title),
-        style=_STYLE,
-        contents=contents,
-        sections=sections,
+        style=_asset("page.css"),
+        lead=_lead(report),
+        contents="".join(f'<li><a href="#{anchor}">{escape(title)}</a></li>' for anchor, title in anchors.items()),
+        hero=f'<div class="hero">{"".join(map(_picture, report.hero))}</div>' if report.hero else "",
+        sections="\n".join(_section(section, f"s{number}") for number, section in enumerate(report.sections)),
         provenance=_provenance(report.provenance),
+        footer="Made with fingerslip. This page needs no other file and no network.",
+        scripts=_scripts(("page.js", *(("motion.js", "solid.js") if moving else ())), moving),
     )
+
+
+def _asset(name: str) -> str:
+    return resources.files("fingerslip.report.page").joinpath("assets", name).read_text(encoding="utf-8")
+
+
+def _scripts(names: Sequence[str], moving: bool) -> str:
+    """Return the scripts of a page as one, and what they draw with."""
+    code = "\n".join(_asset(name) for name in names)
+    colours = _json("colour-language", language()) if moving else ""
+    return f"{colours}<script>{code}</script>"
+
+
+def _json(anchor: str, values: Mapping[str, Any]) -> str:
+    """Return plain data for the scripts of a page; a text in it cannot end the script."""
+    text = json.dumps(values, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/")
+    return f'<script type="application/json" id="{anchor}">{text}</script>'
+
+
+def _lead(report: Report) -> str:
+    question = f'<p class="question">{escape(report.question)}</p>' if report.question else ""
+    sentences = "".join(f"<p>{escape(sentence)}</p>" for sentence in report.answer)
+    return question + (f'<div class="answer">{sentences}</div>' if sentences else "")
 
 
 def write_page(report: Report, path: str | Path) -> None:
@@ -139,38 +200,58 @@ def _section(section: ReportSection, anchor: str) -> str:
         (
             *(f'<p class="warning">{escape(paragraph)}</p>' for paragraph in section.warnings),
             *(f"<p>{escape(paragraph)}</p>" for paragraph in section.text),
+            *((_player(section.motions, anchor),) if section.motions else ()),
             *(_table(table) for table in section.tables),
             *(_picture(picture) for picture in section.pictures),
+            section.body,
+            f'<pre tabindex="0"><code>{escape(section.code)}</code></pre>' if section.code else "",
         )
     )
     heading = f'<h2 id="{anchor}">{escape(section.title)}</h2>'
     if section.folded:
         return f"<details><summary>{heading}</summary>\n{body}\n</details>"
-    return f"<section>\n{heading}\n{body}\n</section>"
+    return f'<section aria-labelledby="{anchor}">\n{heading}\n{body}\n</section>'
+
+
+def _player(motions: Sequence[Mapping[str, Any]], anchor: str) -> str:
+    """Return the player of runs in motion and their data."""
+    choices = "".join(f'<option value="{n}">{escape(str(own["title"]))}</option>' for n, own in enumerate(motions))
+    data = "\n".join(
+        _json(f"{anchor}-run{number}", own).replace("<script ", "<script data-motion ", 1)
+        for number, own in enumerate(motions)
+    )
+    return _PLAYER.format(choices=choices, hidden="" if len(motions) > 1 else " hidden") + data
 
 
 def _table(table: Table) -> str:
     kinds = ["number" if is_numeric(table, index) else "text" for index in range(len(table.columns))]
     headings = [column.heading for column in table.columns]
-    head = "".join(_cell("th", kind, heading) for kind, heading in zip(kinds, headings, strict=True))
-    rows = "\n".join(_row(kinds, row, number in table.marked) for number, row in enumerate(texts(table)))
+    head = "".join(_cell("th", kind, heading, ' scope="col"') for kind, heading in zip(kinds, headings, strict=True))
+    rows = "\n".join(
+        _row(kinds, row, cells, number in table.marked)
+        for number, (row, cells) in enumerate(zip(table.rows, texts(table), strict=True))
+    )
     note = f'<p class="note">{escape(table.remarks)}</p>' if table.remarks else ""
     caption = f"<caption>{escape(table.title)}</caption>" if table.title else ""
+    sortable = " data-sortable" if len(table.rows) >= _LEAST_SORTED else ""
     return (
-        f'<div class="table"><table>{caption}<thead><tr>{head}</tr></thead>\n'
+        f'<div class="table" tabindex="0"><table{sortable}>{caption}<thead><tr>{head}</tr></thead>\n'
         f"<tbody>\n{rows}\n</tbody></table></div>{note}"
     )
 
 
-def _row(kinds: Sequence[str], row: Sequence[str], marked: bool) -> str:
-    cells = "".join(_cell("td", kind, text) for kind, text in zip(kinds, row, strict=True))
+def _row(kinds: Sequence[str], row: Sequence[Cell], shown: Sequence[str], marked: bool) -> str:
+    cells = "".join(
+        _cell("td", kind, text, f' title="{escape(cell.meaning, quote=True)}"' if isinstance(cell, Missing) else "")
+        for kind, text, cell in zip(kinds, shown, row, strict=True)
+    )
     return f'<tr class="marked">{cells}</tr>' if marked else f"<tr>{cells}</tr>"
 
 
-def _cell(tag: str, kind: str, text: str) -> str:
+def _cell(tag: str, kind: str, text: str, more: str = "") -> str:
     """Write a cell; short texts keep to one line."""
     words = f"{kind} short" if len(text) <= _SHORT else kind
-    return f'<{tag} class="{words}">{escape(text)}</{tag}>'
+    return f'<{tag} class="{words}"{more}>{escape(text)}</{tag}>'
 
 
 def _picture(picture: Picture | DrawnPicture) -> str:
@@ -187,35 +268,29 @@ def _provenance(values: Mapping[str, str]) -> str:
     if not values:
         return ""
     items = "\n".join(f"<dt>{escape(name)}</dt><dd>{escape(str(value))}</dd>" for name, value in values.items())
-    return f'<section><h2 id="provenance">Provenance</h2>\n<dl>\n{items}\n</dl></section>'
+    return f'<section aria-labelledby="provenance"><h2 id="provenance">Provenance</h2>\n<dl>\n{items}\n</dl></section>'
 
 
 _SHORT = 24  # letters
+_LEAST_SORTED = 3  # rows
 
-_STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #1c1c1c; background: #fff; margin: 0 auto; max-width: 1080px;
-  padding: 2rem 1.5rem 4rem; }
-h1 { font-size: 1.7rem; line-height: 1.25; margin: 0 0 .8rem; }
-h2 { font-size: 1.2rem; margin: 2.2rem 0 .6rem; border-bottom: 1px solid #ddd; padding-bottom: .2rem; }
-nav ul { columns: 2; padding-left: 1.1rem; margin: 0; }
-a { color: #0072b2; }
-summary { cursor: pointer; }
-summary h2 { display: inline-block; margin: .6rem 0; border: 0; font-size: 1.05rem; }
-.table { overflow-x: auto; }
-table { border-collapse: collapse; font-size: .88rem; margin: .8rem 0 .3rem; }
-caption { text-align: left; font-weight: 600; padding: .2rem 0; }
-th, td { padding: .22rem .7rem; border-bottom: 1px solid #e4e4e4; vertical-align: top; text-align: left; }
-thead th { border-bottom: 2px solid #888; vertical-align: bottom; }
-.number { text-align: right; font-variant-numeric: tabular-nums; }
-.short, td.number { white-space: nowrap; }
-.marked td:nth-child(3) { font-weight: 600; color: #a84300; }
-.warning { border-left: 4px solid #d55e00; background: #fdf1e8; padding: .5rem .8rem; margin: .8rem 0; }
-.note, figcaption { color: #555; font-size: .86rem; margin: .2rem 0 1rem; }
-figure { margin: 1.2rem 0; }
-img { max-width: 100%; height: auto; }
-dl { display: grid; grid-template-columns: max-content 1fr; gap: .15rem 1.2rem; font-size: .88rem; }
-dt { color: #555; }
-dd { margin: 0; overflow-wrap: anywhere; }
+_PLAYER = """<div class="motion">
+<div class="controls">
+<label{hidden}>run <select data-part="run">{choices}</select></label>
+<button type="button" data-part="play">Play</button>
+<input type="range" min="0" max="1" value="0" step="1" data-part="time" aria-label="time">
+<label>colour <select data-part="field"><option value="stress">von Mises stress</option>\
+<option value="layers">layers</option><option value="contact">contact</option></select></label>
+<label><input type="checkbox" data-part="open" checked> cut open</label>
+</div>
+<output data-part="said"></output>
+<div class="views">
+<div><canvas data-part="body" role="img" aria-label="The deformed body at the time of the slider."></canvas>
+<div class="bar" data-part="bar"></div></div>
+<div><canvas data-part="plots" role="img" aria-label="Slip map and signals over time, with the events."></canvas></div>
+</div>
+<ul class="keys" data-part="keys"></ul>
+</div>
 """
 
 _PAGE = """<!DOCTYPE html>
@@ -223,14 +298,25 @@ _PAGE = """<!DOCTYPE html>
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="generator" content="fingerslip">
+<link rel="icon" href="data:,">
 <title>{title}</title>
 <style>{style}</style>
 </head>
 <body>
+<a class="skip" href="#content">To the content</a>
+<header>
 <h1>{title}</h1>
-<nav><ul>{contents}</ul></nav>
+{lead}
+</header>
+<nav aria-label="Contents"><ul>{contents}</ul></nav>
+<main id="content" tabindex="-1">
+{hero}
 {sections}
 {provenance}
+</main>
+<footer>{footer}</footer>
+{scripts}
 </body>
 </html>
 """

@@ -11,10 +11,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, ResultError
-from fingerslip.history import is_solid, nearest_record, site_kinds
+from fingerslip.history import SLIP, STICK, is_solid, nearest_record, site_kinds
 from fingerslip.parameters import parameters
-from fingerslip.report.figures.style import BLACK, RECEPTOR_COLOURS, region_colours
+from fingerslip.report.colours import BLACK, FIELD_MAP, RECEPTOR_COLOURS, STATE_COLOURS, region_colours
 from fingerslip.report.scene.snapshot import flat_faces, in_space, read_snapshot
+from fingerslip.slip.counterface import split_along
+from fingerslip.slip.patch import contact_patch, triangle_states
 
 __all__ = [
     "COLOUR_MAP",
@@ -39,7 +41,7 @@ SCALARS: Mapping[str, tuple[str, float]] = {
     "velocity": ("velocity [mm/s]", 1e3),
     "region": ("region", 1.0),
 }
-COLOUR_MAP = "viridis"
+COLOUR_MAP = FIELD_MAP
 _BAR = {"width": 0.5, "height": 0.1, "position_x": 0.25, "position_y": 0.03}
 _BAR_FONTS = {"title_font_size": 18, "label_font_size": 16}
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -49,8 +51,16 @@ _CAMERAS = {
     "below": ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0)),
     "oblique": ((0.8, -0.45, 0.9), (0.0, 1.0, 0.0)),
 }
+# Of the largest extent of the body: the side of a plate's outline; of that side the length of its arrow.
+_PLATE, _ARROW = 1.1, 0.3
+# How far outside of the skin the states of its contact are drawn [mm].
+_OUTSIDE = 0.05
+# Motions along the surface that are rounding [m].
+_STILL = 1e-9
 # What VTK fits is the box around everything, which leaves wide margins.
 _ZOOM = 1.35
+# Width over height of windows in which it fits.
+_WIDE = 4 / 3
 
 
 @parameters
@@ -69,7 +79,9 @@ class SceneOptions:
         Direction of view; from below the contact is seen through the plate. Two-dimensional results are seen from the
         side.
     plate, receptors, edges : bool
-        Whether plate, recorded sites and the edges of the cells are drawn.
+        Whether the outline of the plate, recorded sites and the edges of the cells are drawn.
+    contact : bool
+        Whether the nodes that touch are drawn, in the colours of stick and slip.
     written : bool
         Whether the time and the colour bar are written into the picture.
     """
@@ -81,6 +93,7 @@ class SceneOptions:
     plate: bool = True
     receptors: bool = True
     edges: bool = False
+    contact: bool = False
     written: bool = True
 
 
@@ -167,6 +180,8 @@ def draw_scene(plotter: Any, history: xr.Dataset, number: int, options: SceneOpt
         _draw_plate(plotter, history, number, grid)
     if options.receptors:
         _draw_sites(plotter, history, number)
+    if options.contact:
+        _draw_contact(plotter, history, number)
     if options.written:
         _write_time(plotter, history, number)
     return actors
@@ -181,7 +196,8 @@ def aim(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
     name = options.camera if is_solid(history) else "side"
     plotter.view_vector(*_CAMERAS[name])
     plotter.reset_camera()
-    plotter.camera.zoom(_ZOOM)
+    width, height = plotter.window_size
+    plotter.camera.zoom(_ZOOM * min(1.0, width / (_WIDE * height)))
 
 
 def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[float, float]) -> dict[str, Any]:
@@ -190,8 +206,8 @@ def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[f
     if options.scalar == "region":
         # Mostly ambient light, so that the layers have the colours of a legend.
         return {**shared, "color": region_colours(region_names(history))[name], "ambient": 0.7, "diffuse": 0.3}
-    bar = {"title": SCALARS[options.scalar][0], "color": BLACK, "fmt": "%.3g", "n_labels": 2, **_BAR, **_BAR_FONTS}
-    look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": COLOUR_MAP}
+    bar = {"title": SCALARS[options.scalar][0], "color": BLACK, "fmt": "%.3g", "n_labels": 5, **_BAR, **_BAR_FONTS}
+    look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": COLOUR_MAP, "ambient": 0.4, "diffuse": 0.65}
     return {**look, "scalar_bar_args": bar} if options.written else {**look, "show_scalar_bar": False}
 
 
@@ -242,11 +258,50 @@ def _cut(
 
 
 def _draw_plate(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.UnstructuredGrid) -> None:
-    """Draw the flat counterfaces."""
-    size = 1.2 * float(np.max(np.ptp(grid.points, axis=0)))
+    """Draw the flat counterfaces as outlines, each with an arrow along its motion."""
+    size = _PLATE * float(np.max(np.ptp(grid.points, axis=0)))
+    look = {"color": BLACK, "line_width": 2.0, "reset_camera": False, "lighting": False}
     for face in flat_faces(history, number):
-        plane = pyvista.Plane(center=1e3 * face.centre, direction=face.normal, i_size=size, j_size=size)
-        plotter.add_mesh(plane, name=f"plate {face.number}", color="#b8c4cc", opacity=0.35, reset_camera=False)
+        centre = 1e3 * face.centre
+        plane = pyvista.Plane(center=centre, direction=face.normal, i_size=size, j_size=size)
+        outline = plane.extract_feature_edges(boundary_edges=True)
+        plotter.add_mesh(outline, name=f"plate {face.number}", **look)
+        travel = _travel(history, face.number)
+        if travel is not None:
+            start = centre - 0.5 * _ARROW * size * travel - 0.42 * size * np.cross(face.normal, travel)
+            shape = {"shaft_radius": 0.015, "tip_radius": 0.05, "tip_length": 0.2}
+            arrow = pyvista.Arrow(start=start, direction=travel, scale=_ARROW * size, **shape)
+            plotter.add_mesh(arrow, name=f"arrow {face.number}", color=BLACK, reset_camera=False, lighting=False)
+
+
+def _travel(history: xr.Dataset, counterface: int) -> NDArray[np.float64] | None:
+    """Return the direction in which a counterface moves along its surface (3,), None where it does not."""
+    normal = history["counterface_normal"].values[counterface]
+    moved = history["counterface_displacement"].values[:, counterface]
+    _, along = split_along(moved, normal)
+    furthest = along[np.linalg.norm(along, axis=1).argmax()]
+    length = float(np.linalg.norm(furthest))
+    return in_space(furthest[None] / length)[0] if length > _STILL else None
+
+
+def _draw_contact(plotter: Any, history: xr.Dataset, number: int) -> None:
+    """Draw what touches in the colours of stick and slip: in space the skin of the contact, in the plane its nodes."""
+    step = nearest_record(history, float(history["snapshot_time"][number]))
+    points = 1e3 * in_space(history["contact_position"].values + history["contact_displacement"].values[step])
+    patch = contact_patch(history) if is_solid(history) else None
+    states = history["contact_state"].values[step] if patch is None else triangle_states(history, patch, step)
+    for state in (STICK, SLIP):
+        plotter.remove_actor(f"contact {state}", render=False)
+        own = np.flatnonzero(states == state)
+        if own.size == 0:
+            continue
+        look = {"name": f"contact {state}", "color": STATE_COLOURS[state], "reset_camera": False, "lighting": False}
+        if patch is None:
+            plotter.add_points(points[own], point_size=9.0, render_points_as_spheres=True, **look)
+            continue
+        # A little outside, so that the skin does not cover it.
+        outside = points[patch.nodes] - _OUTSIDE * history["counterface_normal"].values[0]
+        plotter.add_mesh(pyvista.PolyData.from_regular_faces(outside, patch.triangles[own]), **look)
 
 
 def _draw_sites(plotter: Any, history: xr.Dataset, number: int) -> None:

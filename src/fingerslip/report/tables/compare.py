@@ -75,7 +75,7 @@ def _left_out(runs: Sequence[RunResult], values: Sequence[PublishedValue]) -> st
     for run in runs:
         missed = min((value.unmet(run.all_values) for value in values), key=len, default={})
         if missed:
-            reasons.setdefault(_differences(run, missed), []).append(run_title(run, run.name))
+            reasons.setdefault(_differences(run, missed), []).append(run_title(run, "this run"))
     texts = [f"{', '.join(names)} ({reason})" for reason, names in reasons.items()]
     return f"Not compared: {'; '.join(texts)}. " if texts else ""
 
@@ -94,9 +94,10 @@ def _reading_columns() -> Iterator[Column]:
 
 
 def _condition_cells(value: PublishedValue, runs: Sequence[RunResult]) -> tuple[Cell, ...]:
-    """Return the conditions of a published value in the columns of the runs."""
+    """Return the conditions of a published value in the columns of the runs; a single run has none."""
     paths = swept_paths(runs)
-    return tuple(swept_text(value.conditions.get(path)) for path in paths) or (Missing.NOT_COMPARED,)
+    unnamed = (Missing.NOT_COMPARED,) if len(runs) != 1 else ()
+    return tuple(swept_text(value.conditions.get(path)) for path in paths) or unnamed
 
 
 def _event_cells(value: PublishedValue) -> tuple[Cell, ...]:

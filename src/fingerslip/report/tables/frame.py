@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import pandas as pd
 
 from fingerslip.report.tables.summary import summary_table, summary_units
-from fingerslip.report.tables.table import Cell
+from fingerslip.report.tables.table import Cell, Measured, Missing, Table
 from fingerslip.results import StudyResult
 
-__all__ = ["runs_frame"]
+__all__ = ["runs_frame", "table_frame"]
 
 
 def runs_frame(study: StudyResult) -> pd.DataFrame:
@@ -34,6 +34,38 @@ def runs_frame(study: StudyResult) -> pd.DataFrame:
     frame.attrs["units"] = summary_units(study.runs, study.refused)
     frame.attrs["title"] = study.title
     return frame
+
+
+def table_frame(table: Table) -> pd.DataFrame:
+    """Put a table into a data frame.
+
+    Parameters
+    ----------
+    table : Table
+        The table.
+
+    Returns
+    -------
+    pandas.DataFrame
+        The names of the columns are those of the table; what is missing for any reason is NaN, and of a number with an
+        uncertainty the number is kept. ``attrs`` has ``units`` by column, ``title`` and ``note``.
+    """
+    columns = zip(*table.rows, strict=True) if table.rows else ([] for _ in table.columns)
+    named = zip(table.columns, columns, strict=True)
+    frame = pd.DataFrame({column.name: _series([_value(cell) for cell in cells]) for column, cells in named})
+    units = {column.name: column.unit for column in table.columns if column.unit}
+    frame.attrs |= {"units": units, "title": table.title, "note": table.note}
+    return frame
+
+
+def _value(cell: Cell) -> Cell:
+    match cell:
+        case Missing():
+            return None
+        case Measured():
+            return cell.value
+        case _:
+            return cell
 
 
 def _series(cells: Sequence[Cell]) -> pd.Series:

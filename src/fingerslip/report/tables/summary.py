@@ -27,9 +27,9 @@ def summary_table(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ())
     ``incipient_s, three_quarter_s, overall_s, latency_s`` from accumulated slip, and the same four with
     ``_displacement`` and ``_acceleration``; then ``readings_recorded``, the readings whose signals the run recorded,
     so that an empty time says that the event did not happen where its reading is named and that it was not recorded
-    where it is not; then the measures, such as ``normal_force_max_N``; then the numerical uncertainties that are known,
-    such as ``slip_overall_uncertainty_s``; then, in a study with samples, ``refused``: why a sample was not computed.
-    Such rows stand at the end.
+    where it is not; then the measures, such as ``normal_force_max_N``; then derived quantities; then the numerical
+    uncertainties that are known, such as ``slip_overall_uncertainty_s``; then, in a study with samples, ``refused``:
+    why a sample was not computed. Such rows stand at the end.
 
     Parameters
     ----------
@@ -74,6 +74,7 @@ def _columns(runs: Sequence[RunResult], refused: Sequence[RefusedRun]) -> list[_
         *(_time_column(reading, time) for reading in READINGS for time in _TIMES),
         _Known("readings_recorded", "", _recorded),
         *(_measure_column(measure) for measure in measures.MEASURES),
+        *(_derived_column(name, runs) for name in dict.fromkeys(name for run in runs for name in run.derived)),
         *(_uncertainty_column(key) for key in known),
     ]
     return [*columns, _Known("refused", "", lambda _: "", lambda one: one.reason)] if sampled else columns
@@ -113,6 +114,13 @@ def _recorded(run: RunResult) -> Cell:
 
 def _measure_column(measure: measures.Measure) -> _Known:
     return _Known(measure.key, measure.unit.si if measure.unit else "", lambda run: run.numbers.get(measure.key))
+
+
+def _derived_column(name: str, runs: Sequence[RunResult]) -> _Known:
+    """Return the column of a derived quantity, with its unit in the name: `slip_travel_m`."""
+    unit = next(run.derived[name].unit for run in runs if name in run.derived)
+    heading = f"{name}_{unit_suffix(unit)}" if unit else name
+    return _Known(heading, unit, lambda run: run.derived[name].value if name in run.derived else None)
 
 
 def _uncertainty_column(key: str) -> _Known:

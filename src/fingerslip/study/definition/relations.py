@@ -11,6 +11,7 @@ from fingerslip.materials.choice import AnyMaterial
 from fingerslip.materials.material import Formulation
 from fingerslip.parameters.dotted import is_below
 from fingerslip.specimens.choice import SPECIMENS, check_mesh, given_specimen
+from fingerslip.study.definition.repeats import RepeatSettings
 from fingerslip.study.definition.sampled import SampleSettings
 from fingerslip.study.definition.settings import (
     ContactSettings,
@@ -51,12 +52,23 @@ def _one_contact_or_several(contact: ContactSettings | None, contacts: tuple[Con
 
 
 def _sampled_apart_from_swept(sweep: Mapping[str, tuple[Any, ...]], sample: SampleSettings | None) -> None:
-    for path in () if sample is None else (*sample.ranges, *sample.equal):
+    for path in () if sample is None else (*sample.paths, *sample.equal):
         shared = next((other for other in sweep if is_below(path, other) or is_below(other, path)), None)
         if shared is not None:
             raise InputError(
-                f"sample.ranges.{path}", f"is swept too, by '{shared}'", "needs paths apart from the sweep"
+                f"sample.{_group_of(path, sample)}.{path}",
+                f"is swept too, by '{shared}'",
+                "needs paths apart from the sweep",
             )
+
+
+def _repeated_without_samples(repeats: RepeatSettings | None, sample: SampleSettings | None) -> None:
+    if repeats is not None and sample is not None:
+        raise InputError("repeats", "is given with sample", "needs one of the two", "let what scatters be sampled")
+
+
+def _group_of(path: str, sample: SampleSettings | None) -> str:
+    return "choices" if sample is not None and path in sample.choices else "ranges"
 
 
 def _materials_of_a_body(specimen: str | None, mesh: MeshSettings, materials: Mapping[str, AnyMaterial]) -> None:
@@ -96,6 +108,7 @@ def _fixed_step_of_a_basis(dynamics: DynamicsSettings, time: TimeSettings) -> No
 _CHECKS: tuple[Callable[..., None], ...] = (
     _one_contact_or_several,
     _sampled_apart_from_swept,
+    _repeated_without_samples,
     check_mesh,
     _materials_of_a_body,
     _formulation_of_a_body,

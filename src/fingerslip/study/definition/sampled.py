@@ -3,47 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from types import MappingProxyType
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
-import numpy as np
 import pydantic
-from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from fingerslip.errors import InputError, Mistakes, shortened
 from fingerslip.parameters import parameters
 from fingerslip.parameters.dotted import is_below
 from fingerslip.results import SAMPLE
+from fingerslip.sampling.designs import Method, design_size, draw_shares, needs_power_of_two
 from fingerslip.study.definition.swept import unknown_paths, with_values
 from fingerslip.units import split_quantity
 
 __all__ = ["SampleSettings", "drawn", "sample_mistakes"]
 
-_GROUP, _EQUAL = "sample.ranges", "sample.equal"
+_GROUP, _CHOICES, _EQUAL = "sample.ranges", "sample.choices", "sample.equal"
 _DIGITS = 5
-
-#: What draws shares of the ranges in (0, 1), by the name of the method.
-_METHODS: Mapping[str, Callable[[int, int], Any]] = MappingProxyType(
-    {
-        "latin_hypercube": lambda dim, seed: qmc.LatinHypercube(dim, seed=seed),
-        "sobol": lambda dim, seed: qmc.Sobol(dim, seed=seed),
-        "random": lambda dim, seed: _Independent(dim, np.random.default_rng(seed)),
-    }
-)
-
-
-@dataclass(frozen=True)
-class _Independent:
-    """Independent uniform values, drawn as `scipy.stats.qmc` draws its samples."""
-
-    dim: int
-    generator: np.random.Generator
-
-    def random(self, count: int) -> NDArray[np.float64]:
-        """Return samples (count, dim)."""
-        return self.generator.random((count, self.dim))
 
 
 def _check_ranges(ranges: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[Any, ...]]:
@@ -80,7 +55,15 @@ def _number_and_unit(path: str, value: object) -> tuple[float, str]:
     raise InputError(path, f"got {shortened(repr(value))}", "needs numbers or quantities", "sweep what has no order")
 
 
+def _check_choices(choices: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[Any, ...]]:
+    for path, values in choices.items():
+        if len(values) < 2:
+            raise InputError(path, f"has {len(values)} values", "needs two or more")
+    return choices
+
+
 Ranges = Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(_check_ranges)]
+Choices = Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(_check_choices)]
 
 
 @parameters
@@ -95,11 +78,15 @@ class SampleSettings:
     ranges : mapping of str to tuple
         Smallest and largest value by dotted path, quantities in one unit.
     count : int
-        Number of samples.
+        Number of samples; with `saltelli` and `morris` the number of their blocks.
     seed : int
         Seed of the random numbers: the same settings give the same samples.
-    method : {'latin_hypercube', 'sobol', 'random'}
-        A Latin hypercube; a scrambled Sobol sequence, whose `count` has to be a power of two; or independent values.
+    method : {'latin_hypercube', 'sobol', 'random', 'saltelli', 'morris'}
+        A Latin hypercube; a scrambled Sobol sequence, whose `count` has to be a power of two; independent values; or a
+        design for sensitivities: `saltelli` for Sobol indices, `count` (a power of two) times two samples more than
+        there are values, or `morris` for elementary effects, `count` times one more.
+    choices : mapping of str to tuple
+        Values without order, such as words, by dotted path; each is drawn equally often.
     equal : mapping of str to str
         Dotted paths of further values, which are the same as a sampled one, by the path of that one.
     """
@@ -107,19 +94,38 @@ class SampleSettings:
     ranges: Ranges
     count: Annotated[int, pydantic.Field(ge=2)]
     seed: Annotated[int, pydantic.Field(ge=0)] = 1
-    method: Literal["latin_hypercube", "sobol", "random"] = "latin_hypercube"
+    method: Method = "latin_hypercube"
+    choices: Choices = pydantic.Field(default_factory=dict)
     equal: Mapping[str, str] = pydantic.Field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if self.method == "sobol" and self.count & (self.count - 1):
+        if needs_power_of_two(self.method) and self.count & (self.count - 1):
             below = 1 << (self.count.bit_length() - 1)
             repair = f"write count: {below} or count: {2 * below}"
             raise InputError("count", f"got {self.count} for a Sobol sequence", "needs a power of two", repair)
-        for path, other in self.equal.items():
-            if other not in self.ranges:
-                raise InputError(f"equal.{path}", f"got '{other}'", f"needs one of {', '.join(self.ranges)}")
+        for path in self.choices:
             if path in self.ranges:
+                raise InputError(f"choices.{path}", "has a range too", "needs a path of its own")
+        for path, other in self.equal.items():
+            if other not in self.paths:
+                raise InputError(f"equal.{path}", f"got '{other}'", f"needs one of {', '.join(self.paths)}")
+            if path in self.paths:
                 raise InputError(f"equal.{path}", "is sampled itself", "needs the path of a value without a range")
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Dotted paths of the sampled values: those with ranges, then those with choices."""
+        return (*self.ranges, *self.choices)
+
+    @property
+    def total(self) -> int:
+        """The number of samples."""
+        return design_size(self.method, self.count, len(self.paths))
+
+    @property
+    def design(self) -> dict[str, Any]:
+        """How the samples are drawn, as plain data."""
+        return {"method": self.method, "count": self.count, "seed": self.seed, "paths": list(self.paths)}
 
     def values(self, sampled: Mapping[str, Any]) -> dict[str, Any]:
         """Return all values that a sample sets, by dotted path: the drawn ones and those that are equal to them."""
@@ -134,11 +140,18 @@ def drawn(settings: SampleSettings) -> tuple[dict[str, Any], ...]:
     >>> drawn(SampleSettings({"time.step": ("1 ms", "3 ms")}, count=2))
     ({'time.step': '1.4882 ms'}, {'time.step': '2.0495 ms'})
     """
-    cube = _METHODS[settings.method](len(settings.ranges), settings.seed).random(settings.count)
+    cube = draw_shares(settings.method, settings.count, len(settings.paths), settings.seed)
     return tuple(
-        {path: _between(ends, share) for (path, ends), share in zip(settings.ranges.items(), shares, strict=True)}
+        {path: _value(settings, path, float(share)) for path, share in zip(settings.paths, shares, strict=True)}
         for shares in cube
     )
+
+
+def _value(settings: SampleSettings, path: str, share: float) -> Any:
+    if path in settings.ranges:
+        return _between(settings.ranges[path], share)
+    values = settings.choices[path]
+    return values[min(int(share * len(values)), len(values) - 1)]
 
 
 def _between(ends: Sequence[Any], share: float) -> str | float:
@@ -154,7 +167,7 @@ def sample_mistakes(
     known_paths: Mapping[str, Sequence[str]],
     mistakes_of: Callable[[Mapping[str, Any]], Sequence[InputError]],
 ) -> list[InputError]:
-    """Return the mistakes in the ranges of a study: paths that lead nowhere, and ends that are wrong on their own.
+    """Return the mistakes in the ranges and choices of a study: paths that lead nowhere, and wrong ends and choices.
 
     An end is wrong where the study with this value, and its other values as they stand, is wrong. What is wrong between
     the ends, where several values come together, refuses the sample and not the study.
@@ -172,24 +185,29 @@ def sample_mistakes(
     """
     if any(is_below(mistake.where, SAMPLE) for mistake in known_mistakes):
         return []
-    ranges, equal = study[SAMPLE]["ranges"], study[SAMPLE].get("equal") or {}
     wrong_fields = {mistake.where.partition(".")[0] for mistake in known_mistakes} - known_paths.keys()
-    judged, followers = (
-        [path for path in paths if path.partition(".")[0] not in wrong_fields] for paths in (ranges, equal)
-    )
-    unknown = [*unknown_paths(judged, known_paths, _GROUP), *unknown_paths(followers, known_paths, _EQUAL)]
+    groups = {
+        group: {path: own for path, own in found.items() if path.partition(".")[0] not in wrong_fields}
+        for group, found in (
+            (_GROUP, study[SAMPLE]["ranges"]),
+            (_CHOICES, study[SAMPLE].get("choices") or {}),
+            (_EQUAL, study[SAMPLE].get("equal") or {}),
+        )
+    }
+    unknown = [one for group, paths in groups.items() for one in unknown_paths(list(paths), known_paths, group)]
     misnamed = {mistake.where for mistake in unknown}
-    followed = {path: equal[path] for path in followers if f"{_EQUAL}.{path}" not in misnamed}
+    followed = {path: own for path, own in groups[_EQUAL].items() if f"{_EQUAL}.{path}" not in misnamed}
     known = {mistake.where for mistake in known_mistakes}
-    ends = [
-        _at_end(mistake, path, number)
-        for path in judged
-        if f"{_GROUP}.{path}" not in misnamed
-        for number, end in enumerate(ranges[path])
-        for mistake in mistakes_of(with_values(study, dict.fromkeys(_same(path, followed), end)))
+    values = [
+        _at_value(mistake, f"{group}.{path}.{number}", path)
+        for group in (_GROUP, _CHOICES)
+        for path, own in groups[group].items()
+        if f"{group}.{path}" not in misnamed
+        for number, value in enumerate(own)
+        for mistake in mistakes_of(with_values(study, dict.fromkeys(_same(path, followed), value)))
         if mistake.where not in known
     ]
-    return [*unknown, *ends]
+    return [*unknown, *values]
 
 
 def _same(path: str, equal: Mapping[str, str]) -> tuple[str, ...]:
@@ -197,6 +215,6 @@ def _same(path: str, equal: Mapping[str, str]) -> tuple[str, ...]:
     return (path, *(other for other, own in equal.items() if own == path))
 
 
-def _at_end(mistake: InputError, path: str, number: int) -> InputError:
+def _at_value(mistake: InputError, where: str, path: str) -> InputError:
     found = mistake.found if mistake.where == path else f"makes {mistake.where} wrong: {mistake.found}"
-    return InputError(f"{_GROUP}.{path}.{number}", found, mistake.allowed, mistake.repair)
+    return InputError(where, found, mistake.allowed, mistake.repair)

@@ -37,7 +37,9 @@ from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.base import read_with_base
 from fingerslip.study.definition.camera_settings import CameraKind, CameraSettings
+from fingerslip.study.definition.derived import check_expression
 from fingerslip.study.definition.relations import mistakes_between
+from fingerslip.study.definition.repeats import RepeatSettings
 from fingerslip.study.definition.sampled import SampleSettings, sample_mistakes
 from fingerslip.study.definition.settings import (
     BodySettings,
@@ -62,6 +64,7 @@ __all__ = [
     "RefinementSettings",
     "Study",
     "TimeSettings",
+    "given_in",
     "given_paths",
     "known_paths",
     "parse_study",
@@ -70,7 +73,7 @@ __all__ = [
 ]
 
 #: The fields of a study that do not belong to a single run.
-NOT_OF_A_RUN = ("sweep", "sample", "compare", "converge", "cameras")
+NOT_OF_A_RUN = ("description", "sweep", "sample", "repeats", "derived", "compare", "converge", "cameras")
 
 
 def _check_published(name: str) -> str:
@@ -85,6 +88,9 @@ PublishedName = Annotated[str, pydantic.AfterValidator(_check_published)]
 Sweep = Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(check_sweep)]
 
 
+Expression = Annotated[str, pydantic.AfterValidator(check_expression)]
+
+
 @parameters
 class Study(SpecimenChoice):
     """A study: one model, and the values that are swept.
@@ -95,6 +101,8 @@ class Study(SpecimenChoice):
         Step, scheme, numerical damping and end.
     title : str
         What the study shows.
+    description : str
+        The question that it answers, in a sentence or two; its report begins with it.
     mesh : MeshSizes, SolidSizes, MeshFile or SurfaceMesh
         Element sizes of the section, with `element` T4 or T10 those of the fingertip in space; without `element` it is
         the specimen's: a solid where its preset has a shape in space. Or `file` for a mesh that is read, or `skin` and
@@ -140,6 +148,11 @@ class Study(SpecimenChoice):
         are lists by several paths with commas between them.
     sample : SampleSettings, optional
         Samples of values that are known by their ranges only; every combination of the sweep is run with every sample.
+    repeats : RepeatSettings, optional
+        Repeats of every run, in which some values scatter as from trial to trial.
+    derived : mapping of str to str
+        Further quantities of every run by name: expressions of events, measures and parameters, such as
+        ``slip_travel: overall_slip * slide_speed``. They become columns of the summary, with their units.
     compare : tuple of str
         Published tables with which the results are compared.
     converge : RefinementSettings
@@ -152,6 +165,7 @@ class Study(SpecimenChoice):
 
     time: TimeSettings
     title: str = ""
+    description: str = ""
     mesh: MeshSettings = MeshSizes()
     contact: ContactSettings | None = None
     contacts: tuple[ContactSettings, ...] = ()
@@ -172,6 +186,8 @@ class Study(SpecimenChoice):
     depth: PositiveLength | None = None
     sweep: Sweep = pydantic.Field(default_factory=dict)
     sample: SampleSettings | None = None
+    repeats: RepeatSettings | None = None
+    derived: Mapping[str, Expression] = pydantic.Field(default_factory=dict)
     compare: tuple[PublishedName, ...] = ()
     converge: RefinementSettings = RefinementSettings()
     cameras: Mapping[CameraKind, CameraSettings] = pydantic.Field(default_factory=dict)
@@ -223,11 +239,16 @@ def given_paths(path: str | Path) -> tuple[str, ...]:
     path : path
         A study file without mistakes.
     """
-    mapping = read_with_base(Path(path))
+    return given_in(read_with_base(Path(path)))
+
+
+def given_in(mapping: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the dotted paths of all values that a study as plain data gives; see :func:`given_paths`."""
     written = flatten({key: value for key, value in mapping.items() if key not in ("sweep", "sample")})
     sample = mapping.get("sample") or {}
     swept = (path for key in mapping.get("sweep") or {} for path in swept_together(str(key)))
-    changing = (*swept, *sample.get("ranges", {}), *(sample.get("equal") or {}))
+    sampled = (one for key in ("ranges", "choices", "equal") for one in sample.get(key) or {})
+    changing = (*swept, *sampled)
     return tuple(current_path(Study, str(one)) for one in (*written, *changing))
 
 

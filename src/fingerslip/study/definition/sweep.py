@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
@@ -11,14 +11,15 @@ from typing import Any
 from fingerslip.errors import InputError
 from fingerslip.materials.choice import PRESET, material_of
 from fingerslip.parameters import as_mapping
-from fingerslip.results import SAMPLE, RefusedRun
+from fingerslip.results import REPEAT, SAMPLE, RefusedRun, flatten
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.names import run_names
+from fingerslip.study.definition.repeats import RepeatSettings, scattered
 from fingerslip.study.definition.sampled import SampleSettings, drawn
 from fingerslip.study.definition.spec import NOT_OF_A_RUN, Study, parse_study, study_mapping
 from fingerslip.study.definition.swept import combinations, with_values
 
-__all__ = ["Expansion", "Run", "expand", "expand_samples"]
+__all__ = ["Expansion", "Run", "expand", "expand_checked", "expand_samples"]
 
 
 @dataclass(frozen=True)
@@ -118,7 +119,14 @@ def expand_samples(study: Study, source: Path) -> Expansion:
         them are refused.
     """
     parse_study(study_mapping(study), source)
+    return expand_checked(study, source)
+
+
+def expand_checked(study: Study, source: Path) -> Expansion:
+    """Return the runs of a study whose swept paths and values are known to be right; see :func:`expand_samples`."""
     swept = combinations(study.sweep)
+    if study.repeats is not None:
+        return _with_repeats(study, study.repeats, swept, source)
     if study.sample is None:
         named = [_Named(name, values) for values, name in zip(swept, run_names(swept), strict=True)]
         return Expansion(tuple(_run(study, one.swept, source, one) for one in named))
@@ -127,18 +135,45 @@ def expand_samples(study: Study, source: Path) -> Expansion:
 
 def _with_samples(study: Study, settings: SampleSettings, swept: list[dict[str, Any]], source: Path) -> Expansion:
     samples = tuple(enumerate(drawn(settings), start=1))
-    digits = len(str(settings.count))
+    digits = len(str(settings.total))
     parts = [(values, number, sampled) for values in swept for number, sampled in samples]
     names = run_names([{**values, SAMPLE: f"{number:0{digits}}"} for values, number, _ in parts])
+    return _possible(
+        study,
+        source,
+        [
+            (_Named(name, {**values, SAMPLE: number}, sampled), {**values, **settings.values(sampled)})
+            for (values, number, sampled), name in zip(parts, names, strict=True)
+        ],
+    )
+
+
+def _with_repeats(study: Study, settings: RepeatSettings, swept: list[dict[str, Any]], source: Path) -> Expansion:
+    numbers, digits = range(1, settings.count + 1), len(str(settings.count))
+    parts = [(values, number) for values in swept for number in numbers]
+    names = iter(run_names([{**values, REPEAT: f"{number:0{digits}}"} for values, number in parts]))
+    named = []
+    for values in swept:
+        known = flatten(_run(study, values, source, _Named("", values)).resolved())
+        for number in numbers:
+            try:
+                own = scattered(settings, number, known)
+            except InputError as error:
+                raise error.moved(lambda where: f"{source}: {where}") from None
+            named.append((_Named(next(names), {**values, REPEAT: number}, own), {**values, **own}))
+    return _possible(study, source, named)
+
+
+def _possible(study: Study, source: Path, named: Sequence[tuple[_Named, Mapping[str, Any]]]) -> Expansion:
+    """Return the runs whose values fit together, and the others as refused; raise where none do."""
     runs: list[Run] = []
     refused: list[RefusedRun] = []
-    for (values, number, sampled), name in zip(parts, names, strict=True):
-        one = _Named(name, {**values, SAMPLE: number}, sampled)
+    for one, changed in named:
         try:
-            runs.append(_run(study, {**values, **settings.values(sampled)}, source, one))
+            runs.append(_run(study, changed, source, one))
         except InputError as error:
-            refused.append(RefusedRun(name, one.swept, sampled, str(error)))
-            if len(refused) == len(parts):
+            refused.append(RefusedRun(one.name, one.swept, one.sampled, str(error)))
+            if len(refused) == len(named):
                 raise
     return Expansion(tuple(runs), tuple(refused))
 

@@ -97,7 +97,7 @@ def _rows(key: str, values: Sequence[Any]) -> list[dict[str, Any]]:
 
 
 def with_values(mapping: Mapping[str, Any], swept: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of a study as plain data with other values, without a sweep and without samples.
+    """Return a copy of a study as plain data with other values, without a sweep, samples and repeats.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def with_values(mapping: Mapping[str, Any], swept: Mapping[str, Any]) -> dict[st
     LookupError
         Where a path leads through a scalar, or to an item that a list does not have.
     """
-    kept = {name: value for name, value in mapping.items() if name != "sample"}
+    kept = {name: value for name, value in mapping.items() if name not in ("sample", "repeats")}
     changed = copy.deepcopy({**kept, "sweep": {}})
     for path, value in swept.items():
         assign(changed, path, copy.deepcopy(value))

@@ -6,16 +6,20 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeAlias
 
+from fingerslip.dynamics.checks import checked
 from fingerslip.dynamics.simulation import step_times
+from fingerslip.dynamics.steps import record_bytes
 from fingerslip.fe.space import build_space
 from fingerslip.model import Model
 from fingerslip.report.tables.table import Column, Table
-from fingerslip.study.running.cost import estimated_seconds
+from fingerslip.study.running.compute import Job
+from fingerslip.study.running.cost import estimated_seconds, process_bytes
+from fingerslip.study.running.groups import groups
 from fingerslip.study.running.plan import Plan, plan_studies
 from fingerslip.study.running.runner import prepare_samples
 from fingerslip.timing import Adaptive, Timing
 
-__all__ = ["check_studies"]
+__all__ = ["check_plans", "check_studies"]
 
 _Row: TypeAlias = tuple[str, str, str, int, int, int | str, float]
 
@@ -54,29 +58,59 @@ def check_studies(paths: Sequence[str | Path], results_dir: str | Path = "result
     InputError
         For all mistakes in the files; where there are none, for the first model that cannot be built.
     """
-    rows = [row for plan in plan_studies(paths, results_dir) for row in _rows(plan)]
-    return Table("Checked: no mistakes found", _COLUMNS, tuple(rows), _note(rows))
+    return check_plans(plan_studies(paths, results_dir))
 
 
-def _note(rows: Sequence[_Row]) -> str:
+def check_plans(plans: Sequence[Plan]) -> Table:
+    """Check studies that are planned already; see :func:`check_studies`."""
+    checked_plans = [_checked(plan) for plan in plans]
+    rows = [row for own, _ in checked_plans for row in own]
+    parts = [part for _, own in checked_plans for part in groups(own)]
+    return Table("Checked: no mistakes found", _COLUMNS, tuple(rows), _note(rows, parts))
+
+
+def _note(rows: Sequence[_Row], parts: Sequence[Sequence[Job]]) -> str:
     seconds = sum(row[-1] for row in rows if row[2] == "to do")
     controlled = any(isinstance(row[-2], str) for row in rows)
     about = "at least" if any(isinstance(row[-2], str) and row[2] == "to do" for row in rows) else "about"
     runs = f"{len(rows)} run{'s' * (len(rows) != 1)}"
     note = f"{runs}, {about} {max(seconds / 60, 0.1):.1f} min of computing in one process."
-    return note + _CONTROLLED * controlled
+    return note + _of_groups(parts) + _CONTROLLED * controlled
 
 
-def _rows(plan: Plan) -> list[_Row]:
+def _of_groups(parts: Sequence[Sequence[Job]]) -> str:
+    """Say what the groups of runs that are computed together need; nothing where nothing is to do."""
+    if not parts:
+        return ""
+    largest, shared = max(map(_bytes, parts)) / 1e9, [len(part) for part in parts if len(part) > 1]
+    memory = f" Each process takes about {largest:.1f} GB."
+    if not shared:
+        return memory
+    matrices = f"{len(shared)} group{'s' * (len(shared) != 1)}"
+    return f" {sum(shared)} of those to do are computed in {matrices} with one matrix each.{memory}"
+
+
+def _bytes(jobs: Sequence[Job]) -> float:
+    """Estimate the memory of a process that computes jobs together [bytes]."""
+    model = jobs[0].model
+    known = checked(model)
+    candidates = sum(len(own.nodes) for own in known.candidates)
+    records = sum(record_bytes(job.model, known.space.n_dofs // known.space.dim, candidates) for job in jobs)
+    return process_bytes(known.space.n_dofs, records, known.space.dim)
+
+
+def _checked(plan: Plan) -> tuple[list[_Row], list[Job]]:
+    """Return a row for each run, and the jobs that are to do."""
     finished = plan.finished()
     prepared = prepare_samples(plan, plan.runs)
-    return [
+    rows: list[_Row] = [
         *(
             (plan.source.name, job.run.name, "finished" if job.run.name in finished else "to do", *_size(job.model))
             for job in prepared.jobs
         ),
         *((plan.source.name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in prepared.refused),
     ]
+    return rows, [job for job in prepared.jobs if job.run.name not in finished]
 
 
 def _size(model: Model) -> tuple[int, int, int | str, float]:

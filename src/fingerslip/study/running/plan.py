@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from fingerslip.errors import InputError, Mistakes
-from fingerslip.results import RefusedRun, RunResult, read_result
-from fingerslip.study.definition.spec import Study, given_paths, read_study
-from fingerslip.study.definition.sweep import Run, expand_samples
+from fingerslip.results import RefusedRun, RunResult, flatten, read_result
+from fingerslip.slip.events import Events
+from fingerslip.study.definition.base import read_with_base
+from fingerslip.study.definition.derived import derive
+from fingerslip.study.definition.spec import Study, given_in, parse_study
+from fingerslip.study.definition.sweep import Run, expand_checked
 from fingerslip.study.definition.yaml import line_numbers
 from fingerslip.study.storage.store import identity
 
-__all__ = ["Plan", "plan_studies", "plan_study"]
+__all__ = ["Plan", "plan_mapping", "plan_studies", "plan_study"]
 
 
 @dataclass(frozen=True)
@@ -61,13 +65,44 @@ def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
         For all mistakes in the file and in the swept values, in the order of the file.
     """
     source = Path(path)
-    study = read_study(source)
+    mapping = read_with_base(source)
     with line_numbers(source):
-        expansion = expand_samples(study, source)
-    runs = expansion.runs
-    identities = {run.name: identity(run) for run in runs}
-    folder = Path(results_dir) / source.stem
-    return Plan(source, study, folder, runs, identities, given_paths(source), expansion.refused)
+        return plan_mapping(mapping, source, Path(results_dir) / source.stem)
+
+
+def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan:
+    """List the runs of a study that is given as plain data.
+
+    Parameters
+    ----------
+    mapping : mapping
+        What a study file holds, quantities as text with units.
+    source : Path
+        Its file, which errors name and to which the path of a mesh file is relative; it need not exist.
+    folder : Path
+        Where the results go.
+
+    Raises
+    ------
+    InputError
+        For all mistakes in the study.
+    """
+    study = parse_study(mapping, source)
+    expansion = expand_checked(study, source)
+    _check_derived(study, expansion.runs, source)
+    identities = {run.name: identity(run) for run in expansion.runs}
+    return Plan(source, study, folder, expansion.runs, identities, given_in(mapping), expansion.refused)
+
+
+def _check_derived(study: Study, runs: Sequence[Run], source: Path) -> None:
+    """Refuse derived quantities whose names are not known, or whose units do not fit together, before anything runs."""
+    mistakes = Mistakes()
+    for name, text in study.derived.items() if runs else ():
+        with mistakes.collected():
+            one = RunResult(runs[0].name, runs[0].swept, Events(), values=flatten(runs[0].resolved()))
+            derive(name, text, one)
+    if mistakes.found:
+        raise mistakes.error().moved(lambda where: f"{source}: {where}")
 
 
 def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results") -> tuple[Plan, ...]:

@@ -10,7 +10,7 @@ from typing import Protocol, Self
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-__all__ = ["BarProgress", "LineProgress", "SilentProgress", "StudyProgress", "progress_for"]
+__all__ = ["BarProgress", "LineProgress", "SilentProgress", "StudyProgress", "progress_for", "progress_on_screen"]
 
 _SECONDS_BETWEEN_LINES = 30.0
 
@@ -152,3 +152,8 @@ class LineProgress(SilentProgress):
 def progress_for(console: Console) -> StudyProgress:
     """Return bars for a terminal and lines for anything else."""
     return BarProgress(console) if console.is_terminal else LineProgress(console)
+
+
+def progress_on_screen() -> StudyProgress:
+    """Return the progress display on standard error: bars on a terminal, lines elsewhere."""
+    return progress_for(Console(stderr=True))

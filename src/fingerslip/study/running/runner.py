@@ -4,20 +4,23 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from fingerslip.dynamics.checks import check_model
+from fingerslip.dynamics.checks import checked
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
+from fingerslip.fe.space import Space, build_space
 from fingerslip.files import clean_stale, remove_empty
 from fingerslip.parameters.protocols import require_kind
 from fingerslip.report.page.pictures import RunPictures
 from fingerslip.results import RefusedRun, RunResult, StudyResult, flatten, stored_result
 from fingerslip.study.convergence.storage import read_uncertainties
+from fingerslip.study.definition.derived import derived_of
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.bases import choose_bases
 from fingerslip.study.running.build import build_mesh, build_model, located, mesh_key
+from fingerslip.study.running.cluster import compute_on_cluster
 from fingerslip.study.running.compute import Job
 from fingerslip.study.running.drawing import Drawing, drawings_of
 from fingerslip.study.running.filming import film_runs
@@ -35,10 +38,16 @@ __all__ = [
     "compute_jobs",
     "prepare",
     "prepare_samples",
+    "run_plans",
     "run_studies",
     "run_study",
     "write_up",
 ]
+
+
+Engine = Callable[[Sequence[Job], StudyProgress, Mapping[str, Drawing] | None], Computed]
+#: Meshes and their spaces by what decides them.
+_Meshes = dict[str, tuple[Any, Space]]
 
 
 class StudyFailedError(FingerslipError):
@@ -91,7 +100,7 @@ def prepare_samples(plan: Plan, runs: Sequence[Run]) -> Prepared:
     InputError
         For a run that is no sample; for the last sample where none of the study makes a model.
     """
-    meshes: dict[str, Any] = {}
+    meshes: _Meshes = {}
     jobs: list[Job] = []
     refused = list(plan.refused)
     for run in runs:
@@ -112,7 +121,7 @@ def prepare(plan: Plan, runs: Sequence[Run]) -> tuple[Job, ...]:
     InputError
         Where a mesh cannot be built or a model cannot be simulated.
     """
-    meshes: dict[str, Any] = {}
+    meshes: _Meshes = {}
     return choose_bases([_job(plan, run, meshes) for run in runs])
 
 
@@ -123,6 +132,7 @@ def run_study(
     workers: int = 2,
     force: bool = False,
     progress: StudyProgress | None = None,
+    scheduler: str | None = None,
 ) -> StudyResult:
     """Run a study.
 
@@ -141,6 +151,8 @@ def run_study(
         Compute finished runs again too.
     progress : StudyProgress, optional
         Receives the progress of the study; without it nothing is shown.
+    scheduler : str, optional
+        Address of a Dask scheduler, such as ``tcp://host:8786``, whose workers compute instead of local processes.
 
     Returns
     -------
@@ -156,7 +168,9 @@ def run_study(
     ResultError
         Where results cannot be written.
     """
-    return run_studies([path], results_dir=results_dir, workers=workers, force=force, progress=progress)[0]
+    return run_studies(
+        [path], results_dir=results_dir, workers=workers, force=force, progress=progress, scheduler=scheduler
+    )[0]
 
 
 def run_studies(
@@ -166,20 +180,39 @@ def run_studies(
     workers: int = 2,
     force: bool = False,
     progress: StudyProgress | None = None,
+    scheduler: str | None = None,
 ) -> tuple[StudyResult, ...]:
     """Run several studies, one after the other, after all of them are checked; see :func:`run_study`."""
     for path in paths:
         require_kind(path, (str, os.PathLike), "the path of a study file", "study")
+    _require_workers(workers)
+    plans = plan_studies(paths, results_dir)
+    return run_plans(plans, workers=workers, force=force, progress=progress, scheduler=scheduler)
+
+
+def _require_workers(workers: int) -> None:
     if workers < 1:
         raise InputError("workers", f"got {workers}", "needs a number >= 1")
-    plans = plan_studies(paths, results_dir)
+
+
+def run_plans(
+    plans: Sequence[Plan],
+    *,
+    workers: int = 2,
+    force: bool = False,
+    progress: StudyProgress | None = None,
+    scheduler: str | None = None,
+) -> tuple[StudyResult, ...]:
+    """Run studies that are planned already; see :func:`run_study`."""
+    _require_workers(workers)
     finished = [{} if force else plan.finished() for plan in plans]
     prepared = [
         prepare_samples(plan, [run for run in plan.runs if run.name not in there])
         for plan, there in zip(plans, finished, strict=True)
     ]
     with progress or SilentProgress() as shown:
-        outcomes = [_execute(plan, todo, workers, shown) for plan, todo in zip(plans, prepared, strict=True)]
+        engine = _engine(workers, scheduler)
+        outcomes = [_execute(plan, todo, engine, shown) for plan, todo in zip(plans, prepared, strict=True)]
     results = tuple(result for result, _ in outcomes)
     errors = {name: error for _, failures in outcomes for name, error in failures.items()}
     if errors:
@@ -187,8 +220,15 @@ def run_studies(
     return results
 
 
+def _engine(workers: int, scheduler: str | None) -> Engine:
+    """Return what computes jobs: local processes, or the workers of a Dask scheduler."""
+    if scheduler is None:
+        return lambda jobs, progress, drawings: compute_all(jobs, workers, progress, drawings)
+    return lambda jobs, progress, _: Computed(compute_on_cluster(jobs, scheduler, progress))
+
+
 def _execute(
-    plan: Plan, prepared: Prepared, workers: int, progress: StudyProgress
+    plan: Plan, prepared: Prepared, engine: Engine, progress: StudyProgress
 ) -> tuple[StudyResult, dict[str, FingerslipError]]:
     """Compute what is to be computed of one study, and write it up."""
     jobs, refused = prepared.jobs, prepared.refused
@@ -200,7 +240,7 @@ def _execute(
     for name in unchanged:
         progress.say(f"{plan.source.stem}/{name}: unchanged")
     try:
-        done = compute_jobs(plan, jobs, workers, progress, drawings_of(plan, jobs))
+        done = compute_jobs(plan, jobs, engine, progress, drawings_of(plan, jobs))
     except KeyboardInterrupt:
         _write_tables(plan, plan.finished(), refused, report="")
         raise
@@ -210,22 +250,24 @@ def _execute(
     return result, {f"{plan.source.stem}/{name}": error for name, error in failures.items()}
 
 
-def _job(plan: Plan, run: Run, meshes: dict[str, Any]) -> Job:
+def _job(plan: Plan, run: Run, meshes: _Meshes) -> Job:
     key = mesh_key(run)
-    if key not in meshes:
-        meshes[key] = build_mesh(run)
-    model = build_model(run, meshes[key])
+    mesh, space = meshes.get(key, (None, None))
+    mesh = build_mesh(run) if mesh is None else mesh
+    model = build_model(run, mesh)
     try:
-        check_model(model)
+        space = space or build_space(mesh)
+        checked(model, space)
     except InputError as error:
         raise located(error, run.where, run.study) from None
+    meshes[key] = mesh, space
     return Job(run, model, plan.identities[run.name], plan.folder / run.name)
 
 
 def compute_jobs(
     plan: Plan,
     jobs: Sequence[Job],
-    workers: int,
+    engine: Engine | int,
     progress: StudyProgress,
     drawings: Mapping[str, Drawing] | None = None,
 ) -> Computed:
@@ -237,8 +279,8 @@ def compute_jobs(
         The study.
     jobs : sequence of Job
         What to compute.
-    workers : int
-        How many at once.
+    engine : callable or int
+        What computes them; a number means so many local processes.
     progress : StudyProgress
         Receives the progress of the runs.
     drawings : mapping of str to Drawing, optional
@@ -256,7 +298,8 @@ def compute_jobs(
     for job in jobs:
         _say_damaged(plan, job, progress)
     try:
-        return compute_all(jobs, workers, progress, drawings)
+        compute = _engine(engine, None) if isinstance(engine, int) else engine
+        return compute(jobs, progress, drawings)
     finally:
         clean_stale(plan.folder)
         remove_empty(*made)
@@ -302,8 +345,9 @@ def write_up(
     refused = refused_in(manifest) if refused is None else refused
     identities = {name: plan.identities[name] for name in finished}
     known = read_uncertainties(plan.folder, identities)
+    about = f"{plan.study.title}\n{plan.study.description}"
     films = film_keys(plan.folder, list(finished))
-    key = report_key(plan.study.title, plan.study.compare, identities, known, plan.given, films)
+    key = report_key(about, plan.study.compare, identities, known, plan.given, films)
     current = manifest.get("report") == key and (plan.folder / REPORT).is_file()
     result = _write_tables(plan, finished, refused, report=key if current else "")
     if result.runs and not current:
@@ -317,15 +361,29 @@ def _write_tables(
 ) -> StudyResult:
     known = read_uncertainties(plan.folder, plan.identities)
     runs = tuple(
-        dataclasses.replace(finished[run.name], values=flatten(run.resolved()), uncertainty=known.get(run.name, {}))
-        for run in plan.runs
-        if run.name in finished
+        _completed(plan, run, finished[run.name], known.get(run.name, {})) for run in plan.runs if run.name in finished
     )
-    ranges = plan.study.sample.ranges if plan.study.sample else {}
-    study = StudyResult(plan.folder, plan.study.compare, runs, title=plan.study.title, ranges=ranges, refused=refused)
+    sample = plan.study.sample
+    ranges, design = (sample.ranges, sample.design) if sample else ({}, {})
+    study = StudyResult(
+        plan.folder,
+        plan.study.compare,
+        runs,
+        title=plan.study.title,
+        description=plan.study.description,
+        ranges=ranges,
+        refused=refused,
+        design=design,
+    )
     if runs:
         write_summary(study)
         if ranges:
             write_sensitivity(study)
         write_manifest(plan.source, study, report, given=plan.given)
     return study
+
+
+def _completed(plan: Plan, run: Run, result: RunResult, uncertainty: Mapping[str, float]) -> RunResult:
+    """Return the result of a run with its values, uncertainties and derived quantities."""
+    known = dataclasses.replace(result, values=flatten(run.resolved()), uncertainty=uncertainty)
+    return dataclasses.replace(known, derived=derived_of(plan.study.derived, known)) if plan.study.derived else known

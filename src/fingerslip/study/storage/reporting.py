@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from fingerslip.digest import digest
 from fingerslip.errors import ResultError
 from fingerslip.files import new_folder, write_bytes
-from fingerslip.history import read_history
+from fingerslip.history import read_history, stored_phases
 from fingerslip.published import published
 from fingerslip.report.page.assemble import study_report
 from fingerslip.report.page.content import MOST_RUNS, ReportContent
+from fingerslip.report.page.notes import notes_html
 from fingerslip.report.page.page import write_page
 from fingerslip.report.page.pictures import RunPictures
 from fingerslip.report.tables.compare import compare_table
@@ -27,7 +29,7 @@ from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh
 from fingerslip.study.storage.films import read_films
 from fingerslip.study.storage.store import RUN, read_run
-from fingerslip.study.storage.summary import identities, read_manifest, stored_manifest, stored_study
+from fingerslip.study.storage.summary import MANIFEST, identities, read_manifest, stored_manifest, stored_study
 from fingerslip.study.storage.values import read_specified, value_rows
 
 __all__ = [
@@ -172,9 +174,8 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
     """
     report = study_report(_content(study, pictures or {}))
     with new_folder(study.folder / "figures") as folder:
-        for section in report.sections:
-            for picture in section.pictures:
-                write_bytes(folder / f"{picture.name}.png", picture.png)
+        for picture in report.pictures:
+            write_bytes(folder / f"{picture.name}.png", picture.png)
     write_page(report, study.folder / REPORT)
 
 
@@ -196,16 +197,27 @@ def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportC
         },
         references=tuple(published(name) for name in study.compare),
         values=value_rows(specified, manifest.get("given") or None),
-        provenance=_provenance(manifest),
+        provenance=_provenance(study.folder, manifest),
         convergences={name: one.quantities for name, one in found.items()},
         films=read_films(study.folder, {name: histories[name] for name in drawn}),
+        starts=_starts(study),
+        notes=notes_html(study.folder),
     )
 
 
-def _provenance(manifest: Mapping[str, Any]) -> dict[str, str]:
-    """Return what made the results, in words: file, commit, computing time, and the versions of all programs."""
+def _starts(study: StudyResult) -> dict[str, float]:
+    """Return when the slide of each run begins [s]; runs in which nothing slides are left out."""
+    slides = {run.name: stored_phases(study.folder / run.name / HISTORY, "slide") for run in study.runs}
+    return {name: own[0][0] for name, own in slides.items() if own}
+
+
+def _provenance(folder: Path, manifest: Mapping[str, Any]) -> dict[str, str]:
+    """Return what made the results, in words: file, dates, commit, computing time, and the versions of all programs."""
+    written = datetime.fromtimestamp((folder / MANIFEST).stat().st_mtime).astimezone()
     words = {
         "study": manifest.get("study"),
+        "results of": f"{written:%Y-%m-%d %H:%M %Z}",
+        "page of": f"{datetime.now().astimezone():%Y-%m-%d %H:%M %Z}",
         "commit": manifest.get("commit"),
         "computing time": f"{manifest['wall_time_s']:g} s" if "wall_time_s" in manifest else None,
         **manifest.get("versions", {}),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from fingerslip.files import read_json, write_json, write_text
 from fingerslip.report.tables.samples import sensitivity_rows
 from fingerslip.report.tables.summary import summary_table
 from fingerslip.report.tables.table import to_csv
-from fingerslip.results import RefusedRun, RunResult, StudyResult
+from fingerslip.results import Quantity, RefusedRun, RunResult, StudyResult
 from fingerslip.sampling import fits_of
 from fingerslip.study.storage.provenance import commit, versions
 
@@ -77,6 +78,7 @@ def write_manifest(source: Path, study: StudyResult, report: str, *, given: Sequ
     manifest = {
         "study": source.name,
         "title": study.title,
+        **({"description": study.description} if study.description else {}),
         "compare": list(study.compare),
         "given": list(given),
         **_samples(study),
@@ -84,6 +86,7 @@ def write_manifest(source: Path, study: StudyResult, report: str, *, given: Sequ
         "commit": commit(),
         "wall_time_s": round(sum(run.seconds for run in study.runs), 3),
         "report": report,
+        "derived": {run.name: _plain(run.derived) for run in study.runs if run.derived},
         "runs": {run.name: _entry(run) for run in study.runs},
     }
     write_json(study.folder / MANIFEST, manifest)
@@ -95,6 +98,7 @@ def _samples(study: StudyResult) -> dict[str, Any]:
         return {}
     return {
         "ranges": {path: list(ends) for path, ends in study.ranges.items()},
+        "design": dict(study.design),
         "refused": {
             one.name: {"swept": dict(one.swept), "sampled": dict(one.sampled), "reason": one.reason}
             for one in study.refused
@@ -112,15 +116,26 @@ def refused_in(manifest: Mapping[str, Any]) -> tuple[RefusedRun, ...]:
 
 def stored_study(folder: Path, manifest: Mapping[str, Any], runs: Iterable[RunResult]) -> StudyResult:
     """Return the results of a study from its manifest and its runs."""
+    derived = manifest.get("derived", {})
     return StudyResult(
         folder,
         tuple(manifest["compare"]),
-        tuple(runs),
+        tuple(dataclasses.replace(run, derived=_quantities(derived.get(run.name, {}))) for run in runs),
         unchanged=tuple(manifest["runs"]),
         title=manifest["title"],
+        description=manifest.get("description", ""),
         ranges={path: tuple(ends) for path, ends in manifest.get("ranges", {}).items()},
         refused=refused_in(manifest),
+        design=dict(manifest.get("design", {})),
     )
+
+
+def _plain(derived: Mapping[str, Quantity]) -> dict[str, list[Any]]:
+    return {name: [one.value, one.unit] for name, one in derived.items()}
+
+
+def _quantities(stored: Mapping[str, Sequence[Any]]) -> dict[str, Quantity]:
+    return {name: Quantity(name, unit, value) for name, (value, unit) in stored.items()}
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:

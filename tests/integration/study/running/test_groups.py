@@ -20,7 +20,7 @@ Write = Callable[..., Path]
 def test_a_study_gives_the_same_together(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_study(block_values())
     apart = run_study(path, results_dir=path.parent / "apart", workers=1)
-    monkeypatch.setattr(sharing, "_WORTH_SHARING", 0)
+    monkeypatch.setattr(sharing, "_WORTH_SHARING", {2: 0, 3: 0})
     joint = run_study(path, results_dir=path.parent / "joint", workers=1)
     for friction in FRICTIONS:
         name = f"friction_coefficient-{friction}"

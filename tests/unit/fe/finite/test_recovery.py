@@ -107,3 +107,21 @@ def test_no_sites_have_no_stresses():
     bulk = body("Q4")
     none = finite_site_recovery(bulk, np.zeros(0, dtype=np.int64), [])
     assert none.stresses(bulk.deformed(np.zeros(bulk.space.n_dofs))).shape == (0, 4)
+
+
+@EVERY
+def test_uniform_deformation_has_the_logarithm_of_its_left_stretch(element, integration, formulation):
+    bulk = body(element, integration, formulation)
+    dim = bulk.space.dim
+    gradient = np.array([[0.3, 0.2, 0.1], [-0.1, -0.2, 0.0], [0.1, 0.1, 0.1]])[:dim, :dim]
+    state = bulk.deformed((bulk.space.positions @ gradient.T).ravel())
+    squared, axes = np.linalg.eigh((np.eye(dim) + gradient) @ (np.eye(dim) + gradient).T)
+    expected = (axes * (0.5 * np.log(squared))) @ axes.T
+    found = finite_cell_recovery(bulk).tensors(state)
+    shears = found[:, 3:].T
+    for axis in range(dim):
+        np.testing.assert_allclose(found[:, axis], expected[axis, axis], atol=1e-12)
+    for (i, j), shear in zip(SHEARS[dim], shears, strict=True):
+        np.testing.assert_allclose(shear, expected[i, j], atol=1e-12)
+    if formulation == "plane_strain":
+        np.testing.assert_allclose(found[:, 2], 0.0, atol=1e-15)

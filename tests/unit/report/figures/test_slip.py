@@ -16,7 +16,7 @@ def test_slip_map_has_a_panel_for_each_run_and_marks_its_events() -> None:
     assert [axes.get_title(loc="left") for axes in panels(figure)] == list(HISTORIES)
     times = [PRESS_END, EVENTS.slip.incipient, EVENTS.slip.three_quarter, EVENTS.slip.overall]
     assert marked(panels(figure)[0]) == pytest.approx(times)
-    assert {"time [s]", "position along the plate [mm]", "no contact", "stick", "slip"} <= words(figure)
+    assert {"time [s]", "position along the plate [mm]", "open", "stick", "slip"} <= words(figure)
 
 
 def test_slip_map_shows_the_states_themselves() -> None:
@@ -66,7 +66,7 @@ def test_map_is_ordered_by_position_whatever_the_numbering() -> None:
     assert (heights[0], heights[-1]) == pytest.approx((-1e3 * HALF_WIDTH - 0.1, 1e3 * HALF_WIDTH + 0.1))
 
 
-@pytest.mark.parametrize("history", [NO_SLIDE, APART], ids=["no slide", "no contact"])
+@pytest.mark.parametrize("history", [NO_SLIDE, APART], ids=["no slide", "open"])
 def test_without_a_slide_in_contact_the_figure_says_so(history: object) -> None:
     (axes,) = panels(contact_displacement_figure(history, Events()))
     assert [text.get_text() for text in axes.texts] == ["no slide in contact"]

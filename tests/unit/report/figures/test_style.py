@@ -33,7 +33,7 @@ def test_grid_has_as_many_panels_as_asked_for(count: int, columns: int, rows: in
     assert len(axes) == len(panels(figure)) == count
     assert axes[0].get_subplotspec().get_gridspec().nrows == rows
     assert figure.get_size_inches().tolist() == pytest.approx(
-        [max(min(columns, count) * 3.0 + 0.6, 6.6), rows * 2 + 0.8]
+        [max(min(columns, count) * 3.0 + 0.6, 5.2), rows * 2 + 0.8]
     )
     assert (figure.get_suptitle(), figure.get_supylabel()) == ("a title", "y [mm]")
     # The lowest panel of every column says what is on its horizontal axis.

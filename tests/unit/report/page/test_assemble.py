@@ -39,34 +39,43 @@ def test_standard_report_has_its_sections_and_figures() -> None:
     report = study_report(content)
     assert [section.title for section in report.sections] == [
         "Slip events",
+        "How slip events are defined",
         "Comparison with published values",
+        "In motion",
         "The runs side by side",
+        "What was run",
+        "Energy balance",
         "The model",
         "Values and their sources",
         "friction coefficient 0.4",
         "friction coefficient 0.6",
+        "Citations",
     ]
-    side_by_side = section_of(report, "The runs side by side")
-    assert [picture.name for picture in side_by_side.pictures] == [
-        "events-contact-friction-coefficient", "slip-maps", "forces", "acceleration-peaks",
+    assert [picture.name for picture in report.hero] == [
+        "latency-contact-friction-coefficient", "events-contact-friction-coefficient",
     ]  # fmt: skip
+    side_by_side = section_of(report, "The runs side by side")
+    assert [picture.name for picture in side_by_side.pictures] == ["slip-maps", "forces", "acceleration-peaks"]
     assert [table.title for table in side_by_side.tables] == ["Measures"]
-    assert len(report.sections[-1].pictures) == 6
-    assert report.sections[-1].folded
+    assert len(report.sections[-2].pictures) == 6
+    assert report.sections[-2].folded
+    assert "@article{wang2014," in report.sections[-1].code
     assert report.title == "A <study>"
 
 
 def test_single_run_is_called_like_its_study_and_unrecorded_readings_have_no_table() -> None:
     history = make(Process()).drop_dims("site")
     report = study_report(content_of((result_of(history, "run", {}),), {"run": history}))
-    assert [section.title for section in report.sections] == ["Slip events", "A <study>"]
+    assert [section.title for section in report.sections] == [
+        "Slip events", "How slip events are defined", "In motion", "Energy balance", "A <study>", "Citations",
+    ]  # fmt: skip
     events = report.sections[0]
     assert [table.title for table in events.tables] == [
         "Slip events from accumulated slip",
         "Slip events from displacement",
     ]
     assert "No times from acceleration peaks: no run records the signals." in events.text
-    assert not any("FA-I" in sentence for sentence in events.text)
+    assert "FA-I" not in report.sections[1].body
     page = render_page(report)
     checked(page)
     assert "Run run" not in page
@@ -105,19 +114,23 @@ def test_runs_without_a_history_are_in_the_tables_only() -> None:
     assert len(report.sections[0].tables[0].rows) == 2
 
 
-def test_a_swept_word_gives_latencies_and_a_quantity_event_times() -> None:
+def test_every_swept_value_gives_latencies_and_event_times() -> None:
     swept = [{"time.step": "5 ms", "fingertip.fingerprint.enabled": on} for on in (False, True)]
     swept += [{"time.step": "10 ms", "fingertip.fingerprint.enabled": False}]
     runs = tuple(RunResult(str(number), values, Events()) for number, values in enumerate(swept))
     report = study_report(content_of(runs, {}))
-    names = [picture.name for section in report.sections for picture in section.pictures]
-    assert names == ["events-time-step", "latency-fingertip-fingerprint-enabled"]
+    assert [picture.name for picture in report.pictures] == [
+        "latency-time-step",
+        "events-time-step",
+        "latency-fingertip-fingerprint-enabled",
+        "events-fingertip-fingerprint-enabled",
+    ]
 
 
 def test_a_value_that_is_the_same_in_all_runs_is_not_drawn() -> None:
     runs = tuple(RunResult(str(mu), {"contact.friction_coefficient": 0.6}, Events()) for mu in (1, 2))
     report = study_report(content_of(runs, {}))
-    assert [picture.name for section in report.sections for picture in section.pictures] == []
+    assert report.pictures == ()
 
 
 def test_refined_runs_have_a_section_of_their_own() -> None:
@@ -138,12 +151,18 @@ def test_values_are_shown_in_their_groups() -> None:
     assert [row[0] for row in table.rows] == ["fingertip.depth", "fingertip.layers.skin_thickness"]
 
 
-def test_a_long_study_has_twelve_runs_in_detail(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("count", "detailed"), [(12, 12), (15, 3)])
+def test_a_long_study_has_few_runs_in_detail(monkeypatch: pytest.MonkeyPatch, count: int, detailed: int) -> None:
     table = Table("t", (Column("a"),), ((1,),))
     monkeypatch.setattr(assemble, "run_section", lambda run, *_: ReportSection(run.name, (), (table,)))
     monkeypatch.setattr(assemble, "_side_by_side_section", lambda _: ReportSection("overview"))
+    monkeypatch.setattr(assemble, "hero_pictures", lambda _: ())
     history = make(Process())
-    runs = tuple(RunResult(str(number), {"n": number}, Events()) for number in range(15))
+    runs = tuple(RunResult(str(number), {"n": number}, Events()) for number in range(count))
     report = study_report(content_of(runs, {run.name: history for run in runs}))
-    assert len(report.sections[0].tables[0].rows) == 15
-    assert [part.title for part in report.sections[1:]] == [str(number) for number in range(12)]
+    assert len(report.sections[0].tables[0].rows) == count
+    named = [part.title for part in report.sections if part.title.isdigit()]
+    assert named == [str(number) for number in range(detailed)]
+    (moving,) = (part for part in report.sections if part.motions)
+    assert len(moving.motions) == 12
+    assert (f"first 12 of {count} runs" in " ".join(moving.text)) == (count > 12)

@@ -38,7 +38,7 @@ def test_page_needs_no_other_file_and_is_well_formed() -> None:
         kind, data = source.split(",")
         assert kind == "data:image/png;base64"
         assert base64.b64decode(data, validate=True).startswith(b"\x89PNG")
-    assert checker.links == ["#s0", "#s1"]
+    assert checker.links == ["data:,", "#content", "#s0", "#s1", "#provenance"]
     assert {"s0", "s1", "one", "two", "provenance"} <= checker.anchors
 
 
@@ -51,23 +51,23 @@ def test_folded_sections_open_at_a_click_and_the_others_are_open() -> None:
 
 
 def test_page_without_provenance_has_no_such_section() -> None:
-    assert "provenance" not in render_page(Report("r", ()))
+    assert 'id="provenance"' not in render_page(Report("r", ()))
 
 
 def test_texts_are_escaped() -> None:
     section = ReportSection("a & b", ("1 < 2",), (Table("t", (Column("x"),), (("<script>",),)),))
     page = render_page(Report("<title>", (section,), {"k": "<v>"}))
     checked(page)
-    assert "<script>" not in page
+    assert page.count("<script>") == 1, "the page's own"
     assert "&lt;script&gt;" in page
     assert "1 &lt; 2" in page
 
 
 def test_missing_value_says_why_and_numbers_are_aligned_right() -> None:
     page = render_page(report())
-    assert '<th class="number short">time [s]</th>' in page
+    assert '<th class="number short" scope="col">time [s]</th>' in page
     assert '<td class="number short">1.50</td>' in page
-    assert '<td class="number short">none</td>' in page
+    assert '<td class="number short" title="the event did not happen">none</td>' in page
     assert '<p class="note">a note none: the event did not happen.</p>' in page
 
 
@@ -95,3 +95,31 @@ def test_page_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
     with pytest.raises(ResultError, match="cannot be written"):
         write_page(Report("r", ()), tmp_path / "missing" / "report.html")
+
+
+def test_the_answer_and_its_picture_come_first() -> None:
+    page = render_page(
+        Report("r", report().sections, question="Does it <slip>?", answer=("After 1 s.",), hero=(picture("answer"),))
+    )
+    checked(page)
+    order = ["<h1>r", "Does it &lt;slip&gt;?", "<p>After 1 s.</p>", 'id="answer"', 'id="s0"']
+    assert sorted(order, key=page.index) == order
+
+
+def test_runs_in_motion_have_one_player_whose_data_cannot_end_a_script() -> None:
+    motions = tuple({"title": title, "data": "", "arrays": {}} for title in ("</script>", "b"))
+    page = render_page(Report("r", (ReportSection("In motion", motions=motions),)))
+    checked(page)
+    assert page.count('class="motion"') == 1
+    assert page.count("data-motion type=") == 2
+    assert "class Solid" in page
+    assert "class Solid" not in render_page(report())
+
+
+def test_notes_and_code_stand_as_they_are() -> None:
+    section = ReportSection("s", body="<p>a note</p>", code="@article{a<b}")
+    page = render_page(Report("r", (section,)))
+    assert "<p>a note</p>" in page
+    assert "@article{a&lt;b}" in page
+    assert not section.is_empty
+    assert ReportSection("s", ("text",)).is_empty

@@ -27,6 +27,7 @@ def test_sections_of_a_study_with_samples() -> None:
         "What moves overall slip",
         "What moves the other times",
         "All samples",
+        "Citations",
     ]
     assert [picture.name for section in report.sections for picture in section.pictures] == [
         "tornado-overall",

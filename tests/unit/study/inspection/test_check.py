@@ -23,7 +23,7 @@ def test_every_run_is_counted_with_its_size(write_study: Write) -> None:
         ("block.yaml", f"friction_coefficient-{friction}", "to do", 90, 30, 30) for friction in (0.2, 0.4, 0.6)
     ]
     assert [row[6] for row in table.rows] == [estimated_seconds(90, 30)] * 3
-    assert table.note == "3 runs, about 0.1 min of computing in one process."
+    assert table.note == "3 runs, about 0.1 min of computing in one process. Each process takes about 0.4 GB."
 
 
 @pytest.mark.parametrize(("scheme", "fewest"), [("hht_alpha", 30), ("quasi_static", 60)])
@@ -32,7 +32,9 @@ def test_steps_that_control_their_error_are_told_from_records(write_study: Write
     table = check_studies([path])
     assert [row[4:6] for row in table.rows] == [(30, f"at least {fewest}")] * 3
     assert [row[6] for row in table.rows] == [estimated_seconds(90, fewest)] * 3
-    assert table.note.startswith("3 runs, at least 0.1 min of computing in one process. With step: auto")
+    assert table.note.startswith(
+        "3 runs, at least 0.1 min of computing in one process. Each process takes about 0.4 GB. With step: auto"
+    )
 
 
 @pytest.mark.usefixtures("simulated", "reports")
@@ -64,3 +66,8 @@ def test_the_first_mistake_of_any_study_is_told(write_study: Write) -> None:
     bad = write_study(changed("contact.boundary", "pulp"), name="bad")
     with pytest.raises(InputError, match=r"bad\.yaml.*boundary 'pulp' not in mesh"):
         check_studies([good, bad])
+
+
+def test_groups_with_one_matrix_are_told(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fingerslip.dynamics.sharing._WORTH_SHARING", {2: 0, 3: 0})
+    assert "3 of those to do are computed in 1 group with one matrix each." in check_studies([write_study()]).note

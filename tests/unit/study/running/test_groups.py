@@ -29,7 +29,7 @@ def names(parts: Sequence[Sequence[Any]]) -> list[str]:
 
 @pytest.fixture
 def all_are_large(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sharing, "_WORTH_SHARING", 0)
+    monkeypatch.setattr(sharing, "_WORTH_SHARING", {2: 0, 3: 0})
 
 
 @pytest.mark.usefixtures("all_are_large")

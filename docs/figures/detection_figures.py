@@ -1,0 +1,145 @@
+"""Draw the figures of docs/slip-in-pictures.md and measure its tables.
+
+First: fingerslip validate --pouring (or run both studies of fingerslip.validation.pouring.POURING)
+Then: python docs/figures/detection_figures.py [RESULTS]
+"""
+
+from __future__ import annotations
+
+import itertools
+import sys
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from fingerslip.detect.classifiers import probabilities
+from fingerslip.detect.features import features_of
+from fingerslip.detect.motion import motion_of
+from fingerslip.detect.onsets import CLASSES
+from fingerslip.detect.samples import Sampling
+from fingerslip.detect.splits import benchmark_test_trials
+from fingerslip.detect.training import Detector, train
+from fingerslip.detect.trial_set import TrialSet, open_trials
+from fingerslip.detect.unseen import on_unseen
+from fingerslip.report.figures.markers import ring_colours
+from fingerslip.report.figures.save import save_figure
+from fingerslip.report.figures.style import BLUE, GREEN, GREY, VERMILLION, add_legend, figure_grid, styled
+from fingerslip.validation.pouring import POURING
+
+HERE = Path(__file__).parent
+COLOURS = dict(zip(CLASSES, (GREY, BLUE, VERMILLION), strict=True))
+SLIDE, POUR = "depth-4mm_direction-1_0_sample-01", "depth-4mm_sample-01"
+LABELS = ("external_markers", "all_external_markers", "contact")
+
+
+def main() -> None:
+    """Draw all figures and print the tables."""
+    results = Path(sys.argv[1] if len(sys.argv) > 1 else "results")
+    slides, pours = (open_trials(results / f"{name}_trials") for name in POURING)
+    detector = trained(slides, "external_markers")
+    save_figure(
+        draw(slides, SLIDE, detector, "external_markers", "A slide of the section, 4 mm deep"), HERE / "slip-slide.png"
+    )
+    save_figure(draw(pours, POUR, detector, "plate", "Pouring, 4 mm deep"), HERE / "slip-pouring.png")
+    print_labels(slides)
+    print_transfer(slides, pours)
+
+
+def trained(slides: TrialSet, labels: str) -> Detector:
+    """Return the forest that validation tests, with other labels."""
+    tests = benchmark_test_trials(slides.names)
+    names = [name for name in slides.names if name not in tests]
+    return train(slides, slides.onsets(labels), "forest", sampling=Sampling(least=0.0), names=names, workers=2)
+
+
+@styled
+def draw(trials: TrialSet, name: str, detector: Detector, source: str, title: str):
+    """Draw markers outside, markers inside, and what the forest says of each frame, over time."""
+    tracks, onsets = trials.tracks(name), trials.labels(name)[source]
+    figure, panels = figure_grid(4, 1, (8.2, 1.75), title, ("time [s]", ""), share="x")
+    time, outside = tracks["time"].values, tracks["kind"].values == "external"
+    moved = tracks["position"].values[:, :, 0] - tracks["position"].values[:100, :, 0].mean(axis=0)
+    rings = tracks["ring"].values
+    keys = lines(panels[0], time, moved[:, outside], rings[outside])
+    panels[0].set_title("external markers along x [px]" + (", seen with the plate" if source != "plate" else ""))
+    lines(panels[1], time, moved[:, ~outside], rings[~outside])
+    panels[1].set_title("internal markers along x [px]: what the detector sees")
+    lines(panels[2], time, moved[:, ~outside] - moved[:, ~outside].mean(axis=1, keepdims=True), rings[~outside])
+    panels[2].set_title("the same less their mean [px]: what is not rigid")
+    motion = motion_of(tracks, detector.features.motion)
+    chances = probabilities(detector.estimator, features_of(motion, detector.features))
+    for number, one in enumerate(CLASSES):
+        (keys[f"forest: {one.replace('_', ' ')}"],) = panels[3].plot(time, chances[:, number], color=COLOURS[one])
+    panels[3].set_title("probability of each class [-]")
+    for axes in panels:
+        for event, style in (("incipient", "--"), ("gross", "-")):
+            line = axes.axvline(getattr(onsets, event), color=GREEN, linestyle=style, linewidth=1.1)
+            keys[f"label: {event}"] = line
+    add_legend(figure, keys)
+    return figure
+
+
+def lines(axes: Axes, time: np.ndarray, moved: np.ndarray, rings: np.ndarray) -> dict:
+    """Draw a line for each marker in the colour of its ring."""
+    colours, keys = ring_colours(int(rings.max()) + 1), {}
+    for marker, ring in enumerate(rings):
+        (line,) = axes.plot(time, moved[:, marker], color=colours[int(ring)], linewidth=0.9)
+        keys["centre" if ring == 0 else f"ring {ring}"] = line
+    return dict(sorted(keys.items()))
+
+
+def print_labels(slides: TrialSet) -> None:
+    """Print when each kind of label begins, by indentation."""
+    depths = sorted({one["indentation"] for one in slides.conditions.values()})
+    say("depth [mm]", *LABELS)
+    for depth in depths:
+        names = [name for name in slides.names if slides.conditions[name]["indentation"] == depth]
+        cells = []
+        for source in LABELS:
+            found = [slides.labels(name)[source] for name in names]
+            times = [[getattr(one, event) for one in found] for event in ("incipient", "gross")]
+            known = [[value for value in values if value is not None] for values in times]
+            cells.append(" to ".join(f"{np.median(values):.1f} ({len(values)})" for values in known))
+        say(f"{1e3 * depth:g}", *cells)
+
+
+def print_transfer(slides: TrialSet, pours: TrialSet) -> None:
+    """Print the scores while pouring for each kind of label that was learned from, and by rate and indentation."""
+    for labels in LABELS:
+        found = on_unseen(trained(slides, labels), pours, pours.onsets("plate"))
+        for reading, one in found.scores.items():
+            numbers = (one.error.value, one.error_spread, one.lead.value, one.lead_spread, one.gross_error.value)
+            say(labels, reading, one.missed, *(f"{value:.2f}" for value in numbers), one.before_gross.value)
+        if labels == LABELS[0]:
+            by_condition(pours, found.found["single frames"])
+
+
+def by_condition(pours: TrialSet, found: dict) -> None:
+    """Print mean onset error and lead by thirds of the rate of pouring, and by indentation."""
+    true = pours.onsets("plate")
+    rate = {name: 1e3 * one["mass"] / 40.0 for name, one in pours.conditions.items()}
+    edges = np.quantile(list(rate.values()), [0.0, 1 / 3, 2 / 3, 1.0])
+    groups = {
+        f"{low:.1f} to {high:.1f} g/s": [
+            name for name in pours.names if low <= rate[name] < high + 1e-9 * (high == edges[-1])
+        ]
+        for low, high in itertools.pairwise(edges)
+    }
+    for depth in (3.0, 3.5, 4.0):
+        groups[f"{depth:g} mm"] = [
+            n for n in pours.names if abs(1e3 * pours.conditions[n]["indentation"] - depth) < 0.01
+        ]
+    for label, names in groups.items():
+        error = [found[name].first - true[name].incipient for name in names if found[name].first is not None]
+        lead = [true[name].gross - found[name].first for name in names if found[name].first is not None]
+        say(label, len(names), f"{np.mean(error):.2f}", f"{np.mean(lead):.2f}")
+
+
+def say(*cells: object) -> None:
+    """Print a row of a table."""
+    sys.stdout.write("| " + " | ".join(map(str, cells)) + " |\n")
+
+
+if __name__ == "__main__":
+    main()

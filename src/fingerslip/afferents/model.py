@@ -1,0 +1,141 @@
+"""What every model of an afferent answers, and the spikes that it makes of a history."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.afferents.bandwidth import warn_beyond
+from fingerslip.afferents.stimuli import STIMULI, receptor_stimuli
+from fingerslip.errors import InputError
+
+__all__ = ["AfferentModel", "Spikes", "spikes_of"]
+
+Array = NDArray[np.float64]
+
+
+class AfferentModel(Protocol):
+    """A model of an afferent: arrays in, spike times out.
+
+    A model of someone else's becomes one by two attributes and one method; nothing else of this package is needed.
+    """
+
+    @property
+    def stimulus(self) -> str:
+        """Name of what it responds to, one of :data:`~fingerslip.afferents.stimuli.STIMULI`."""
+        ...
+
+    @property
+    def highest_frequency(self) -> float:
+        """Highest frequency of the stimulus that matters to it [Hz]."""
+        ...
+
+    def spikes(self, times: Array, values: Array) -> Sequence[Array]:
+        """Return the spike times [s] of each receptor, from times (n,) [s] and the stimulus (n, k) in SI units."""
+        ...
+
+
+@dataclass(frozen=True)
+class Spikes:
+    """Spikes of some afferents.
+
+    Parameters
+    ----------
+    names, kinds : tuple of str
+        Name and type of the receptor of each afferent.
+    times : tuple of array
+        Spike times of each [s].
+    start, end : float
+        Between which times was looked [s].
+    """
+
+    names: tuple[str, ...]
+    kinds: tuple[str, ...]
+    times: tuple[Array, ...]
+    start: float
+    end: float
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a row for each spike: `site`, `kind` and `time` [s]."""
+        counts = [own.size for own in self.times]
+        columns = {
+            "site": np.repeat(np.array(self.names, dtype=str), counts),
+            "kind": np.repeat(np.array(self.kinds, dtype=str), counts),
+            "time": np.concatenate(self.times) if self.times else np.empty(0),
+        }
+        return pd.DataFrame(columns)
+
+    def rates(self, window: float) -> xr.DataArray:
+        """Return the mean rate [1/s] of each receptor type in windows one after the other.
+
+        Parameters
+        ----------
+        window : float
+            Length of a window [s].
+
+        Returns
+        -------
+        xarray.DataArray
+            Spikes per second and afferent, dimensions (kind, time); time is the middle of the window [s].
+        """
+        count = max(1, round((self.end - self.start) / window))
+        edges: Array = self.start + window * np.arange(count + 1, dtype=np.float64)
+        kinds = tuple(dict.fromkeys(self.kinds))
+        values = [self._histogram(kind, edges) / window for kind in kinds]
+        coordinates = {"kind": list(kinds), "time": 0.5 * (edges[1:] + edges[:-1])}
+        return xr.DataArray(
+            np.reshape(values, (len(kinds), count)), coordinates, ("kind", "time"), attrs={"units": "1/s"}
+        )
+
+    def _histogram(self, kind: str, edges: Array) -> Array:
+        """Return spikes per afferent of a type in each window."""
+        own = [times for times, its_kind in zip(self.times, self.kinds, strict=True) if its_kind == kind]
+        counts, _ = np.histogram(np.concatenate(own), edges)
+        mean: Array = counts.astype(float) / len(own)
+        return mean
+
+
+def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spikes:
+    """Return the spikes of the afferents of all recorded receptors.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with receptors.
+    models : mapping of str to AfferentModel
+        The model of each receptor type, such as :func:`~fingerslip.afferents.integrate_and_fire.human_afferents`.
+
+    Raises
+    ------
+    InputError
+        Where a model responds to a stimulus that is not known.
+    ResultError
+        Where the history has no receptor of these types, or no strain.
+
+    Warns
+    -----
+    BandwidthWarning
+        Where a model responds to higher frequencies than the records resolve.
+    """
+    for kind, model in models.items():
+        if model.stimulus not in STIMULI:
+            raise InputError(
+                f"{kind}.stimulus", f"'{model.stimulus}' is not known", f"needs one of {', '.join(STIMULI)}"
+            )
+    stimuli = receptor_stimuli(history, tuple(models))
+    times, known = stimuli["time"].values, stimuli["site_kind"].values
+    found: dict[int, Array] = {}
+    for kind in dict.fromkeys(str(name) for name in known):
+        model, rows = models[kind], np.flatnonzero(known == kind)
+        warn_beyond(history, model.highest_frequency, f"the model of {kind}")
+        found |= dict(zip(rows.tolist(), model.spikes(times, stimuli[model.stimulus].values[:, rows]), strict=True))
+    order = sorted(found)
+    names = tuple(str(stimuli["site"].values[row]) for row in order)
+    kinds = tuple(str(known[row]) for row in order)
+    return Spikes(names, kinds, tuple(found[row] for row in order), float(times[0]), float(times[-1]))

@@ -1,0 +1,122 @@
+"""What the tissue does at receptors: strain, stress and motion there, and how fast they change."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.errors import ResultError
+from fingerslip.history import sites_of_kinds
+from fingerslip.sites import RECEPTOR_KINDS
+
+__all__ = ["STIMULI", "receptor_stimuli"]
+
+Array = NDArray[np.float64]
+
+_STRAIN = "strain"
+
+
+def receptor_stimuli(history: xr.Dataset, kinds: Sequence[str] = RECEPTOR_KINDS) -> xr.Dataset:
+    """Return what the tissue does at the recorded receptors.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with receptors.
+    kinds : sequence of str, optional
+        Receptor types.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of :data:`STIMULI`, dimensions (time, site), with `units` and `long_name`, and for each its rate
+        ``NAME_rate``: differences over two steps, over one at both ends. Coordinates are time [s], site and site_kind.
+
+    Raises
+    ------
+    ResultError
+        Where no receptor of these types was recorded, or the history is of a version that recorded no strain.
+    """
+    rows = sites_of_kinds(history, kinds)
+    if not rows.size:
+        raise ResultError(
+            "history", f"has no receptor of the types {', '.join(kinds)}", "needs one", "record receptors"
+        )
+    if _STRAIN not in history:
+        raise ResultError(
+            "history", "holds no strain at the sites", "needs it", "run the study again with this version"
+        )
+    at = history.isel(site=rows)
+    times = at["time"].values
+    variables = {}
+    for name, (units, meaning, stimulus) in STIMULI.items():
+        values = stimulus(at)
+        attributes = {"units": units, "long_name": meaning}
+        variables[name] = xr.Variable(("time", "site"), values, attributes)
+        changing = {"units": f"{units}/s" if units != "1" else "1/s", "long_name": f"rate of {meaning}"}
+        variables[f"{name}_rate"] = xr.Variable(("time", "site"), _rate(times, values), changing)
+    return xr.Dataset(variables, coords={name: at[name] for name in ("time", "site", "site_kind")})
+
+
+def _equivalent_strain(at: xr.Dataset) -> Array:
+    """Return sqrt(2/3 e:e) of the deviator e of the strain tensor."""
+    components = at[_STRAIN].values
+    normal, shear = components[..., :3], components[..., 3:]
+    deviator = normal - normal.mean(axis=-1, keepdims=True)
+    found: Array = np.sqrt(2.0 / 3.0 * ((deviator**2).sum(axis=-1) + 2.0 * (shear**2).sum(axis=-1)))
+    return found
+
+
+def _principal(at: xr.Dataset, which: int) -> Array:
+    """Return a principal strain, numbered from the smallest."""
+    components = at[_STRAIN].values
+    tensors = np.zeros((*components.shape[:-1], 3, 3))
+    for axis in range(3):
+        tensors[..., axis, axis] = components[..., axis]
+    pairs = ((0, 1), (1, 2), (0, 2))
+    for number in range(components.shape[-1] - 3):
+        i, j = pairs[number]
+        tensors[..., i, j] = tensors[..., j, i] = components[..., 3 + number]
+    found: Array = np.linalg.eigvalsh(tensors)[..., which]
+    return found
+
+
+def _pressure(at: xr.Dataset) -> Array:
+    found: Array = -at["stress"].values[..., :3].mean(axis=-1)
+    return found
+
+
+def _length_of(name: str) -> Callable[[xr.Dataset], Array]:
+    def length(at: xr.Dataset) -> Array:
+        found: Array = np.linalg.norm(at[name].values, axis=-1)
+        return found
+
+    return length
+
+
+def _energy(at: xr.Dataset) -> Array:
+    found: Array = at["strain_energy_density"].values
+    return found
+
+
+def _rate(times: Array, values: Array) -> Array:
+    found: Array = np.gradient(values, times, axis=0) if times.size > 1 else np.zeros_like(values)
+    return found
+
+
+#: Name of each stimulus with its SI unit, its meaning, and how a history gives it.
+STIMULI: Mapping[str, tuple[str, str, Callable[[xr.Dataset], Array]]] = MappingProxyType(
+    {
+        "strain_energy_density": ("J/m^3", "strain energy density", _energy),
+        "equivalent_strain": ("1", "equivalent strain, sqrt(2/3 e:e) of the deviator", _equivalent_strain),
+        "largest_strain": ("1", "largest principal strain", lambda at: _principal(at, 2)),
+        "smallest_strain": ("1", "smallest principal strain", lambda at: _principal(at, 0)),
+        "pressure": ("Pa", "hydrostatic pressure", _pressure),
+        "speed": ("m/s", "speed of the tissue", _length_of("velocity")),
+        "acceleration": ("m/s^2", "acceleration of the tissue", _length_of("acceleration")),
+    }
+)

@@ -1,0 +1,53 @@
+"""``fingerslip figure``: one figure or film of stored results, for a paper or for slides."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+__all__ = ["figure"]
+
+
+def figure(  # noqa: PLR0917  the options of a command line have no order
+    target: Annotated[
+        Path, typer.Argument(metavar="RESULT", help="Folder of a study's results, or of a run.", show_default=False)
+    ],
+    kind: Annotated[str, typer.Option("--kind", help="What is shown; 'list' prints all kinds.")] = "list",
+    form: Annotated[str, typer.Option("--format", help="pdf, svg or png.")] = "pdf",
+    style: Annotated[str, typer.Option("--style", help="paper, slides or page.")] = "paper",
+    run: Annotated[str, typer.Option("--run", metavar="NAME", help="The run, of a study with several.")] = "",
+    over: Annotated[str, typer.Option("--over", metavar="PATH", help="The swept value on the axis.")] = "",
+    times: Annotated[
+        list[str] | None, typer.Option("--time", metavar="TIME", help="Time of a panel, such as '1.2 s'; repeatable.")
+    ] = None,
+    field: Annotated[
+        str, typer.Option("--field", help="von_mises, strain_energy_density, displacement, velocity or region.")
+    ] = "",
+    cut: Annotated[str, typer.Option("--cut", help="Cut a solid open across x, y or z.")] = "",
+    camera: Annotated[str, typer.Option("--camera", help="oblique, side, front or below.")] = "",
+    contact: Annotated[bool, typer.Option("--contact", help="Show stick and slip on a solid.")] = False,
+    size: Annotated[str, typer.Option("--size", metavar="WxH", help="Of a film, in pixels.")] = "1280x720",
+    rate: Annotated[float, typer.Option("--rate", help="Frames a second of a film.")] = 25.0,
+    seconds: Annotated[float, typer.Option("--seconds", help="Length of a film.")] = 8.0,
+    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="The file to write.")] = None,
+) -> None:
+    """Write one figure of results for a paper or for slides, or a film (--kind film) as MP4."""
+    from fingerslip.study.inspection.figure import FigureChoice, film_size, kinds_text, write_figure
+
+    if kind == "list":
+        typer.echo(kinds_text())
+        return
+    given: dict[str, Any] = {"scalar": field, "cut": cut, "camera": camera, "contact": contact}
+    choice = FigureChoice(
+        kind=kind,
+        style=style,
+        form=output.suffix.removeprefix(".") if output and kind != "film" else form,
+        run=run,
+        path=over,
+        times=tuple(times or ()),
+        options={name: value for name, value in given.items() if value},
+        film={"size": film_size(size), "frame_rate": rate, "seconds": seconds},
+    )
+    typer.echo(str(write_figure(target, choice, output)))

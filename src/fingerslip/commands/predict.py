@@ -1,0 +1,28 @@
+"""``fingerslip predict``: what a run between those of a study would come to."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fingerslip.commands.shared import AsJson, print_tables
+
+__all__ = ["predict"]
+
+
+def predict(
+    folder: Annotated[Path, typer.Argument(metavar="RESULT_DIR", help="Results of a study.")],
+    at: Annotated[list[str], typer.Option("--at", metavar="PATH=VALUE", help="A value; one for each that differs.")],
+    of: Annotated[list[str], typer.Option("--of", metavar="NAME", help="Event, measure or derived quantity.")] = [  # noqa: B006
+        "incipient_slip",
+        "overall_slip",
+        "latency",
+    ],
+    as_json: AsJson = False,
+) -> None:
+    """Predict what a run between those of a study would come to, with its error; nothing is simulated."""
+    from fingerslip.study.inspection.sensitivity import predicted
+
+    print_tables([predicted(folder, at, of)], as_json)

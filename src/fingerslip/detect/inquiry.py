@@ -1,0 +1,187 @@
+"""What a classifier needs, what it uses and what it bears, asked of a data set: tables and figures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from threadpoolctl import threadpool_limits
+
+from fingerslip.detect.classifiers import Candidate
+from fingerslip.detect.evaluation.inquiries import importance_by_ring, learning_curve
+from fingerslip.detect.evaluation.robustness import robustness_of
+from fingerslip.detect.features import FeatureSettings, ring_of_features
+from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.samples import Samples, samples_of
+from fingerslip.detect.session import Choices
+from fingerslip.detect.splits import benchmark_test_trials
+from fingerslip.detect.tables import curve_table, importance_table, robustness_table
+from fingerslip.detect.training import candidate_named, train
+from fingerslip.detect.trial_set import TrialSet, open_trials
+from fingerslip.errors import InputError, shortened
+from fingerslip.files import write_text, writing
+from fingerslip.report.figures.detection import importance_figure, learning_curve_figure, robustness_figure
+from fingerslip.report.figures.save import save_figure
+from fingerslip.report.tables.table import Table, to_csv
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Inquiry", "Levels", "curve_sizes", "inquire", "write_inquiry"]
+
+
+@dataclass(frozen=True)
+class Levels:
+    """Disturbances that are tried, as the command line writes them: numbers with commas between them.
+
+    Parameters
+    ----------
+    lost : str
+        Shares of positions that are not seen.
+    noise : str
+        Standard deviations of noise that is added, in the unit of the tracks.
+    slower : str
+        Every so manieth frame.
+    """
+
+    lost: str = "0,0.1,0.2,0.3,0.4,0.5"
+    noise: str = "0,0.02,0.05,0.1,0.2,0.5"
+    slower: str = "1,2,4,8"
+
+    @property
+    def pairs(self) -> list[tuple[str, float]]:
+        """The disturbances and their amounts.
+
+        Raises
+        ------
+        InputError
+            Where a text is no list of numbers.
+        """
+        return [(name, amount) for name, text in vars(self).items() for amount in _numbers(f"--{name}", text)]
+
+
+def _numbers(where: str, text: str) -> list[float]:
+    try:
+        return [float(part) for part in text.split(",") if part.strip()]
+    except ValueError:
+        repair = f"write {where} 0,0.1,0.2"
+        raise InputError(where, f"got {shortened(text)!r}", "needs numbers with commas", repair) from None
+
+
+@dataclass(frozen=True)
+class Inquiry:
+    """The answers.
+
+    Parameters
+    ----------
+    tables : mapping of str to Table
+        By the name of their file.
+    figures : mapping of str to Figure
+        By the same names.
+    """
+
+    tables: Mapping[str, Table]
+    figures: Mapping[str, Figure] = field(repr=False)
+
+
+def curve_sizes(count: int) -> tuple[int, ...]:
+    """Return the numbers of trials of a learning curve: all of them, and halves of that down to three.
+
+    Examples
+    --------
+    >>> curve_sizes(64)
+    (4, 8, 16, 32, 64)
+    >>> curve_sizes(2)
+    (2,)
+    """
+    sizes = [count]
+    while sizes[-1] // 2 >= 3:
+        sizes.append(sizes[-1] // 2)
+    return tuple(reversed(sizes))
+
+
+def inquire(dataset: Path, classifier: str, choices: Choices, levels: Levels | None = None) -> Inquiry:
+    """Return the learning curve of a classifier, the importance of each ring to it, and its robustness.
+
+    All are on the test trials of the benchmark. A classifier that sees no single markers has no importance of rings.
+
+    Parameters
+    ----------
+    dataset : path
+        Folder of the trials.
+    classifier : str
+        Its name.
+    choices : Choices
+        Labels, sampling and seed.
+    levels : Levels, optional
+        What is disturbed, and how much.
+
+    Raises
+    ------
+    InputError
+        Where there is no data set or classifier, a label is missing, or a level is not possible.
+    """
+    pairs, candidate = (levels or Levels()).pairs, candidate_named(classifier)
+    trials = open_trials(dataset)
+    onsets = choices.onsets(trials)
+    samples = samples_of(trials, onsets, FeatureSettings(candidate.sets, choices.motion), choices.sampling)
+    tests = benchmark_test_trials(trials.names, choices.seed)
+    with threadpool_limits(choices.workers):
+        tables, figures = _of_samples(samples, candidate, tests, choices)
+        table, figure = _robustness(trials, onsets, candidate, pairs, choices)
+    return Inquiry({**tables, "robustness": table}, {**figures, "robustness": figure})
+
+
+def _of_samples(
+    samples: Samples, candidate: Candidate, tests: Sequence[str], choices: Choices
+) -> tuple[dict[str, Table], dict[str, Figure]]:
+    """Return the learning curve and, where the classifier sees rings, their importance."""
+    sizes = curve_sizes(len(samples.trials) - len(tests))
+    points = learning_curve(samples, candidate, tests, sizes, seed=choices.seed, workers=choices.workers)
+    name = candidate.name
+    tables = {"learning-curve": curve_table(points)}
+    figures = {"learning-curve": learning_curve_figure([(one.trials, one.accuracy, one.f1) for one in points], name)}
+    if any(ring is not None for ring in ring_of_features(samples.names, samples.ring)):
+        drops = importance_by_ring(samples, candidate, tests, seed=choices.seed, workers=choices.workers)
+        tables["importance"], figures["importance"] = importance_table(drops), importance_figure(drops, name)
+    return tables, figures
+
+
+def _robustness(
+    trials: TrialSet,
+    onsets: Mapping[str, Onsets],
+    candidate: Candidate,
+    pairs: Sequence[tuple[str, float]],
+    choices: Choices,
+) -> tuple[Table, Figure]:
+    tests = benchmark_test_trials(trials.names, choices.seed)
+    detector = train(
+        trials,
+        onsets,
+        candidate.name,
+        motion=choices.motion,
+        sampling=choices.sampling,
+        names=[name for name in trials.names if name not in tests],
+        seed=choices.seed,
+        workers=choices.workers,
+    )
+    found = robustness_of(detector, trials, onsets, tests, pairs, seed=choices.seed)
+    rows = [(one.disturbance, one.amount, one.accuracy, one.unusable) for one in found]
+    return robustness_table(found), robustness_figure(rows, candidate.name)
+
+
+def write_inquiry(inquiry: Inquiry, folder: Path) -> None:
+    """Write the tables as CSV files and the figures beside them; other files of the folder stay.
+
+    Raises
+    ------
+    ResultError
+        Where the folder cannot be written.
+    """
+    with writing(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+    for name, table in inquiry.tables.items():
+        write_text(folder / f"{name}.csv", to_csv(table))
+        save_figure(inquiry.figures[name], folder / f"{name}.png")

@@ -1,0 +1,311 @@
+"""Trials of simulated sensors: what their two cameras see of a run, and its labels.
+
+A trial begins with the first hold after the press, in which the sensor rests. The inner camera is fixed to the sensor;
+the outer one stands behind the plate, and goes with it while a plate slides as prescribed.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.detect.labels import (
+    LabelSettings,
+    labels_from_contact,
+    labels_from_external_markers,
+    labels_from_plate,
+)
+from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.trials import Trial
+from fingerslip.errors import InputError
+from fingerslip.export.markers import marker_tracks
+from fingerslip.history import phase_times, read_history
+from fingerslip.results import HISTORY, RESULT, stored_result
+from fingerslip.slip.fractions import stick_ratio
+from fingerslip.units import parse_quantity
+from fingerslip.vision.cameras.camera import Camera, frame_times, interpolated
+from fingerslip.vision.cameras.point import PointCamera, point_tracks
+from fingerslip.vision.cameras.presets import external_camera, internal_camera
+from fingerslip.vision.tracks import make_tracks
+
+__all__ = ["Filming", "film_results", "pouring_trial", "slide_trial"]
+
+Floats = NDArray[np.float64]
+
+#: A marker on the skin touches where it is nearer to the plate than this [m]; penetrations are below 15 um.
+_TOUCHING = 50e-6
+
+
+def _inner() -> Camera:
+    return internal_camera(40e-3, 50e-3, target=6e-3, frame_rate=67.0)
+
+
+def _outer() -> Camera:
+    return external_camera(60e-3, 60e-3, frame_rate=67.0)
+
+
+@dataclass(frozen=True)
+class Filming:
+    """How a run is filmed and labelled.
+
+    Parameters
+    ----------
+    internal, external : Camera
+        Both cameras, with one frame rate. Their places are assumed, as the paper prints none; 67 frames a second follow
+        from its 100 frames in 1.5 s. The outer one counts heights from the plate.
+    labels : LabelSettings
+        Thresholds of the labels, in pixels of the outer camera.
+    travel : float
+        How far a plate that falls is filmed [m]: as far as plates slide in the paper.
+    """
+
+    internal: Camera = field(default_factory=_inner)
+    external: Camera = field(default_factory=_outer)
+    labels: LabelSettings = field(default_factory=LabelSettings)
+    travel: float = 14e-3
+
+    def __post_init__(self) -> None:
+        if self.internal.frame_rate != self.external.frame_rate:
+            found = f"got {self.internal.frame_rate:g} and {self.external.frame_rate:g} frames a second"
+            raise InputError("filming: frame_rate", found, "needs one rate of both cameras")
+
+
+def slide_trial(
+    name: str,
+    history: xr.Dataset,
+    filming: Filming | None = None,
+    *,
+    seed: int = 0,
+    conditions: Mapping[str, Any] | None = None,
+) -> Trial:
+    """Return the trial of a plate that slides as prescribed.
+
+    Labels are those of the external markers that touch the plate at rest, of all external markers (the paper does not
+    say which of the two it takes), and of the contact.
+
+    Parameters
+    ----------
+    name : str
+        Name of the trial.
+    history : xarray.Dataset
+        A history with internal and external markers, a hold and a slide.
+    filming : Filming, optional
+        Cameras and thresholds.
+    seed : int, optional
+        Seed of the cameras' errors.
+    conditions : mapping, optional
+        More conditions.
+
+    Raises
+    ------
+    InputError
+        Where the history has no such markers or no hold.
+    """
+    filming = filming or Filming()
+    shown, plate = _after_press(history)
+    tracks = _filmed(_less(shown, plate), filming, seed)
+    touching = _touching(shown, plate)
+    labels = {
+        "external_markers": labels_from_external_markers(tracks.isel(marker=touching), filming.labels),
+        "all_external_markers": labels_from_external_markers(tracks, filming.labels),
+        "contact": _contact_labels(history, shown),
+    }
+    along = plate[-1] - plate[0]
+    own = {"task": "slide", "direction": float(np.mod(np.arctan2(0.0, along[0]), 2.0 * np.pi))}
+    return Trial(name, tracks, labels, {**own, **_depth(plate), "seed": seed, **(conditions or {})}, _origin(history))
+
+
+def pouring_trial(
+    name: str,
+    history: xr.Dataset,
+    filming: Filming | None = None,
+    *,
+    seed: int = 0,
+    conditions: Mapping[str, Any] | None = None,
+) -> Trial:
+    """Return the trial of a plate that hangs on the sensor until it slides down.
+
+    Labels are those of a marker on the plate beside the central external marker, and of the contact. The trial ends
+    once the plate has fallen far enough.
+
+    Parameters
+    ----------
+    name : str
+        Name of the trial.
+    history : xarray.Dataset
+        A history with internal and external markers, a hold, and one free rigid body.
+    filming : Filming, optional
+        Cameras and thresholds.
+    seed : int, optional
+        Seed of the cameras' errors.
+    conditions : mapping, optional
+        More conditions.
+
+    Raises
+    ------
+    InputError
+        Where the history has no such markers, no hold or no rigid body.
+    """
+    filming = filming or Filming()
+    if not history.sizes.get("rigid_body", 0):
+        raise InputError("history", "has no rigid body", "needs a plate that is free to fall", "see bodies in studies")
+    shown, plate = _after_press(history)
+    fallen = np.linalg.norm(plate - plate[0], axis=1) > filming.travel
+    last = int(np.argmax(fallen)) + 1 if fallen.any() else len(plate)
+    shown, plate = shown.isel(time=slice(0, last)), plate[:last]
+    height = np.where(np.arange(plate.shape[1]) == 1, plate, 0.0)
+    tracks = _filmed(_less(shown, height), filming, seed)
+    labels = {
+        "plate": labels_from_plate(tracks, _plate_track(plate, shown, filming, seed), filming.labels),
+        "contact": _contact_labels(history, shown),
+    }
+    own = {"task": "pour", **_depth(plate), "seed": seed}
+    return Trial(name, tracks, labels, {**own, **(conditions or {})}, _origin(history))
+
+
+def film_results(
+    folder: str | Path, filming: Filming | None = None, *, seed: int = 0, names: Sequence[str] | None = None
+) -> Iterator[Trial]:
+    """Yield the trial of every finished run of a study: of pouring where it has a rigid body, else of a slide.
+
+    Parameters
+    ----------
+    folder : path
+        Folder of the results of a study.
+    filming : Filming, optional
+        Cameras and thresholds.
+    seed : int, optional
+        Seed of the cameras' errors; every trial has one of its own, made of this one and its name.
+    names : sequence of str, optional
+        Runs to take; all without it.
+
+    Raises
+    ------
+    InputError
+        Where there are no finished runs, or a run has no markers.
+    ResultError
+        Where a run is damaged.
+    """
+    found = sorted(path.parent for path in Path(folder).glob(f"*/{RESULT}"))
+    chosen = [path for path in found if names is None or path.name in names]
+    if not chosen:
+        repair = "fingerslip run computes them"
+        raise InputError(str(folder), "has no finished runs", "needs the folder of the results of a study", repair)
+    for path in chosen:
+        result, history = stored_result(path), read_history(path / HISTORY)
+        make = pouring_trial if history.sizes.get("rigid_body", 0) else slide_trial
+        own = _conditions({**result.swept, **result.sampled})
+        yield make(path.name, history, filming, seed=seed + zlib.crc32(path.name.encode()), conditions=own)
+
+
+def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what was swept and sampled as conditions: the last part of its path, in SI units."""
+    found: dict[str, Any] = {}
+    for path, value in values.items():
+        name = path.rpartition(".")[2]
+        if name in ("static", "friction_coefficient"):
+            found["friction_coefficient"] = float(value)
+        elif name == "sample":
+            found["repeat"] = int(value)
+        elif name == "mass":
+            found["mass"] = parse_quantity(value, "kg", where=path)
+        elif isinstance(value, int | float):
+            found[name] = value
+    return found
+
+
+def _after_press(history: xr.Dataset) -> tuple[xr.Dataset, Floats]:
+    """Return the markers from the first hold on, their time from 0, and the displacement of the plate then."""
+    holds = phase_times(history, "hold")
+    if not holds:
+        raise InputError("history", "has no hold", "needs one after the press, in which the sensor rests")
+    tracks = marker_tracks(history)
+    for kind in ("internal", "external"):
+        if not (tracks["kind"].values == kind).any():
+            repair = "write record: {groups: [internal_markers, external_markers]} in the study"
+            raise InputError("history", f"has no {kind} markers", "needs both kinds", repair)
+    rows = np.flatnonzero(history["time"].values >= holds[0][0] - 1e-9)
+    shown = tracks.isel(time=rows)
+    first = float(shown["time"][0])
+    plate: Floats = history["counterface_displacement"].values[rows, 0]
+    return shown.assign_coords(time=shown["time"] - first).assign_attrs(start=first), plate
+
+
+def _less(tracks: xr.Dataset, movement: Floats) -> xr.Dataset:
+    """Return tracks with external markers as a camera that moves so (n_times, n_axes) has them before it."""
+    outside = (tracks["kind"].values == "external")[:, None]
+    relative = np.where(outside, tracks["position"].values - movement[:, None], tracks["position"].values)
+    return tracks.assign(position=tracks["position"].copy(data=relative))
+
+
+def _touching(tracks: xr.Dataset, plate: Floats) -> NDArray[np.intp]:
+    """Return the external markers that touch the plate at rest; y is its normal."""
+    height = tracks["position"].values[0, :, 1] - plate[0, 1]
+    found: NDArray[np.intp] = np.flatnonzero((tracks["kind"].values == "external") & (height < _TOUCHING))
+    return found
+
+
+def _filmed(tracks: xr.Dataset, filming: Filming, seed: int) -> xr.Dataset:
+    """Return what both cameras see, in pixels, with the markers in their order."""
+    seen = [
+        point_tracks(PointCamera(camera, seed=seed % 2**62 + number), tracks)
+        for number, camera in enumerate((filming.internal, filming.external))
+    ]
+    ring, angle, marker = (np.concatenate([one[name].values for one in seen]) for name in ("ring", "angle", "marker"))
+    scale = _scale(filming.external)
+    return make_tracks(
+        np.concatenate([one["position"].values for one in seen], axis=1),
+        seen[0]["time"].values,
+        units="px",
+        kind=[str(kind) for one in seen for kind in one["kind"].values],
+        marker=marker,
+        ring=ring,
+        angle=angle,
+        attributes={
+            "frame_rate": filming.internal.frame_rate,
+            "metres_per_pixel_x": scale,
+            "metres_per_pixel_y": scale,
+            "source": f"two point cameras, seed {seed}",
+        },
+    )
+
+
+def _scale(camera: Camera) -> float:
+    """Return the length of a pixel of the outer camera on the plate, which is at height 0 [m]."""
+    pixels = camera.intrinsics.project(camera.pose.to_camera(np.array([[0.0, 0.0, 0.0], [1e-3, 0.0, 0.0]])))
+    return 1e-3 / float(np.linalg.norm(pixels[1] - pixels[0]))
+
+
+def _plate_track(plate: Floats, tracks: xr.Dataset, filming: Filming, seed: int) -> xr.Dataset:
+    """Return the track of a marker on the plate, seen by the outer camera [px]."""
+    fallen = np.zeros((len(plate), 1, 3))
+    fallen[:, 0, 0] = plate[:, 0] - plate[0, 0]
+    mark = make_tracks(fallen, tracks["time"].values, units="m", kind="external")
+    camera = filming.external
+    # As far as a marker may fall it is in sight: it need not be in the middle of the image.
+    image = camera.intrinsics.project(camera.pose.to_camera(interpolated(mark, frame_times(camera, mark))))
+    noise = PointCamera(camera).errors.noise * np.random.default_rng([seed % 2**62, 3]).standard_normal(image.shape)
+    return make_tracks(image + noise, frame_times(camera, mark), units="px", kind="external")
+
+
+def _contact_labels(history: xr.Dataset, shown: xr.Dataset) -> Onsets:
+    start = float(shown.attrs["start"])
+    ratio = stick_ratio(history).sel(time=slice(start - 1e-9, start + float(shown["time"][-1]) + 1e-9))
+    # Rounding leaves shares of 1 + 1e-16.
+    return labels_from_contact(ratio["time"].values - start, np.clip(ratio.values, 0.0, 1.0))
+
+
+def _depth(plate: Floats) -> dict[str, float]:
+    return {"indentation": round(float(plate[0, 1]), 9)}
+
+
+def _origin(history: xr.Dataset) -> dict[str, Any]:
+    names = ("fingerslip_version", "kinematics")
+    return {"source": "simulation", **{name: str(history.attrs[name]) for name in names if name in history.attrs}}

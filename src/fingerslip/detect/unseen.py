@@ -1,0 +1,117 @@
+"""A detector on trials of another task or sensor than it learned from: what it finds, beside labels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.detect.classifiers import probabilities
+from fingerslip.detect.evaluation.benchmark import rest_ends
+from fingerslip.detect.evaluation.confusion import confusion_by_trial, frame_scores_of
+from fingerslip.detect.evaluation.events import EventScores, event_scores_of
+from fingerslip.detect.features import features_of
+from fingerslip.detect.motion import motion_of
+from fingerslip.detect.onsets import Onsets, classes_at
+from fingerslip.detect.smoothing import Hysteresis, Thresholds, onsets_from
+from fingerslip.detect.tables import confusion_table, event_table, frame_table
+from fingerslip.detect.training import Detector, check_tracks_fit, frame_scores
+from fingerslip.detect.trial_set import TrialSet
+from fingerslip.errors import InputError
+from fingerslip.report.tables.table import Table
+
+__all__ = ["READINGS", "Unseen", "on_unseen", "unseen_tables"]
+
+#: How onsets are read from frames: as the detector does it, and by the first frame that is more likely slip than not.
+READINGS = ("detector", "single frames")
+
+_SINGLE = Hysteresis(1)
+
+
+@dataclass(frozen=True)
+class Unseen:
+    """What a detector finds in trials that it did not learn from.
+
+    Parameters
+    ----------
+    found : mapping of str to mapping of str to Onsets
+        Onsets of every trial, by reading.
+    scores : mapping of str to EventScores
+        Their scores, by reading.
+    matrices : (n_trials, 3, 3) array of int
+        All frames of every trial by true class (rows) and the most likely one.
+    """
+
+    found: Mapping[str, Mapping[str, Onsets]]
+    scores: Mapping[str, EventScores]
+    matrices: NDArray[np.intp]
+
+
+def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets], *, seed: int = 0) -> Unseen:
+    """Return what a detector finds in all trials of a data set that it did not learn from.
+
+    Parameters
+    ----------
+    detector : Detector
+        The detector.
+    trials : TrialSet
+        The data set.
+    onsets : mapping of str to Onsets
+        Its labels; trials whose slip never comes count as such.
+    seed : int, optional
+        Seed of the intervals.
+
+    Raises
+    ------
+    InputError
+        Where the detector learned from this data set, a trial has no labels or other markers.
+    """
+    if detector.data == trials.digest:
+        repair = "fingerslip detect evaluate leaves trials out in turn"
+        raise InputError(str(trials.folder), "is what the detector learned from", "needs another data set", repair)
+    missing = [name for name in trials.names if name not in onsets]
+    if missing:
+        raise InputError("labels", f"have no trial {missing[0]}", "needs every trial of the data set")
+    found: dict[str, dict[str, Onsets]] = {reading: {} for reading in READINGS}
+    matrices = []
+    for name in trials.names:
+        both, matrix = _of_trial(detector, trials, name, onsets[name])
+        matrices.append(matrix)
+        for reading, one in zip(READINGS, both, strict=True):
+            found[reading][name] = one
+    ends, frame = rest_ends(trials, trials.names, detector.features.motion.rest_frames)
+    scores = {reading: event_scores_of(one, onsets, ends, frame=frame, seed=seed) for reading, one in found.items()}
+    return Unseen(found, scores, np.concatenate(matrices))
+
+
+def _of_trial(
+    detector: Detector, trials: TrialSet, name: str, label: Onsets
+) -> tuple[tuple[Onsets, Onsets], NDArray[np.intp]]:
+    """Return the onsets in both readings and the confusion matrix of all frames, shape (1, 3, 3)."""
+    tracks = trials.tracks(name)
+    check_tracks_fit(detector, tracks)
+    motion = motion_of(tracks, detector.features.motion)
+    chances = probabilities(detector.estimator, features_of(motion, detector.features))
+    likely = chances.argmax(axis=1).astype(np.int8)[motion.usable]
+    true = classes_at(label, motion.time)[motion.usable]
+    matrix = confusion_by_trial(true, likely, np.zeros(len(true), dtype=np.intp))
+    chances[~motion.usable] = np.nan
+    plain = replace(detector, smoother=_SINGLE, thresholds=Thresholds())
+    first, second = (
+        onsets_from(motion.time, frame_scores(one.smoother, motion.time, chances), one.thresholds)
+        for one in (detector, plain)
+    )
+    return (first, second), matrix
+
+
+def unseen_tables(result: Unseen, *, seed: int = 0) -> list[Table]:
+    """Return the tables of what was found: onsets in both readings, classes and confusion of all frames."""
+    frames = {"all frames": frame_scores_of(result.matrices, seed=seed)}
+    note = "Single frames: the first frame that is more likely slip than not, without smoothing or guarantee."
+    return [
+        event_table(result.scores, note),
+        frame_table(frames),
+        confusion_table({name: one.matrix for name, one in frames.items()}),
+    ]

@@ -1,0 +1,96 @@
+"""Figures of what a slip detector needs and uses: learning curve, importance of rings, robustness."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.figure import Figure
+
+from fingerslip.report.figures.style import BLUE, GREY, ORANGE, add_legend, figure_grid, say, styled, titled
+
+__all__ = ["importance_figure", "learning_curve_figure", "robustness_figure"]
+
+#: What the amount of a disturbance of tracks means, by its name.
+_AMOUNTS = {
+    "lost": "share of positions lost",
+    "noise": "noise added [unit of the tracks]",
+    "slower": "only every nth frame",
+}
+
+
+@styled
+def learning_curve_figure(points: Sequence[tuple[int, float, float]], title: str = "") -> Figure:
+    """Draw how well a classifier does on test trials over the number of trials that it learned from.
+
+    Parameters
+    ----------
+    points : sequence of (int, float, float)
+        Trials, accuracy on frames and mean F1 of the classes.
+    title : str, optional
+        What the title adds.
+    """
+    labels = ("trials learned from", "on trials that were not seen")
+    figure, (axes,) = figure_grid(1, 1, (6.0, 3.0), titled("Learning curve", title), labels)
+    trials, accuracy, scores = (np.array(one, dtype=float) for one in zip(*points, strict=True))
+    keys: dict[str, Artist] = {}
+    (keys["accuracy"],) = axes.plot(trials, accuracy, "o-", color=BLUE)
+    (keys["mean F1"],) = axes.plot(trials, scores, "s--", color=ORANGE)
+    axes.set_xscale("log", base=2)
+    axes.set_xticks(trials, [f"{one:g}" for one in trials])
+    axes.minorticks_off()
+    axes.set_ylim(None, 1.01)
+    add_legend(figure, keys)
+    return figure
+
+
+@styled
+def importance_figure(drops: Mapping[int, float], title: str = "") -> Figure:
+    """Draw by how much accuracy falls when the features of a ring of markers are shuffled.
+
+    Parameters
+    ----------
+    drops : mapping of int to float
+        Fall in accuracy by ring, 0 in the centre.
+    title : str, optional
+        What the title adds.
+    """
+    labels = ("ring, 0 in the centre", "fall in accuracy when it is shuffled")
+    figure, (axes,) = figure_grid(1, 1, (6.0, 2.8), titled("Importance of rings", title), labels)
+    axes.bar(list(drops), list(drops.values()), color=BLUE, width=0.6)
+    axes.axhline(0.0, color=GREY, linewidth=0.8)
+    axes.set_xticks(list(drops))
+    return figure
+
+
+@styled
+def robustness_figure(results: Sequence[tuple[str, float, float, float]], title: str = "") -> Figure:
+    """Draw how many frames a detector gets right over the amount of each disturbance.
+
+    Parameters
+    ----------
+    results : sequence of (str, float, float, float)
+        Disturbance, its amount, accuracy on the frames that could be classified, and share of those that could not.
+    title : str, optional
+        What the title adds.
+    """
+    names = list(dict.fromkeys(name for name, *_ in results))
+    figure, panels = figure_grid(
+        len(names), 3, (3.2, 2.6), titled("Robustness", title), ("amount", "share of frames"), share="none"
+    )
+    keys: dict[str, Artist] = {}
+    for axes, name in zip(panels, names, strict=True):
+        amount, accuracy, unusable = (
+            np.array(one) for one in zip(*(row[1:] for row in results if row[0] == name), strict=True)
+        )
+        usable = unusable < 1.0
+        (keys["right, of those classified"],) = axes.plot(amount[usable], accuracy[usable], "o-", color=BLUE)
+        (keys["not classified: too few markers"],) = axes.plot(amount, unusable, "s--", color=GREY)
+        axes.set_title(name)
+        axes.set_xlabel(_AMOUNTS.get(name, "amount"))
+        axes.set_ylim(-0.03, 1.03)
+        if not usable.any():
+            say(axes, "no frame can be classified")
+    add_legend(figure, keys)
+    return figure

@@ -1,0 +1,196 @@
+"""The frames of a film: the deformed body, the slip map and the force ratio, with the events as they come."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.gridspec import SubplotSpec
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError
+from fingerslip.history import is_solid
+from fingerslip.report.colours import BLACK, EVENT_COLOURS, FIELD_MAP
+from fingerslip.report.figures.deformed import draw_section
+from fingerslip.report.figures.forces import draw_ratios
+from fingerslip.report.figures.marks import mark_run
+from fingerslip.report.figures.slip import draw_states
+from fingerslip.report.figures.style import styled
+from fingerslip.report.figures.times import ShownTime
+from fingerslip.report.scene.scene import SCALARS, SceneOptions, check_options, field_limits
+from fingerslip.report.scene.viewer import stills
+from fingerslip.slip import Events, slide_window
+from fingerslip.slip.names import EVENTS
+
+__all__ = ["Film", "film_frames"]
+
+Frame = NDArray[np.uint8]
+
+_DOTS_PER_INCH = 100
+_LEAST = (320, 240)
+
+
+@dataclass(frozen=True)
+class Film:
+    """How a film is made.
+
+    Parameters
+    ----------
+    size : tuple of int
+        Width and height [pixels], both even.
+    frame_rate : float
+        Frames a second [1/s].
+    seconds : float
+        How long it lasts [s].
+    """
+
+    size: tuple[int, int] = (1280, 720)
+    frame_rate: float = 25.0
+    seconds: float = 8.0
+
+    def __post_init__(self) -> None:
+        if any(side % 2 or side < least for side, least in zip(self.size, _LEAST, strict=True)):
+            found = f"got {self.size[0]}x{self.size[1]}"
+            raise InputError("figure: --size", found, "needs an even width and height of at least 320x240")
+        for name, value in (("--rate", self.frame_rate), ("--seconds", self.seconds)):
+            if not 0.0 < value < np.inf:
+                raise InputError(f"figure: {name}", f"got {value:g}", "needs a number > 0")
+
+
+def film_frames(
+    history: xr.Dataset, events: Events, options: SceneOptions | None = None, film: Film | None = None
+) -> Iterator[Frame]:
+    """Draw the frames of a film of a run, even in its time; the body is drawn at the snapshot nearest to each.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with snapshots.
+    events : Events
+        Its slip events; those from accumulated slip are named as they come.
+    options : SceneOptions, optional
+        The field, and how a solid is shown.
+    film : Film, optional
+        Size, frame rate and length.
+
+    Yields
+    ------
+    (height, width, 3) array of uint8
+        A frame, red first.
+
+    Raises
+    ------
+    InputError, ResultError
+        Where the history cannot be shown so.
+    """
+    options, film = options or SceneOptions(), film or Film()
+    check_options(history, options)
+    times = history["snapshot_time"].values
+    moments = np.linspace(times[0], times[-1], max(round(film.seconds * film.frame_rate), 1))
+    shown = np.abs(times[:, None] - moments).argmin(axis=0)
+    pictures = _pictures(history, np.unique(shown), options, film)
+    number, frame = -1, np.zeros((0, 0, 3), dtype=np.uint8)
+    for wanted in shown:
+        if wanted != number:
+            picture = next(pictures)
+            number, frame = int(wanted), _drawn((history, events), int(wanted), picture, (options, film))
+        yield frame
+
+
+def _pictures(history: xr.Dataset, numbers: NDArray[Any], options: SceneOptions, film: Film) -> Iterator[Frame | None]:
+    """Yield rendered views of a solid; of a section nothing, which is drawn in the frame itself."""
+    if not is_solid(history):
+        yield from (None for _ in numbers)
+        return
+    side = (film.size[0] // 2, film.size[1] - 80)
+    yield from stills(history, [int(number) for number in numbers], options, side)
+
+
+@styled
+def _drawn(
+    run: tuple[xr.Dataset, Events], number: int, picture: Frame | None, made: tuple[SceneOptions, Film]
+) -> Frame:
+    (history, events), (options, film) = run, made
+    width, height = (side / _DOTS_PER_INCH for side in film.size)
+    figure = Figure(figsize=(width, height), dpi=_DOTS_PER_INCH, layout="constrained")
+    canvas = FigureCanvasAgg(figure)
+    grid = figure.add_gridspec(1, 2, width_ratios=(1.15, 1.0))
+    time = float(history["snapshot_time"].values[number])
+    _draw_body(figure, grid[0], (history, number), (picture, options))
+    _draw_signals(grid[1], history, events, time)
+    figure.suptitle(f"t = {time:.3f} s   {_now(history, events, time)}", x=0.02, ha="left")
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def _draw_body(
+    figure: Figure, place: SubplotSpec, shown: tuple[xr.Dataset, int], look: tuple[Frame | None, SceneOptions]
+) -> None:
+    (history, number), (picture, options) = shown, look
+    axes, limits = figure.add_subplot(place), field_limits(history, options)
+    if picture is None:
+        draw_section(axes, history, number, options.scalar, limits)
+        axes.set_xlabel("x [mm]")
+        axes.set_ylabel("y [mm]")
+    else:
+        axes.imshow(picture)
+        axes.set_axis_off()
+    if options.scalar != "region":
+        colours = ScalarMappable(Normalize(*limits), FIELD_MAP)
+        figure.colorbar(colours, ax=axes, label=SCALARS[options.scalar][0], location="bottom", extend="max", shrink=0.8)
+
+
+def _draw_signals(place: SubplotSpec, history: xr.Dataset, events: Events, time: float) -> None:
+    rows = 1 if is_solid(history) else 2
+    panels: list[Axes] = list(np.atleast_1d(place.subgridspec(rows, 1).subplots(sharex=True)))
+    if rows == 2:
+        draw_states(panels[0], history, ShownTime(history["time"].values))
+        panels[0].set_ylabel("position along plate [mm]")
+    draw_ratios(panels[-1], history, history["time"].values)
+    panels[-1].legend(loc="upper left")
+    panels[-1].set_ylim(0.0, 1.35)
+    panels[-1].set_xlabel("time [s]")
+    for axes in panels:
+        mark_run(axes, history, _until(events, time))
+        axes.axvline(time, color=BLACK, linewidth=1.6, zorder=6)
+        axes.set_xlim(0.0, float(history["time"].values[-1]))
+    _name(panels[0], history, events, time)
+
+
+def _until(events: Events, time: float) -> Any:
+    """Return the events from accumulated slip that have happened by a time."""
+    later = {name: None for name in EVENTS if (own := events.slip.time(name)) is not None and own > time}
+    return dataclasses.replace(events.slip, **later)
+
+
+def _name(axes: Axes, history: xr.Dataset, events: Events, time: float) -> None:
+    """Write the names of the events that have happened above a panel."""
+    end = float(history["time"].values[-1])
+    reached = -1.0
+    for name, words in EVENTS.items():
+        own = events.slip.time(name)
+        if own is None or own > time or name == "noticed":
+            continue
+        at = max(own / end, reached)
+        reached = at + 0.06
+        colour = EVENT_COLOURS[name]
+        axes.text(at, 1.02, words, transform=axes.transAxes, rotation=30, rotation_mode="anchor", color=colour)
+
+
+def _now(history: xr.Dataset, events: Events, time: float) -> str:
+    """Say what is going on: the phase, and the last event."""
+    happened = [words for name, words in EVENTS.items() if (own := events.slip.time(name)) is not None and own <= time]
+    window = slide_window(history)
+    phase = ""
+    if window is not None:
+        phase = "pressing" if time < window.start else f"{time - window.start:.3f} s into the slide"
+    return f"{phase}, {happened[-1]} slip" if happened else phase

@@ -1,0 +1,44 @@
+"""What to cite with a study: the papers of its values and comparisons, and the program, as BibTeX."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from importlib import resources
+
+from fingerslip.published import PublishedSet
+from fingerslip.report.tables.parameters import ShownValue
+from fingerslip.version import __version__
+
+__all__ = ["bibliography", "cited"]
+
+_ENTRY = re.compile(r"^@\w+\{([^,]+),.*?^\}", re.MULTILINE | re.DOTALL)
+
+
+def bibliography() -> dict[str, str]:
+    """Return the entries of the papers that values and comparisons are from, by their keys."""
+    text = resources.files("fingerslip").joinpath("references.bib").read_text(encoding="utf-8")
+    return {found.group(1): found.group(0) for found in _ENTRY.finditer(text)}
+
+
+def cited(values: Sequence[ShownValue], references: Iterable[PublishedSet]) -> str:
+    """Return the entries of all that a study rests on.
+
+    Parameters
+    ----------
+    values : sequence of ShownValue
+        The values of its runs with their sources.
+    references : iterable of PublishedSet
+        What its results are beside.
+    """
+    known = bibliography()
+    named = {word for value in values for word in re.findall(r"\w+", value.source)}
+    named |= {reference.name.partition("-")[0] for reference in references}
+    program = (
+        "@software{fingerslip,\n"
+        "  title   = {fingerslip: a finite-element toolkit for fingertip slip},\n"
+        "  author  = {{The fingerslip developers}},\n"
+        f"  version = {{{__version__}}},\n"
+        "}"
+    )
+    return "\n\n".join([program, *(entry for key, entry in known.items() if key in named)])

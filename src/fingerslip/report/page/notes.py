@@ -1,0 +1,95 @@
+"""The user's own notes and figures beside the results of a study, as part of its report."""
+
+from __future__ import annotations
+
+import base64
+import html
+import mimetypes
+import re
+from pathlib import Path
+from urllib.parse import unquote, urlparse
+
+from markdown_it import MarkdownIt
+from markdown_it.token import Token
+
+from fingerslip.errors import ResultError
+
+__all__ = ["NOTES", "PICTURES", "notes_html"]
+
+#: File in the folder of a study's results, and the folder of figures beside it.
+NOTES, PICTURES = "notes.md", "notes"
+
+_TYPES = {".png", ".jpg", ".jpeg", ".gif", ".webp", ".svg"}
+# Headings of the notes stand below the page's own.
+_DEEPER = 2
+
+
+def notes_html(folder: Path) -> str:
+    """Return the notes of a study as HTML without any file beside it; empty where there are none.
+
+    ``notes.md`` is Markdown; HTML in it is shown as text. Its pictures are files of the folder. Figures in ``notes/``
+    that it does not show follow below it, each with its name.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the results of a study.
+
+    Raises
+    ------
+    ResultError
+        Where a picture that the notes show is not there, or the notes cannot be read.
+    """
+    shown: set[Path] = set()
+    text = _text(folder / NOTES)
+    body = _rendered(text, folder, shown) if text else ""
+    others = (path for path in sorted((folder / PICTURES).glob("*")) if path.suffix.lower() in _TYPES)
+    figures = (_figure(path) for path in others if path.resolve() not in shown)
+    return "\n".join(part for part in (body, *figures) if part)
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8") if path.is_file() else ""
+    except (OSError, UnicodeDecodeError) as error:
+        raise ResultError(f"{path}: cannot be read as text ({error})") from None
+
+
+def _rendered(text: str, folder: Path, shown: set[Path]) -> str:
+    reader = MarkdownIt("commonmark", {"html": False}).enable("table")
+    tokens = reader.parse(text)
+    for token in tokens:
+        if token.type.startswith("heading_"):
+            token.tag = f"h{min(int(token.tag[1]) + _DEEPER, 6)}"
+        for child in token.children or ():
+            if child.type == "image":
+                _embed(child, folder, shown)
+    page = str(reader.renderer.render(tokens, reader.options, {}))
+    return page.replace("<table>", '<div class="table"><table>').replace("</table>", "</table></div>")
+
+
+def _embed(image: Token, folder: Path, shown: set[Path]) -> None:
+    """Put the bytes of a picture into its link."""
+    source = str(image.attrs["src"])
+    if urlparse(source).scheme:
+        raise ResultError(
+            f"{folder / NOTES}: shows '{source}'; a report needs no network: save the picture beside the notes"
+        )
+    path = (folder / unquote(source)).resolve()
+    if not path.is_file() or path.suffix.lower() not in _TYPES:
+        raise ResultError(
+            f"{folder / NOTES}: shows '{source}', which is not there; needs a file that ends in "
+            f"{', '.join(sorted(_TYPES))}, named from {folder}"
+        )
+    shown.add(path)
+    image.attrs["src"] = _data(path)
+
+
+def _data(path: Path) -> str:
+    kind = mimetypes.guess_type(path.name)[0] or "image/png"
+    return f"data:{kind};base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"
+
+
+def _figure(path: Path) -> str:
+    words = html.escape(re.sub(r"[-_]+", " ", path.stem), quote=True)
+    return f'<figure><img alt="{words}" src="{_data(path)}"><figcaption>{words}</figcaption></figure>'

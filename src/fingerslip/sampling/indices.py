@@ -1,0 +1,283 @@
+"""What moves an output, over whole ranges: Sobol indices and Morris's elementary effects, with 95 % intervals.
+
+The first-order index of a value is the share of the variance of the output that goes when the value is known, the
+total index the share that is left when all others are known: the difference is interaction (Saltelli et al. 2010). An
+elementary effect is the change of the output over a step of one value, over the step as a share of its range; the
+mean of their sizes says how much the value matters, their standard deviation how much that depends on where the
+others are (Morris 1991, Campolongo et al. 2007). Samples of another design are first fitted by a surrogate, on which
+Sobol indices are computed.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError
+from fingerslip.results import SAMPLE, RunResult, StudyResult
+from fingerslip.sampling.designs import block_size, draw_shares
+from fingerslip.sampling.inputs import Input, encoded
+from fingerslip.sampling.outputs import required_output
+from fingerslip.sampling.sensitivity import groups_of
+from fingerslip.sampling.surrogate import Validation, fit_surrogate
+
+__all__ = ["Index", "Sensitivity", "morris_effects", "sobol_indices"]
+
+Array = NDArray[np.float64]
+
+_RESAMPLES = 1000
+_LEVEL = 0.95
+_LEAST_BLOCKS = 4
+_ON_SURROGATE = 1024
+_SEED = 1
+
+
+@dataclass(frozen=True)
+class Index:
+    """What one value does to an output.
+
+    Parameters
+    ----------
+    path : str
+        Dotted path of the value.
+    size, size_error : float
+        How much it matters, with half the width of the 95 % interval: the total Sobol index [-], or the mean size of
+        the elementary effects, in the unit of the output.
+    other, other_error : float
+        The first-order Sobol index [-]; or the standard deviation of the elementary effects, without an interval.
+    mean : float
+        The mean of the elementary effects with their signs; 0 for Sobol indices.
+    """
+
+    path: str
+    size: float
+    size_error: float
+    other: float
+    other_error: float = 0.0
+    mean: float = 0.0
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """What moves one output in runs that differ in sampled values alone.
+
+    Parameters
+    ----------
+    method : {'sobol', 'morris'}
+        What the numbers are.
+    output, label, unit : str
+        Name of the output, its name in words, and its unit.
+    group : mapping of str to object
+        The swept values that the runs have in common.
+    indices : tuple of Index
+        One for each value, the one that matters most first.
+    mean, deviation : float
+        Mean and standard deviation of the output over the runs.
+    runs, blocks, left_out : int
+        Runs that were used, blocks of the design that were, and blocks with a run without the output, which were not.
+    surrogate : Validation, optional
+        How good the surrogate is on which the indices were computed; None where they come from the runs themselves.
+    """
+
+    method: str
+    output: str
+    label: str
+    unit: str
+    group: Mapping[str, Any]
+    indices: tuple[Index, ...]
+    mean: float
+    deviation: float
+    runs: int
+    blocks: int = 0
+    left_out: int = 0
+    surrogate: Validation | None = None
+
+
+def sobol_indices(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
+    """Return the Sobol indices of an output for each combination of swept values.
+
+    Parameters
+    ----------
+    study : StudyResult
+        A study with samples. From a ``saltelli`` design they are computed directly, else on a surrogate.
+    output : str
+        Name of the output, as in :func:`~fingerslip.sampling.outputs.output_of`.
+
+    Raises
+    ------
+    InputError
+        For a study without samples, an unknown output or too few runs, and where SALib is not installed.
+    """
+    _require_samples(study)
+    groups = groups_of(study.runs)
+    if study.design.get("method") == "saltelli":
+        return tuple(_sobol_of_runs(study, group, runs, output) for group, runs in groups)
+    return tuple(_sobol_of_surrogate(group, runs, output) for group, runs in groups)
+
+
+def morris_effects(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
+    """Return the elementary effects on an output for each combination of swept values.
+
+    Parameters
+    ----------
+    study : StudyResult
+        A study with samples of a ``morris`` design.
+    output : str
+        Name of the output, as in :func:`~fingerslip.sampling.outputs.output_of`.
+
+    Raises
+    ------
+    InputError
+        For another design, an unknown output or too few runs, and where SALib is not installed.
+    """
+    _require_samples(study)
+    if study.design.get("method") != "morris":
+        found = f"has samples of {study.design.get('method', 'another design')}"
+        raise InputError(
+            "method", found, "needs sample.method morris", "use --method sobol, or run the study with morris"
+        )
+    return tuple(_morris_of_runs(study, group, runs, output) for group, runs in groups_of(study.runs))
+
+
+def _sobol_of_runs(study: StudyResult, group: Mapping[str, Any], runs: Sequence[RunResult], output: str) -> Sensitivity:
+    known = _blocks(study, runs, output)
+    found = _sobol(known.paths, known.values)
+    return _sensitivity("sobol", output, (group, runs), known, _by_index(known.paths, found))
+
+
+def _sobol_of_surrogate(group: Mapping[str, Any], runs: Sequence[RunResult], output: str) -> Sensitivity:
+    surrogate = fit_surrogate(runs, output)
+    paths = tuple(one.path for one in surrogate.inputs)
+    shares = draw_shares("saltelli", _ON_SURROGATE, len(paths), _SEED)
+    columns = np.array([_encoded(surrogate.inputs, row) for row in shares])
+    found = _sobol(paths, surrogate.means(columns))
+    values = np.array([one for run in runs if (one := required_output(run, output).value) is not None])
+    quantity = required_output(runs[0], output)
+    return Sensitivity(
+        method="sobol",
+        output=output,
+        label=quantity.label,
+        unit=quantity.unit,
+        group=dict(group),
+        indices=_by_index(paths, found),
+        mean=float(values.mean()),
+        deviation=float(values.std(ddof=1)),
+        runs=values.size,
+        surrogate=surrogate.validation,
+    )
+
+
+def _encoded(inputs: Sequence[Input], shares: Array) -> Array:
+    return encoded(inputs, {one.path: one.at(float(share)) for one, share in zip(inputs, shares, strict=True)})
+
+
+def _morris_of_runs(
+    study: StudyResult, group: Mapping[str, Any], runs: Sequence[RunResult], output: str
+) -> Sensitivity:
+    known = _blocks(study, runs, output)
+    found = _salib("SALib.analyze.morris").analyze(
+        _problem(known.paths), known.shares, known.values, num_resamples=_RESAMPLES, conf_level=_LEVEL, seed=_SEED
+    )
+    names = ("mu_star", "mu_star_conf", "sigma", "mu")
+    rows = np.array([found[name] for name in names], dtype=float).T.tolist()
+    indices = [
+        Index(path, size, error, deviation, mean=mean)
+        for path, (size, error, deviation, mean) in zip(known.paths, rows, strict=True)
+    ]
+    return _sensitivity("morris", output, (group, runs), known, indices)
+
+
+@dataclass(frozen=True)
+class _Blocks:
+    """The complete blocks of a design: shares (n, dim) and values (n,) of the output."""
+
+    paths: tuple[str, ...]
+    shares: Array
+    values: Array
+    blocks: int
+    left_out: int
+
+
+def _blocks(study: StudyResult, runs: Sequence[RunResult], output: str) -> _Blocks:
+    design, paths = study.design, tuple(study.design["paths"])
+    shares = draw_shares(design["method"], design["count"], len(paths), design["seed"])
+    values = np.full(len(shares), np.nan)
+    for run in runs:
+        found = required_output(run, output).value
+        values[int(run.swept[SAMPLE]) - 1] = np.nan if found is None else found
+    size = block_size(design["method"], len(paths))
+    whole = np.isfinite(values.reshape(-1, size)).all(axis=1)
+    if whole.sum() < _LEAST_BLOCKS:
+        raise InputError(
+            "study",
+            f"has {whole.sum()} whole blocks with {output}",
+            f"needs {_LEAST_BLOCKS} or more",
+            "finish its runs",
+        )
+    taken = np.repeat(whole, size)
+    return _Blocks(paths, shares[taken], values[taken], int(whole.sum()), int((~whole).sum()))
+
+
+def _sensitivity(
+    method: str,
+    output: str,
+    samples: tuple[Mapping[str, Any], Sequence[RunResult]],
+    known: _Blocks,
+    indices: Sequence[Index],
+) -> Sensitivity:
+    group, runs = samples
+    quantity = required_output(runs[0], output)
+    return Sensitivity(
+        method=method,
+        output=output,
+        label=quantity.label,
+        unit=quantity.unit,
+        group=dict(group),
+        indices=tuple(sorted(indices, key=lambda index: -index.size)),
+        mean=float(known.values.mean()),
+        deviation=float(known.values.std(ddof=1)),
+        runs=known.values.size,
+        blocks=known.blocks,
+        left_out=known.left_out,
+    )
+
+
+def _sobol(paths: Sequence[str], values: Array) -> Mapping[str, Array]:
+    found: Mapping[str, Array] = _salib("SALib.analyze.sobol").analyze(
+        _problem(paths),
+        values,
+        calc_second_order=False,
+        num_resamples=_RESAMPLES,
+        conf_level=_LEVEL,
+        seed=_SEED,
+    )
+    return found
+
+
+def _by_index(paths: Sequence[str], found: Mapping[str, Array]) -> tuple[Index, ...]:
+    rows = zip(paths, found["ST"], found["ST_conf"], found["S1"], found["S1_conf"], strict=True)
+    indices = [Index(path, *map(float, numbers)) for path, *numbers in rows]
+    return tuple(sorted(indices, key=lambda index: -index.size))
+
+
+def _problem(paths: Sequence[str]) -> dict[str, Any]:
+    return {"num_vars": len(paths), "names": list(paths), "bounds": [[0.0, 1.0]] * len(paths)}
+
+
+def _require_samples(study: StudyResult) -> None:
+    if not study.ranges or not study.runs:
+        repair = "write sample: {method: saltelli, ...} in the study"
+        raise InputError("study", "has no samples", "needs a study with samples", repair)
+
+
+def _salib(name: str) -> Any:
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        found, repair = "needs SALib, which is not installed", "pip install 'fingerslip[sensitivity]'"
+        raise InputError("sensitivity", found, "is an optional part", repair) from None

@@ -1,0 +1,184 @@
+"""Derived quantities: expressions of results and parameters, evaluated safely and with their units.
+
+An expression has numbers, quantities in quotes, ``+ - * / **``, parentheses, the functions of :data:`FUNCTIONS`, and
+names: an event (``overall_slip``, ``latency``, ``overall_slip_acceleration``), a measure without its unit
+(``contact_area_max``), or a parameter, by its dotted path or the end of it, such as ``slide_speed`` for
+``programme.1.slide.speed``.
+"""
+
+from __future__ import annotations
+
+import ast
+import functools
+import math
+import operator
+import re
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from fingerslip.errors import InputError
+from fingerslip.results import Quantity, RunResult
+from fingerslip.sampling.outputs import output_of
+from fingerslip.units import si_number, si_quantity, with_unit
+
+__all__ = ["FUNCTIONS", "check_expression", "derive", "derived_of"]
+
+#: What may be called; logarithm and exponential take pure numbers.
+FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
+    {
+        "abs": abs,
+        "min": min,
+        "max": max,
+        "sqrt": lambda value: value**0.5,
+        "log": lambda value: math.log(_pure(value)),
+        "exp": lambda value: math.exp(_pure(value)),
+    }
+)
+_OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = MappingProxyType(
+    {
+        ast.Add: operator.add,
+        ast.Sub: operator.sub,
+        ast.Mult: operator.mul,
+        ast.Div: operator.truediv,
+        ast.Pow: lambda base, exponent: base ** _pure(exponent),
+        ast.USub: operator.neg,
+        ast.UAdd: operator.pos,
+    }
+)
+# Names with dots are no names of Python; text in quotes stays as it is.
+_NAME = re.compile(r"'[^']*'|\"[^\"]*\"|(?<![\w.])[A-Za-z_]\w*(?:\.\w+)*")
+_LARGEST_EXPONENT = 20.0
+_ALLOWED = f"needs numbers, names, + - * / **, parentheses and {', '.join(FUNCTIONS)}"
+
+
+def check_expression(text: str) -> str:
+    """Return an expression that can be read; refuse any other, without knowing the names in it.
+
+    Raises
+    ------
+    InputError
+        Where it is no expression, or holds what is not allowed.
+    """
+    tree, _ = _parsed(text)
+    for node in ast.walk(tree):
+        _check_node(node, text)
+    return text
+
+
+def derived_of(expressions: Mapping[str, str], result: RunResult) -> dict[str, Quantity]:
+    """Return the derived quantities of a run.
+
+    Parameters
+    ----------
+    expressions : mapping of str to str
+        Expressions by name.
+    result : RunResult
+        The run, with all its values.
+
+    Raises
+    ------
+    InputError
+        For names that are not known or stand for several parameters, and for units that do not fit together.
+    """
+    return {name: derive(name, text, result) for name, text in expressions.items()}
+
+
+def derive(name: str, text: str, result: RunResult) -> Quantity:
+    """Return one derived quantity [SI]; without a value where an event that it needs did not happen."""
+    tree, names = _parsed(text)
+    found = {key: _looked_up(path, result, f"derived.{name}") for key, path in names.items()}
+    try:
+        known = {key: with_unit(1.0 if own is None else own, unit) for key, (own, unit) in found.items()}
+        number, unit = si_number(_value(tree.body, known))
+    except (ZeroDivisionError, OverflowError):
+        return Quantity(name, "", None)
+    except (ValueError, TypeError) as error:
+        raise InputError(f"derived.{name}", f"'{text}': {error}", "needs units that fit together") from None
+    exists = all(own is not None for own, _ in found.values()) and math.isfinite(number)
+    return Quantity(name, unit, number if exists else None)
+
+
+@functools.lru_cache(maxsize=256)
+def _parsed(text: str) -> tuple[ast.Expression, dict[str, str]]:
+    """Return the tree of an expression, and its names by what stands for them in the tree."""
+    names: dict[str, str] = {}
+
+    def stand_in(match: re.Match[str]) -> str:
+        name = match[0]
+        if name[0] in "'\"" or name in FUNCTIONS:
+            return name
+        key = f"_{len(names)}"
+        names[key] = name
+        return key
+
+    try:
+        return ast.parse(_NAME.sub(stand_in, text), mode="eval"), names
+    except (SyntaxError, ValueError):
+        raise InputError("", f"'{text}' is no expression", _ALLOWED) from None
+
+
+def _check_node(node: ast.AST, text: str) -> None:
+    constant = isinstance(node, ast.Constant) and not (
+        isinstance(node.value, bool) or not isinstance(node.value, int | float | str)
+    )
+    named = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS
+    call = named and not getattr(node, "keywords", ())
+    plain = isinstance(node, ast.Expression | ast.BinOp | ast.UnaryOp | ast.Name | ast.Load)
+    if not (constant or call or plain or type(node) in _OPERATORS):
+        raise InputError("", f"'{text}' holds what is not allowed ({type(node).__name__})", _ALLOWED)
+    if isinstance(node, ast.Constant) and isinstance(node.value, str) and si_quantity(node.value) is None:
+        raise InputError("", f"'{text}': '{node.value}' is no quantity", "needs a number and a unit such as '1.5 mm'")
+
+
+def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
+    match node:
+        case ast.Constant(value=str() as text):
+            return with_unit(*(si_quantity(text) or (0.0, "")))
+        case ast.Constant(value=int() | float() as number):
+            return float(number)
+        case ast.Name(id=key):
+            return names[key]
+        case ast.BinOp(left=left, op=op, right=right):
+            return _OPERATORS[type(op)](_value(left, names), _value(right, names))
+        case ast.UnaryOp(op=op, operand=operand):
+            return _OPERATORS[type(op)](_value(operand, names))
+        case ast.Call(func=ast.Name(id=function), args=args):
+            return FUNCTIONS[function](*(_value(one, names) for one in args))
+    raise InputError("", f"holds {type(node).__name__}", _ALLOWED)
+
+
+def _pure(value: Any) -> float:
+    number, unit = si_number(value)
+    if unit:
+        raise ValueError(f"a number in {unit} stands where a pure one is needed")
+    if abs(number) > _LARGEST_EXPONENT:
+        raise OverflowError
+    return number
+
+
+def _looked_up(name: str, result: RunResult, where: str) -> tuple[float | None, str]:
+    """Return the value of a name [SI] and its unit; None for what did not happen."""
+    found = output_of(result, name)
+    if found is not None:
+        return found.value, found.unit
+    return _parameter(name, result.all_values, where)
+
+
+def _parameter(name: str, values: Mapping[str, Any], where: str) -> tuple[float, str]:
+    ending = f"_{name}".replace(".", "_")
+    found = [name] if name in values else [path for path in values if f"_{path}".replace(".", "_").endswith(ending)]
+    found = [path for path in found if _number(values[path]) is not None]
+    if len(found) != 1:
+        said = f"'{name}' stands for {', '.join(found)}" if found else f"'{name}' is not known"
+        allowed = "needs events, measures without their unit, or numbers of the study"
+        raise InputError(where, said, allowed, "fingerslip show STUDY lists all paths; write the whole path")
+    number = _number(values[found[0]])
+    assert number is not None
+    return number
+
+
+def _number(value: object) -> tuple[float, str] | None:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value), ""
+    return si_quantity(value) if isinstance(value, str) else None

@@ -1,0 +1,99 @@
+"""Repeats: every run several times, with values that scatter as they do from trial to trial."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+import numpy as np
+import pydantic
+
+from fingerslip.errors import InputError, shortened
+from fingerslip.parameters import parameters
+from fingerslip.units import si_quantity
+
+__all__ = ["RepeatSettings", "repeat_seed", "scattered"]
+
+_DIGITS = 6
+
+
+def _check_scatter(scatter: Mapping[str, Any]) -> Mapping[str, Any]:
+    for path, deviation in scatter.items():
+        known = _quantity(deviation)
+        if known is None or known[0] <= 0.0:
+            found, allowed = f"got {shortened(repr(deviation))}", "needs a standard deviation above 0"
+            raise InputError(path, found, allowed, "write a number, or a quantity such as '0.1 mm'")
+    return scatter
+
+
+Scatter = Annotated[Mapping[str, Any], pydantic.AfterValidator(_check_scatter)]
+
+
+@parameters
+class RepeatSettings:
+    """Repeats of every run.
+
+    Parameters
+    ----------
+    count : int
+        How many.
+    scatter : mapping of str to object
+        Standard deviations by dotted path, numbers or quantities. In each repeat the value is drawn from a normal
+        distribution around that of the run; the draws of a repeat are the same in all runs.
+    seed : int
+        Seed of all random numbers. Each repeat has a seed of its own, which follows from this one and its number.
+    """
+
+    count: Annotated[int, pydantic.Field(ge=1)]
+    scatter: Scatter
+    seed: Annotated[int, pydantic.Field(ge=0)] = 1
+
+
+def repeat_seed(settings: RepeatSettings, number: int) -> int:
+    """Return the seed of a repeat, which numbers from 1."""
+    return int(np.random.SeedSequence([settings.seed, number]).generate_state(1)[0])
+
+
+def scattered(settings: RepeatSettings, number: int, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of a repeat by dotted path, as a study file writes them.
+
+    Parameters
+    ----------
+    settings : RepeatSettings
+        What scatters.
+    number : int
+        Number of the repeat, from 1.
+    values : mapping of str to object
+        The values of the run by dotted path.
+
+    Raises
+    ------
+    InputError
+        For a path that leads to no number, and for a deviation of another unit.
+
+    Examples
+    --------
+    >>> scattered(RepeatSettings(count=2, scatter={"time.end": "0.1 s"}), 1, {"time.end": "3 s"})
+    {'time.end': '2.86 s'}
+    """
+    draws = np.random.default_rng(repeat_seed(settings, number)).standard_normal(len(settings.scatter))
+    pairs = zip(settings.scatter.items(), draws, strict=True)
+    return {path: _drawn(path, values.get(path), deviation, float(draw)) for (path, deviation), draw in pairs}
+
+
+def _drawn(path: str, value: Any, deviation: Any, draw: float) -> Any:
+    known, spread = _quantity(value), _quantity(deviation)
+    where = f"repeats.scatter.{path}"
+    if known is None:
+        found = "is not known" if value is None else f"leads to {shortened(repr(value))}"
+        raise InputError(where, found, "needs the dotted path of a number", "fingerslip show STUDY lists all paths")
+    if spread is None or spread[1] != known[1]:
+        raise InputError(where, f"got {shortened(repr(deviation))}", f"needs a unit of [{known[1] or 'a pure number'}]")
+    text = f"{known[0] + draw * spread[0]:.{_DIGITS}g}"
+    return f"{text} {known[1]}" if known[1] else float(text)
+
+
+def _quantity(value: object) -> tuple[float, str] | None:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value), ""
+    return si_quantity(value) if isinstance(value, str) else None

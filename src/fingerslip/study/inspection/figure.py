@@ -1,0 +1,210 @@
+"""``fingerslip figure``: one figure or film of stored results, for a paper or for slides."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+
+from fingerslip.errors import InputError, ResultError
+from fingerslip.history import is_solid, read_history, stored_phases
+from fingerslip.parameters import from_mapping
+from fingerslip.published import published
+from fingerslip.report.figures.catalogue import (
+    OF_RUNS,
+    OF_STUDIES,
+    RunSubject,
+    StudySubject,
+    draw_of_run,
+    draw_of_study,
+)
+from fingerslip.report.figures.film import Film, film_frames
+from fingerslip.report.figures.save import save_figure
+from fingerslip.report.figures.style import LOOKS, looking
+from fingerslip.report.labels import run_title
+from fingerslip.report.page.content import MOST_RUNS
+from fingerslip.report.scene.scene import SceneOptions
+from fingerslip.report.tables.events import swept_paths
+from fingerslip.results import HISTORY, RunResult, StudyResult
+from fingerslip.study.storage.reporting import read_stored, read_stored_run
+from fingerslip.study.storage.summary import read_manifest
+from fingerslip.units import parse_quantity
+from fingerslip.vision.video import write_video
+
+__all__ = ["FILM", "FORMATS", "FigureChoice", "film_size", "kinds_text", "write_figure"]
+
+#: Formats of figures, and the kind that is a film.
+FORMATS, FILM = ("pdf", "svg", "png"), "film"
+# OpenCV brings an encoder for it, and browsers play it.
+_CODEC = "vp09"
+
+
+@dataclass(frozen=True)
+class FigureChoice:
+    """Which figure is wanted, and how it looks.
+
+    Parameters
+    ----------
+    kind : str
+        Its name; see :func:`kinds_text`.
+    style : str
+        One of ``page``, ``paper`` and ``slides``.
+    form : str
+        One of :data:`FORMATS`; films are ``mp4``.
+    run : str
+        Name of the run, of a study with several.
+    path : str
+        Dotted path of the swept value on the axis; without it the first.
+    times : sequence of str
+        Times with their units.
+    options : mapping
+        Values of :class:`~fingerslip.report.scene.scene.SceneOptions`.
+    film : mapping
+        Values of :class:`~fingerslip.report.figures.film.Film`.
+    """
+
+    kind: str
+    style: str = "paper"
+    form: str = "pdf"
+    run: str = ""
+    path: str = ""
+    times: Sequence[str] = ()
+    options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    film: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+
+
+def kinds_text() -> str:
+    """Return the kinds of figures with what they show, in lines."""
+    every = {**{name: words for name, (words, _) in (*OF_STUDIES.items(), *OF_RUNS.items())}, FILM: "a film, as MP4"}
+    return "\n".join(f"{name}: {words}" for name, words in every.items())
+
+
+def film_size(text: str) -> tuple[int, int]:
+    """Return width and height [pixels] of a text such as '1280x720'.
+
+    Raises
+    ------
+    InputError
+        For any other text.
+    """
+    parts = text.lower().split("x")
+    if len(parts) != 2 or not all(part.isdigit() for part in parts):
+        raise InputError("figure: --size", f"got '{text}'", "needs a width and a height in pixels", "write 1280x720")
+    return int(parts[0]), int(parts[1])
+
+
+def write_figure(target: Path, choice: FigureChoice, output: Path | None = None) -> Path:
+    """Write a figure or a film of stored results.
+
+    Parameters
+    ----------
+    target : Path
+        Folder of a study's results, or of one of its runs.
+    choice : FigureChoice
+        Which figure.
+    output : Path, optional
+        The file; without it one that is called as the kind (and the run), in `target`.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+
+    Raises
+    ------
+    InputError
+        For a kind, style, format, run or path that is not there.
+    ResultError
+        Where results cannot be read, lack what is asked for, or the file cannot be written.
+    """
+    _check(choice)
+    named = f"{choice.kind}-{choice.run}" if choice.run else choice.kind
+    path = output or target / f"{named}.{'mp4' if choice.kind == FILM else choice.form}"
+    if choice.kind in OF_STUDIES:
+        with looking(choice.style):
+            figure = draw_of_study(choice.kind, _study_subject(_study(target), choice))
+            save_figure(figure, path)
+        return path
+    subject = _run_subject(_run_folder(target, choice.run), choice)
+    if choice.kind == FILM:
+        _write_film(subject, path, choice)
+        return path
+    with looking(choice.style):
+        save_figure(draw_of_run(choice.kind, subject), path)
+    return path
+
+
+def _check(choice: FigureChoice) -> None:
+    allowed = {
+        "--kind": (choice.kind, (*OF_STUDIES, *OF_RUNS, FILM)),
+        "--style": (choice.style, tuple(LOOKS)),
+        "--format": (choice.form, FORMATS),
+    }
+    for option, (value, names) in allowed.items():
+        if value not in names:
+            raise InputError(f"figure: {option}", f"got '{value}'", f"needs one of {', '.join(names)}")
+
+
+def _study(target: Path) -> StudyResult:
+    if not read_manifest(target).get("runs"):
+        raise ResultError(
+            f"{target}: holds no study; this figure needs the folder of a study that fingerslip run wrote"
+        )
+    return read_stored(target)
+
+
+def _study_subject(study: StudyResult, choice: FigureChoice) -> StudySubject:
+    paths = [path for path in swept_paths(study.runs) if len({str(run.swept.get(path)) for run in study.runs}) > 1]
+    if choice.path and choice.path not in paths:
+        raise InputError("figure: --over", f"'{choice.path}' is not swept", f"needs one of {', '.join(paths)}")
+    drawn = {} if choice.kind in {"latency", "events"} else _drawn(study)
+    references = [published(name) for name in study.compare]
+    values = tuple(value for reference in references for value in reference.values)
+    slides = {run.name: stored_phases(study.folder / run.name / HISTORY, "slide") for run in study.runs}
+    return StudySubject(
+        runs=study.runs,
+        histories={title: read_history(study.folder / run.name / HISTORY) for title, run in drawn.items()},
+        events={title: run.events for title, run in drawn.items()},
+        reference=dataclasses.replace(references[0], values=values) if references else None,
+        starts={name: own[0][0] for name, own in slides.items() if own},
+        path=choice.path or (paths[0] if paths else ""),
+    )
+
+
+def _drawn(study: StudyResult) -> dict[str, RunResult]:
+    """Return the runs that a figure has panels for, by their titles."""
+    return {run_title(run, study.title): run for run in study.runs[:MOST_RUNS]}
+
+
+def _run_folder(target: Path, name: str) -> Path:
+    """Return the folder of the run: that of a study with one run, or of the named one."""
+    names = list(read_manifest(target).get("runs", {}))
+    if not names:
+        return target
+    if name and name not in names:
+        raise InputError("figure: --run", f"'{name}' is not there", f"needs one of {', '.join(names)}")
+    if not name and len(names) > 1:
+        raise InputError(
+            "figure", f"this kind shows one run of {len(names)}", f"needs --run, one of {', '.join(names)}"
+        )
+    return target / (name or names[0])
+
+
+def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:
+    result, history = read_stored_run(folder), read_history(folder / HISTORY)
+    opened = {"cut": "z", "receptors": False} if is_solid(history) and "camera" not in choice.options else {}
+    options = from_mapping(SceneOptions, {"written": False, **opened, **choice.options}, "figure")
+    times = tuple(parse_quantity(time, "s", where="figure: --time") for time in choice.times)
+    return RunSubject(history, result.events, options, times)
+
+
+def _write_film(subject: RunSubject, path: Path, choice: FigureChoice) -> None:
+    film = Film(**choice.film)
+    # Films show numbers by pixels, whatever the user's own settings of figures are.
+    with mpl.rc_context():
+        frames = film_frames(subject.history, subject.events, subject.options, film)
+        write_video(path, (frame[..., ::-1] for frame in frames), film.frame_rate, codec=_CODEC)

@@ -1,0 +1,108 @@
+"""What moves the results of a study, and what its runs would come to in between: tables and a figure in its folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+from fingerslip.errors import InputError
+from fingerslip.files import write_bytes, write_text
+from fingerslip.parameters.yaml_text import parse_document
+from fingerslip.report.figures.indices import indices_figure
+from fingerslip.report.figures.save import figure_bytes
+from fingerslip.report.tables.indices import indices_table, prediction_table
+from fingerslip.report.tables.samples import sensitivity_table
+from fingerslip.report.tables.table import Table, to_csv
+from fingerslip.results import StudyResult
+from fingerslip.sampling import fits_of
+from fingerslip.sampling.indices import Sensitivity, morris_effects, sobol_indices
+from fingerslip.sampling.outputs import required_output
+from fingerslip.sampling.surrogate import fit_surrogate
+from fingerslip.study.opened import open_study
+
+__all__ = ["Method", "predicted", "sensitivities", "write_sensitivities"]
+
+Method = Literal["auto", "linear", "morris", "sobol"]
+
+
+def write_sensitivities(folder: Path, output: str, method: Method) -> tuple[Table, ...]:
+    """Return tables of what moves an output, and write them and their figure into the folder of the study.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the results of a study with samples.
+    output : str
+        Name of the output, as in :func:`~fingerslip.sampling.outputs.output_of`.
+    method : {'auto', 'linear', 'morris', 'sobol'}
+        Linear regression, elementary effects, or Sobol indices; 'auto': what the samples were drawn for, else Sobol.
+
+    Raises
+    ------
+    InputError
+        For a study without samples, an unknown output, or a method that does not fit the samples.
+    ResultError
+        Where the folder holds no results, or nothing can be written there.
+    """
+    study = open_study(folder).result
+    if method == "linear":
+        return _linear(study, output)
+    found = sensitivities(study, output, method)
+    tables, name = tuple(map(indices_table, found)), f"sensitivity-{output}-{found[0].method}"
+    for number, table in enumerate(tables, start=1):
+        ending = f"-{number}" if len(tables) > 1 else ""
+        write_text(folder / f"{name}{ending}.csv", to_csv(table))
+    write_bytes(folder / f"{name}.png", figure_bytes(indices_figure(found)))
+    return tables
+
+
+def sensitivities(study: StudyResult, output: str, method: Method = "auto") -> tuple[Sensitivity, ...]:
+    """Return what moves an output by elementary effects or Sobol indices; see :func:`write_sensitivities`."""
+    is_morris = method == "morris" or (method == "auto" and study.design.get("method") == "morris")
+    return morris_effects(study, output) if is_morris else sobol_indices(study, output)
+
+
+def _linear(study: StudyResult, output: str) -> tuple[Table, ...]:
+    label = required_output(study.runs[0], output).label if study.runs else output
+    tables = [sensitivity_table(fit) for fit in fits_of(study)]
+    found = tuple(table for table in tables if table.title.startswith(f"What moves {label}"))
+    if not found:
+        raise InputError("of", f"no regression of '{output}'", "needs a slip time of a study with samples")
+    return found
+
+
+def predicted(folder: Path, given: Sequence[str], outputs: Sequence[str]) -> Table:
+    """Predict what a run between those of a study would come to.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the results of a study.
+    given : sequence of str
+        ``path=value`` for everything that differs between its runs.
+    outputs : sequence of str
+        Names of the outputs.
+
+    Raises
+    ------
+    InputError
+        For values that are missing or outside those of the runs, an unknown output, or too few runs.
+    """
+    study = open_study(folder).result
+    values = dict(map(_pair, given))
+    if not study.runs:
+        raise InputError("study", "has no finished runs", "needs ten or more")
+    fitted = [fit_surrogate(study.runs, output) for output in outputs]
+    known = {one.path for one in fitted[0].inputs}
+    for path in values:
+        if path not in known:
+            raise InputError(path, "does not differ between the runs", f"needs {', '.join(sorted(known))}")
+    return prediction_table([(one, one.predict(values)) for one in fitted], values)
+
+
+def _pair(text: str) -> tuple[str, object]:
+    path, equal, value = text.partition("=")
+    if not equal:
+        raise InputError("at", f"got '{text}'", "needs path=value, such as contact.friction_coefficient=0.5")
+    return path.strip(), parse_document(value, "at").content

@@ -1,0 +1,222 @@
+"""Computing runs on a Dask cluster: the workers compute, this process alone writes the results.
+
+A worker gets the runs of a group and their mesh, computes them in a folder of its own, and returns the files. So no
+disk has to be shared, a worker that dies leaves nothing behind, and what a finished run is, is decided in one place.
+The scheduler gives what a dead worker had begun to another one; what was written is never asked for again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import tempfile
+import threading
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from fingerslip.errors import FingerslipError, InputError, ResultError
+from fingerslip.files import new_folder, writing
+from fingerslip.results import stored_result
+from fingerslip.study.definition.sweep import Run
+from fingerslip.study.running.build import build_model
+from fingerslip.study.running.compute import Job
+from fingerslip.study.running.groups import compute_group, groups
+from fingerslip.study.running.progress import StudyProgress
+
+__all__ = ["Task", "compute_on_cluster", "compute_task"]
+
+# Groups that wait for each core of the cluster, so that no worker waits for this process.
+_AHEAD = 2
+_SECONDS_TO_CONNECT = 20
+# Several threads of one worker would share its logs and limits.
+_ONE_AT_A_TIME = threading.Lock()
+
+_Outcome = Mapping[str, Mapping[str, bytes] | Exception]
+
+
+@dataclass(frozen=True)
+class Task:
+    """Runs that a worker computes together, without their mesh.
+
+    Parameters
+    ----------
+    runs : tuple of Run
+        The runs.
+    identities : tuple of str
+        Hashes of their inputs.
+    version : str
+        Version of fingerslip that asks for them.
+    """
+
+    runs: tuple[Run, ...]
+    identities: tuple[str, ...]
+    version: str
+
+
+def compute_task(task: Task, mesh: Any) -> _Outcome:
+    """Compute runs in a folder that is removed, and return their files or errors by the names of the runs.
+
+    Parameters
+    ----------
+    task : Task
+        The runs.
+    mesh : skfem.Mesh
+        Their mesh.
+
+    Raises
+    ------
+    InputError
+        Where the worker has another version of fingerslip.
+    """
+    own = metadata.version("fingerslip")
+    if own != task.version:
+        found = f"has fingerslip {own}, this process {task.version}"
+        raise InputError("worker", found, "needs the same version", "install the same environment on the cluster")
+    with _ONE_AT_A_TIME, tempfile.TemporaryDirectory(prefix="fingerslip-") as name:
+        parts = zip(task.runs, task.identities, strict=True)
+        jobs = [Job(run, build_model(run, mesh), identity, Path(name) / run.name) for run, identity in parts]
+        failures = compute_group(jobs, lambda *_: None, 1)
+        return {job.run.name: failures.get(job.run.name) or _files(job.folder) for job in jobs}
+
+
+def compute_on_cluster(jobs: Sequence[Job], address: str, progress: StudyProgress) -> dict[str, FingerslipError]:
+    """Compute jobs on the workers of a Dask cluster, and write their folders here as they come.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        What to compute.
+    address : str
+        Address of the scheduler, such as ``tcp://host:8786``.
+    progress : StudyProgress
+        Is told which runs are done.
+
+    Returns
+    -------
+    dict
+        The error of each job that failed, by the name of the run.
+
+    Raises
+    ------
+    InputError
+        Where Dask is not installed, or no scheduler answers.
+    """
+    progress.begin([job.run.name for job in jobs])
+    failures: dict[str, FingerslipError] = {}
+    with _connected(address) as client:
+        cores = max(1, sum(client.ncores().values()))
+        for part, outcome in _outcomes(client, groups(jobs, cores), cores):
+            for job in part:
+                error = _written(job, outcome[job.run.name])
+                failures |= {job.run.name: error} if error else {}
+                progress.finish(job.run.name, "failed" if error else "done")
+    return failures
+
+
+def _distributed() -> Any:
+    """Return the package of Dask's scheduler, which is optional."""
+    try:
+        return importlib.import_module("distributed")
+    except ImportError:
+        repair = "install it with: pip install 'fingerslip[cluster]'"
+        raise InputError("scheduler", "needs Dask, which is not installed", "runs without it locally", repair) from None
+
+
+@contextlib.contextmanager
+def _connected(address: str) -> Iterator[Any]:
+    try:
+        client = _distributed().Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
+    except (OSError, ValueError) as error:
+        found = f"nothing answers at '{address}' ({type(error).__name__})"
+        raise InputError("scheduler", found, "needs the address of a Dask scheduler such as tcp://host:8786") from None
+    with client:
+        yield client
+
+
+def _outcomes(client: Any, parts: Sequence[Sequence[Job]], cores: int) -> Iterator[tuple[Sequence[Job], _Outcome]]:
+    """Yield what became of each group, as the workers finish them; only so many wait at once."""
+    meshes: dict[int, Any] = {}
+    waiting = iter(parts)
+    sent: dict[Any, Sequence[Job]] = {}
+
+    def send(part: Sequence[Job]) -> Any:
+        mesh = part[0].model.mesh
+        if id(mesh) not in meshes:
+            # Submitted, not scattered: the scheduler makes it again where the workers that held it have died.
+            meshes[id(mesh)] = client.submit(_given, mesh, pure=False)
+        future = client.submit(compute_task, _task(part), meshes[id(mesh)], pure=False)
+        sent[future] = part
+        return future
+
+    first = [send(part) for part, _ in zip(waiting, range(_AHEAD * cores), strict=False)]
+    completed = _distributed().as_completed(first)
+    try:
+        for future in completed:
+            yield sent.pop(future), _outcome(future)
+            following = next(waiting, None)
+            if following is not None:
+                completed.add(send(following))
+    finally:
+        client.cancel(list(sent))
+
+
+def _given(mesh: Any) -> Any:
+    return mesh
+
+
+def _task(part: Sequence[Job]) -> Task:
+    runs, identities = tuple(job.run for job in part), tuple(job.identity for job in part)
+    return Task(runs, identities, metadata.version("fingerslip"))
+
+
+class _AnyName(dict[str, Exception]):
+    """The same error for every run."""
+
+    def __init__(self, error: Exception) -> None:
+        super().__init__()
+        self._error = error
+
+    def __missing__(self, _: str) -> Exception:
+        return self._error
+
+
+def _outcome(future: Any) -> _Outcome:
+    """Return what a worker returned; what is no error of fingerslip, nor the loss of workers, is raised."""
+    error = future.exception()
+    if error is None:
+        found: _Outcome = future.result()
+        return found
+    if isinstance(error, _distributed().KilledWorker):
+        lost = "the workers that computed it died again and again, perhaps because there was not enough memory"
+        return _AnyName(ResultError(f"cluster: {lost}; give each worker more memory"))
+    if isinstance(error, FingerslipError):
+        return _AnyName(error)
+    raise error
+
+
+def _files(folder: Path) -> dict[str, bytes]:
+    """Return the files of a folder by their paths in it."""
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def _written(job: Job, outcome: Mapping[str, bytes] | Exception) -> FingerslipError | None:
+    """Write the files of a run, whole or not at all, where their checksums are right; return what went wrong."""
+    if isinstance(outcome, MemoryError):
+        return ResultError(f"{job.run.where}: not enough memory on the worker; use larger elements")
+    if isinstance(outcome, FingerslipError):
+        return outcome
+    if isinstance(outcome, Exception):
+        raise outcome
+    try:
+        with new_folder(job.folder) as folder:
+            with writing(folder):
+                for name, content in outcome.items():
+                    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+                    (folder / name).write_bytes(content)
+            stored_result(folder)
+    except ResultError as error:
+        return error
+    return None

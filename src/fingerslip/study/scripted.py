@@ -1,0 +1,232 @@
+"""Studies from Python: what a study file says, changed and run without writing one."""
+
+from __future__ import annotations
+
+import copy
+import html
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from fingerslip.errors import InputError
+from fingerslip.parameters.dotted import assign
+from fingerslip.parameters.protocols import require_kind
+from fingerslip.report.tables.frame import table_frame
+from fingerslip.study.definition.base import read_with_base
+from fingerslip.study.definition.spec import Study as Definition
+from fingerslip.study.definition.spec import study_mapping
+from fingerslip.study.definition.yaml import write_mapping
+from fingerslip.study.inspection.check import check_plans
+from fingerslip.study.opened import OpenedStudy, open_study
+from fingerslip.study.running.plan import Plan, plan_mapping
+from fingerslip.study.running.progress import SilentProgress, StudyProgress, progress_on_screen
+from fingerslip.study.running.runner import run_plans
+from fingerslip.study.shipped import example_path
+
+__all__ = ["Study"]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Study:
+    """A study: one model and the values that are swept, ready to be checked and run.
+
+    Parameters
+    ----------
+    base : path, mapping or Study
+        Where it starts: a study file, the name of a shipped study, what a study file holds as plain data (quantities as
+        text with units), or another study.
+    sweep : mapping of str to sequence, optional
+        Values by dotted path, instead of those of the base; arrays of NumPy are lists. Several paths with commas
+        between them name values that change together.
+    sample : mapping, optional
+        Samples of values that are known by their ranges only, instead of those of the base.
+    changes : mapping of str to object, optional
+        Other values by dotted path.
+    name : str, optional
+        Name of the folder of its results; without it that of its base.
+
+    Raises
+    ------
+    InputError
+        Where the base is no study. What is wrong with its values :meth:`check` and :meth:`run` say.
+
+    Examples
+    --------
+    Overall slip against friction::
+
+        frictions = np.linspace(0.3, 0.9, 7)
+        study = fs.Study("wang2014_table2", sweep={"contact.friction_coefficient": frictions}, name="friction")
+        study.check()
+        frame = study.run(workers=2).to_dataframe()
+        frame.plot("contact.friction_coefficient", "overall_s")
+    """
+
+    base: str | Path | Mapping[str, Any] | Definition | Study
+    sweep: Mapping[str, Sequence[Any]] | None = None
+    sample: Mapping[str, Any] | None = None
+    changes: Mapping[str, Any] | None = None
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        kinds = (str, os.PathLike, Mapping, Definition, Study)
+        require_kind(self.base, kinds, "a path, a name, a mapping or a Study", "Study.base")
+        if self.name is not None and (not self.name or Path(self.name).name != self.name):
+            raise InputError("Study.name", f"got {self.name!r}", "needs the name of a folder, without its path")
+
+    @property
+    def source(self) -> Path:
+        """The study file that errors name and beside which mesh files are looked for; it need not exist."""
+        if isinstance(self.base, Study):
+            return self.base.source
+        if isinstance(self.base, Mapping | Definition):
+            return Path(f"{self.name or 'study'}.yaml")
+        return _file(self.base)
+
+    @property
+    def mapping(self) -> dict[str, Any]:
+        """All that it says, as plain data that a study file could hold."""
+        found = _mapping_of(self.base)
+        for path, value in (self.changes or {}).items():
+            _assign(found, path, _plain(value))
+        found |= {key: _plain(own) for key, own in (("sweep", self.sweep), ("sample", self.sample)) if own is not None}
+        return found
+
+    @property
+    def folder_name(self) -> str:
+        """Name of the folder of its results."""
+        inherited = self.base.folder_name if isinstance(self.base, Study) else self.source.stem
+        return self.name or inherited
+
+    def check(self, results: str | Path = "results") -> pd.DataFrame:
+        """Check it without computing anything.
+
+        Parameters
+        ----------
+        results : path, optional
+            Folder that holds a folder for each study, in which finished runs are found.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each run: its state, size and estimated time; ``attrs["note"]`` says what all runs take together.
+
+        Raises
+        ------
+        InputError
+            For all mistakes in the study.
+        """
+        return table_frame(check_plans([self._plan(results)]))
+
+    def run(
+        self,
+        results: str | Path = "results",
+        *,
+        workers: int = 2,
+        force: bool = False,
+        progress: bool | StudyProgress = False,
+        scheduler: str | None = None,
+    ) -> OpenedStudy:
+        """Compute its runs, but for those that are finished with the same values, and write them up.
+
+        Parameters
+        ----------
+        results : path, optional
+            Folder that holds a folder for each study.
+        workers : int, optional
+            Number of cores: so many runs are computed at once, each in its own process.
+        force : bool, optional
+            Compute finished runs again too.
+        progress : bool or StudyProgress, optional
+            Whether progress is shown on standard error, or what receives it.
+        scheduler : str, optional
+            Address of a Dask scheduler, such as ``tcp://host:8786``, whose workers compute instead of local processes.
+
+        Returns
+        -------
+        OpenedStudy
+            Its results.
+
+        Raises
+        ------
+        InputError
+            For all mistakes in the study, before anything is written.
+        StudyFailedError
+            Where runs failed, after the others are finished.
+        ResultError
+            Where results cannot be written.
+        """
+        shown = (
+            {True: progress_on_screen, False: SilentProgress}[progress]() if isinstance(progress, bool) else progress
+        )
+        plan = self._plan(results)
+        run_plans([plan], workers=workers, force=force, progress=shown, scheduler=scheduler)
+        return open_study(plan.folder)
+
+    def save(self, path: str | Path) -> Path:
+        """Write it as a study file, for ``fingerslip run``; a mesh file is looked for beside it."""
+        write_mapping(self.mapping, Path(path))
+        return Path(path)
+
+    def _plan(self, results: str | Path) -> Plan:
+        return plan_mapping(self.mapping, self.source, Path(results) / self.folder_name)
+
+    def __repr__(self) -> str:
+        title, swept = _shown(self.mapping)
+        return f"<Study {title!r}: {', '.join(f'{path} ({words})' for path, words in swept) or 'one run'}>"
+
+    def _repr_html_(self) -> str:
+        """Return the study as notebooks show it: its title and what it sweeps."""
+        title, swept = _shown(self.mapping)
+        rows = "".join(f"<tr><td>{html.escape(path)}</td><td>{html.escape(words)}</td></tr>" for path, words in swept)
+        head = "<tr><th>value</th><th>in the runs</th></tr>"
+        return f"<b>Study: {html.escape(title)}</b><table>{head}{rows}</table>"
+
+
+def _file(base: str | os.PathLike[str]) -> Path:
+    """Return the study file of a path or of a shipped study's name; a file that is there comes first."""
+    path = Path(base)
+    shipped = None if path.exists() or path.name != str(base) or path.suffix else example_path(str(base))
+    return shipped or path
+
+
+def _mapping_of(base: Any) -> dict[str, Any]:
+    if isinstance(base, Study):
+        return base.mapping
+    if isinstance(base, Definition):
+        return study_mapping(base)
+    if isinstance(base, Mapping):
+        plain: dict[str, Any] = _plain(base)
+        return plain
+    return read_with_base(_file(base))
+
+
+def _assign(mapping: dict[str, Any], path: str, value: Any) -> None:
+    try:
+        assign(mapping, path, value)
+    except LookupError:
+        raise InputError(f"Study.changes.{path}", "leads nowhere", "needs the dotted path of a value") from None
+
+
+def _plain(value: Any) -> Any:
+    """Return lists, dictionaries and scalars of Python only, as files hold them."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, str | bytes) or not isinstance(value, Sequence):
+        return copy.deepcopy(value)
+    return [_plain(item) for item in value]
+
+
+def _shown(mapping: Mapping[str, Any]) -> tuple[str, list[tuple[str, str]]]:
+    """Return the title of a study, and what changes from run to run in words."""
+    sample = mapping.get("sample") or {}
+    swept = [(path, f"{len(values)} values") for path, values in (mapping.get("sweep") or {}).items()]
+    swept += [(path, f"{ends[0]} to {ends[1]}") for path, ends in (sample.get("ranges") or {}).items()]
+    swept += [(path, f"{len(values)} choices") for path, values in (sample.get("choices") or {}).items()]
+    return str(mapping.get("title") or "without a title"), swept

@@ -1,0 +1,169 @@
+"""The pouring task of Cordova Bulens et al. (2023) beside a simulated one: a forest that learned from slides alone.
+
+Its runs take long, so the rows are stored, and read back unless they are asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from fingerslip.detect.evaluation.bootstrap import Estimate
+from fingerslip.detect.evaluation.events import EventScores
+from fingerslip.detect.samples import Sampling
+from fingerslip.detect.simulated import film_results
+from fingerslip.detect.splits import benchmark_test_trials
+from fingerslip.detect.training import train
+from fingerslip.detect.trial_set import write_trials
+from fingerslip.detect.unseen import READINGS, Unseen, on_unseen
+from fingerslip.errors import ResultError
+from fingerslip.files import read_json, write_json
+from fingerslip.published import PublishedValue, published
+from fingerslip.study.running.progress import StudyProgress
+from fingerslip.study.running.runner import run_studies
+from fingerslip.validation.rows import Row, number_row, rows_mapping, statement_row
+
+__all__ = ["POURING", "POURING_FILE", "pouring_of", "pouring_rows", "rows_of_pouring", "stored_pouring"]
+
+#: The study to learn from, and the one to be tested on.
+POURING = ("bulens2023_section_slides", "bulens2023_pouring")
+#: File with the rows, in the folder of all results or in its folder `reference`.
+POURING_FILE = "pouring.json"
+
+_COMMAND = "fingerslip validate --pouring"
+_NUMBERS, _STATEMENTS = "bulens2023_pouring-numbers", "bulens2023_pouring-statements"
+#: Name of each published number in the scores, and one unit of its last printed digit; None where it is not judged.
+_SCORES: Mapping[str, tuple[str, float | None]] = MappingProxyType(
+    {
+        "pouring-onset-error": ("error", 1e-3),
+        "pouring-onset-error-spread": ("error_spread", None),
+        "pouring-lead": ("lead", 10e-3),
+        "pouring-lead-spread": ("lead_spread", None),
+        "pouring-before-gross": ("before_gross", 0.0),
+    }
+)
+
+
+def pouring_rows(
+    studies: str | Path = "studies",
+    results: str | Path = "results",
+    workers: int = 2,
+    progress: StudyProgress | None = None,
+    *,
+    compute: bool = False,
+) -> tuple[Row, ...]:
+    """Return the rows of the pouring task: computed and stored, or those that were stored last.
+
+    Parameters
+    ----------
+    studies, results : path, optional
+        Folder of the study files, and of the results, to which ``pouring.json`` is written.
+    workers : int, optional
+        How many runs are computed at once.
+    progress : StudyProgress, optional
+        Receives the progress.
+    compute : bool, optional
+        Whether to run what is not finished, train and test; else stored rows are read.
+
+    Raises
+    ------
+    InputError
+        Where a study file is missing or wrong.
+    StudyFailedError
+        Where runs failed.
+    ResultError
+        Where results cannot be written or read back.
+    """
+    if not compute:
+        return stored_pouring(results)
+    paths = [Path(studies) / f"{name}.yaml" for name in POURING]
+    run_studies(paths, results_dir=results, workers=workers, progress=progress)
+    rows = rows_of_pouring(pouring_of(Path(results), workers))
+    write_json(Path(results) / POURING_FILE, {"made": _COMMAND, "rows": rows_mapping(rows)})
+    return rows
+
+
+def pouring_of(results: Path, workers: int = 2) -> Unseen:
+    """Film the runs of both studies, train the forest on the slides and return what it finds while rice is poured.
+
+    The trials that the benchmark keeps for tests are not learned from. Both data sets are written beside the results.
+
+    Parameters
+    ----------
+    results : Path
+        Folder of the results of both studies.
+    workers : int, optional
+        Cores.
+    """
+    slides, pours = (
+        write_trials(film_results(results / name), results / f"{name}_trials", name.replace("_", " "))
+        for name in POURING
+    )
+    tests = benchmark_test_trials(slides.names)
+    learned = [name for name in slides.names if name not in tests]
+    # Some slides have only a few frames between incipient and gross slip.
+    detector = train(slides, slides.onsets(), "forest", sampling=Sampling(least=0.0), names=learned, workers=workers)
+    return on_unseen(detector, pours, pours.onsets("plate"))
+
+
+def rows_of_pouring(found: Unseen) -> tuple[Row, ...]:
+    """Return a row for each published number and statement, in both readings of the onset."""
+    return tuple(
+        row
+        for reading in reversed(READINGS)
+        for scores in (found.scores[reading],)
+        for row in (*_number_rows(scores, reading), *_statement_rows(scores, reading))
+    )
+
+
+def _number_rows(scores: EventScores, reading: str) -> Iterator[Row]:
+    for value in published(_NUMBERS).values:
+        name, resolution = _SCORES[value.id]
+        ours = getattr(scores, name)
+        number = ours.value if isinstance(ours, Estimate) else ours
+        words = _quantity(value, scores, reading)
+        yield number_row(words, value, number, _half_width(ours), resolution=resolution)
+
+
+def _quantity(value: PublishedValue, scores: EventScores, reading: str) -> str:
+    missed = f", {scores.missed} of {scores.trials} trials missed" if scores.missed else ""
+    return f"{value.quantity.replace('_', ' ')} while pouring, section, forest ({reading}{missed})"
+
+
+def _statement_rows(scores: EventScores, reading: str) -> Iterator[Row]:
+    for value in published(_STATEMENTS).values:
+        share = scores.gross_found.value
+        named = PublishedValue(**{**vars(value), "check": f"{value.check} ({reading})"})
+        yield statement_row(named, share, _half_width(scores.gross_found), None if share is None else share == 0.0)
+
+
+def _half_width(estimate: object) -> float | None:
+    """Return half of the interval of an estimate over trials that are drawn anew; None without one."""
+    if not isinstance(estimate, Estimate) or estimate.low is None or estimate.high is None:
+        return None
+    return (estimate.high - estimate.low) / 2.0
+
+
+def stored_pouring(results: str | Path = "results") -> tuple[Row, ...]:
+    """Return the rows that were stored last, or else those that ship; none where there are none.
+
+    Raises
+    ------
+    ResultError
+        Where the file is damaged.
+    """
+    for path in (Path(results) / POURING_FILE, Path(results) / "reference" / POURING_FILE):
+        try:
+            return tuple(_row(entry) for entry in read_json(path, f"run {_COMMAND}")["rows"])
+        except FileNotFoundError:
+            continue
+        except (KeyError, TypeError) as error:
+            raise ResultError(f"{path}: is of another version ({error}); run {_COMMAND}") from error
+    return ()
+
+
+def _row(entry: Mapping[str, Any]) -> Row:
+    values: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in entry.items()}
+    return Row(**values)

@@ -1,0 +1,52 @@
+"""The tutorial from a lab's videos to a detector, as it is printed."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from fingerslip.commands.app import app
+from fingerslip.detect.onsets import write_onsets
+from fingerslip.detect.splits import benchmark_test_trials
+from fingerslip.detect.trial_set import open_trials
+from places import DOCS
+
+pytestmark = pytest.mark.slow
+
+PAGE = (DOCS / "tutorial-detector.md").read_text(encoding="utf-8")
+COMMANDS = re.findall(r"^ *\$ fingerslip (.*)$", PAGE, re.MULTILINE)
+
+
+def test_ten_commands_make_a_detector(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "200")
+    (making,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    exec(compile(making, "tutorial-detector.md", "exec"), {})
+    assert len(list(Path("recordings").glob("*.mkv"))) == 24
+    assert len(COMMANDS) == 10
+    printed = [run(command) for command in COMMANDS[:9]]
+    assert (
+        Path("slide-0000_tracks/quality.html").is_file() or Path("recordings/slide-0000_tracks/quality.html").is_file()
+    )
+    assert "trials: 12 trials" in printed[1]
+    assert "Accuracy on frames" in printed[2]
+    assert len(list(Path("inquiry").glob("*.png"))) == 3
+    assert "no guarantee" in printed[4]
+    assert all("frames a second" in text for text in printed[5:7])
+    assert "found before gross slip" in printed[8]
+    trials = open_trials("trials")
+    tests = benchmark_test_trials(trials.names)
+    assert "slide-0001" in tests, "the page runs the detector on a test trial"
+    write_onsets({name: trials.onsets()[name] for name in tests}, "submission.csv")
+    assert "0.000" in run(COMMANDS[9])
+
+
+def run(command: str) -> str:
+    """Run a command of the page and return what it prints."""
+    found = CliRunner().invoke(app, shlex.split(command))
+    assert found.exit_code == 0, f"{command}\n{found.output}"
+    return str(found.stdout)

@@ -1,0 +1,1 @@
+"""Studies whose runs are simulated, part by part."""

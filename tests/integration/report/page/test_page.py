@@ -1,0 +1,139 @@
+"""Report pages in a browser: no errors, accessible, usable offline, on a phone and by keyboard."""
+
+from __future__ import annotations
+
+import dataclasses
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray as xr
+
+from fingerslip.history import phase_times
+from fingerslip.published import published
+from fingerslip.report.page.assemble import study_report
+from fingerslip.report.page.content import ReportContent
+from fingerslip.report.page.page import write_page
+from fingerslip.report.tables.parameters import ShownValue
+from fingerslip.results import result_of
+from unit.report.page.contents import content_of
+from unit.report.scenes import block_history
+
+CHROMIUM = shutil.which("chromium")
+ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")]
+
+
+def content(history: xr.Dataset) -> ReportContent:
+    names = {"0.4": 0.4, "0.6": 0.6, "0.8": 0.8}
+    runs = tuple(result_of(history, name, {"contact.friction_coefficient": mu}) for name, mu in names.items())
+    values = (ShownValue("fingertip.depth", "1 mm", "assumed", "scales all forces"),)
+    made = content_of(
+        runs,
+        dict.fromkeys(names, history),
+        references=(published("wang2014-table2"),),
+        values=values,
+        provenance={"commit": "abc"},
+        starts=dict.fromkeys(names, phase_times(history, "slide")[0][0]),
+        notes="<h3>Mine</h3><p>A note.</p>",
+    )
+    return dataclasses.replace(made, study=dataclasses.replace(made.study, description="When does it slip?"))
+
+
+@pytest.fixture(scope="module", params=["Q4", "T4"])
+def page_file(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("page") / "report.html"
+    write_page(study_report(content(block_history(request.param))), file)
+    return file
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    api = pytest.importorskip("playwright.sync_api")
+    with api.sync_playwright() as driver:
+        opened = driver.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        yield opened
+        opened.close()
+
+
+@pytest.fixture(params=[1400, 390])
+def page(request: pytest.FixtureRequest, browser: Any, page_file: Path) -> Iterator[Any]:
+    context = browser.new_context(viewport={"width": request.param, "height": 900}, offline=True)
+    opened = context.new_page()
+    said: list[str] = []
+    opened.on("console", lambda message: said.append(message.text))
+    opened.on("pageerror", lambda error: said.append(str(error)))
+    opened.on("requestfailed", lambda asked: said.append(asked.url))
+    opened.goto(page_file.as_uri())
+    opened.wait_for_selector(".motion[data-ready]", timeout=60_000)
+    yield opened
+    assert said == []
+    context.close()
+
+
+def test_page_is_accessible_and_fits_its_window(page: Any) -> None:
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright")
+    found = axe.Axe().run(page)
+    assert found.violations_count == 0, found.generate_report()
+    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+    assert page.locator("main h2").count() > 5
+    assert page.locator("img:not([alt])").count() == 0
+
+
+def test_tables_sort_both_ways(page: Any) -> None:
+    table = page.locator("table[data-sortable]").first
+    first = table.locator("tbody tr").first.locator("td").first
+    button = table.locator("thead button").first
+    button.click()
+    assert first.inner_text() == "0.4"
+    button.click()
+    assert first.inner_text() == "0.8"
+    assert table.locator("th").first.get_attribute("aria-sort") == "descending"
+
+
+def test_slider_and_keys_move_the_run(page: Any) -> None:
+    slider, said = page.locator("[data-part=time]"), page.locator("[data-part=said]")
+    slider.focus()
+    page.keyboard.press("Home")
+    first, pixels = said.inner_text(), _pixels(page)
+    page.keyboard.press("End")
+    assert said.inner_text() != first
+    assert "into the slide" in said.inner_text()
+    assert _pixels(page) != pixels
+    page.locator("[data-part=run]").select_option("2")
+    page.wait_for_timeout(500)
+    page.locator("[data-part=field]").select_option("layers")
+    assert "skin" in page.locator("[data-part=bar]").inner_text()
+
+
+def test_solid_turns(page: Any, page_file: Path) -> None:
+    if '"solid":false' in page_file.read_text(encoding="utf-8"):
+        pytest.skip("a section")
+    canvas = page.locator("[data-part=body]")
+    canvas.scroll_into_view_if_needed()
+    before = _pixels(page)
+    box = canvas.bounding_box()
+    page.mouse.move(box["x"] + 60, box["y"] + 60)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 140, box["y"] + 80, steps=4)
+    page.mouse.up()
+    turned = _pixels(page)
+    assert turned != before
+    canvas.focus()
+    page.keyboard.press("ArrowLeft")
+    assert _pixels(page) != turned
+
+
+def _pixels(page: Any) -> str:
+    return str(page.locator("[data-part=body]").evaluate("canvas => canvas.toDataURL()"))
+
+
+def test_print_opens_what_is_folded(page: Any) -> None:
+    page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+    assert page.locator("details:not([open])").count() == 0
+    page.evaluate("window.dispatchEvent(new Event('afterprint'))")
+    assert page.locator("details[open]").count() == 0
+    assert len(page.pdf()) > 10_000

@@ -1,0 +1,155 @@
+"""Wrong data sets, labels and detectors on the command line: one clear error each, and nothing half written."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from fingerslip.commands.app import app
+from fingerslip.detect.onsets import Onsets, write_onsets
+from fingerslip.detect.synthetic import synthetic_slides
+from fingerslip.detect.trial_set import write_trials
+from fingerslip.detect.trials import Trial
+from fingerslip.files import write_json
+from fingerslip.vision.tracks import write_tracks
+
+SETTINGS = ("--rest-frames", "20", "--window", "5", "--samples", "20,6,2,20")
+TRAIN = ("train", "slides", "--classifier", "time_threshold", "--output", "made", *SETTINGS)
+EVALUATE = ("evaluate", "slides", "--classifier", "time_threshold", "--output", "made", *SETTINGS)
+
+
+@pytest.fixture(scope="module")
+def shipped(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder with a data set of four trials and a detector."""
+    folder = tmp_path_factory.mktemp("shipped")
+    write_trials(synthetic_slides((3e-3,), directions=4, repeats=1, seed=1, travel=8e-3), folder / "slides", "Slides")
+    made = [str(folder / part) if part in ("slides", "made") else part for part in TRAIN]
+    assert CliRunner().invoke(app, ["detect", *made]).exit_code == 0
+    (folder / "made").rename(folder / "detector")
+    return folder
+
+
+@pytest.fixture
+def place(shipped: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a copy of that folder, in which commands work."""
+    shutil.copytree(shipped, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def changed(place: Path, change: Callable[[Trial], Trial]) -> None:
+    """Write the data set again, its first trial changed."""
+
+    def trials() -> Iterator[Trial]:
+        first, *others = synthetic_slides((3e-3,), directions=4, repeats=1, seed=1, travel=8e-3)
+        yield from (change(first), *others)
+
+    write_trials(trials(), place / "slides", "Slides")
+
+
+def refused(place: Path, arguments: tuple[str, ...], *parts: str) -> None:
+    """Check that a command gives one error with all of its parts, and leaves no file behind."""
+    before = sorted(place.rglob("*"))
+    found = CliRunner().invoke(app, ["detect", *arguments], env={"COLUMNS": "200"})
+    assert found.exit_code == 2, found.output
+    assert found.stderr.count("error:") == 1, found.stderr
+    for part in parts:
+        assert part in " ".join(found.stderr.split())
+    assert sorted(place.rglob("*")) == before
+
+
+def test_trials_of_different_layouts(place: Path) -> None:
+    one, two = list(synthetic_slides((3e-3,), directions=2, repeats=1, travel=2e-3))
+    (place / "recordings").mkdir()
+    write_tracks(one.tracks, place / "recordings" / "one.nc")
+    write_tracks(two.tracks.isel(marker=slice(0, 60)), place / "recordings" / "two.nc")
+    (place / "table.csv").write_text("file\none.nc\ntwo.nc\n")
+    refused(
+        place,
+        ("collect", "recordings", "table.csv", "--output", "made", "--rest-frames", "20"),
+        "trial two: has 41 internal and 19 external markers in px",
+        "needs the layout of trial one: 81 internal",
+        "make a data set for each layout",
+    )
+
+
+@pytest.mark.parametrize("arguments", [TRAIN, EVALUATE])
+def test_a_label_that_never_comes(arguments: tuple[str, ...], place: Path) -> None:
+    changed(place, lambda trial: Trial(trial.name, trial.tracks, {"external_markers": Onsets(2.0, None)}))
+    parts = (
+        "trial slide-0000: has no gross slip",
+        "needs both onsets here",
+        "leave the trial out, or slide it farther",
+    )
+    refused(place, arguments, *parts)
+
+
+def test_classes_that_are_missing_in_a_fold(place: Path) -> None:
+    # Three of the trials are gross from their second frame on, so two folds of two leave no other class to one of them.
+    onsets = {f"slide-{number:04d}": Onsets(0.0, 1 / 30.0) for number in range(4)}
+    write_onsets(onsets, place / "labels.csv")
+    parts = ("needs 0, 1 and 2", "take more trials")
+    refused(place, (*EVALUATE, "--labels", "labels.csv", "--folds", "2", "--least", "0"), *parts)
+
+
+def test_features_that_are_no_numbers(place: Path) -> None:
+    def never_seen(trial: Trial) -> Trial:
+        tracks = trial.tracks.copy(deep=True)
+        tracks["position"].values[:20, 40] = np.nan
+        tracks["quality"].values[:20, 40] = 0.0
+        return Trial(trial.name, tracks, trial.labels)
+
+    changed(place, never_seen)
+    parts = (
+        "marker 40: is seen in none of the frames at rest",
+        "needs a rest position of every marker",
+        "leave the marker out",
+    )
+    refused(place, TRAIN, *parts)
+
+
+def test_a_model_for_other_features(place: Path) -> None:
+    described = json.loads((place / "detector" / "detector.json").read_text())
+    described.pop("checksum")
+    write_json(place / "detector" / "detector.json", {**described, "features": ["time/seconds", "mean/displacement"]})
+    run = ("run", "slides/slide-0000/tracks.nc")
+    refused(place, run, "sees 1 features and 3 classes, not 2 and 3", "train the detector again")
+
+
+def test_a_model_for_other_markers(place: Path) -> None:
+    (trial,) = synthetic_slides((3e-3,), directions=1, repeats=1, travel=2e-3)
+    write_tracks(trial.tracks.isel(marker=slice(0, 60)), place / "few.nc")
+    parts = (
+        "tracks: have 41 internal markers in px",
+        "needs the markers that the detector learned from",
+        "train a detector",
+    )
+    refused(place, ("run", "few.nc"), *parts)
+
+
+def test_a_manifest_that_does_not_match(place: Path) -> None:
+    shutil.copy(place / "slides" / "slide-0001" / "labels.csv", place / "slides" / "slide-0000" / "labels.csv")
+    for arguments in (TRAIN, EVALUATE, ("score", "slides", "none.csv")):
+        parts = ("slide-0000/labels.csv", "is not the file of manifest.json", "write the data set again")
+        refused(place, arguments, *parts)
+
+
+def test_folders_of_something_else_are_not_replaced(place: Path) -> None:
+    (place / "thesis").mkdir()
+    (place / "thesis" / "chapter.tex").write_text("words")
+    refused(
+        place,
+        (*TRAIN[:5], "thesis", *TRAIN[6:]),
+        "thesis: holds files, but no detector.json",
+        "needs a new folder, or one of the same kind to replace",
+        "give another name",
+    )
+    (place / "table.csv").write_text("file\ntracks.nc\n")
+    collect = ("collect", "slides/slide-0000", "table.csv", "--output", "thesis", "--rest-frames", "20")
+    refused(place, collect, "thesis: holds files, but no manifest.json")

@@ -1,0 +1,129 @@
+"""Trials of simulated runs: a press of 1 s, a hold of 2 s, and a plate that then moves at 1 mm/s."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fingerslip.detect.labels import LabelSettings
+from fingerslip.detect.simulated import Filming, film_results, pouring_trial, slide_trial
+from fingerslip.errors import InputError
+from fingerslip.history import OPEN, SLIP, STICK
+from fingerslip.vision.cameras.presets import external_camera
+
+TIME = np.linspace(0.0, 9.0, 181)
+# Since the hold began: markers outside stick for 2 + 1 s (outer) and 2 + 2 s (centre), then stay where they are.
+OUTER, CENTRE = 3.0, 4.0
+# 2 px and 1 px of 94 um at 1 mm/s.
+TWO, ONE = 0.1875, 0.09375
+
+
+def history(*, free: bool = False, gravity_side: float = 1.0) -> xr.Dataset:
+    """Return a history of five markers outside, of which the last two do not touch, and one inside."""
+    gone = 1e-3 * np.clip(TIME - 3.0, 0.0, None) * gravity_side
+    lift = np.clip(TIME, 0.0, 1.0) * 3e-3
+    rest = np.array([[0.0, 6e-3], [0.0, 0.0], [3e-3, 0.2e-3], [-3e-3, 0.2e-3], [9e-3, 4e-3], [-9e-3, 4e-3]])
+    moved = np.zeros((TIME.size, 6, 2))
+    for site, stuck in ((0, CENTRE - 2.0), (1, CENTRE - 2.0), (2, OUTER - 2.0), (3, OUTER - 2.0)):
+        moved[:, site, 0] = np.clip(gone, -1e-3 * stuck, 1e-3 * stuck)
+    moved[:, 1:4, 1] = lift[:, None]
+    moved[:, 2:4, 1] -= np.where(TIME >= 1.0, 0.2e-3, 0.0)[:, None]
+    state = np.full((TIME.size, 2), STICK)
+    state[TIME < 0.5] = OPEN
+    state[TIME - 1.0 > OUTER, 0] = SLIP
+    state[TIME - 1.0 > CENTRE] = SLIP
+    plate = np.stack([gone, lift], axis=-1)[:, None]
+    values = {
+        "displacement": (("time", "site", "component"), moved),
+        "counterface_displacement": (("time", "counterface", "component"), plate),
+        "contact_state": (("time", "contact_node"), state),
+        "contact_area": (("contact_node",), np.ones(2)),
+    }
+    if free:
+        values["rigid_body_displacement"] = (("time", "rigid_body", "component"), plate)
+    kinds = ["internal marker", *["external marker"] * 5]
+    outside = [f"external-marker-{number}" for number in ("0-01", "1-01", "1-02", "3-01", "3-02")]
+    names = ["internal-marker-0-01", *outside]
+    return xr.Dataset(
+        values,
+        coords={
+            "time": TIME,
+            "site": names,
+            "site_kind": ("site", kinds),
+            "site_position": (("site", "component"), rest),
+            "phase_kind": ("phase", ["press", "hold"]),
+            "phase_start": ("phase", [0.0, 1.0]),
+            "phase_end": ("phase", [1.0, 9.0]),
+        },
+        attrs={"kinematics": "small"},
+    )
+
+
+def test_a_slide_is_labelled_by_all_markers_by_those_that_touch_and_by_its_contact() -> None:
+    trial = slide_trial("a", history(), seed=3, conditions={"repeat": 2})
+    frame = 1.0 / 67.0
+    every, touching = trial.labels["all_external_markers"], trial.labels["external_markers"]
+    # What does not touch is left behind as soon as the plate moves.
+    assert every.incipient == pytest.approx(2.0 + TWO, abs=2 * frame)
+    assert touching.incipient == pytest.approx(OUTER + TWO, abs=2 * frame)
+    assert every.gross == touching.gross == pytest.approx(CENTRE + ONE, abs=2 * frame)
+    assert trial.labels["contact"].incipient == pytest.approx(OUTER, abs=0.06)
+    assert trial.labels["contact"].gross == pytest.approx(CENTRE, abs=0.06)
+    assert trial.conditions == {"task": "slide", "direction": 0.0, "indentation": 3e-3, "repeat": 2, "seed": 3}
+    assert trial.tracks.sizes["time"] == 537
+    assert trial.provenance["kinematics"] == "small"
+
+
+def test_a_slide_to_the_other_side_has_its_direction() -> None:
+    trial = slide_trial("a", history(gravity_side=-1.0))
+    assert trial.conditions["direction"] == pytest.approx(np.pi)
+
+
+def test_markers_are_in_pixels_of_their_own_camera() -> None:
+    tracks = slide_trial("a", history()).tracks
+    assert tracks["kind"].values.tolist() == ["internal"] + ["external"] * 5
+    inside = tracks["position"].values[:, 0]
+    # 50 mm are 640 px inside; the marker goes 2 mm with the plate.
+    assert inside[-1] - inside[0] == pytest.approx([25.6, 0.0], abs=0.05)
+    centre = tracks["position"].values[:, 1, 0]
+    assert centre[: int(67 * CENTRE)].std() < 0.01
+    assert centre[-1] - centre[0] == pytest.approx(-4e-3 / 94e-6, rel=0.02)
+
+
+def test_a_plate_that_falls_is_labelled_by_its_marker() -> None:
+    filming = Filming(travel=4e-3)
+    trial = pouring_trial("a", history(free=True), filming)
+    found = trial.labels["plate"]
+    assert found.incipient == pytest.approx(2.0 + TWO, abs=0.04)
+    assert found.gross == pytest.approx(CENTRE + ONE, abs=0.04)
+    assert trial.conditions["task"] == "pour"
+    # The hold is 2 s and the plate falls 4 mm.
+    assert trial.tracks["time"].values[-1] == pytest.approx(6.0, abs=0.1)
+    assert trial.labels["contact"].gross == pytest.approx(CENTRE, abs=0.06)
+
+
+def test_the_same_seed_gives_the_same_trial() -> None:
+    first, second, third = (slide_trial("a", history(), seed=seed).tracks for seed in (1, 1, 2))
+    assert first.equals(second)
+    assert not first.equals(third)
+
+
+def test_thresholds_are_those_of_the_filming() -> None:
+    late = slide_trial("a", history(), Filming(labels=LabelSettings(incipient=20.0)))
+    assert late.labels["external_markers"].incipient == pytest.approx(OUTER + 10 * TWO, abs=0.04)
+
+
+def test_what_cannot_be_filmed_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="history: has no rigid body, needs a plate that is free to fall"):
+        pouring_trial("a", history())
+    with pytest.raises(InputError, match="history: has no hold"):
+        slide_trial("a", history().assign_coords(phase_kind=("phase", ["press", "slide"])))
+    with pytest.raises(InputError, match="history: has no internal markers, needs both kinds"):
+        slide_trial("a", history().isel(site=slice(1, None)))
+    with pytest.raises(InputError, match="has no finished runs"):
+        list(film_results(tmp_path))
+    with pytest.raises(InputError, match="needs one rate of both cameras"):
+        Filming(external=external_camera(60e-3, 60e-3, frame_rate=30.0))

@@ -1,0 +1,69 @@
+"""Runs in motion as plain data: the body, the slip map and the signals."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from fingerslip.report.page.motion import language, run_motion
+from fingerslip.report.page.packing import unpacked
+from fingerslip.slip import Events, SlipEvents
+from unit.report.scenes import block_history
+from unit.synthetic import Process, make
+
+
+@pytest.fixture(scope="module")
+def plane() -> xr.Dataset:
+    return block_history("Q4")
+
+
+def summed(frames: np.ndarray) -> np.ndarray:
+    """Undo the differences between frames as the page does."""
+    return np.cumsum(frames, axis=0, dtype=frames.dtype)
+
+
+def test_section_moves_as_its_snapshots_do(plane: xr.Dataset) -> None:
+    motion = run_motion(plane, Events(), "a title")
+    arrays, body = unpacked(motion), motion["body"]
+    assert body["frames"] == pytest.approx(plane["snapshot_time"].values.tolist())
+    places = arrays["points"] * body["unit"] + summed(arrays["moved"]) * body["movedUnit"]
+    expected = 1e3 * (plane["node_position"].values + plane["snapshot_displacement"].values)
+    np.testing.assert_allclose(places, expected, atol=2e-3)
+    stress = summed(arrays["stress"]) * body["top"] / 255.0
+    shown = np.minimum(1e-3 * plane["snapshot_von_mises"].values, body["top"])
+    np.testing.assert_allclose(stress, shown, atol=body["top"] / 255.0)
+    assert [region["name"] for region in body["regions"]] == ["skin", "tissue"]
+    assert body["travels"] == 1.0
+    assert len(body["plates"][0]) == 1
+    json.dumps(motion)
+
+
+def test_a_run_without_snapshots_has_no_body_and_its_events_are_named() -> None:
+    history = make(Process())
+    motion = run_motion(history, Events(slip=SlipEvents(incipient=1.2, overall=1.7)), "t")
+    assert motion["body"] is None
+    assert [event["name"] for event in motion["events"]] == ["incipient", "overall"]
+    arrays = unpacked(motion)
+    assert arrays["states"].shape == (arrays["times"].size, arrays["along"].size)
+    assert [panel["label"] for panel in motion["panels"]][:2] == ["force [N]", "ratio, fraction"]
+    for panel in motion["panels"]:
+        assert all(arrays[line["array"]].size == arrays["times"].size for line in panel["lines"])
+
+
+def test_solid_has_triangles_and_its_states() -> None:
+    history = block_history("T4")
+    motion = run_motion(history, Events(), "t")
+    arrays = unpacked(motion)
+    assert motion["solid"]
+    assert arrays["triangles"].max() < len(arrays["points"])
+    assert set(np.unique(arrays["vertexState"])) <= {0, 1, 2, 255}
+    assert {0, 1} <= set(np.unique(arrays["triangleCut"]))
+
+
+def test_language_has_a_colour_for_each_state_and_a_map() -> None:
+    found = language()
+    assert len(found["states"]) == len(found["stateNames"]) == 3
+    assert len(found["map"]) == 33

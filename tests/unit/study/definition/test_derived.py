@@ -1,0 +1,76 @@
+"""Derived quantities: their values, units and mistakes."""
+
+from __future__ import annotations
+
+import pytest
+
+from fingerslip.errors import InputError
+from fingerslip.results import Quantity, RunResult
+from fingerslip.slip.events import Events, SlipEvents
+from fingerslip.study.definition.derived import check_expression, derive, derived_of
+
+RUN = RunResult(
+    "run",
+    {"contact.friction_coefficient": 0.5},
+    Events(slip=SlipEvents(incipient=1.2, overall=1.7)),
+    numbers={"contact_area_max_m2": 1e-4},
+    values={"programme.0.press.speed": "1.5 mm/s", "programme.1.slide.speed": "3 mm/s", "title": "x"},
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "unit"),
+    [
+        ("overall_slip * slide_speed", 5.1e-3, "m"),
+        ("latency * programme.1.slide.speed / '1 mm'", 1.5, ""),
+        ("sqrt(contact_area_max) * friction_coefficient", 5e-3, "m"),
+        ("overall_slip - '0.7 s'", 1.0, "s"),
+        ("max(slide_speed, press.speed)**2 / contact_area_max", 0.09, "1/s^2"),
+        ("log(friction_coefficient) + 2e0", 1.3068528, ""),
+        ("-(1 + 1)", -2.0, ""),
+    ],
+)
+def test_an_expression_has_a_value_and_a_unit(text: str, value: float, unit: str) -> None:
+    found = derive("x", check_expression(text), RUN)
+    assert found.value == pytest.approx(value)
+    assert found.unit == unit
+
+
+def test_what_did_not_happen_has_no_value_but_a_unit() -> None:
+    known = derived_of({"a": "three_quarter_slip * slide_speed", "b": "1 / (latency - latency)"}, RUN)
+    assert known["a"] == Quantity("a", "m", None)
+    assert known["b"].value is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "__import__('os')",
+        "().__class__",
+        "[1][0]",
+        "lambda: 1",
+        "1 if 2 else 3",
+        "a = 1",
+        "'3 apples'",
+        "max(a, key=b)",
+        "1 +",
+    ],
+)
+def test_what_is_no_expression_is_refused(text: str) -> None:
+    with pytest.raises(InputError):
+        check_expression(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("speed * 2", "'speed' stands for programme.0.press.speed, programme.1.slide.speed"),
+        ("nothing", "'nothing' is not known"),
+        ("overall_slip + slide_speed", "needs units that fit together"),
+        ("2 ** latency", "a number in s stands where a pure one is needed"),
+    ],
+)
+def test_wrong_names_and_units_are_refused(text: str, said: str) -> None:
+    with pytest.raises(InputError, match=r"derived\.x") as caught:
+        derive("x", check_expression(text), RUN)
+    assert said in str(caught.value)
