@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError, shortened
 from fingerslip.files import write_bytes
+from fingerslip.netcdf import netcdf_bytes
 
 __all__ = [
     "COORDINATES",
@@ -213,9 +214,9 @@ def write_history(history: xr.Dataset, path: str | Path) -> None:
     ResultError
         Where the file cannot be written (full disk, no right to write).
     """
-    compressed = {name: {"zlib": True, "complevel": 1} for name, item in history.items() if item.dtype.kind == "f"}
+    compressed = [name for name, item in history.items() if item.dtype.kind == "f"]
     # Built in memory first: on a full disk the HDF5 library ends the process, writing bytes only fails.
-    write_bytes(Path(path), bytes(history.to_netcdf(engine="h5netcdf", encoding=compressed)))
+    write_bytes(Path(path), netcdf_bytes(history, compressed))
 
 
 def read_history(path: str | Path) -> xr.Dataset:

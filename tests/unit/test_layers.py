@@ -15,7 +15,7 @@ from places import ROOT
 
 SOURCE = Path(fingerslip.__file__).parent
 ROWS = (
-    "errors units parameters digest files sites marker_layouts",
+    "errors units parameters digest files netcdf sites marker_layouts",
     "materials mesh specimens fe linear contact programme rigid_bodies timing model history dynamics",
     "slip afferents vision marker_tracks uncertainty published results sampling report export detect",
     "verification study validation commands",

@@ -7,9 +7,21 @@ from typing import Annotated, Any
 
 import typer
 
-from fingerslip.commands.shared import AsJson, Markdown, print_tables
+from fingerslip.commands.shared import AsJson, Markdown, print_tables, screen_progress, stop_on_termination
 
-__all__ = ["ACTIONS", "collect", "detect", "evaluate", "film", "inquire", "run", "score", "train", "transfer"]
+__all__ = [
+    "ACTIONS",
+    "collect",
+    "detect",
+    "evaluate",
+    "film",
+    "inquire",
+    "run",
+    "score",
+    "simulate",
+    "train",
+    "transfer",
+]
 
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
 Labels = Annotated[
@@ -31,7 +43,28 @@ Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores
 
 
 def detect() -> None:
-    """Find slip in marker tracks: collect | film | train | evaluate | inquire | transfer | run | score."""
+    """Find slip in marker tracks: simulate | collect | film | train | evaluate | inquire | transfer | run | score."""
+
+
+def simulate(
+    study: Annotated[Path, typer.Argument(metavar="STUDY", help="Study file with 'trials'.", show_default=False)],
+    *,
+    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the data set.")] = Path("trials"),
+    parquet: Annotated[
+        Path | None, typer.Option("--parquet", metavar="FILE", help="Write one table of all frames too.")
+    ] = None,
+    workers: Cores = 2,
+) -> None:
+    """Make a data set of simulated trials; an interrupted one goes on where it stopped."""
+    from fingerslip.detect.trial_table import write_parquet
+    from fingerslip.study.trials.simulate import simulate_trials
+
+    stop_on_termination()
+    made = simulate_trials(study, output, workers=workers, progress=screen_progress())
+    typer.echo(f"{output}: {len(made.names)} trials")
+    if parquet is not None:
+        write_parquet(made, parquet)
+        typer.echo(f"{parquet}: a row for each frame")
 
 
 def collect(
@@ -220,4 +253,4 @@ def score(
 
 
 #: The verbs below this one.
-ACTIONS = (collect, film, train, evaluate, inquire, transfer, run, score)
+ACTIONS = (simulate, collect, film, train, evaluate, inquire, transfer, run, score)

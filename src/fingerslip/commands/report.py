@@ -14,9 +14,20 @@ __all__ = ["report"]
 
 def report(
     folder: Annotated[Path, typer.Argument(metavar="RESULT_DIR", help="Results of a study.", show_default=False)],
+    other: Annotated[
+        Path | None, typer.Argument(metavar="OTHER_DIR", help="Results of another, to compare.", show_default=False)
+    ] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", metavar="FILE", help="Page of a comparison.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Make the figures and report.html of a study again from its stored histories; nothing is computed."""
+    """Make the figures and report.html of a study again from its stored histories, or a page of two side by side.
+
+    Nothing is computed. Notes in notes.md and figures in notes/ beside the results become part of the report.
+    """
+    from fingerslip.study.storage.comparing import compare_studies
     from fingerslip.study.storage.reporting import report_again
 
+    if other is not None:
+        typer.echo(str(compare_studies(folder, other, output)))
+        return
     print_tables(report_again(folder), as_json)

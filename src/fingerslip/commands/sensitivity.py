@@ -16,7 +16,7 @@ def sensitivity(
     folder: Annotated[Path, typer.Argument(metavar="RESULT_DIR", help="Results of a study with samples.")],
     of: Annotated[str, typer.Option("--of", metavar="NAME", help="Event, measure or derived quantity.")] = "latency",
     method: Annotated[
-        Literal["auto", "linear", "morris", "sobol"],
+        Literal["auto", "linear", "morris", "sobol", "surrogate"],
         typer.Option("--method", help="Which sensitivities; auto: those that the samples were drawn for."),
     ] = "auto",
     as_json: AsJson = False,

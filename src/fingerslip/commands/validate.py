@@ -25,6 +25,9 @@ def validate(
     pouring: Annotated[
         bool, typer.Option("--pouring", help="Compute the pouring task of the tactile sensor too, half an hour.")
     ] = False,
+    detection: Annotated[
+        bool, typer.Option("--detection", help="Make the 320 slides of the tactile sensor too, and train on them.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
     markdown: Markdown = False,
 ) -> None:
@@ -32,7 +35,8 @@ def validate(
 
     Misses stay in the table and are no error. The first time computes and refines all of them. A second table says
     which times the unknown geometry allows: stored ones, unless --geometry computes them; JSON and Markdown have it
-    only then. Rows of the pouring task are stored ones too, unless --pouring computes them.
+    only then. Rows of the pouring task and of detectors are stored ones too, unless --pouring or --detection computes
+    them.
     """
     import json
 
@@ -41,6 +45,7 @@ def validate(
     stop_on_termination()
     rows = validation.validate(studies, results, workers, screen_progress())
     rows += validation.pouring_rows(studies, results, workers, screen_progress(), compute=pouring)
+    rows += validation.detection_rows(studies, results, workers, screen_progress(), compute=detection)
     allowed = validation.allowed_geometry(studies, results, workers, screen_progress(), compute=geometry)
     if as_json:
         typer.echo(json.dumps(validation.rows_and_geometry_mapping(rows, allowed), indent=2))

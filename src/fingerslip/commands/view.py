@@ -29,13 +29,22 @@ def view(  # noqa: PLR0917  the options of a command line have no order
     ] = None,
     cut: Annotated[str, typer.Option("--cut", help="Cut the body open across x, y or z.")] = "none",
     camera: Annotated[str, typer.Option("--camera", help="oblique, side, front or below.")] = "oblique",
+    contact: Annotated[bool, typer.Option("--contact", help="Show stick and slip on the skin.")] = False,
+    web: Annotated[bool, typer.Option("--web", help="Show it in a browser instead of a window.")] = False,
+    host: Annotated[
+        str, typer.Option("--host", help="Address for --web; others than this machine can look where it is 0.0.0.0.")
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port for --web; 0 takes a free one.")] = 0,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open a browser with --web.")] = True,
 ) -> None:
-    """Look at a result: layers, a field on them, plate and receptors, in a window or as picture or film.
+    """Look at a result: layers, a field on them, plate and receptors, in a window, a browser, or as picture or film.
 
     Pictures and films need no display. The run needs snapshots: record: {snapshots_every: 50 ms}.
     """
+    from fingerslip.report.scene.web import Served
     from fingerslip.study.inspection.view import view_result
 
-    options = {"scalar": scalar, "hidden": list(hide or ()), "cut": cut, "camera": camera}
-    for written in view_result(target, options, time=time, screenshot=screenshot, movie=movie):
+    options = {"scalar": scalar, "hidden": list(hide or ()), "cut": cut, "camera": camera, "contact": contact}
+    served = Served(host, port, browser, lambda address: typer.echo(f"open {address}")) if web else None
+    for written in view_result(target, options, time=time, screenshot=screenshot, movie=movie, served=served):
         typer.echo(str(written))

@@ -17,7 +17,7 @@ from fingerslip.detect.onsets import Onsets, seconds
 from fingerslip.errors import InputError, ResultError
 from fingerslip.files import write_text
 from fingerslip.report.tables.table import Column, Missing, Table
-from fingerslip.vision.tracks import tracks_in_metres
+from fingerslip.vision.tracks import seen, tracks_in_metres
 
 __all__ = [
     "LabelSettings",
@@ -75,7 +75,8 @@ def labels_from_external_markers(tracks: xr.Dataset, settings: LabelSettings | N
     Parameters
     ----------
     tracks : xarray.Dataset
-        Tracks with external markers. The one closest to the middle of them all at rest is the central one.
+        Tracks with external markers. The one closest to the middle of them all at rest is the central one. Markers that
+        are never seen at rest, because they do not touch the plate there, do not count.
     settings : LabelSettings, optional
         Thresholds.
 
@@ -240,7 +241,9 @@ def read_labels(path: str | Path) -> dict[str, Onsets]:
 
 def _travel(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Floats, Floats]:
     """Return how far each external marker is from rest, (n_times, n_markers), and where it rests."""
-    moved, rest = _displacement(markers_of(_in_units(tracks, settings), "external"), settings)
+    external = markers_of(_in_units(tracks, settings), "external")
+    at_rest = seen(external)[: settings.rest_frames].any(axis=0)
+    moved, rest = _displacement(external.isel(marker=np.flatnonzero(at_rest)), settings)
     return np.linalg.norm(moved, axis=2), rest
 
 

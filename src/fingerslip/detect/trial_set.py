@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,11 +16,19 @@ from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.trials import FILES, Trial, layout_digest, layout_text, read_trial, write_trial
 from fingerslip.digest import digest, file_digest
 from fingerslip.errors import DamagedError, InputError, ResultError, shortened
-from fingerslip.files import check_replaceable, new_folder, read_json, write_json, write_text
+from fingerslip.files import check_replaceable, new_folder, read_json, write_json, write_text, writing
 from fingerslip.version import __version__
 from fingerslip.vision.tracks import read_tracks
 
-__all__ = ["MANIFEST", "TrialSet", "check_labels", "common_layout", "open_trials", "write_trials"]
+__all__ = [
+    "MANIFEST",
+    "TrialSet",
+    "check_labels",
+    "common_layout",
+    "gather_trials",
+    "open_trials",
+    "write_trials",
+]
 
 MANIFEST = "manifest.json"
 _FORMAT = 1
@@ -102,32 +111,88 @@ def write_trials(trials: Iterable[Trial], folder: str | Path, title: str, notes:
     final = Path(folder)
     check_replaceable(final, MANIFEST)
     with new_folder(final) as partial:
-        entries: dict[str, dict[str, Any]] = {}
-        first: Trial | None = None
+        described = _Described()
         for trial in trials:
-            first = first or trial
-            common_layout(first.name, first.tracks, trial.name, trial.tracks)
-            if trial.name in entries:
-                raise InputError(f"trial {trial.name}", "stands twice", "needs each name once")
-            entries[trial.name] = _written(trial, partial / trial.name)
-        if first is None:
+            described.add(trial)
+            described.entries[trial.name] = _written(trial, partial / trial.name)
+        described.write(partial, title, notes)
+    return open_trials(final)
+
+
+def gather_trials(folders: Sequence[Path], folder: str | Path, title: str, notes: str = "") -> TrialSet:
+    """Make a data set of trials that are written already, whole or not at all; their own folders stay.
+
+    Parameters
+    ----------
+    folders : sequence of path
+        Folder of each trial, as :func:`fingerslip.detect.trials.write_trial` fills it.
+    folder, title, notes
+        As for :func:`write_trials`.
+
+    Raises
+    ------
+    InputError, ResultError
+        As for :func:`write_trials`, and where a trial is damaged.
+    """
+    final = Path(folder)
+    check_replaceable(final, MANIFEST)
+    with new_folder(final) as partial:
+        described = _Described()
+        for source in folders:
+            trial = read_trial(source)
+            described.add(trial)
+            with writing(final):
+                shutil.copytree(source, partial / trial.name, copy_function=_linked)
+            described.entries[trial.name] = _entry(trial, partial / trial.name)
+        described.write(partial, title, notes)
+    return open_trials(final)
+
+
+def _linked(source: str, target: str) -> None:
+    """Give a file a second name, or copy it where the file system cannot."""
+    try:
+        Path(target).hardlink_to(source)
+    except OSError:
+        shutil.copy2(source, target)
+
+
+class _Described:
+    """What the manifest says of trials, one by one."""
+
+    def __init__(self) -> None:
+        self.entries: dict[str, dict[str, Any]] = {}
+        self._first: Trial | None = None
+
+    def add(self, trial: Trial) -> None:
+        """Refuse a trial that does not go with the others."""
+        self._first = self._first or trial
+        common_layout(self._first.name, self._first.tracks, trial.name, trial.tracks)
+        if trial.name in self.entries:
+            raise InputError(f"trial {trial.name}", "stands twice", "needs each name once")
+
+    def write(self, folder: Path, title: str, notes: str) -> None:
+        """Write manifest and data card."""
+        if self._first is None:
             raise InputError("trials", "got none", "needs at least one")
         manifest = {
             "format": _FORMAT,
             "title": title,
             "version": __version__,
-            "layout": layout_digest(first.tracks),
-            "layout_in_words": layout_text(first.tracks),
-            "trials": dict(sorted(entries.items())),
+            "layout": layout_digest(self._first.tracks),
+            "layout_in_words": layout_text(self._first.tracks),
+            "trials": dict(sorted(self.entries.items())),
         }
-        write_json(partial / MANIFEST, manifest)
-        write_text(partial / "README.md", _card(manifest, notes))
-    return open_trials(final)
+        write_json(folder / MANIFEST, manifest)
+        write_text(folder / "README.md", _card(manifest, notes))
 
 
 def _written(trial: Trial, folder: Path) -> dict[str, Any]:
     folder.mkdir()
     write_trial(trial, folder)
+    return _entry(trial, folder)
+
+
+def _entry(trial: Trial, folder: Path) -> dict[str, Any]:
     return {
         "conditions": dict(trial.conditions),
         "labels": sorted(trial.labels),

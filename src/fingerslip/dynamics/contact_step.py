@@ -20,15 +20,15 @@ from fingerslip.dynamics.release import Release, drop, fade, find_changes
 from fingerslip.dynamics.stepper import Stepper
 from fingerslip.errors import ConvergenceError
 
-__all__ = ["ContactStep", "solve_step"]
+__all__ = ["GOAL", "TOLERANCE", "ContactStep", "solve_step"]
 
 Array = NDArray[np.float64]
 
 # Relative to the largest contact force. Light nodes answer a residual force with accelerations a hundredfold as
 # large, relative to the largest: at the goal these are those of the full system to 1e-9, even where slip turns in
 # space. Where rounding keeps a step from the goal, up to the tolerance it is still far finer than what is reported.
-_GOAL = 1e-12
-_TOLERANCE = 1e-10
+GOAL = 1e-12
+TOLERANCE = 1e-10
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,7 @@ def _solved(
     old = start.before.working_set if earlier is None else earlier.working_set
     first, origin = (before.forces, None) if earlier is None else (earlier.solution.forces, before.forces)
     solution, working_set = solve_contact(
-        compliance, problem, coefficients, first, _GOAL, working_set=old, origin=origin
+        compliance, problem, coefficients, first, GOAL, working_set=old, origin=origin
     )
     _check_solved(stepper, start, solution)
     response = compliance.response(solution.forces) if solution.response is None else solution.response
@@ -170,12 +170,12 @@ def _free_motion(stepper: Stepper, start: Prediction, unknown: Array) -> tuple[A
 
 
 def _check_solved(stepper: Stepper, start: Prediction, solution: ContactSolution) -> None:
-    if not solution.residual <= _TOLERANCE:
+    if not solution.residual <= TOLERANCE:
         nodes = stepper.system.candidates.nodes
         raise ConvergenceError(
             start.time,
             int(nodes[solution.worst]) if nodes.size else -1,
             solution.residual,
-            _TOLERANCE,
+            TOLERANCE,
             "try a smaller time step, softer contact penalties or less friction",
         )

@@ -26,7 +26,7 @@ from fingerslip.sampling.outputs import required_output
 from fingerslip.sampling.sensitivity import groups_of
 from fingerslip.sampling.surrogate import Validation, fit_surrogate
 
-__all__ = ["Index", "Sensitivity", "morris_effects", "sobol_indices"]
+__all__ = ["Index", "Sensitivity", "morris_effects", "sobol_indices", "surrogate_indices"]
 
 Array = NDArray[np.float64]
 
@@ -99,25 +99,43 @@ class Sensitivity:
 
 
 def sobol_indices(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
-    """Return the Sobol indices of an output for each combination of swept values.
+    """Return the Sobol indices of an output, computed from the runs, for each combination of swept values.
 
     Parameters
     ----------
     study : StudyResult
-        A study with samples. From a ``saltelli`` design they are computed directly, else on a surrogate.
+        A study with samples of a ``saltelli`` design.
     output : str
         Name of the output, as in :func:`~fingerslip.sampling.outputs.output_of`.
 
     Raises
     ------
     InputError
-        For a study without samples, an unknown output or too few runs, and where SALib is not installed.
+        For another design, an unknown output or too few runs, and where SALib is not installed.
+    """
+    _require_design(study, "saltelli")
+    return tuple(_sobol_of_runs(study, group, runs, output) for group, runs in groups_of(study.runs))
+
+
+def surrogate_indices(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
+    """Return the Sobol indices of a surrogate of the output, for each combination of swept values.
+
+    Their intervals are those of the indices of the surrogate; how far it is from the runs its validation says.
+
+    Parameters
+    ----------
+    study : StudyResult
+        A study with samples of any design.
+    output : str
+        Name of the output, as in :func:`~fingerslip.sampling.outputs.output_of`.
+
+    Raises
+    ------
+    InputError
+        For a study without samples, an unknown output or too few runs, and where SALib or scikit-learn is missing.
     """
     _require_samples(study)
-    groups = groups_of(study.runs)
-    if study.design.get("method") == "saltelli":
-        return tuple(_sobol_of_runs(study, group, runs, output) for group, runs in groups)
-    return tuple(_sobol_of_surrogate(group, runs, output) for group, runs in groups)
+    return tuple(_sobol_of_surrogate(group, runs, output) for group, runs in groups_of(study.runs))
 
 
 def morris_effects(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
@@ -267,6 +285,14 @@ def _by_index(paths: Sequence[str], found: Mapping[str, Array]) -> tuple[Index, 
 
 def _problem(paths: Sequence[str]) -> dict[str, Any]:
     return {"num_vars": len(paths), "names": list(paths), "bounds": [[0.0, 1.0]] * len(paths)}
+
+
+def _require_design(study: StudyResult, needed: str) -> None:
+    _require_samples(study)
+    if study.design.get("method") != needed:
+        found = f"has samples of {study.design.get('method', 'another design')}"
+        repair = f"use --method surrogate, or run the study with sample.method {needed}"
+        raise InputError("method", found, f"needs samples of {needed}", repair)
 
 
 def _require_samples(study: StudyResult) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fingerslip.validation.detection import detection_rows
 from fingerslip.validation.evidence import STUDIES
 from fingerslip.validation.geometry import (
     allowed_geometry,
@@ -17,6 +18,7 @@ __all__ = [
     "STUDIES",
     "Row",
     "allowed_geometry",
+    "detection_rows",
     "geometry_table",
     "pouring_rows",
     "rows_and_geometry_mapping",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -64,7 +66,7 @@ def _creep() -> tuple[Check, ...]:
         exact = -np.expm1(-history["time"].values / _RETARDATION)
         errors.append(float(np.abs(_stretched(history) - exact).max()))
         checks.append(absolute(f"tolerance {tolerance:g}: largest error / u_oo", 0.0, errors[-1], tolerance))
-        equal = _HOLD / (2 * np.e * _RETARDATION * errors[-1])
+        equal = _HOLD / (2.0 * math.e * _RETARDATION * errors[-1])
         share = history.attrs["steps_taken"] / equal
         checks.append(absolute(f"tolerance {tolerance:g}: steps / equal ones of that error", 0.0, share, 0.05))
     return (*checks, absolute("order in the tolerance", 1.0, _order(errors), 0.2))

@@ -11,7 +11,7 @@ import pytest
 from fingerslip.detect.onsets import write_onsets
 from fingerslip.detect.splits import benchmark_test_trials
 from fingerslip.detect.synthetic import synthetic_slides
-from fingerslip.detect.trial_set import write_trials
+from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
 
 SETTINGS = ("--rest-frames", "20", "--window", "5", "--samples", "20,6,2,20")
 
@@ -50,8 +50,6 @@ def test_evaluation_prints_and_writes_tables(invoke: Callable[..., Any], folder:
 
 
 def test_a_submission_is_scored(invoke: Callable[..., Any], folder: Path) -> None:
-    from fingerslip.detect.trial_set import open_trials
-
     trials = open_trials(folder)
     tests = benchmark_test_trials(trials.names)
     write_onsets({name: trials.onsets()[name] for name in tests}, "mine.csv")
@@ -95,3 +93,20 @@ def test_every_action_has_help(invoke: Callable[..., Any]) -> None:
     for action in ("collect", "train", "evaluate", "inquire", "run", "score"):
         assert action in group
         assert "Usage" in invoke("detect", action, "--help").output
+
+
+def test_trials_of_a_study_are_simulated(
+    invoke: Callable[..., Any], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def simulated(*given: Any, **options: Any) -> TrialSet:
+        asked.append((*given, options["workers"]))
+        return open_trials(folder)
+
+    monkeypatch.setattr("fingerslip.study.trials.simulate.simulate_trials", simulated)
+    found = invoke("detect", "simulate", "s.yaml", "--output", "made", "--workers", "1", "--parquet", "all.parquet")
+    assert found.exit_code == 0, found.output
+    assert "made: 8 trials" in found.output
+    assert asked == [(Path("s.yaml"), Path("made"), 1)]
+    assert Path("all.parquet").is_file()

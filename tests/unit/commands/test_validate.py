@@ -22,6 +22,7 @@ def test_rows_come_as_table_json_and_markdown(invoke: Callable[..., Any], monkey
     asked: list[tuple[Path, Path, int]] = []
     monkeypatch.setattr(validation, "validate", lambda *given: asked.append(given[:3]) or rows)
     monkeypatch.setattr(validation, "pouring_rows", lambda *_, compute: rows if compute else ())
+    monkeypatch.setattr(validation, "detection_rows", lambda *_, compute: rows if compute else ())
     allowed = (GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50),)
     monkeypatch.setattr(geometry, "stored_geometry", lambda *_: (allowed, "Stored."))
     monkeypatch.setattr(geometry, "run_geometry", lambda *_: allowed)
@@ -29,6 +30,7 @@ def test_rows_come_as_table_json_and_markdown(invoke: Callable[..., Any], monkey
     assert asked == [(Path("s"), Path("r"), 1)]
     assert json.loads(invoke("validate", "--json").stdout)[0]["ours"] == 1.75
     assert len(json.loads(invoke("validate", "--json", "--pouring").stdout)) == 2
+    assert len(json.loads(invoke("validate", "--json", "--detection").stdout)) == 2
     page = invoke("validate", "--markdown").stdout
     assert page.startswith("# Validation against published values\n")
     assert "unknown geometry" not in page

@@ -9,7 +9,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.results import StudyResult
-from fingerslip.sampling.indices import morris_effects, sobol_indices
+from fingerslip.sampling.indices import morris_effects, sobol_indices, surrogate_indices
 from unit.sampling.designed import study_of
 
 pytest.importorskip("SALib")
@@ -62,7 +62,7 @@ def test_choices_are_values_like_others() -> None:
 
 def test_other_samples_go_through_a_surrogate() -> None:
     study = study_of(lambda x: 3.0 * x[0] + x[1] * x[1], 2, "latin_hypercube", 30)
-    (found,) = sobol_indices(study, "y")
+    (found,) = surrogate_indices(study, "y")
     assert found.surrogate is not None
     assert found.surrogate.explained > 0.999
     # Variances 9/12 and 4/45.
@@ -71,7 +71,7 @@ def test_other_samples_go_through_a_surrogate() -> None:
 
 def test_what_does_not_fit_is_refused() -> None:
     study = study_of(lambda x: x[0], 2, "saltelli", 8)
-    with pytest.raises(InputError, match=r"method: has samples of saltelli, needs sample\.method morris"):
+    with pytest.raises(InputError, match=r"method: has samples of saltelli, needs samples of morris"):
         morris_effects(study, "y")
     with pytest.raises(InputError, match="of: 'z' is not known, needs one of incipient_slip"):
         sobol_indices(study, "z")

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.krylov import Start, newton_krylov
 from fingerslip.contact.solve.newton import ContactSolution, solve_friction
+from fingerslip.contact.solve.past import first_guess, updated
 from fingerslip.contact.solve.pieces import Piece, solve_by_pieces
 from fingerslip.contact.solve.projection import project, step_lengths
 from fingerslip.contact.solve.working_set import WorkingSet, gather
@@ -77,9 +78,12 @@ def solve_contact(
     if free.size > _FEW:
         old = working_set if isinstance(working_set, WorkingSet) else None
         problem = _problem(compliance, free, friction_coefficient)
-        guess = start if old is None or origin is not None else _extrapolated(old.before, start)
-        solution, used = _solve_on_working_set(problem, guess, tolerance, old)
-        return solution, replace(used, before=start if origin is None else origin)
+        past = None if old is None else old.past
+        if past is not None and (compliance.frames is not None or old is None or old.edition != compliance.edition):
+            past = past.under_other_compliance()
+        found = problem.check(*first_guess(compliance, past, start, origin))
+        solution, used = _solve_on_working_set(problem, found, tolerance, old)
+        return solution, replace(used, past=updated(past, solution.forces, solution.response, start, origin))
     matrix = compliance.matrix
     if free.shape[1] != 2:
         return solve_friction(matrix, free, friction_coefficient, start, tolerance), None
@@ -123,8 +127,8 @@ class _Problem:
     scale: Array
     least: float
 
-    def check(self, forces: Array) -> _Check:
-        response = self.compliance.response(forces)
+    def check(self, forces: Array, response: Array | None = None) -> _Check:
+        response = self.compliance.response(forces) if response is None else response
         trial = forces - self.scale * (response + self.compliance.penalty * forces + self.free)
         return _Check(forces, response, trial, forces - project(trial, self.friction), self.least)
 
@@ -137,9 +141,8 @@ def _problem(compliance: Compliance, free: Array, friction: Array) -> _Problem:
 
 
 def _solve_on_working_set(
-    problem: _Problem, start: Array, tolerance: float, old: WorkingSet | None
+    problem: _Problem, found: _Check, tolerance: float, old: WorkingSet | None
 ) -> tuple[ContactSolution, WorkingSet]:
-    found = problem.check(start)
     working_set = _initial_working_set(problem, found, old)
     iterations, solved = 0, True
     for round_number in range(_ROUNDS):
@@ -174,15 +177,6 @@ def _initial_working_set(problem: _Problem, found: _Check, old: WorkingSet | Non
     if old is None:
         return _chosen(problem, found, None)
     return old.in_step(problem.compliance, problem.scale)
-
-
-def _extrapolated(before: Array | None, last: Array) -> Array:
-    """Return the forces, extrapolated from the last two steps; open nodes stay open."""
-    if before is None:
-        return last
-    guess = 2.0 * last - before
-    guess[(last[:, 0] <= 0.0) | (guess[:, 0] <= 0.0)] = 0.0
-    return guess
 
 
 def _newton(

@@ -15,6 +15,7 @@ from fingerslip.contact.solve.coarse import CoarseSpace, groups, unit_forces
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.dense import symmetric_product
 from fingerslip.contact.solve.local_inverse import LocalInverse, coupled_nodes
+from fingerslip.contact.solve.past import Past
 
 __all__ = ["WorkingSet", "gather"]
 
@@ -48,8 +49,8 @@ class WorkingSet:
         Preconditioner.
     coarse : CoarseSpace
         What the preconditioner has beside it; in frames that turn, from when the nodes were gathered.
-    before : (n_c, dim) array, optional
-        Forces of all candidates one step before the last [N].
+    past : Past, optional
+        The forces that were found last.
     edition : tuple
         Of the compliance that `body` was taken from.
     """
@@ -63,7 +64,7 @@ class WorkingSet:
     coupled: Indices
     inverse: LocalInverse
     coarse: CoarseSpace
-    before: Array | None = None
+    past: Past | None = None
     edition: tuple[float, ...] = ()
 
     def in_step(self, compliance: Compliance, scale: Array) -> WorkingSet:
@@ -151,7 +152,7 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
         coupled=coupled,
         inverse=_taken_over(LocalInverse.empty(position[coupled[nodes]], (nodes.size, 2 * dim, dim)), position, old),
         coarse=CoarseSpace(group, group),
-        before=None if old is None else old.before,
+        past=None if old is None else old.past,
         edition=compliance.edition,
     )
     return replace(made, coarse=CoarseSpace(group, made.products(group)))

@@ -147,10 +147,11 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
 
 
 def _first(stepper: Stepper, start: Prediction, watch: Stopwatch) -> _Iterate:
-    """Return the first iterate: the step with the acceleration, or the change, of the step before."""
+    """Return the first iterate: the displacement goes on with the velocity at the start, statically as in that step."""
     scheme, before = stepper.scheme, start.before
-    guess = before.acceleration / scheme.inertia_factor if scheme.inertia_factor else scheme.step * before.velocity
-    unknown = guess.copy()
+    # The acceleration at the start says less of a step than none: it turns with every node that touches.
+    onwards = before.displacement + scheme.step * before.velocity
+    unknown = (onwards - start.free.displacement) / scheme.displacement_factor
     unknown[stepper.system.unknowns.moving] = 0.0
     best = None
     for tried in (unknown, np.zeros_like(unknown)):

@@ -174,8 +174,8 @@ def draw_of_run(kind: str, subject: RunSubject) -> Figure:
 
 def _check_dimension(kind: str, history: xr.Dataset) -> None:
     if kind in (_PLANE if is_solid(history) else _SOLID):
-        has, needs = ("three dimensions", "two") if is_solid(history) else ("two dimensions", "three")
+        has, needs = ("three", "two") if is_solid(history) else ("two", "three")
         others = ", ".join(sorted({*OF_STUDIES, *OF_RUNS} - (_PLANE if is_solid(history) else _SOLID)))
         raise InputError(
-            "figure: --kind", f"'{kind}' shows runs of {needs}, this one has {has}", f"needs one of {others}"
+            "figure: --kind", f"'{kind}' shows runs of {needs}, this one has {has} dimensions", f"needs one of {others}"
         )

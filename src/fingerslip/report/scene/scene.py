@@ -14,7 +14,7 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.history import SLIP, STICK, is_solid, nearest_record, site_kinds
 from fingerslip.parameters import parameters
 from fingerslip.report.colours import BLACK, FIELD_MAP, RECEPTOR_COLOURS, STATE_COLOURS, region_colours
-from fingerslip.report.scene.snapshot import flat_faces, in_space, read_snapshot
+from fingerslip.report.scene.snapshot import FlatFace, flat_faces, in_space, read_snapshot
 from fingerslip.slip.counterface import split_along
 from fingerslip.slip.patch import contact_patch, triangle_states
 
@@ -206,7 +206,7 @@ def _look(name: str, history: xr.Dataset, options: SceneOptions, limits: tuple[f
     if options.scalar == "region":
         # Mostly ambient light, so that the layers have the colours of a legend.
         return {**shared, "color": region_colours(region_names(history))[name], "ambient": 0.7, "diffuse": 0.3}
-    bar = {"title": SCALARS[options.scalar][0], "color": BLACK, "fmt": "%.3g", "n_labels": 5, **_BAR, **_BAR_FONTS}
+    bar = {"title": SCALARS[options.scalar][0], "color": BLACK, "fmt": "%.3g", "n_labels": 4, **_BAR, **_BAR_FONTS}
     look = {**shared, "scalars": options.scalar, "clim": limits, "cmap": COLOUR_MAP, "ambient": 0.4, "diffuse": 0.65}
     return {**look, "scalar_bar_args": bar} if options.written else {**look, "show_scalar_bar": False}
 
@@ -262,16 +262,24 @@ def _draw_plate(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.Un
     size = _PLATE * float(np.max(np.ptp(grid.points, axis=0)))
     look = {"color": BLACK, "line_width": 2.0, "reset_camera": False, "lighting": False}
     for face in flat_faces(history, number):
-        centre = 1e3 * face.centre
-        plane = pyvista.Plane(center=centre, direction=face.normal, i_size=size, j_size=size)
-        outline = plane.extract_feature_edges(boundary_edges=True)
-        plotter.add_mesh(outline, name=f"plate {face.number}", **look)
-        travel = _travel(history, face.number)
+        centre, travel = 1e3 * face.centre, _travel(history, face.number)
+        plotter.add_mesh(_outline(face, size, is_solid(history)), name=f"plate {face.number}", **look)
         if travel is not None:
-            start = centre - 0.5 * _ARROW * size * travel - 0.42 * size * np.cross(face.normal, travel)
+            beside = 0.42 * np.cross(face.normal, travel) if is_solid(history) else 0.06 * face.normal
+            start = centre - size * (0.5 * _ARROW * travel + beside)
             shape = {"shaft_radius": 0.015, "tip_radius": 0.05, "tip_length": 0.2}
             arrow = pyvista.Arrow(start=start, direction=travel, scale=_ARROW * size, **shape)
             plotter.add_mesh(arrow, name=f"arrow {face.number}", color=BLACK, reset_camera=False, lighting=False)
+
+
+def _outline(face: FlatFace, size: float, solid: bool) -> pyvista.PolyData:
+    """Return the outline of a flat counterface with sides of a length [mm], in the plane a line."""
+    centre = 1e3 * face.centre
+    if not solid:
+        along = 0.5 * size * np.array([face.normal[1], -face.normal[0], 0.0])
+        return pyvista.Line(centre - along, centre + along)
+    plane = pyvista.Plane(center=centre, direction=face.normal, i_size=size, j_size=size)
+    return plane.extract_feature_edges(boundary_edges=True)
 
 
 def _travel(history: xr.Dataset, counterface: int) -> NDArray[np.float64] | None:

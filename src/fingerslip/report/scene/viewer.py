@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import functools
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +16,12 @@ from PIL import Image
 from fingerslip.errors import InputError, ResultError
 from fingerslip.files import new_file
 from fingerslip.history import nearest_snapshot
+from fingerslip.report.colours import BLUE, EVENT_COLOURS
+from fingerslip.report.scene.control import SceneControl, nearest_node
 from fingerslip.report.scene.rendering import has_display, prepare_rendering
-from fingerslip.report.scene.scene import SceneOptions, aim, check_options, draw_scene
+from fingerslip.report.scene.scene import SCALARS, SceneOptions, aim, check_options, draw_scene, region_names
+from fingerslip.slip import Events, slide_window
+from fingerslip.slip.names import EVENTS
 
 __all__ = ["FILMS", "PICTURES", "open_window", "save_movie", "save_still", "still", "stills"]
 
@@ -27,6 +32,7 @@ FILMS = (".gif", ".webp")
 _SIZE = (1200, 900)
 _FRAME_MILLISECONDS = 80
 _BOX = 28
+_CUTS = ("none", "x", "y", "z")
 
 
 def still(
@@ -149,8 +155,12 @@ def save_movie(history: xr.Dataset, path: str | Path, options: SceneOptions | No
     _write(path, [Image.fromarray(frame) for frame in frames])
 
 
-def open_window(history: xr.Dataset, options: SceneOptions | None = None, title: str = "fingerslip") -> None:
-    """Open an interactive window: a slider for time, a box for every layer, the mouse for the rest.
+def open_window(
+    history: xr.Dataset, options: SceneOptions | None = None, title: str = "fingerslip", events: Events | None = None
+) -> None:
+    """Open an interactive window: a slider for time, boxes for layers, plate, receptors and contact, keys for the rest.
+
+    The keys F and X show the next field and the next cut; P over the body draws what the node below the mouse does.
 
     Parameters
     ----------
@@ -160,6 +170,8 @@ def open_window(history: xr.Dataset, options: SceneOptions | None = None, title:
         What is shown at first.
     title : str, optional
         Title of the window.
+    events : Events, optional
+        Slip events, which are listed with their times.
 
     Raises
     ------
@@ -169,35 +181,68 @@ def open_window(history: xr.Dataset, options: SceneOptions | None = None, title:
     options = options or SceneOptions()
     check_options(history, options)
     if not has_display():
-        raise ResultError("there is no display to open a window on; use --screenshot FILE or --movie FILE")
+        raise ResultError(
+            "there is no display to open a window on; use --web for a browser, --screenshot FILE or --movie FILE"
+        )
     plotter: Any = pyvista.Plotter(title=title)
-    _add_controls(plotter, history, options)
-    aim(plotter, history, options)
+    _add_controls(SceneControl(plotter, history, options), events)
     plotter.show()
 
 
-def _add_controls(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
-    """Add the layers with their boxes, and the slider that draws another snapshot."""
-    shown = draw_scene(plotter, history, nearest_snapshot(history), options)
-    visible = dict.fromkeys(shown, True)
-
-    def move(time: float) -> None:
-        for name, actor in draw_scene(plotter, history, nearest_snapshot(history, time), options).items():
-            actor.visibility = visible[name]
-
-    def toggle(name: str, state: bool) -> None:
-        visible[name] = state
-        plotter.actors[f"layer {name}"].visibility = state
-
-    times = history["snapshot_time"].values
+def _add_controls(control: SceneControl, events: Events | None = None) -> None:
+    """Add the slider, the boxes, the keys and the picking of nodes to a scene."""
+    plotter, times = control.plotter, control.history["snapshot_time"].values
     if times.size > 1:
-        plotter.add_slider_widget(move, (times[0], times[-1]), value=times[-1], title="time [s]", color="black")
-    for row, name in enumerate(shown):
+        ends, first = (times[0], times[-1]), times[control.number]
+        plotter.add_slider_widget(control.show, ends, value=first, title="time [s]", color="black")
+    _add_boxes(control)
+    _list_events(control, events)
+    plotter.add_key_event("f", lambda: control.choose(scalar=_next(tuple(SCALARS), control.options.scalar)))
+    plotter.add_key_event("x", lambda: control.choose(cut=_next(_CUTS, control.options.cut)))
+    plotter.enable_point_picking(lambda point: _draw_picked(control, point), show_message=False, show_point=False)
+
+
+def _add_boxes(control: SceneControl) -> None:
+    """Add a box for each layer, and for the plate, the receptors and the contact."""
+    layers = region_names(control.history)
+    acts: dict[str, tuple[bool, Callable[[bool], None]]] = {
+        name: (name not in control.options.hidden, functools.partial(control.toggle, name)) for name in layers
+    }
+    for name in ("plate", "receptors", "contact"):
+        acts[name] = (getattr(control.options, name), lambda state, name=name: control.choose(**{name: state}))
+    for row, (name, (shown, act)) in enumerate(acts.items()):
         bottom = 10 + row * (_BOX + 6)
-        plotter.add_checkbox_button_widget(
-            lambda state, name=name: toggle(name, state), value=True, position=(10, bottom), size=_BOX
-        )
-        plotter.add_text(name, position=(16 + _BOX, bottom), font_size=9, color="black")
+        control.plotter.add_checkbox_button_widget(act, value=shown, position=(10, bottom), size=_BOX)
+        control.plotter.add_text(name, position=(16 + _BOX, bottom), font_size=9, color="black", name=f"box {name}")
+
+
+def _list_events(control: SceneControl, events: Events | None) -> None:
+    """Write the times of the events at the right, in their colours."""
+    window = slide_window(control.history)
+    lines = [] if window is None else [("slide starts", window.start, "#555555")]
+    if events is not None:
+        named = ((EVENTS[name], events.slip.time(name), EVENT_COLOURS[name]) for name in EVENTS)
+        lines += [(words, time, colour) for words, time, colour in named if time is not None]
+    for row, (words, time, colour) in enumerate(lines):
+        where, text = (0.8, 0.8 - 0.035 * row), f"{words} {time:.3f} s"
+        control.plotter.add_text(text, position=where, viewport=True, font_size=9, color=colour, name=f"event {words}")
+
+
+def _draw_picked(control: SceneControl, point: Any) -> None:
+    """Draw the displacement of the picked node over time in a corner."""
+    node = nearest_node(control.history, control.number, np.asarray(point))
+    times = control.history["snapshot_time"].values
+    moved = 1e3 * np.linalg.norm(control.history["snapshot_displacement"].values[:, node], axis=1)
+    chart = pyvista.Chart2D(size=(0.32, 0.26), loc=(0.66, 0.02), x_label="time [s]", y_label="displacement [mm]")
+    chart.line(times, moved, color=BLUE, width=2.0)
+    chart.title = f"node {node}"
+    if control.plotter.renderer.has_charts:
+        control.plotter.remove_chart(0)
+    control.plotter.add_chart(chart)
+
+
+def _next(names: Sequence[str], name: str) -> Any:
+    return names[(names.index(name) + 1) % len(names)]
 
 
 def _checked_path(path: str | Path, endings: tuple[str, ...]) -> Path:

@@ -53,6 +53,7 @@ from fingerslip.study.definition.settings import (
 )
 from fingerslip.study.definition.swept import check_sweep, swept_mistakes, swept_together
 from fingerslip.study.definition.time_settings import TimeSettings
+from fingerslip.study.definition.trial_settings import TrialSettings
 from fingerslip.study.definition.yaml import line_numbers
 
 __all__ = [
@@ -73,7 +74,7 @@ __all__ = [
 ]
 
 #: The fields of a study that do not belong to a single run.
-NOT_OF_A_RUN = ("description", "sweep", "sample", "repeats", "derived", "compare", "converge", "cameras")
+NOT_OF_A_RUN = ("description", "sweep", "sample", "repeats", "derived", "compare", "converge", "trials", "cameras")
 
 
 def _check_published(name: str) -> str:
@@ -157,6 +158,8 @@ class Study(SpecimenChoice):
         Published tables with which the results are compared.
     converge : RefinementSettings
         How ``fingerslip converge`` refines the runs.
+    trials : TrialSettings, optional
+        How ``fingerslip detect simulate`` makes trials of a data set of the runs.
     cameras : mapping of {'internal', 'external'} to CameraSettings
         Cameras that film the markers of every run; other cameras need no new simulation.
     fingertip, tactip : mapping, optional
@@ -190,6 +193,7 @@ class Study(SpecimenChoice):
     derived: Mapping[str, Expression] = pydantic.Field(default_factory=dict)
     compare: tuple[PublishedName, ...] = ()
     converge: RefinementSettings = RefinementSettings()
+    trials: TrialSettings | None = None
     cameras: Mapping[CameraKind, CameraSettings] = pydantic.Field(default_factory=dict)
 
     def __post_init__(self) -> None:

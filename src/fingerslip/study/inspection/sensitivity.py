@@ -16,14 +16,14 @@ from fingerslip.report.tables.samples import sensitivity_table
 from fingerslip.report.tables.table import Table, to_csv
 from fingerslip.results import StudyResult
 from fingerslip.sampling import fits_of
-from fingerslip.sampling.indices import Sensitivity, morris_effects, sobol_indices
+from fingerslip.sampling.indices import Sensitivity, morris_effects, sobol_indices, surrogate_indices
 from fingerslip.sampling.outputs import required_output
 from fingerslip.sampling.surrogate import fit_surrogate
 from fingerslip.study.opened import open_study
 
 __all__ = ["Method", "predicted", "sensitivities", "write_sensitivities"]
 
-Method = Literal["auto", "linear", "morris", "sobol"]
+Method = Literal["auto", "linear", "morris", "sobol", "surrogate"]
 
 
 def write_sensitivities(folder: Path, output: str, method: Method) -> tuple[Table, ...]:
@@ -35,8 +35,9 @@ def write_sensitivities(folder: Path, output: str, method: Method) -> tuple[Tabl
         Folder of the results of a study with samples.
     output : str
         Name of the output, as in :func:`~fingerslip.sampling.outputs.output_of`.
-    method : {'auto', 'linear', 'morris', 'sobol'}
-        Linear regression, elementary effects, or Sobol indices; 'auto': what the samples were drawn for, else Sobol.
+    method : {'auto', 'linear', 'morris', 'sobol', 'surrogate'}
+        Linear regression, elementary effects, Sobol indices from the runs or of a surrogate; 'auto': what the samples
+        were drawn for, else the surrogate.
 
     Raises
     ------
@@ -49,7 +50,7 @@ def write_sensitivities(folder: Path, output: str, method: Method) -> tuple[Tabl
     if method == "linear":
         return _linear(study, output)
     found = sensitivities(study, output, method)
-    tables, name = tuple(map(indices_table, found)), f"sensitivity-{output}-{found[0].method}"
+    tables, name = tuple(map(indices_table, found)), f"sensitivity-{output}-{_kind(found[0])}"
     for number, table in enumerate(tables, start=1):
         ending = f"-{number}" if len(tables) > 1 else ""
         write_text(folder / f"{name}{ending}.csv", to_csv(table))
@@ -57,10 +58,15 @@ def write_sensitivities(folder: Path, output: str, method: Method) -> tuple[Tabl
     return tables
 
 
+def _kind(one: Sensitivity) -> str:
+    return one.method if one.surrogate is None else "surrogate"
+
+
 def sensitivities(study: StudyResult, output: str, method: Method = "auto") -> tuple[Sensitivity, ...]:
     """Return what moves an output by elementary effects or Sobol indices; see :func:`write_sensitivities`."""
-    is_morris = method == "morris" or (method == "auto" and study.design.get("method") == "morris")
-    return morris_effects(study, output) if is_morris else sobol_indices(study, output)
+    drawn_for = {"morris": "morris", "saltelli": "sobol"}.get(study.design.get("method", ""), "surrogate")
+    chosen = drawn_for if method == "auto" else method
+    return {"morris": morris_effects, "sobol": sobol_indices, "surrogate": surrogate_indices}[chosen](study, output)
 
 
 def _linear(study: StudyResult, output: str) -> tuple[Table, ...]:

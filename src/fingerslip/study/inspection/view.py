@@ -13,7 +13,9 @@ from fingerslip.history import read_history
 from fingerslip.parameters import from_mapping
 from fingerslip.report.scene.scene import SceneOptions
 from fingerslip.report.scene.viewer import open_window, save_movie, save_still
+from fingerslip.report.scene.web import Served, serve
 from fingerslip.results import HISTORY, RESULT, stored_result
+from fingerslip.slip import find_events
 from fingerslip.units import parse_quantity
 
 __all__ = ["view_result"]
@@ -26,6 +28,7 @@ def view_result(
     time: str = "",
     screenshot: Path | None = None,
     movie: Path | None = None,
+    served: Served | None = None,
 ) -> tuple[Path, ...]:
     """Show a stored run.
 
@@ -39,6 +42,8 @@ def view_result(
         Time with its unit; without it the last one.
     screenshot, movie : Path, optional
         Files to write; without them a window opens.
+    served : Served, optional
+        Where a browser finds the scene; without it a window opens.
 
     Returns
     -------
@@ -58,8 +63,22 @@ def view_result(
     if movie is not None:
         save_movie(history, movie, chosen)
     if screenshot is None and movie is None:
-        open_window(history, chosen, f"fingerslip: {target}")
+        _look(history, chosen, f"fingerslip: {target}", served)
     return tuple(path for path in (screenshot, movie) if path is not None)
+
+
+def _look(
+    history: xr.Dataset,
+    options: SceneOptions,
+    title: str,
+    served: Served | None,
+) -> None:
+    """Open a window, or serve a browser."""
+    events = find_events(history)
+    if served is None:
+        open_window(history, options, title, events)
+    else:
+        serve(history, events, options, title, served)
 
 
 def _stored_history(target: Path) -> xr.Dataset:

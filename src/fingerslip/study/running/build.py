@@ -26,7 +26,7 @@ from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.cost import require_mesh_memory
 from fingerslip.units import millimetres
 
-__all__ = ["build_mesh", "build_model", "inspect_mesh", "located", "mesh_key"]
+__all__ = ["build_mesh", "build_model", "contact_of", "inspect_mesh", "located", "mesh_key"]
 
 # A file in millimetres that is read as metres is a thousand times too large.
 _LARGE_BODY = 1.0
@@ -141,7 +141,7 @@ def _model(run: Run, mesh: Any) -> Model:
         supports=_supports(study, specimen, dim),
         support_motions=dict(study.support_motions),
         tractions=dict(study.tractions),
-        contacts=tuple(_contact(settings, dim) for settings in study.all_contacts),
+        contacts=tuple(contact_of(settings, dim) for settings in study.all_contacts),
         bodies={name: settings.body for name, settings in study.bodies.items()},
         programme=_phases(study.programme),
         time=study.time.stepping,
@@ -241,7 +241,8 @@ def _supports(study: Study, specimen: Specimen | _NoSpecimen, dim: int) -> Mappi
     return dict(study.supports or specimen.supports(dim))
 
 
-def _contact(settings: ContactSettings, dim: int) -> Contact:
+def contact_of(settings: ContactSettings, dim: int) -> Contact:
+    """Return the contact that a study describes, in the plane or in space."""
     counterface = settings.rigid_counterface
     if dim == 3 and settings.counterface is None and len(settings.normal) == 2:
         counterface = Plane((*settings.normal, 0.0), settings.offset)

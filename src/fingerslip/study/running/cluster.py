@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import itertools
+import sys
 import tempfile
 import threading
 from collections.abc import Iterator, Mapping, Sequence
@@ -75,11 +77,17 @@ def compute_task(task: Task, mesh: Any) -> _Outcome:
     if own != task.version:
         found = f"has fingerslip {own}, this process {task.version}"
         raise InputError("worker", found, "needs the same version", "install the same environment on the cluster")
-    with _ONE_AT_A_TIME, tempfile.TemporaryDirectory(prefix="fingerslip-") as name:
+    with _ONE_AT_A_TIME, _alone(), tempfile.TemporaryDirectory(prefix="fingerslip-") as name:
         parts = zip(task.runs, task.identities, strict=True)
         jobs = [Job(run, build_model(run, mesh), identity, Path(name) / run.name) for run, identity in parts]
         failures = compute_group(jobs, lambda *_: None, 1)
         return {job.run.name: failures.get(job.run.name) or _files(job.folder) for job in jobs}
+
+
+def _alone() -> contextlib.AbstractContextManager[Any]:
+    """Keep libraries that know Dask, such as xarray's writer, from asking the scheduler for locks."""
+    dask = sys.modules.get("dask")
+    return contextlib.nullcontext() if dask is None else dask.config.set(scheduler="synchronous")
 
 
 def compute_on_cluster(jobs: Sequence[Job], address: str, progress: StudyProgress) -> dict[str, FingerslipError]:
@@ -151,8 +159,8 @@ def _outcomes(client: Any, parts: Sequence[Sequence[Job]], cores: int) -> Iterat
         sent[future] = part
         return future
 
-    first = [send(part) for part, _ in zip(waiting, range(_AHEAD * cores), strict=False)]
-    completed = _distributed().as_completed(first)
+    first = [send(part) for part in itertools.islice(waiting, _AHEAD * cores)]
+    completed = _distributed().as_completed(first, loop=client.loop)
     try:
         for future in completed:
             yield sent.pop(future), _outcome(future)

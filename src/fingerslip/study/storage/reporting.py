@@ -35,10 +35,12 @@ from fingerslip.study.storage.values import read_specified, value_rows
 __all__ = [
     "REPORT",
     "event_tables",
+    "provenance_of",
     "read_stored",
     "read_stored_run",
     "report_again",
     "report_key",
+    "slide_starts",
     "study_tables",
     "write_report",
 ]
@@ -197,21 +199,21 @@ def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportC
         },
         references=tuple(published(name) for name in study.compare),
         values=value_rows(specified, manifest.get("given") or None),
-        provenance=_provenance(study.folder, manifest),
+        provenance=provenance_of(study.folder, manifest),
         convergences={name: one.quantities for name, one in found.items()},
         films=read_films(study.folder, {name: histories[name] for name in drawn}),
-        starts=_starts(study),
+        starts=slide_starts(study),
         notes=notes_html(study.folder),
     )
 
 
-def _starts(study: StudyResult) -> dict[str, float]:
+def slide_starts(study: StudyResult) -> dict[str, float]:
     """Return when the slide of each run begins [s]; runs in which nothing slides are left out."""
     slides = {run.name: stored_phases(study.folder / run.name / HISTORY, "slide") for run in study.runs}
     return {name: own[0][0] for name, own in slides.items() if own}
 
 
-def _provenance(folder: Path, manifest: Mapping[str, Any]) -> dict[str, str]:
+def provenance_of(folder: Path, manifest: Mapping[str, Any]) -> dict[str, str]:
     """Return what made the results, in words: file, dates, commit, computing time, and the versions of all programs."""
     written = datetime.fromtimestamp((folder / MANIFEST).stat().st_mtime).astimezone()
     words = {

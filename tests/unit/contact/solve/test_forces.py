@@ -78,7 +78,7 @@ def test_a_search_from_an_earlier_solution_of_the_step_foresees_nothing():
     given = {"working_set": used, "origin": origin}
     again, used = solve_contact(compliance, free, friction, found.forces, 100.0 * TOLERANCE, **given)
     assert again.iterations == 0
-    assert used.before is origin
+    assert used.past.before is origin
 
 
 def test_a_working_set_that_is_too_large_is_made_smaller():
@@ -106,7 +106,7 @@ def test_frames_that_turn_are_followed():
     exact = solve_friction(turning.matrix, free, friction, np.zeros_like(free), TOLERANCE)
     np.testing.assert_allclose(found.forces, exact.forces, atol=1e-8 * np.abs(exact.forces).max())
     again, _ = solve_contact(
-        turning, free, friction, found.forces, TOLERANCE, working_set=replace(working_set, before=None)
+        turning, free, friction, found.forces, TOLERANCE, working_set=replace(working_set, past=None)
     )
     assert again.iterations == 0
 

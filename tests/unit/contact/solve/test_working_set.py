@@ -9,6 +9,7 @@ import pytest
 
 from fingerslip.contact.frames import contact_frames
 from fingerslip.contact.solve.compliance import Compliance
+from fingerslip.contact.solve.past import Past
 from fingerslip.contact.solve.working_set import gather
 
 DIM, COUNT = 3, 8
@@ -51,9 +52,9 @@ def test_frames_that_turn_are_taken_along_without_gathering_again():
 
 def test_an_old_working_set_hands_on_its_rows_and_its_forces():
     old = gather(compliance(), SCALE, np.array([1, 4, 6]), None).renewed(STICK[:3])
-    before = np.ones((COUNT, DIM))
-    made = gather(compliance(), SCALE, np.array([4, 5, 6]), replace(old, before=before))
-    assert made.before is before
+    past = Past(np.ones((COUNT, DIM)), np.zeros((COUNT, DIM)))
+    made = gather(compliance(), SCALE, np.array([4, 5, 6]), replace(old, past=past))
+    assert made.past is past
     np.testing.assert_array_equal(made.inverse.rows[[0, 2]], old.inverse.rows[[1, 2]])
     marks = np.concatenate([STICK[:3], made.frames], axis=1)
     np.testing.assert_array_equal(made.inverse.stale(marks), [False, True, False])

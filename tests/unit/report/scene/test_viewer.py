@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,10 @@ from PIL import Image
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.report.scene import viewer
+from fingerslip.report.scene.control import SceneControl
 from fingerslip.report.scene.scene import SceneOptions
 from fingerslip.report.scene.viewer import open_window, save_movie, save_still, still
+from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
 
 
@@ -65,17 +68,50 @@ def test_without_a_display_no_window_opens(history: xr.Dataset, monkeypatch: pyt
         open_window(history)
 
 
-def test_boxes_hide_layers_and_the_slider_keeps_them_hidden(history: xr.Dataset) -> None:
+@pytest.fixture
+def control(history: xr.Dataset) -> Iterator[SceneControl]:
     plotter = pyvista.Plotter(off_screen=True)
-    viewer._add_controls(plotter, history, SceneOptions())
-    boxes, (slider,) = plotter.widgets.button_widgets, plotter.widgets.slider_widgets
-    assert len(boxes) == 2
-    boxes[0].GetRepresentation().SetState(0)
-    boxes[0].InvokeEvent("StateChangedEvent")
-    assert not plotter.actors["layer skin"].visibility
+    yield SceneControl(plotter, history, SceneOptions())
+    plotter.close()
+
+
+def press(control: SceneControl, box: int, state: int) -> None:
+    boxes = control.plotter.widgets.button_widgets
+    boxes[box].GetRepresentation().SetState(state)
+    boxes[box].InvokeEvent("StateChangedEvent")
+
+
+def test_boxes_hide_layers_and_the_slider_keeps_them_hidden(control: SceneControl) -> None:
+    viewer._add_controls(control)
+    plotter = control.plotter
+    (slider,) = plotter.widgets.slider_widgets
+    assert len(plotter.widgets.button_widgets) == 5
+    press(control, 0, 0)
+    assert "layer skin" not in plotter.actors
     slider.GetRepresentation().SetValue(0.0)
     slider.InvokeEvent("EndInteractionEvent")
-    assert not plotter.actors["layer skin"].visibility
-    assert plotter.actors["layer tissue"].visibility
+    assert "layer skin" not in plotter.actors
     assert plotter.actors["layer tissue"].bounds[5] == pytest.approx(10.0)
-    plotter.close()
+    press(control, 0, 1)
+    assert "layer skin" in plotter.actors
+
+
+def test_boxes_show_the_contact_and_hide_the_plate(control: SceneControl) -> None:
+    viewer._add_controls(control)
+    press(control, 2, 0)
+    press(control, 4, 1)
+    names = set(control.plotter.actors)
+    assert "plate 0" not in names
+    assert names & {"contact 1", "contact 2"}
+
+
+def test_events_are_listed_and_a_picked_node_has_a_chart(control: SceneControl) -> None:
+    viewer._add_controls(control, Events(slip=SlipEvents(incipient=0.06)))
+    assert "event incipient" in control.plotter.actors
+    for _ in range(2):
+        viewer._draw_picked(control, (5.0, 5.0, 0.0))
+    assert len(control.plotter.renderer._charts) == 1
+
+
+def test_keys_go_round() -> None:
+    assert [viewer._next(("a", "b"), name) for name in ("a", "b")] == ["b", "a"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import shutil
 from collections.abc import Callable
@@ -136,6 +137,6 @@ def _without_details(assemble: Callable[..., Any]) -> Callable[..., Any]:
     def report(results: Any) -> Any:
         whole = assemble(results)
         sections = tuple(section for section in whole.sections if not section.folded)
-        return type(whole)(whole.title, sections, whole.provenance)
+        return dataclasses.replace(whole, sections=sections)
 
     return report

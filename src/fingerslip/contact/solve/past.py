@@ -1,0 +1,80 @@
+"""What the last steps tell of the next one: a first guess of its contact forces, and the body's response to that.
+
+The response is linear. Where the compliance stays as it is, that to forces extrapolated from two steps follows from
+those of these steps, but for nodes that would open: only these have to be multiplied by the compliance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.solve.compliance import Compliance
+
+__all__ = ["Past", "first_guess", "updated"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Past:
+    """Contact forces of all n_c candidates that were found last.
+
+    Parameters
+    ----------
+    forces, before : (n_c, dim) array
+        Those found last, and those one step before [N].
+    response, response_before : (n_c, dim) array or None
+        Displacement of the body under them, without the penalties [m]; None where it is not known.
+    """
+
+    forces: Array
+    before: Array
+    response: Array | None = None
+    response_before: Array | None = None
+
+    def under_other_compliance(self) -> Past:
+        """Return the forces without responses, which another compliance makes others."""
+        return replace(self, response=None, response_before=None)
+
+
+def first_guess(
+    compliance: Compliance, past: Past | None, start: Array, origin: Array | None
+) -> tuple[Array, Array | None]:
+    """Return forces (n_c, dim) [N] to begin a step with, and the body's response to them [m] where it is known.
+
+    Parameters
+    ----------
+    compliance : Compliance
+        The compliance of the step.
+    past : Past or None
+        What was found last.
+    start : (n_c, dim) array
+        Forces of the last step, or of an earlier solution of the step itself [N].
+    origin : (n_c, dim) array or None
+        Forces at the start of the step where `start` is an earlier solution of the step [N].
+    """
+    if past is None:
+        return start, None
+    response = past.response if np.array_equal(start, past.forces) else None
+    if origin is not None:
+        return start, response
+    guess = 2.0 * start - past.before
+    opens = (start[:, 0] <= 0.0) | (guess[:, 0] <= 0.0)
+    lost = np.where(opens[:, None], guess, 0.0)
+    guess[opens] = 0.0
+    if response is None or past.response_before is None:
+        return guess, None
+    of_guess = 2.0 * response - past.response_before
+    return guess, of_guess - compliance.response(lost) if lost.any() else of_guess
+
+
+def updated(past: Past | None, forces: Array, response: Array | None, start: Array, origin: Array | None) -> Past:
+    """Return what a step leaves for the next one; `forces` were found, the others as in :func:`first_guess`."""
+    if origin is not None:
+        known = past is not None and np.array_equal(origin, past.before)
+        return Past(forces, origin, response, past.response_before if past is not None and known else None)
+    known = past is not None and np.array_equal(start, past.forces)
+    return Past(forces, start, response, past.response if past is not None and known else None)

@@ -1,0 +1,154 @@
+"""What an elastic body without inertia answers to contact forces: computed once, for any number of motions.
+
+The surface that may touch is divided into patches, in each of which the traction is constant: a patch moves by the
+mean of its nodes, weighted by their areas. With the stiffness K of the body at small strain and B, which takes these
+means, all that contact forces f do follows from few rows of K^-1::
+
+    displacement of the patches     C f,   C = B K^-1 B^T
+    of sites and of watched nodes   S f,   S = B_s K^-1 B^T
+
+so that a quasi-static step costs its contact problem, and no substitution. Where each patch is one node, the motion is
+that of any other simulation; larger patches are an approximation of the contact, and of nothing else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.contact.candidates import node_operator
+from fingerslip.dynamics.statics.touchable import depth_in_hull, patches
+from fingerslip.dynamics.system import System, build_system
+from fingerslip.errors import InputError
+from fingerslip.fe.space import carrying_nodes, nodal_areas
+from fingerslip.linear.solver import LinearSolver, preferred_solver
+from fingerslip.model import Model
+from fingerslip.timing import QuasiStatic
+
+__all__ = ["StaticBody", "static_body"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+_AT_ONCE = 64
+
+
+@dataclass(frozen=True)
+class StaticBody:
+    """A body by its answers to forces on the patches that may touch.
+
+    Parameters
+    ----------
+    nodes : (n_p,) array
+        The mesh node in the middle of each patch.
+    positions : (n_p, 3) array
+        Where the patches are, by the mean of their nodes [m].
+    area : (n_p,) array
+        Their areas [m^2].
+    compliance : (n_p * 3, n_p * 3) array
+        C, symmetric [m/N].
+    at_sites : (n_sites * 3, n_p * 3) array
+        S of the recorded sites [m/N].
+    watched : (n_w, 3) array
+        Where the other nodes of the boundary are that must not touch [m].
+    at_watched : (n_w * 3, n_p * 3) array
+        S of these [m/N].
+    """
+
+    nodes: Integers
+    positions: Floats
+    area: Floats
+    compliance: Floats
+    at_sites: Floats
+    watched: Floats
+    at_watched: Floats
+
+
+def static_body(
+    model: Model, *, reach: float, hidden: float, patch: float = 0.0, solver: LinearSolver | None = None
+) -> StaticBody:
+    """Compute what the body of a model answers to forces on the surface that its counterface may touch.
+
+    Parameters
+    ----------
+    model : Model
+        A quasi-static model of an elastic body at small strain with one flat counterface and no other load.
+    reach : float
+        What is farther from the counterface at the start does not touch, and is not watched [m].
+    hidden : float
+        What lies deeper inside the convex hull of the boundary, as in grooves, must not touch; it is watched [m].
+    patch : float, optional
+        Distance of neighbouring patches [m]; 0 for each node by itself.
+    solver : LinearSolver, optional
+        What factorises; without it the preferred one that is available.
+
+    Raises
+    ------
+    InputError
+        For a model that is not of this kind, and where nothing is within reach.
+    """
+    _check_kind(model)
+    system = build_system(model)
+    area = nodal_areas(system.space, model.contacts[0].boundary, model.depth)
+    kept, others = _split_boundary(model, system, reach, hidden)
+    middles, means = patches(system.space.positions[kept], area[kept], patch)
+    reads = [_displacements_of(system, own) for own in (kept, system.site_nodes, others)]
+    reads[0] = sparse.csr_matrix(sparse.kron(means, sparse.eye(system.space.dim)) @ reads[0])
+    found = _answers(system, reads, solver or preferred_solver())
+    positions, watched = means @ system.space.positions[kept], system.space.positions[others]
+    total = np.asarray((means > 0).astype(float) @ area[kept])
+    return StaticBody(kept[middles], positions, total, *found[:2], watched, found[2])
+
+
+def _check_kind(model: Model) -> None:
+    """Refuse what cannot be condensed once for all."""
+    wrong = {
+        "kinematics": (model.is_finite, "is finite", "needs small"),
+        "time": (not isinstance(model.time, QuasiStatic), "has inertia", "needs scheme: quasi_static"),
+        "contacts": (len(model.contacts) != 1, f"has {len(model.contacts)}", "needs one"),
+        "loads": (model.is_loaded or bool(model.support_motions), "act beside the contact", "needs none"),
+        "bodies": (bool(model.bodies), "has rigid bodies", "needs none"),
+        "mesh": (model.mesh.dim() != 3, f"has {model.mesh.dim()} dimensions", "needs a solid"),
+    }
+    for where, (is_wrong, got, allowed) in wrong.items():
+        if is_wrong:
+            raise InputError(where, got, allowed, "simulate the model step by step")
+
+
+def _split_boundary(model: Model, system: System, reach: float, hidden: float) -> tuple[Integers, Integers]:
+    """Return the nodes of the boundary that may touch, and the others within reach."""
+    if system.relaxing:
+        raise InputError("materials", "relax", "needs elastic ones", "simulate the model step by step")
+    plane = system.counterfaces.shapes[0]
+    if not plane.is_flat:
+        raise InputError("contacts.0.counterface", "is curved", "needs a plane", "simulate the model step by step")
+    nodes = carrying_nodes(system.space, model.contacts[0].boundary)
+    points = system.space.positions[nodes]
+    near = plane.gap(points) <= reach
+    may_touch = near & (depth_in_hull(points, plane.unit_normal) <= hidden)
+    if not may_touch.any():
+        raise InputError("reach", f"got {reach} m", "needs some node of the boundary within it")
+    return nodes[may_touch], nodes[near & ~may_touch]
+
+
+def _answers(system: System, reads: list[sparse.csr_matrix], solver: LinearSolver) -> tuple[Floats, Floats, Floats]:
+    """Return C and both S by solving for forces on each patch along each axis."""
+    factor = solver.factorise(system.stiffness)
+    every, forces = sparse.csr_matrix(sparse.vstack(reads)), sparse.csc_matrix(reads[0].T)
+    columns = np.empty((every.shape[0], forces.shape[1]))
+    for start in range(0, forces.shape[1], _AT_ONCE):
+        some = slice(start, min(start + _AT_ONCE, forces.shape[1]))
+        right = np.asfortranarray(forces[:, some].toarray())
+        columns[:, some] = every @ factor.backward(factor.forward(right))
+    ends = np.cumsum([read.shape[0] for read in reads])
+    compliance, at_sites, at_watched = np.split(columns, ends[:-1])
+    return 0.5 * (compliance + compliance.T), at_sites, at_watched
+
+
+def _displacements_of(system: System, nodes: Integers) -> sparse.csr_matrix:
+    """Return the map from the unknowns to the displacement of nodes, shape (k * 3, n); zero for what supports hold."""
+    expansion = system.unknowns.expansion(system.space.n_dofs)
+    return sparse.csr_matrix(node_operator(nodes, system.space.dim, system.space.n_dofs) @ expansion)

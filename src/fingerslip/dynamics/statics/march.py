@@ -1,0 +1,238 @@
+"""One quasi-static motion of a condensed body: each step is a contact problem."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.candidates import Candidates, Counterfaces, check_outsiders
+from fingerslip.contact.interface import InterfaceState, conditions, contact_problem, rest_state, settle
+from fingerslip.contact.solve.compliance import Compliance
+from fingerslip.contact.solve.forces import solve_contact
+from fingerslip.contact.solve.newton import ContactSolution, solve_friction
+from fingerslip.contact.solve.pieces import Piece
+from fingerslip.contact.solve.working_set import WorkingSet
+from fingerslip.contact.states import OPEN, STICK
+from fingerslip.dynamics.contact_step import GOAL, TOLERANCE
+from fingerslip.dynamics.motion import Motion, counterface_motion, largest_approach
+from fingerslip.dynamics.statics.body import StaticBody
+from fingerslip.errors import ConvergenceError, InputError
+from fingerslip.model import Contact
+from fingerslip.programme import Phase
+
+__all__ = ["StaticMotion", "march_static"]
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Candidates are within this many times the approach of the counterface.
+_NEAR = 1.25
+# Unknowns up to which compiled code on all patches is faster; few of them touch, other than where contact is fine.
+_FEW = 2000
+# Steps between two looks at the nodes that must not touch.
+_LOOK_EVERY = 8
+
+
+@dataclass(frozen=True)
+class StaticMotion:
+    """What a motion came to.
+
+    Parameters
+    ----------
+    time : (n_times,) array
+        Times of the steps, the start included [s].
+    displacement : (n_times, n_sites, 3) array
+        Displacement of the recorded sites [m].
+    counterface : (n_times, 3) array
+        Displacement of the counterface [m].
+    force : (n_times, 3) array
+        Force on the body, in global components [N].
+    contact_area, stick_ratio : (n_times,) arrays
+        Area that touches [m^2], and the share of it that sticks [-]; NaN where nothing touches.
+    state : (n_times, n_nodes) array of int
+        Whether nodes are open, stick or slip; see :mod:`fingerslip.contact.states`.
+    rows : (n_nodes,) array
+        These nodes among those of the body.
+    iterations : (n_times,) array of int
+        Iterations of the contact problem.
+    """
+
+    time: Floats
+    displacement: Floats
+    counterface: Floats
+    force: Floats
+    contact_area: Floats
+    stick_ratio: Floats
+    state: NDArray[np.int8]
+    rows: Integers
+    iterations: Integers
+
+
+@dataclass(frozen=True)
+class _Setting:
+    """What stays the same from step to step; `rows` are the contact nodes among those of the body."""
+
+    rows: Integers
+    candidates: Candidates
+    counterfaces: Counterfaces
+    motion: Motion
+    frames: Floats
+    compliance: Compliance
+
+
+def march_static(body: StaticBody, contact: Contact, programme: Sequence[Phase], step: float) -> StaticMotion:
+    """Compute a motion of a condensed body.
+
+    Parameters
+    ----------
+    body : StaticBody
+        The body.
+    contact : Contact
+        The plane, its friction and penalties; the boundary is that of the body.
+    programme : sequence of Press, Hold, Slide or Lift
+        How the plane moves, where the contact has no programme of its own.
+    step : float
+        Time step [s].
+
+    Raises
+    ------
+    ConvergenceError
+        Where the contact problem of a step was not solved to its tolerance.
+    SlipOutsideContactError
+        Where a node that is no contact node has reached the counterface.
+    InputError
+        Where penalties are missing, or the plane comes to no contact node.
+    """
+    setting = _setting(body, contact, contact.programme or programme)
+    times = _times(setting.motion, step)
+    shifts, records = setting.motion.displacement(times), _Records(body, setting, times.size)
+    gaps = setting.counterfaces.gaps(setting.candidates.positions, setting.candidates.counterface)
+    state, kept = rest_state(setting.candidates, gaps), None
+    for number in range(1, times.size):
+        free, over = _free_motion(setting, shifts[number]), (step if number > 1 else 0.0, float(times[number]))
+        state, kept, iterations = _taken(setting, state, kept, free, over)
+        records.take(number, state, iterations)
+        if number % _LOOK_EVERY == 0 or number == times.size - 1:
+            records.look(number, shifts[number], float(times[number]))
+    return records.motion(times, shifts)
+
+
+def _times(motion: Motion, step: float) -> Floats:
+    """Return whole steps until the end of a motion is reached [s]."""
+    times: Floats = step * np.arange(math.ceil(motion.knots[-1] / step - 1e-9) + 1)
+    return times
+
+
+def _setting(body: StaticBody, contact: Contact, programme: Sequence[Phase]) -> _Setting:
+    """Return the contact nodes that a motion needs, and what stays the same in it."""
+    plane = contact.counterface.placed(np.vstack([body.positions, body.watched]))
+    motion = counterface_motion(programme, plane)
+    reach = _NEAR * largest_approach(motion, plane)
+    rows = np.flatnonzero(plane.gap(body.positions) <= reach)
+    if not rows.size:
+        raise InputError("programme", f"reaches {1e3 * reach:.4g} mm", "needs a press that touches a contact node")
+    candidates = _candidates(body, contact, rows)
+    counterfaces = Counterfaces((plane,), (contact.friction,))
+    frames = counterfaces.frames(candidates.positions, candidates.counterface)
+    stiffness = [candidates.normal_stiffness, *[candidates.tangential_stiffness] * 2]
+    own = np.ascontiguousarray(body.compliance[np.ix_(_dofs(rows), _dofs(rows))])
+    return _Setting(
+        rows, candidates, counterfaces, motion, frames, Compliance(own, 1.0 / np.stack(stiffness, 1), frames)
+    )
+
+
+def _candidates(body: StaticBody, contact: Contact, rows: Integers) -> Candidates:
+    stiffness = []
+    for kind in ("normal", "tangential"):
+        penalty = getattr(contact, f"{kind}_penalty")
+        if penalty is None:
+            raise InputError(f"contact.{kind}_penalty", "is missing", "needs a value, as no cell is looked at here")
+        stiffness.append(penalty * body.area[rows])
+    none = np.zeros(rows.size, dtype=np.int64)
+    return Candidates(body.nodes[rows], none, body.positions[rows], body.area[rows], *stiffness)
+
+
+def _dofs(rows: Integers) -> Integers:
+    dofs: Integers = (3 * rows[:, None] + np.arange(3)).ravel()
+    return dofs
+
+
+def _free_motion(setting: _Setting, shift: Floats) -> Floats:
+    """Return gap and tangential displacement of the nodes (n, 3), relative to the plane, without contact forces [m]."""
+    free: Floats = np.einsum("cij,j->ci", setting.frames, -shift)
+    free[:, 0] = setting.counterfaces.gaps(setting.candidates.positions - shift, setting.candidates.counterface)
+    return free
+
+
+def _taken(
+    setting: _Setting,
+    before: InterfaceState,
+    kept: WorkingSet | Piece | None,
+    free: Floats,
+    over: tuple[float, float],
+) -> tuple[InterfaceState, WorkingSet | Piece | None, int]:
+    """Return the interface after a step, what the next one starts from, and the iterations it took.
+
+    `over` is the length of the step before, 0 where there is none, and the time at the end of this one [s].
+    """
+    candidates, compliance = setting.candidates, setting.compliance
+    given = conditions(candidates, before, *over)
+    friction = setting.counterfaces.coefficients(given, candidates.counterface)
+    problem = contact_problem(candidates, before, free)
+    found, kept = _contact(compliance, problem, friction, before, kept)
+    if not found.residual <= TOLERANCE:
+        node = int(candidates.nodes[found.worst])
+        raise ConvergenceError(over[1], node, found.residual, TOLERANCE, "try another time step, or less friction")
+    response = compliance.response(found.forces) if found.response is None else found.response
+    stretch = np.ones((len(free), 2))
+    after = settle(
+        candidates, before, found.forces, free + response, friction_coefficient=friction, stretch=stretch, work=0.0
+    )
+    return after.state, kept, found.iterations
+
+
+def _contact(
+    compliance: Compliance, problem: Floats, friction: Floats, before: InterfaceState, kept: WorkingSet | Piece | None
+) -> tuple[ContactSolution, WorkingSet | Piece | None]:
+    """Return the contact forces of a step, and what the next one starts from."""
+    if problem.size > _FEW:
+        return solve_contact(compliance, problem, friction, before.forces, GOAL, working_set=kept)
+    return solve_friction(compliance.matrix, problem, friction, before.forces, GOAL), None
+
+
+class _Records:
+    """Forces and states of all steps, filled one by one."""
+
+    def __init__(self, body: StaticBody, setting: _Setting, count: int) -> None:
+        self._body, self._setting = body, setting
+        size, dofs = setting.rows.size, _dofs(setting.rows)
+        self._forces, self._states = np.zeros((count, size, 3)), np.zeros((count, size), dtype=np.int8)
+        self._iterations = np.zeros(count, dtype=np.int64)
+        self._at_sites, self._at_watched = body.at_sites[:, dofs], body.at_watched[:, dofs]
+
+    def take(self, number: int, state: InterfaceState, iterations: int) -> None:
+        """Take the interface after a step."""
+        self._forces[number] = np.einsum("cij,ci->cj", self._setting.frames, state.forces)
+        self._states[number], self._iterations[number] = state.state, iterations
+
+    def look(self, number: int, shift: Floats, time: float) -> None:
+        """Refuse a step in which a node that must not touch does."""
+        watched = self._body.watched
+        moved = (self._at_watched @ self._forces[number].ravel()).reshape(watched.shape)
+        gaps = self._setting.counterfaces.shapes[0].gap(watched + moved - shift)
+        check_outsiders(gaps, np.arange(len(gaps)), watched, time)
+
+    def motion(self, times: Floats, shifts: Floats) -> StaticMotion:
+        """Return what the steps came to."""
+        area = self._setting.candidates.area
+        whole, sticking = (self._states != OPEN) @ area, (self._states == STICK) @ area
+        ratio = np.divide(sticking, whole, out=np.full(times.size, np.nan), where=whole > 0.0)
+        moved = (self._forces.reshape(times.size, -1) @ self._at_sites.T).reshape(times.size, -1, 3)
+        force = self._forces.sum(axis=1)
+        return StaticMotion(
+            times, moved, shifts, force, whole, ratio, self._states, self._setting.rows, self._iterations
+        )

@@ -1,0 +1,159 @@
+"""The report of two studies side by side: what differs in their values, and what that does to the slip events."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from fingerslip.report.figures.paired import Pair, paired_figure
+from fingerslip.report.labels import run_title, swept_text
+from fingerslip.report.page.citations import cited
+from fingerslip.report.page.page import Picture, Report, ReportSection
+from fingerslip.report.tables.events import events_table, time_cell
+from fingerslip.report.tables.parameters import ShownValue
+from fingerslip.report.tables.table import Cell, Column, Measured, Missing, Table
+from fingerslip.results import RunResult, StudyResult
+from fingerslip.slip.names import EVENTS, LATENCY
+
+__all__ = ["ComparedStudy", "comparison_report", "pairs_of"]
+
+
+@dataclass(frozen=True)
+class ComparedStudy:
+    """A study that is compared with another.
+
+    Parameters
+    ----------
+    study : StudyResult
+        The study.
+    values : sequence of ShownValue
+        All values of its runs with their sources.
+    starts : mapping of str to float
+        When the slide of each run begins [s], by its name.
+    """
+
+    study: StudyResult
+    values: Sequence[ShownValue]
+    starts: Mapping[str, float]
+
+    @property
+    def title(self) -> str:
+        """Its title, or the name of its folder."""
+        return self.study.title or self.study.folder.name
+
+
+def pairs_of(first: StudyResult, second: StudyResult) -> tuple[Pair, ...]:
+    """Return the runs that two studies have in common: with the same swept values, or the only run of each."""
+    if len(first.runs) == len(second.runs) == 1:
+        return (Pair("the run", first.runs[0], second.runs[0]),)
+    others = {_key(run): run for run in second.runs}
+    return tuple(Pair(run_title(run, "the run"), run, others[_key(run)]) for run in first.runs if _key(run) in others)
+
+
+def _key(run: RunResult) -> tuple[tuple[str, str], ...]:
+    return tuple(sorted((path, str(swept_text(value))) for path, value in run.swept.items()))
+
+
+def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: Mapping[str, str]) -> Report:
+    """Assemble the report of two studies.
+
+    Parameters
+    ----------
+    first, second : ComparedStudy
+        The studies, A and B.
+    provenance : mapping of str to str
+        Programs and dates of both.
+
+    Returns
+    -------
+    Report
+        Differences of events where both have runs with the same swept values, what differs in the values, and the
+        events of each.
+    """
+    pairs = pairs_of(first.study, second.study)
+    names = (f"A: {first.title}", f"B: {second.title}")
+    hero = (
+        (Picture("paired", "Runs that both studies have.", paired_figure(pairs, names, (first.starts, second.starts))),)
+        if pairs
+        else ()
+    )
+    sections = (
+        ReportSection("Differences of slip events", names, (_differences(pairs),) if pairs else ()),
+        ReportSection("Values that differ", (), (_values(first, second),)),
+        ReportSection(
+            "Slip events of each study",
+            (),
+            tuple(_events(name, one) for name, one in zip(names, (first, second), strict=True)),
+        ),
+        ReportSection("Citations", code=cited([*first.values, *second.values], ()), folded=True),
+    )
+    shown = tuple(section for section in sections if not section.is_empty)
+    title = f"{first.title} beside {second.title}"
+    return Report(title, shown, provenance, answer=(_answer(pairs, first, second),), hero=hero)
+
+
+def _answer(pairs: Sequence[Pair], first: ComparedStudy, second: ComparedStudy) -> str:
+    if not pairs:
+        return "The studies have no runs with the same swept values, so that none can be compared one by one."
+    changes = [
+        1e3 * (_since(pair.second, second) - _since(pair.first, first))
+        for pair in pairs
+        if all(run.events.overall is not None for run in pair.runs)
+    ]
+    known = [change for change in changes if math.isfinite(change)]
+    many = f"{len(pairs)} runs" if len(pairs) > 1 else "the run"
+    if not known:
+        return f"Of {many} that both studies have, none reaches overall slip in both."
+    low, high = min(known), max(known)
+    if max(abs(low), abs(high)) < 0.5:
+        return f"In {many} that both studies have, overall slip comes at the same time, to the millisecond."
+    span = _signed(low) if f"{low:.0f}" == f"{high:.0f}" else f"{_signed(low)} to {_signed(high)}"
+    return f"In {many} that both studies have, overall slip of B comes {span} into the slide than that of A."
+
+
+def _signed(change: float) -> str:
+    return f"{abs(change):.0f} ms {'later' if change >= 0.0 else 'earlier'}"
+
+
+def _since(run: RunResult, own: ComparedStudy) -> float:
+    if run.events.overall is None or run.name not in own.starts:
+        return math.nan
+    return run.events.overall - own.starts[run.name]
+
+
+def _differences(pairs: Sequence[Pair]) -> Table:
+    columns = (Column("run"), Column("event"), Column("A", "s", 3), Column("B", "s", 3), Column("B - A", "ms", 0))
+    rows = tuple(
+        (pair.title, name, *cells, _difference(*cells))
+        for pair in pairs
+        for time, name in {**EVENTS, LATENCY: LATENCY}.items()
+        for cells in [tuple(time_cell(run, "slip", time) for run in pair.runs)]
+    )
+    return Table("Slip events from accumulated slip, from the start of the run", columns, rows)
+
+
+def _difference(first: Cell, second: Cell) -> Cell:
+    numbers = [cell.value if isinstance(cell, Measured) else cell for cell in (first, second)]
+    if not all(isinstance(number, int | float) for number in numbers):
+        return next(cell for cell in (first, second) if isinstance(cell, Missing))
+    change = 1e3 * (float(numbers[1] or 0.0) - float(numbers[0] or 0.0))
+    if isinstance(first, Measured) and isinstance(second, Measured):
+        return Measured(change, 1e3 * math.hypot(first.uncertainty, second.uncertainty))
+    return change
+
+
+def _values(first: ComparedStudy, second: ComparedStudy) -> Table:
+    both = [{value.path: value.value for value in own.values} for own in (first, second)]
+    rows = tuple(
+        (path, *(own.get(path, Missing.NOT_DEFINED) for own in both))
+        for path in dict.fromkeys((*both[0], *both[1]))
+        if both[0].get(path) != both[1].get(path)
+    )
+    note = "" if rows else "Both studies have the same values."
+    return Table("Values that differ", (Column("value"), Column("A"), Column("B")), rows, note)
+
+
+def _events(name: str, own: ComparedStudy) -> Table:
+    table = events_table(own.study.runs)
+    return Table(name, table.columns, table.rows, table.note)

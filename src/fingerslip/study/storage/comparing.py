@@ -1,0 +1,53 @@
+"""The report of two studies side by side, from their stored results."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from fingerslip.report.page.comparison import ComparedStudy, comparison_report
+from fingerslip.report.page.page import write_page
+from fingerslip.results import RUN
+from fingerslip.study.storage.reporting import provenance_of, read_stored, slide_starts
+from fingerslip.study.storage.summary import read_manifest
+from fingerslip.study.storage.values import read_specified, value_rows
+
+__all__ = ["compare_studies"]
+
+
+def compare_studies(first: str | Path, second: str | Path, output: Path | None = None) -> Path:
+    """Write the page of two studies side by side.
+
+    Parameters
+    ----------
+    first, second : path
+        Folders of their results, A and B.
+    output : Path, optional
+        The page; without it ``comparison-B.html`` in the folder of A.
+
+    Returns
+    -------
+    Path
+        The page.
+
+    Raises
+    ------
+    ResultError
+        Where a folder holds no results, or the page cannot be written.
+    """
+    folders = Path(first), Path(second)
+    compared = [_compared(folder) for folder in folders]
+    provenance = {
+        f"{side}: {name}": value
+        for side, folder in zip("AB", folders, strict=True)
+        for name, value in provenance_of(folder, read_manifest(folder)).items()
+    }
+    path = output or folders[0] / f"comparison-{folders[1].name}.html"
+    write_page(comparison_report(compared[0], compared[1], provenance), path)
+    return path
+
+
+def _compared(folder: Path) -> ComparedStudy:
+    study = read_stored(folder)
+    specified = [read_specified(folder / run.name / RUN) for run in study.runs]
+    values = value_rows(specified, read_manifest(folder).get("given") or None)
+    return ComparedStudy(study, values, slide_starts(study))

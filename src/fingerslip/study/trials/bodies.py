@@ -1,0 +1,100 @@
+"""The condensed body that all trials of a study share, kept on disk: made once, with its mesh."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from fingerslip.contact.counterfaces import Plane
+from fingerslip.digest import digest
+from fingerslip.dynamics.statics.body import StaticBody, static_body
+from fingerslip.errors import InputError
+from fingerslip.linear.threads import limited_threads
+from fingerslip.model import Model
+from fingerslip.programme import Press
+from fingerslip.study.definition.sweep import Run
+from fingerslip.study.definition.trial_settings import TrialSettings
+from fingerslip.study.running.build import build_mesh, build_model, mesh_key
+from fingerslip.study.storage.bases import BasisFolder
+
+__all__ = ["body_key", "shared_body"]
+
+_VERSION = 1
+# How far above the plate skin is watched, over the deepest press.
+_REACH = 1.5
+# What a body depends on, of the values of a run.
+_OF_BODY = ("materials", "supports", "integration", "kinematics", "formulation", "record")
+
+
+def body_key(run: Run, settings: TrialSettings, deepest: float) -> str:
+    """Return what decides the body of a run, hashed.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    settings : TrialSettings
+        How runs become trials.
+    deepest : float
+        The deepest press of all runs [m].
+    """
+    values = run.resolved()
+    own = {name: values.get(name) for name in _OF_BODY}
+    specimen = values.get(run.study.specimen_kind or "", {})
+    contact = run.study.all_contacts[0].boundary
+    return digest(_VERSION, mesh_key(run), own, specimen, contact, settings.hidden, settings.patch, deepest)
+
+
+def shared_body(runs: Sequence[Run], settings: TrialSettings, folder: Path) -> tuple[str, StaticBody]:
+    """Return the body of all runs with its key, from disk or made anew.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        The runs.
+    settings : TrialSettings
+        How they become trials.
+    folder : Path
+        Where it is kept.
+
+    Raises
+    ------
+    InputError
+        Where runs have different bodies, or none that can be condensed.
+    """
+    deepest = max(map(_press, runs))
+    keys = {body_key(run, settings, deepest): run for run in runs}
+    if len(keys) > 1:
+        found = f"have {len(keys)} different sensors or meshes"
+        raise InputError("sweep, sample", found, "needs one in all trials of a data set", "make a study for each")
+    key, run = next(iter(keys.items()))
+    store = BasisFolder(folder)
+    kept: Mapping[str, Any] | None = store.load(key)
+    if kept is not None:
+        return key, StaticBody(**kept)
+    made = _made(run, settings, _REACH * deepest)
+    store.save(key, {field.name: getattr(made, field.name) for field in dataclasses.fields(StaticBody)})
+    return key, made
+
+
+def _press(run: Run) -> float:
+    """Return how deep the plate is pressed in a run [m]."""
+    phases = [entry.phase for entry in run.study.programme]
+    return sum(phase.depth for phase in phases if isinstance(phase, Press))
+
+
+def _made(run: Run, settings: TrialSettings, reach: float) -> StaticBody:
+    model = _upright(build_model(run, build_mesh(run)), reach)
+    with limited_threads(1):
+        return static_body(model, reach=reach, hidden=settings.hidden, patch=settings.patch)
+
+
+def _upright(model: Model, reach: float) -> Model:
+    """Return a model whose plate is square to the axis of the sensor, with candidates as far as they are watched."""
+    contacts = tuple(
+        dataclasses.replace(contact, counterface=Plane((0.0, 1.0, 0.0)), search_distance=reach)
+        for contact in model.contacts
+    )
+    return dataclasses.replace(model, contacts=contacts)

@@ -1,0 +1,127 @@
+"""The tracks of a trial: both cameras, the frames, and the errors of the tracker."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.study.definition.trial_settings import TrialSettings
+from fingerslip.vision.cameras.camera import Camera, Pose
+from fingerslip.vision.cameras.errors import PositionErrors
+from fingerslip.vision.cameras.point import MEASURED_ERRORS, PointCamera, point_tracks
+from fingerslip.vision.cameras.presets import external_camera, internal_camera
+from fingerslip.vision.tracks import make_tracks
+
+__all__ = ["Eyes", "drawn_eyes", "filmed"]
+
+Floats = NDArray[np.float64]
+
+# Positions are kept to this share of a pixel, far below their noise, so that files are small.
+_KEPT = 1.0 / 1024.0
+
+
+@dataclass(frozen=True)
+class Eyes:
+    """The cameras of one trial.
+
+    Parameters
+    ----------
+    noise : float
+        Standard deviation of positions [px].
+    shift : (float, float)
+        How far the cameras are beside the axis, along x and z [m].
+    turn : float
+        How far they are turned about their own axis [rad].
+    seed : int
+        Seed of the errors.
+    """
+
+    noise: float
+    shift: tuple[float, float]
+    turn: float
+    seed: int
+
+
+def drawn_eyes(settings: TrialSettings, number: int) -> Eyes:
+    """Return the cameras of a trial, drawn from its number and the seed of the data set."""
+    draw = np.random.default_rng([settings.seed, number])
+    x, z, turn = draw.uniform(-1.0, 1.0, 3)
+    noise, seed = draw.uniform(*settings.noise), int(draw.integers(2**31))
+    return Eyes(float(noise), (settings.shift * float(x), settings.shift * float(z)), settings.turn * float(turn), seed)
+
+
+def filmed(settings: TrialSettings, eyes: Eyes, markers: xr.Dataset) -> xr.Dataset:
+    """Return what both cameras and the tracker make of markers.
+
+    Parameters
+    ----------
+    settings : TrialSettings
+        Size and rate of the images.
+    eyes : Eyes
+        The cameras of the trial.
+    markers : xarray.Dataset
+        Tracks [m] of internal and external markers at the steps of the simulation, which are joined by straight lines;
+        external ones relative to the plate, NaN for those that the camera does not see.
+
+    Returns
+    -------
+    xarray.Dataset
+        Tracks [px] of the internal, then of the external markers.
+    """
+    seen = [_seen(settings, eyes, markers, kind) for kind in ("internal", "external")]
+    joined = {
+        name: np.concatenate([one[name].values for one in seen], axis=axis)
+        for name, axis in (("position", 1), ("ring", 0), ("angle", 0))
+    }
+    scale = settings.metres_per_pixel
+    return make_tracks(
+        np.round(joined["position"] / _KEPT) * _KEPT,
+        seen[0]["time"].values,
+        units="px",
+        kind=[kind for one in seen for kind in one["kind"].values.astype(str)],
+        ring=joined["ring"],
+        angle=joined["angle"],
+        attributes={
+            "frame_rate": settings.frame_rate,
+            "image_width": settings.width,
+            "image_height": settings.height,
+            "metres_per_pixel_x": scale,
+            "metres_per_pixel_y": scale,
+            "source": f"simulation, point cameras, seed {eyes.seed}",
+        },
+    )
+
+
+def _seen(settings: TrialSettings, eyes: Eyes, markers: xr.Dataset, kind: str) -> xr.Dataset:
+    own = markers.isel(marker=np.flatnonzero(markers["kind"].values == kind))
+    camera = _camera(settings, eyes, kind, own["position"].values[0, :, 1])
+    share = eyes.noise / MEASURED_ERRORS.noise
+    errors = PositionErrors(eyes.noise, share * MEASURED_ERRORS.bias, MEASURED_ERRORS.correlation)
+    # Each camera has errors of its own.
+    return point_tracks(PointCamera(camera, errors, 2 * eyes.seed + (kind == "external")), own)
+
+
+def _camera(settings: TrialSettings, eyes: Eyes, kind: str, heights: Floats) -> Camera:
+    """Return a camera that stands beside its place and is turned; from inside it aims at the middle of the markers."""
+    place = {"internal": internal_camera, "external": external_camera}[kind]
+    camera = place(
+        settings.distance,
+        settings.view_width,
+        target=float(np.nanmean(heights) if kind == "internal" else np.nanmin(heights)),
+        size=(settings.width, settings.height),
+        frame_rate=settings.frame_rate,
+        exposure=0.0,
+    )
+    return dataclasses.replace(camera, pose=_moved(camera.pose, eyes))
+
+
+def _moved(pose: Pose, eyes: Eyes) -> Pose:
+    x, z = eyes.shift
+    position, target = ((at[0] + x, at[1], at[2] + z) for at in (pose.position, pose.target))
+    side = np.sin(eyes.turn) * pose.rotation[0]
+    up = np.cos(eyes.turn) * np.asarray(pose.up) + side
+    return Pose(position, target, (float(up[0]), float(up[1]), float(up[2])))

@@ -1,0 +1,177 @@
+"""The trials of a study side by side, each whole or not at all; what is there already is not computed again."""
+
+from __future__ import annotations
+
+import multiprocessing
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+from fingerslip.detect.trial_set import TrialSet, gather_trials
+from fingerslip.detect.trials import FILES, write_trial
+from fingerslip.digest import digest
+from fingerslip.dynamics.statics.body import StaticBody
+from fingerslip.errors import DamagedError, FingerslipError, InputError
+from fingerslip.files import clean_stale, new_folder, read_json
+from fingerslip.linear.threads import limited_threads
+from fingerslip.parameters import as_mapping
+from fingerslip.study.definition.spec import Study, read_study
+from fingerslip.study.definition.sweep import expand_samples
+from fingerslip.study.definition.trial_settings import TrialSettings
+from fingerslip.study.definition.yaml import line_numbers
+from fingerslip.study.running.progress import SilentProgress, StudyProgress
+from fingerslip.study.running.spawning import without_main_module
+from fingerslip.study.storage.provenance import commit
+from fingerslip.study.trials.bodies import shared_body
+from fingerslip.study.trials.card import card_notes
+from fingerslip.study.trials.trials import TrialPlan, simulated_trial, trial_plans
+
+__all__ = ["TrialsFailedError", "simulate_trials"]
+
+_VERSION = 1
+
+
+class TrialsFailedError(FingerslipError):
+    """Some trials failed; the others are kept.
+
+    Parameters
+    ----------
+    errors : mapping of str to FingerslipError
+        The error of each trial that failed.
+    total : int
+        Number of all trials.
+    """
+
+    def __init__(self, errors: Mapping[str, FingerslipError], total: int) -> None:
+        self.errors, self.total = dict(errors), total
+        super().__init__(self.errors, total)
+
+    def __str__(self) -> str:
+        lines = [f"{name}: {error}" for name, error in self.errors.items()]
+        kept = f"{len(self.errors)} of {self.total} trials failed, the others are kept; no data set is written"
+        return "\n".join([*lines, kept])
+
+
+def simulate_trials(
+    path: str | Path, output: str | Path, *, workers: int = 2, progress: StudyProgress | None = None
+) -> TrialSet:
+    """Make the data set of a study: simulate its runs, film them, label them.
+
+    Finished trials are kept beside the data set, in ``OUTPUT.unfinished``, until it is whole: an interrupted call goes
+    on where it stopped. Trials whose study has changed are computed again.
+
+    Parameters
+    ----------
+    path : path
+        A study file with ``trials``, of the half of a sensor.
+    output : path
+        Folder of the data set.
+    workers : int, optional
+        Trials at once, each in its own process.
+    progress : StudyProgress, optional
+        Receives the progress.
+
+    Raises
+    ------
+    InputError
+        For mistakes in the study, before anything is computed.
+    TrialsFailedError
+        Where trials could not be simulated, after the others are finished.
+    ResultError
+        Where the data set cannot be written.
+    """
+    source, final = Path(path), Path(output)
+    study = read_study(source)
+    settings = _settings(study, source)
+    with line_numbers(source):
+        runs = expand_samples(study, source).runs
+    plans = trial_plans(runs, settings, study.sample.count if study.sample else None)
+    work = final.with_name(f"{final.name}.unfinished")
+    key, body = shared_body(runs, settings, work / "bodies")
+    clean_stale(work)
+    origin = {"study": source.name, "commit": commit() or "", "body": key}
+    keys = {plan.name: _trial_key(plan, settings, key) for plan in plans}
+    missing = [plan for plan in plans if not _is_finished(work / plan.name, keys[plan.name])]
+    with progress or SilentProgress() as shown:
+        _compute(missing, (settings, body, origin, keys, work), workers, shown)
+    made = gather_trials([work / plan.name for plan in plans], final, study.title, card_notes(study, settings, body))
+    shutil.rmtree(work, ignore_errors=True)
+    return made
+
+
+def _settings(study: Study, source: Path) -> TrialSettings:
+    if study.trials is None:
+        raise InputError(f"{source}: trials", "is missing", "needs directions and cameras", "write trials: {}")
+    if study.repeats is not None:
+        repair = "write a sample whose count is directions times repeats"
+        raise InputError(f"{source}: repeats", "is given with trials", "needs samples in their place", repair)
+    return study.trials
+
+
+def _trial_key(plan: TrialPlan, settings: TrialSettings, body: str) -> str:
+    values = {name: value for name, value in plan.run.resolved().items() if name != "title"}
+    return digest([_VERSION, body, plan.number, plan.direction, as_mapping(settings), values])
+
+
+def _is_finished(folder: Path, key: str) -> bool:
+    """Tell whether a trial is there, of the same inputs."""
+    try:
+        found: Any = read_json(folder / FILES[3], "compute the trial again")
+    except (FileNotFoundError, DamagedError):
+        return False
+    return bool(found.get("inputs") == key)
+
+
+_Shared = tuple[TrialSettings, StaticBody, Mapping[str, Any], Mapping[str, str], Path]
+
+
+def _compute(plans: Sequence[TrialPlan], shared: _Shared, workers: int, progress: StudyProgress) -> None:
+    """Compute trials; those that fail are told at the end."""
+    progress.begin([plan.name for plan in plans])
+    errors: dict[str, FingerslipError] = {}
+    for name, error in _outcomes(plans, shared, workers):
+        progress.finish(name, "failed" if error else "done")
+        if error:
+            errors[name] = error
+    if errors:
+        raise TrialsFailedError(dict(sorted(errors.items())), len(shared[3]))
+
+
+def _outcomes(
+    plans: Sequence[TrialPlan], shared: _Shared, workers: int
+) -> Iterator[tuple[str, FingerslipError | None]]:
+    """Yield the name of each trial when it is done, with its error."""
+    if workers == 1 or len(plans) < 2:
+        _begin(shared)
+        yield from map(_simulate, plans)
+        return
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(shared,)) as pool:
+        try:
+            with without_main_module():
+                futures = [pool.submit(_simulate, plan) for plan in plans]
+            for future in as_completed(futures):
+                yield future.result()
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+# What a worker has got for all of its trials.
+_given: list[_Shared] = []
+
+
+def _begin(shared: _Shared) -> None:
+    _given[:] = [shared]
+
+
+def _simulate(plan: TrialPlan) -> tuple[str, FingerslipError | None]:
+    """Simulate a trial and write its folder."""
+    settings, body, origin, keys, work = _given[0]
+    try:
+        with limited_threads(1), new_folder(work / plan.name) as folder:
+            write_trial(simulated_trial(plan, settings, body, {**origin, "inputs": keys[plan.name]}), folder)
+    except FingerslipError as error:
+        return plan.name, error
+    return plan.name, None

@@ -1,0 +1,248 @@
+"""One simulated trial: from a run and its condensed body to tracks, labels, conditions and provenance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.contact.states import OPEN
+from fingerslip.detect.labels import LabelSettings, labels_from_contact, labels_from_external_markers
+from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.trials import Trial
+from fingerslip.dynamics.statics.body import StaticBody
+from fingerslip.dynamics.statics.march import StaticMotion, march_static
+from fingerslip.errors import InputError
+from fingerslip.programme import Hold, Press, Slide
+from fingerslip.specimens.tactip import TacTip, marker_places
+from fingerslip.specimens.tactip.sites import modelled_places
+from fingerslip.study.definition.sweep import Run
+from fingerslip.study.definition.trial_settings import TrialSettings
+from fingerslip.study.running.build import contact_of
+from fingerslip.study.trials.filming import Eyes, drawn_eyes, filmed
+from fingerslip.study.trials.turned import turned_whole
+from fingerslip.version import __version__
+from fingerslip.vision.cameras.camera import interpolated
+from fingerslip.vision.tracks import make_tracks
+
+__all__ = ["RECORDED", "TrialPlan", "simulated_trial", "trial_plans"]
+
+Floats = NDArray[np.float64]
+
+#: Groups of sites that a study of trials records, in this order.
+RECORDED = ("internal_markers", "external_markers")
+
+
+@dataclass(frozen=True)
+class TrialPlan:
+    """What a trial is to be.
+
+    Parameters
+    ----------
+    number : int
+        Its number, from 0.
+    run : Run
+        Its run.
+    direction : float
+        Direction of the slide, from +x towards +z of the sensor, which is from x to y of the internal image [rad].
+    repeat : int
+        How many trials of the same indentation and direction come before it.
+    """
+
+    number: int
+    run: Run
+    direction: float
+    repeat: int
+
+    @property
+    def name(self) -> str:
+        """Name of its folder."""
+        return f"trial-{self.number:04d}"
+
+
+def trial_plans(runs: tuple[Run, ...], settings: TrialSettings, samples: int | None) -> tuple[TrialPlan, ...]:
+    """Return the trials of a study: samples take turns through the directions; without samples each run has all.
+
+    Parameters
+    ----------
+    runs : tuple of Run
+        The runs, samples varying fastest.
+    settings : TrialSettings
+        How they become trials.
+    samples : int or None
+        Number of samples of each combination of swept values; None where there are none.
+
+    Raises
+    ------
+    InputError
+        Where the samples are no multiple of the directions.
+    """
+    count = settings.directions
+    if samples is None:
+        runs, samples = tuple(run for run in runs for _ in range(count)), count
+    if samples % count:
+        allowed = f"needs a multiple of {count} (trials.directions)"
+        raise InputError("sample.count", f"got {samples}", allowed, "directions times repeats")
+    angle = 2.0 * math.pi / count
+    return tuple(
+        TrialPlan(number, run, angle * (number % count), number % samples // count) for number, run in enumerate(runs)
+    )
+
+
+def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, origin: Mapping[str, Any]) -> Trial:
+    """Simulate a trial and film it.
+
+    Parameters
+    ----------
+    plan : TrialPlan
+        The trial.
+    settings : TrialSettings
+        How runs become trials.
+    body : StaticBody
+        The condensed body of its run.
+    origin : mapping
+        What the provenance says of the data set: study, key of the body.
+
+    Raises
+    ------
+    ConvergenceError, SlipOutsideContactError
+        As of :func:`fingerslip.dynamics.statics.march.march_static`.
+    InputError
+        Where the programme is no press, hold and slide, or the sensor does not look the same after the turn.
+    """
+    study, eyes = plan.run.study, drawn_eyes(settings, plan.number)
+    contact = contact_of(study.all_contacts[0], 3)
+    programme = tuple(entry.phase for entry in study.programme)
+    motion = march_static(body, contact, programme, study.time.stepping.step)
+    span = _filmed_span(plan, settings)
+    tracks = filmed(settings, eyes, _markers(plan, settings, body, motion, span))
+    conditions = _conditions(plan, settings, eyes) | _forces(motion, span[0])
+    return Trial(plan.name, tracks, _labels(motion, tracks, span, settings), conditions, _provenance(plan, origin))
+
+
+def _filmed_span(plan: TrialPlan, settings: TrialSettings) -> tuple[float, float]:
+    """Return when the film begins and ends, in the time of the run [s]."""
+    press, hold, slide = _phases(plan)
+    begin = press.depth / press.speed + hold.duration
+    if settings.rest > hold.duration:
+        found = f"films {settings.rest:g} s of rest"
+        raise InputError("trials.rest", found, f"needs at most the hold, {hold.duration:g} s")
+    return begin - settings.rest, begin + slide.distance / slide.speed
+
+
+def _phases(plan: TrialPlan) -> tuple[Press, Hold, Slide]:
+    """Return the phases of the run of a trial."""
+    match [entry.phase for entry in plan.run.study.programme]:
+        case [Press() as press, Hold() as hold, Slide() as slide]:
+            return press, hold, slide
+        case found:
+            kinds = ", ".join(type(phase).__name__ for phase in found) or "nothing"
+            raise InputError("programme", f"has {kinds}", "trials need a press, a hold and a slide")
+
+
+def _markers(
+    plan: TrialPlan, settings: TrialSettings, body: StaticBody, motion: StaticMotion, span: tuple[float, float]
+) -> xr.Dataset:
+    """Return the markers of the whole sensor [m] over the filmed time; external ones relative to the plate."""
+    sensor = _sensor(plan)
+    half, whole = modelled_places(sensor), marker_places(sensor.markers)
+    rest = np.array([site.position for site in sensor.sites(RECORDED, 3)])
+    moved, count = rest + motion.displacement, len(half.ring)
+    touching = _touching(rest[count:], settings, body, motion, span[0])
+    outside = np.where(touching[:, None], moved[:, count:] - motion.counterface[:, None], np.nan)
+    both = [turned_whole(one, half, whole, plan.direction) for one in (moved[:, :count], outside)]
+    known = make_tracks(np.concatenate(both, axis=1), motion.time, units="m")
+    times = np.concatenate([span[:1], motion.time[(motion.time > span[0]) & (motion.time < span[1])], span[1:]])
+    return make_tracks(
+        interpolated(known, times),
+        times - span[0],
+        units="m",
+        kind=["internal"] * len(whole.ring) + ["external"] * len(whole.ring),
+        ring=np.tile(whole.ring, 2),
+        angle=np.tile(whole.azimuth, 2),
+    )
+
+
+def _sensor(plan: TrialPlan) -> TacTip:
+    sensor, groups = plan.run.specimen, plan.run.study.record.groups
+    if not isinstance(sensor, TacTip) or sensor.part != "half":
+        raise InputError("tactip", "is not the half of a sensor", "trials need part: half, slid along its plane")
+    if groups != RECORDED:
+        raise InputError("record.groups", f"has {', '.join(groups) or 'none'}", f"needs {', '.join(RECORDED)}")
+    return sensor
+
+
+def _touching(
+    rest: Floats, settings: TrialSettings, body: StaticBody, motion: StaticMotion, time: float
+) -> NDArray[np.bool_]:
+    """Tell which external markers touch the plate when the film begins: the patch next to them does."""
+    step = int(np.searchsorted(motion.time, time - 1e-9))
+    touching = body.positions[motion.rows][motion.state[step] != OPEN]
+    beside = np.linalg.norm(rest[:, None] - touching, axis=2)
+    found: NDArray[np.bool_] = beside.min(axis=1, initial=np.inf) <= settings.patch
+    return found
+
+
+def _labels(
+    motion: StaticMotion, tracks: xr.Dataset, span: tuple[float, float], settings: TrialSettings
+) -> dict[str, Onsets]:
+    """Return the onsets that external markers and the contact show, in the time of the film.
+
+    What slips at rest slips because of the press, and does not count.
+    """
+    part = (motion.time >= span[0] + settings.rest - 1e-9) & (motion.time <= span[1])
+    frames = max(1, math.floor(settings.rest * settings.frame_rate + 1e-9))
+    return {
+        "external_markers": labels_from_external_markers(tracks, LabelSettings(rest_frames=frames)),
+        "contact": labels_from_contact(motion.time[part] - span[0], motion.stick_ratio[part]),
+    }
+
+
+def _conditions(plan: TrialPlan, settings: TrialSettings, eyes: Eyes) -> dict[str, Any]:
+    """Return what a trial was done with, in SI units."""
+    study = plan.run.study
+    press, _, slide = _phases(plan)
+    contact = contact_of(study.all_contacts[0], 3)
+    law = contact.friction
+    x, y, _ = contact.counterface.unit_normal
+    return {
+        "task": "slide",
+        "indentation": press.depth,
+        "direction": plan.direction,
+        "speed": slide.speed,
+        "travel": slide.distance,
+        "friction_coefficient": law.coefficient,
+        **{f"friction_{name}": value for name, value in vars(law).items() if name != "static"},
+        "tilt": math.atan2(float(x), float(y)),
+        "repeat": plan.repeat,
+        "seed": eyes.seed,
+        "noise": eyes.noise,
+        "camera_shift_x": eyes.shift[0],
+        "camera_shift_z": eyes.shift[1],
+        "camera_turn": eyes.turn,
+        "metres_per_pixel": settings.metres_per_pixel,
+    }
+
+
+def _forces(motion: StaticMotion, start: float) -> dict[str, float]:
+    """Return the force on the whole sensor at rest, and the largest friction force in the slide [N]."""
+    step = int(np.searchsorted(motion.time, start - 1e-9))
+    sliding = motion.force[step:]
+    return {"normal_force": 2.0 * float(motion.force[step, 1]), "friction_force": 2.0 * float(sliding[:, 0].max())}
+
+
+def _provenance(plan: TrialPlan, origin: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        **origin,
+        "program": f"fingerslip {__version__}",
+        "run": plan.run.name,
+        "swept": {path: str(value) for path, value in plan.run.swept.items()},
+        "sampled": {path: str(value) for path, value in plan.run.sampled.items()},
+        "strains": "small",
+        "steps": f"quasi-static, {plan.run.study.time.stepping.step:g} s, joined by straight lines",
+    }

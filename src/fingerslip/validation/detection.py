@@ -1,0 +1,195 @@
+"""The detectors of Cordova Bulens et al. (2023) beside the same ones on simulated slides.
+
+The data set takes long, so the rows are stored, and read back unless they are asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from fingerslip.detect.classifiers import CLASSIFIERS, union_of_sets
+from fingerslip.detect.evaluation.bootstrap import Estimate
+from fingerslip.detect.evaluation.confusion import FrameScores, frame_scores_of
+from fingerslip.detect.evaluation.crossval import frames_by_sample, frames_by_trial
+from fingerslip.detect.features import FeatureSettings
+from fingerslip.detect.motion import MotionSettings
+from fingerslip.detect.onsets import NO_SLIP
+from fingerslip.detect.samples import Sampling, samples_of
+from fingerslip.detect.splits import grouped_folds
+from fingerslip.detect.trial_set import TrialSet
+from fingerslip.errors import ResultError
+from fingerslip.files import read_json, write_json
+from fingerslip.published import PublishedValue, published
+from fingerslip.study.running.progress import StudyProgress
+from fingerslip.study.trials.simulate import simulate_trials
+from fingerslip.validation.rows import Row, number_row, rows_mapping, statement_row
+
+__all__ = [
+    "DATA_SET",
+    "DETECTION_FILE",
+    "Detection",
+    "detection_of",
+    "detection_rows",
+    "rows_of_detection",
+    "stored_detection",
+]
+
+#: The study of the data set.
+DATA_SET = "bulens2023_dataset"
+#: File with the rows, in the folder of all results or in its folder `reference`.
+DETECTION_FILE = "detection.json"
+
+_COMMAND = "fingerslip validate --detection"
+_FOLDS = 5
+_MACHINES = ("svm_linear", "svm_rbf")
+_NUMBERS, _STATEMENTS = "bulens2023_detection-numbers", "bulens2023_detection-statements"
+_CLASSES = ("no-slip", "incipient", "gross")
+#: One unit of the last printed digit of each published number.
+_RESOLUTIONS: Mapping[str, float] = MappingProxyType(
+    {
+        "forest-accuracy": 1e-4,
+        "svm-accuracy": 1e-3,
+        "forest-no-slip-precision": 1e-2,
+        "forest-no-slip-recall": 1e-2,
+        "forest-incipient-precision": 1e-2,
+        "forest-incipient-recall": 1e-4,
+        "forest-gross-precision": 1e-3,
+        "forest-gross-recall": 1e-4,
+    }
+)
+
+
+@dataclass(frozen=True)
+class Detection:
+    """Scores on single frames, by name of the classifier.
+
+    Parameters
+    ----------
+    by_sample : mapping of str to FrameScores
+        With frames split 90 to 10 whatever their trial.
+    by_trial : mapping of str to FrameScores
+        On trials that were not seen, in five folds.
+    """
+
+    by_sample: Mapping[str, FrameScores]
+    by_trial: Mapping[str, FrameScores]
+
+
+def detection_rows(
+    studies: str | Path = "studies",
+    results: str | Path = "results",
+    workers: int = 2,
+    progress: StudyProgress | None = None,
+    *,
+    compute: bool = False,
+) -> tuple[Row, ...]:
+    """Return the rows of the detectors: computed and stored, or those that were stored last.
+
+    Parameters
+    ----------
+    studies, results : path, optional
+        Folder of the study files, and of the results, to which data set and ``detection.json`` are written.
+    workers : int, optional
+        Cores.
+    progress : StudyProgress, optional
+        Receives the progress.
+    compute : bool, optional
+        Whether to make the data set, train and test; else stored rows are read.
+
+    Raises
+    ------
+    InputError
+        Where the study file is missing or wrong.
+    TrialsFailedError
+        Where trials could not be simulated.
+    ResultError
+        Where results cannot be written or read back.
+    """
+    if not compute:
+        return stored_detection(results)
+    study, output = Path(studies) / f"{DATA_SET}.yaml", Path(results) / f"{DATA_SET}_trials"
+    trials = simulate_trials(study, output, workers=workers, progress=progress)
+    rows = rows_of_detection(detection_of(trials, workers))
+    write_json(Path(results) / DETECTION_FILE, {"made": _COMMAND, "rows": rows_mapping(rows)})
+    return rows
+
+
+def detection_of(trials: TrialSet, workers: int = 2) -> Detection:
+    """Fit the forest and both support vector machines as published, and score them.
+
+    Parameters
+    ----------
+    trials : TrialSet
+        The data set.
+    workers : int, optional
+        Cores.
+    """
+    candidates = [CLASSIFIERS[name] for name in ("forest", *_MACHINES)]
+    motion, onsets = MotionSettings(), trials.onsets()
+    samples = samples_of(trials, onsets, FeatureSettings(union_of_sets(candidates), motion), Sampling())
+    folds = grouped_folds(trials.names, _FOLDS, 0)
+    by_sample, by_trial = {}, {}
+    for one in candidates:
+        by_sample[one.name] = frame_scores_of(frames_by_sample(samples, one, workers=workers))
+        found = frames_by_trial(samples, onsets, one, folds, window=motion.window, workers=workers)
+        by_trial[one.name] = frame_scores_of(found.matrices)
+    return Detection(by_sample, by_trial)
+
+
+def rows_of_detection(found: Detection) -> tuple[Row, ...]:
+    """Return a row for each published number and statement, in both splits."""
+    splits = {"frames split 90 to 10": found.by_sample, "trials not seen": found.by_trial}
+    return tuple(row for split, scores in splits.items() for row in _rows(split, scores))
+
+
+def _rows(split: str, scores: Mapping[str, FrameScores]) -> Iterator[Row]:
+    for value in published(_NUMBERS).values:
+        for name, estimate in _estimates(value, scores):
+            yield _number_row(f"{name}, simulated slides, {split}", value, estimate)
+    for value in published(_STATEMENTS).values:
+        matrix = scores["forest"].matrix
+        slips = matrix[NO_SLIP + 1 :]
+        share = float(slips[:, NO_SLIP].sum() / slips.sum())
+        row = statement_row(value, share, None, share == 0.0)
+        yield Row(**{**vars(row), "quantity": f"{row.quantity}; simulated slides, {split}"})
+
+
+def _estimates(value: PublishedValue, scores: Mapping[str, FrameScores]) -> Iterator[tuple[str, Estimate]]:
+    """Yield the names and our estimates of what a published number is compared with."""
+    kind, _, rest = value.id.partition("-")
+    if kind == "svm":
+        yield from ((f"accuracy, {name}", scores[name].accuracy) for name in _MACHINES)
+    elif rest == "accuracy":
+        yield "accuracy, forest", scores["forest"].accuracy
+    else:
+        one, _, score = rest.rpartition("-")
+        yield f"{score} of {one}, forest", getattr(scores["forest"], score)[_CLASSES.index(one)]
+
+
+def _number_row(name: str, value: PublishedValue, estimate: Estimate) -> Row:
+    """Return a row whose uncertainty is half the interval over trials drawn anew."""
+    half = None if estimate.low is None or estimate.high is None else (estimate.high - estimate.low) / 2.0
+    return number_row(name, value, estimate.value, half, resolution=_RESOLUTIONS[value.id])
+
+
+def stored_detection(results: str | Path = "results") -> tuple[Row, ...]:
+    """Return the rows that were stored last, or else those that ship; none where nothing is stored.
+
+    Raises
+    ------
+    ResultError
+        Where the file is damaged.
+    """
+    for path in (Path(results) / DETECTION_FILE, Path(results) / "reference" / DETECTION_FILE):
+        try:
+            entries: Any = read_json(path, f"run {_COMMAND}")["rows"]
+            return tuple(Row(**entry) for entry in entries)
+        except FileNotFoundError:
+            continue
+        except (KeyError, TypeError) as error:
+            raise ResultError(f"{path}: holds no rows; run {_COMMAND}") from error
+    return ()

@@ -1,0 +1,66 @@
+"""A slide in another direction is the slide along x, turned: a whole small dome, slid at 45 degrees, and its half."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.contact.friction import StaticKinetic
+from fingerslip.dynamics.statics.body import static_body
+from fingerslip.dynamics.statics.march import march_static
+from fingerslip.specimens.tactip import PRESETS, marker_places
+from fingerslip.specimens.tactip.sites import modelled_places
+from fingerslip.study.trials.turned import turned_whole
+
+TURN = np.pi / 4
+CHANGES = {
+    "dome": {"radius": "10 mm", "height": "8 mm"},
+    "rods": {"radius": "0.6 mm", "length": "1.5 mm"},
+    "markers": {"rings": [1, 8], "spacing": "3 mm"},
+}
+SENSOR = PRESETS.changed({"preset": "tactip-smooth-3d", **CHANGES})
+
+
+def slid(part: str, direction: tuple[float, ...]):
+    """Return where the internal markers of a part are over time, shape (n_times, n_markers, 3) [m], and the forces."""
+    sensor = dataclasses.replace(SENSOR, part=part)
+    friction = StaticKinetic(static=0.85, kinetic=0.6, decay_speed=1e-3)
+    contact = fs.Contact(
+        "contact",
+        fs.Plane((0.0, 1.0, 0.0)),
+        friction,
+        normal_penalty=5e9,
+        tangential_penalty=5e9,
+        search_distance=3e-3,
+    )
+    sites = sensor.sites(("internal_markers",), 3)
+    model = fs.Model(
+        mesh=dataclasses.replace(sensor.default_mesh, contact_size=1.2e-3, contact_reach=2e-3).build(sensor),
+        materials=sensor.materials,
+        formulation="solid",
+        depth=1.0,
+        supports=sensor.supports(3),
+        integration="nodal",
+        contacts=(contact,),
+        time=fs.QuasiStatic(0.2),
+        record=fs.Recording(sites=sites),
+        programme=(fs.Press(2e-3, 5e-3), fs.Slide(1.5e-3, 0.3e-3, direction=direction)),
+    )
+    body = static_body(model, reach=3e-3, hidden=1e-3, patch=0.7e-3)
+    found = march_static(body, contact, model.programme, 0.2)
+    return np.array([site.position for site in sites]) + found.displacement, found.force
+
+
+@pytest.mark.slow
+def test_a_whole_dome_slid_at_45_degrees_moves_as_its_half_turned():
+    half, whole = (dataclasses.replace(SENSOR, part=part) for part in ("half", "whole"))
+    own, force = slid("whole", (1.0, 0.0, 1.0))
+    straight, of_half = slid("half", (1.0, 0.0, 0.0))
+    turned = turned_whole(straight, modelled_places(half), marker_places(whole.markers), TURN)
+    size = np.linalg.norm(turned - turned[0], axis=2).max()
+    error = np.linalg.norm((own - own[0]) - (turned - turned[0]), axis=2).max()
+    assert error < 0.02 * size
+    assert force[:, 1] == pytest.approx(2.0 * of_half[:, 1], rel=0.02, abs=1e-9)

@@ -1,0 +1,76 @@
+"""A condensed body moves as the same body does step by step."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import fingerslip as fs
+from fingerslip.dynamics.statics.body import static_body
+from fingerslip.dynamics.statics.march import march_static
+from fingerslip.errors import InputError, SlipOutsideContactError
+from fingerslip.slip import contact_area, stick_ratio
+from problems.domes import pressed_dome
+
+REACH = 1.2e-3
+
+
+def searched(model, reach):
+    contacts = tuple(dataclasses.replace(contact, search_distance=reach) for contact in model.contacts)
+    return dataclasses.replace(model, contacts=contacts)
+
+
+def marched(model, body):
+    return march_static(body, model.contacts[0], model.programme, model.time.step)
+
+
+@pytest.fixture(scope="module")
+def body():
+    return static_body(searched(pressed_dome(), REACH), reach=REACH, hidden=REACH)
+
+
+@pytest.mark.parametrize("normal", [(0.0, 1.0, 0.0), (0.05, 1.0, 0.0)])
+def test_with_a_node_a_patch_the_motion_is_that_of_the_mesh(body, normal):
+    model = pressed_dome(normal)
+    found, history = marched(model, body), fs.simulate(model)
+    size = np.abs(history["displacement"].values).max()
+    assert found.displacement == pytest.approx(history["displacement"].values, abs=1e-9 * size)
+    assert found.force == pytest.approx(history["counterface_force"].values[:, 0], abs=1e-9)
+    assert found.stick_ratio[1:] == pytest.approx(stick_ratio(history).values[1:], abs=1e-9)
+    assert found.contact_area == pytest.approx(contact_area(history).values, rel=1e-9)
+    assert np.isnan(found.stick_ratio[0])
+
+
+def test_patches_change_the_contact_alone(body):
+    coarse = static_body(searched(pressed_dome(), REACH), reach=REACH, hidden=REACH, patch=1.5e-3)
+    assert len(coarse.nodes) < len(body.nodes)
+    assert coarse.area.sum() == pytest.approx(body.area.sum())
+    model = pressed_dome()
+    forces = [marched(model, one).force[:, 1].max() for one in (body, coarse)]
+    assert forces[1] == pytest.approx(forces[0], rel=0.2)
+
+
+def test_what_is_watched_must_not_touch():
+    body = static_body(searched(pressed_dome(), REACH), reach=REACH, hidden=REACH)
+    # A node that no force moves lies where the plate comes to.
+    hidden = dataclasses.replace(
+        body, watched=np.array([[0.0, 0.2e-3, 0.0]]), at_watched=np.zeros((3, len(body.compliance)))
+    )
+    with pytest.raises(SlipOutsideContactError, match="is no contact candidate"):
+        marched(pressed_dome(), hidden)
+
+
+def test_penalties_have_to_be_given(body):
+    model = pressed_dome()
+    contact = dataclasses.replace(model.contacts[0], normal_penalty=None)
+    with pytest.raises(InputError, match=r"contact\.normal_penalty: is missing"):
+        march_static(body, contact, model.programme, 0.1)
+
+
+def test_a_plate_that_touches_nothing_is_refused(body):
+    model = pressed_dome()
+    far = dataclasses.replace(model.contacts[0], counterface=fs.Plane((0.0, 1.0, 0.0), offset=-1e-2))
+    with pytest.raises(InputError, match="needs a press that touches"):
+        march_static(body, far, model.programme, 0.1)

@@ -1,0 +1,99 @@
+"""A result in a browser: served to this machine only, fields, time, contact and picked nodes."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from fingerslip.errors import ResultError
+from fingerslip.history import write_history
+from fingerslip.report.scene import web
+from fingerslip.report.scene.scene import SceneOptions
+from fingerslip.report.scene.web import LOCAL, Served, serve
+from fingerslip.slip import Events
+from unit.report.scenes import block_history
+
+CHROMIUM = shutil.which("chromium")
+
+
+def test_only_this_machine_can_look_unless_told_otherwise() -> None:
+    assert Served().host == LOCAL == "127.0.0.1"
+
+
+def test_without_trame_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "trame.app", None)
+    with pytest.raises(ResultError, match=r"pip install 'fingerslip\[web\]'"):
+        web._server()
+
+
+def test_a_history_without_snapshots_is_refused() -> None:
+    history = block_history("Q4").drop_dims("snapshot_time")
+    with pytest.raises(ResultError, match="snapshots_every"):
+        serve(history, Events(), SceneOptions(), "t", Served(opened=False))
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Serve a block from a process of its own, as the command does."""
+    folder = tmp_path_factory.mktemp("run")
+    write_history(block_history(), folder / "history.nc")
+    command = [sys.executable, "-m", "fingerslip", "view", str(folder / "history.nc"), "--web", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as served:
+        assert served.stdout is not None
+        yield served.stdout.readline().strip().removeprefix("open ")
+        served.terminate()
+
+
+@pytest.fixture(scope="module")
+def page(address: str) -> Iterator[Any]:
+    api = pytest.importorskip("playwright.sync_api")
+    with api.sync_playwright() as driver:
+        browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        opened = browser.new_page(viewport={"width": 1300, "height": 850})
+        said: list[str] = []
+        asked: set[str] = set()
+        opened.on("pageerror", lambda error: said.append(str(error)))
+        opened.on("request", lambda request: asked.add(request.url.split("/")[2].split(":")[0]))
+        opened.goto(address)
+        opened.wait_for_selector("#slider, .v-slider", timeout=60_000)
+        opened.wait_for_timeout(4000)
+        yield opened
+        assert said == []
+        assert asked <= {LOCAL, ""}
+        browser.close()
+
+
+def _picture(page: Any) -> bytes:
+    page.wait_for_timeout(1500)
+    return bytes(page.screenshot(clip={"x": 320, "y": 80, "width": 900, "height": 560}))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
+def test_browser_shows_fields_time_contact_and_a_picked_node(page: Any, address: str) -> None:
+    with contextlib.closing(socket.create_connection((LOCAL, int(address.rstrip("/").rpartition(":")[2])))):
+        pass
+    seen = [_picture(page)]
+    page.get_by_label("contact").check()
+    assert "stick" in page.locator("#legend").inner_text()
+    page.get_by_label("skin").uncheck()
+    seen.append(_picture(page))
+    page.locator(".v-slider [role=slider]").focus()
+    before = page.locator("#moment").inner_text()
+    page.keyboard.press("ArrowLeft")
+    seen.append(_picture(page))
+    assert page.locator("#moment").inner_text() != before
+    page.get_by_role("combobox").first.click(force=True)
+    page.get_by_text("displacement [mm]").last.click()
+    seen.append(_picture(page))
+    assert len(set(seen)) == len(seen), "each choice changes the picture"
+    assert "slide starts" in page.locator("#events").inner_text()
+    page.mouse.click(760, 330)
+    page.wait_for_selector("#picked", timeout=20_000)

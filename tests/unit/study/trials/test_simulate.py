@@ -1,0 +1,87 @@
+"""The small data set, made, interrupted and made again."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fingerslip.detect.trial_table import write_parquet
+from fingerslip.errors import InputError
+from fingerslip.study.trials import simulate
+from fingerslip.study.trials.simulate import TrialsFailedError, simulate_trials
+from places import ROOT
+
+STUDY = ROOT / "studies" / "bulens2023_dataset_small.yaml"
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("trials")
+    return simulate_trials(STUDY, folder / "small", workers=1), folder
+
+
+def test_every_trial_slips_and_says_how_it_was_made(made):
+    trials, _ = made
+    assert len(trials.names) == 16
+    assert {round(np.degrees(one["direction"])) for one in trials.conditions.values()} == {0, 90, 180, 270}
+    for name, onsets in trials.onsets("external_markers").items():
+        assert 1.5 < onsets.incipient < onsets.gross
+        contact = trials.labels(name)["contact"]
+        assert 1.5 < contact.incipient < contact.gross
+    trial = trials.trial(trials.names[0])
+    assert trial.provenance["strains"] == "small"
+    assert trial.conditions["normal_force"] > 0.0
+
+
+def test_the_data_card_says_what_is_assumed(made):
+    card = (made[0].folder / "README.md").read_text(encoding="utf-8")
+    assert "**Strains are small.**" in card
+    assert re.search(r"`contact.friction.static_kinetic.static` \| 0.7 to 1.1", card)
+
+
+def test_markers_move_in_the_direction_of_the_slide(made):
+    trials, _ = made
+    for name in trials.names[:4]:
+        tracks = trials.tracks(name)
+        inside = tracks["position"].values[:, tracks["kind"].values == "internal"]
+        way = np.nanmean(inside[-1] - inside[0], axis=0)
+        turn = np.arctan2(way[1], way[0]) - trials.conditions[name]["direction"]
+        assert np.cos(turn) > 0.99
+
+
+def test_one_table_has_every_frame(made):
+    from pyarrow import parquet
+
+    trials, folder = made
+    write_parquet(trials, folder / "small.parquet")
+    table = parquet.read_table(folder / "small.parquet", columns=["trial", "class", "condition_tilt"])
+    assert table.num_rows == sum(trials.tracks(name).sizes["time"] for name in trials.names)
+    assert set(table["class"].to_pylist()) == {"no_slip", "incipient", "gross"}
+
+
+def test_finished_trials_are_kept_when_others_fail(made, tmp_path, monkeypatch):
+    trials, _ = made
+    work = tmp_path / "again.unfinished"
+    work.mkdir()
+    for name in trials.names[1:]:
+        shutil.copytree(trials.folder / name, work / name)
+    computed = []
+
+    def failing(plan, *_):
+        computed.append(plan.name)
+        raise InputError("here", "is wrong", "needs no such thing")
+
+    monkeypatch.setattr(simulate, "simulated_trial", failing)
+    with pytest.raises(TrialsFailedError, match="1 of 16 trials failed, the others are kept"):
+        simulate_trials(STUDY, tmp_path / "again", workers=1)
+    assert computed == ["trial-0000"]
+    assert not Path(tmp_path / "again").exists()
+
+
+def test_a_study_without_trials_is_refused(tmp_path):
+    with pytest.raises(InputError, match="trials: is missing"):
+        simulate_trials(ROOT / "studies" / "tactip_slide.yaml", tmp_path / "none")
