@@ -13,19 +13,25 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
+import fingerslip as fs
 from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.features import features_of
 from fingerslip.detect.motion import motion_of
 from fingerslip.detect.onsets import CLASSES
 from fingerslip.detect.samples import Sampling
+from fingerslip.detect.simulated import Filming
 from fingerslip.detect.splits import benchmark_test_trials
 from fingerslip.detect.training import Detector, train
 from fingerslip.detect.trial_set import TrialSet, open_trials
 from fingerslip.detect.unseen import on_unseen
+from fingerslip.export.markers import marker_tracks
+from fingerslip.history import phase_times, read_history
 from fingerslip.report.figures.markers import ring_colours
 from fingerslip.report.figures.save import save_figure
 from fingerslip.report.figures.style import BLUE, GREEN, GREY, VERMILLION, add_legend, figure_grid, styled
 from fingerslip.validation.pouring import POURING
+from fingerslip.vision.cameras.camera import true_tracks
+from fingerslip.vision.cameras.pixel import frames_of
 
 HERE = Path(__file__).parent
 COLOURS = dict(zip(CLASSES, (GREY, BLUE, VERMILLION), strict=True))
@@ -42,6 +48,7 @@ def main() -> None:
         draw(slides, SLIDE, detector, "external_markers", "A slide of the section, 4 mm deep"), HERE / "slip-slide.png"
     )
     save_figure(draw(pours, POUR, detector, "plate", "Pouring, 4 mm deep"), HERE / "slip-pouring.png")
+    save_figure(draw_frames(slides, results / POURING[0] / SLIDE), HERE / "slip-frames.png")
     print_labels(slides)
     print_transfer(slides, pours)
 
@@ -77,6 +84,34 @@ def draw(trials: TrialSet, name: str, detector: Detector, source: str, title: st
             line = axes.axvline(getattr(onsets, event), color=GREEN, linestyle=style, linewidth=1.1)
             keys[f"label: {event}"] = line
     add_legend(figure, keys)
+    return figure
+
+
+@styled
+def draw_frames(slides: TrialSet, run: Path):
+    """Draw what the inner camera sees at five times; arrows are four times what of the motion is not common to all."""
+    history, onsets = read_history(run / "history.nc"), slides.labels(SLIDE)["external_markers"]
+    jump = slides.labels(SLIDE)["contact"].gross
+    start = phase_times(history, "hold")[0][0]
+    tracks = marker_tracks(history, ("internal",))
+    camera = fs.PixelCamera(Filming().internal, fs.MarkerLook(radius=0.5e-3), seed=1)
+    moments = {"at rest": 1.0, "label: incipient": onsets.incipient, "label: gross": onsets.gross}
+    moments |= {"before the jerk": jump - 0.3, "after the jerk": jump + 0.7}
+    figure, panels = figure_grid(len(moments), 1, (8.2, 0.75), "What the inner camera sees", ("x [px]", ""))
+    truth = true_tracks(camera.camera, tracks)
+    rest = truth["position"].values[np.searchsorted(truth["time"].values, start + 1.0)]
+    for axes, (name, moment) in zip(panels, moments.items(), strict=True):
+        number = int(np.searchsorted(truth["time"].values, start + moment))
+        (frame,) = frames_of(camera, tracks, start=number, stop=number + 1)
+        axes.imshow(frame, cmap="gray", vmin=0, vmax=255)
+        place = truth["position"].values[number]
+        moved = place - rest
+        apart = 4.0 * (moved - moved.mean(axis=0))
+        axes.quiver(*place.T, *apart.T, angles="xy", scale_units="xy", scale=1.0, color="#E69F00", width=0.002)
+        axes.set_ylim(262, 217)
+        axes.set_yticks([])
+        axes.grid(visible=False)
+        axes.set_title(f"{name}, {moment:.1f} s: all moved by {moved[:, 0].mean():.0f} px")
     return figure
 
 

@@ -58,6 +58,7 @@ from .model import (
     Traction as Traction,
 )
 from .programme import Hold as Hold, Lift as Lift, Press as Press, Ramp as Ramp, Slide as Slide
+from .report.figures.browse import HistoryPlot as HistoryPlot, plot as plot
 from .results import StudyResult as StudyResult
 from .rigid_bodies import (
     BodyLoad as BodyLoad,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal
@@ -314,6 +315,26 @@ class Model:
         """Whether anything but prescribed motion of counterfaces may bring the body into contact."""
         driven = any(contact.drive for contact in self.contacts) or any(body.free for body in self.bodies.values())
         return bool(self.tractions or driven or self.gravity or self.initial_velocity or self.support_motions)
+
+    def __repr__(self) -> str:
+        kind, nodes = type(self.mesh).__name__, self.mesh.p.shape[1]
+        regions, contacts = ", ".join(self.materials), len(self.contacts)
+        motion = " + ".join(type(phase).__name__.lower() for phase in self.programmes[0]) or "no programme"
+        return f"<Model: {kind} of {nodes} nodes ({regions}), {contacts} contacts, {motion}, {self.end:g} s>"
+
+    def _repr_html_(self) -> str:
+        """Return the model as notebooks show it."""
+        rows = {
+            "mesh": f"{type(self.mesh).__name__}, {self.mesh.p.shape[1]} nodes, {self.mesh.nelements} cells",
+            "formulation": f"{self.formulation}, {self.kinematics} strain",
+            "materials": ", ".join(f"{name}: {type(own).__name__}" for name, own in self.materials.items()),
+            "supports": ", ".join(self.supports) or "none",
+            "contacts": ", ".join(f"{own.boundary}: {own.friction!r}" for own in self.contacts) or "none",
+            "programme": "<br>".join(html.escape(repr(phase)) for phase in self.programmes[0]) or "none",
+            "time": html.escape(repr(self.time)),
+        }
+        cells = "".join(f"<tr><th>{name}</th><td>{text}</td></tr>" for name, text in rows.items())
+        return f"<b>Model</b><table>{cells}</table>"
 
     def _programme_of(self, contact: Contact) -> tuple[Phase, ...]:
         if contact.rigid_body is not None:

@@ -22,6 +22,7 @@ from fingerslip.slip.peaks import Peak, acceleration_peaks
 
 __all__ = [
     "HISTORY",
+    "LOG",
     "REPEAT",
     "RESULT",
     "RUN",
@@ -42,7 +43,7 @@ __all__ = [
 ]
 
 #: Files in the folder of a run.
-HISTORY, RESULT, RUN = "history.nc", "events.json", "run.yaml"
+HISTORY, RESULT, RUN, LOG = "history.nc", "events.json", "run.yaml", "log.txt"
 
 #: What the numbers of a sample and of a repeat are called among the swept values of a run.
 SAMPLE, REPEAT = "sample", "repeat"
@@ -378,7 +379,9 @@ def write_result(result: RunResult, folder: Path) -> None:
     ResultError
         Where the file cannot be written.
     """
-    digests = {name: file_digest(folder / name) for name in (HISTORY, RUN) if (folder / name).is_file()}
+    # The log is written until the end.
+    own = (file for file in sorted(folder.rglob("*")) if file.is_file() and file.name not in (RESULT, LOG))
+    digests = {file.relative_to(folder).as_posix(): file_digest(file) for file in own}
     write_json(folder / RESULT, {**result_mapping(result), "files": digests})
 
 

@@ -3,12 +3,15 @@
     python tests/benchmarks/bench_large_strain.py [--study finite_strain] [--end 0.5] [--repeat 2] [--threads 1]
 
 Prints the time of both and their ratio; of large strain the iterations, the factorisations, the split and the memory.
+Beside each number stands that of ``results/reference/benchmark_large_strain.json``, where it has the same case;
+``--write FILE`` writes the case into such a file.
 """
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
+import json
 import resource
 import sys
 import time
@@ -19,12 +22,15 @@ from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh, build_model
 
+ROOT = Path(__file__).parents[2]
+REFERENCE = ROOT / "results" / "reference" / "benchmark_large_strain.json"
 PARTS = ("assembly", "bulk", "tangent", "factorisation", "substitution", "contact", "recording", "stepping")
+COUNTS = ("newton_iterations", "factorisations", "halved_steps")
 
 
 def models(study: str, end: float | None) -> dict[str, fs.Model]:
     """Return the first run of a study at small and at large strain, perhaps cut short."""
-    path = Path(__file__).parents[2] / "studies" / f"{study}.yaml"
+    path = ROOT / "studies" / f"{study}.yaml"
     run = expand(read_study(path), path)[0]
     model = build_model(run, build_mesh(run))
     if end is not None:
@@ -32,32 +38,49 @@ def models(study: str, end: float | None) -> dict[str, fs.Model]:
     return {kind: dataclasses.replace(model, kinematics=kind) for kind in ("small", "finite")}
 
 
+def measure(study: str, end: float | None, repeat: int, threads: int | None) -> dict[str, float]:
+    """Return the least times of some repetitions, and what else is known of the run at large strain."""
+    found: dict[str, float] = {}
+    for _ in range(repeat):
+        for kind, model in models(study, end).items():
+            start, cpu = time.perf_counter(), time.process_time()
+            history = fs.simulate(model, threads=threads)
+            times = {f"{kind}, clock [s]": time.perf_counter() - start, f"{kind}, CPU [s]": time.process_time() - cpu}
+            if kind == "finite":
+                for clock, short in (("seconds", "clock"), ("cpu_seconds", "CPU")):
+                    times |= {f"{part}, {short} [s]": history.attrs.get(f"{clock}_{part}", 0.0) for part in PARTS}
+            found |= {name: min(value, found.get(name, value)) for name, value in times.items()}
+    ratios = {f"ratio, {own}": found[f"finite, {own} [s]"] / found[f"small, {own} [s]"] for own in ("clock", "CPU")}
+    counts = {name: float(history.attrs[name]) for name in COUNTS}
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
+    return found | ratios | counts | {"steps": float(history.sizes["time"] - 1), "largest memory [GB]": memory}
+
+
+def line(name: str, now: float, before: float | None) -> str:
+    """Return a number beside what it was before."""
+    beside = f"{before:12.2f}{now / before:8.2f}" if before else f"{'-':>12}{'-':>8}"
+    return f"{name:26}{now:12.2f}{beside}\n"
+
+
 def main() -> None:
     """Print times, ratio, iterations and split."""
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--study", default="finite_strain")
     parser.add_argument("--end", type=float)
     parser.add_argument("--repeat", type=int, default=2)
     parser.add_argument("--threads", type=int)
+    parser.add_argument("--write", type=Path, metavar="FILE", help="write the numbers, to compare with later")
     given = parser.parse_args()
-    cores: dict[str, float] = {}
-    clock: dict[str, float] = {}
-    for _ in range(given.repeat):
-        for kind, model in models(given.study, given.end).items():
-            start, cpu = time.perf_counter(), time.process_time()
-            history = fs.simulate(model, threads=given.threads)
-            clock[kind] = min(clock.get(kind, float("inf")), time.perf_counter() - start)
-            cores[kind] = min(cores.get(kind, float("inf")), time.process_time() - cpu)
-    lines = [f"{kind:8}{clock[kind]:10.2f} s by the clock{cores[kind]:10.2f} s of all cores" for kind in cores]
-    ratios = clock["finite"] / clock["small"], cores["finite"] / cores["small"]
-    lines.append(f"ratio   {ratios[0]:10.2f}{ratios[1]:24.2f}")
-    attributes = history.attrs
-    steps = history.sizes["time"] - 1
-    counts = (f"{attributes[name]} {name}" for name in ("newton_iterations", "factorisations", "halved_steps"))
-    lines.append(f"{steps} steps, " + ", ".join(counts))
-    lines += [f"  {part:14}{attributes.get(f'cpu_seconds_{part}', 0.0):8.2f} s of all cores" for part in PARTS]
-    lines.append(f"largest memory {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20:.2f} GB")
-    sys.stdout.write("\n".join(lines) + "\n")
+    case = given.study if given.end is None else f"{given.study} to {given.end:g} s"
+    reference = json.loads(REFERENCE.read_text(encoding="utf-8"))["cases"] if REFERENCE.exists() else {}
+    found, known = measure(given.study, given.end, given.repeat, given.threads), reference.get(case, {})
+    sys.stdout.write(f"{case:26}{'now':>12}{'before':>12}{'ratio':>8}\n")
+    sys.stdout.write("".join(line(name, value, known.get(name)) for name, value in found.items()))
+    if given.write:
+        kept = json.loads(given.write.read_text(encoding="utf-8")) if given.write.exists() else {"cases": {}}
+        kept["cases"][case] = {name: round(value, 3) for name, value in found.items()}
+        kept = {"state": "which version", "machine": "which machine"} | kept
+        given.write.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

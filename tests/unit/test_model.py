@@ -79,3 +79,11 @@ def test_defaults_are_the_documented_ones():
 def test_models_are_frozen():
     with pytest.raises(AttributeError):
         push_and_slide().depth = 2.0
+
+
+def test_a_model_shows_itself_shortly():
+    model = push_and_slide()
+    assert repr(model).startswith("<Model: MeshQuad1 of ")
+    assert repr(model).endswith("1 contacts, press + hold + slide, 0.22 s>")
+    assert "<th>materials</th>" in model._repr_html_()
+    assert "Coulomb" in model._repr_html_()

@@ -18,6 +18,7 @@ __all__ = [
     "check_same_matrix",
     "first_alike",
     "groups_to_share",
+    "material_key",
     "same_body",
     "same_compliance",
     "same_matrix",
@@ -77,8 +78,10 @@ def same_motion(one: System, other: System) -> bool:
     )
 
 
-def first_alike(items: Sequence[T], same: Callable[[T, T], bool]) -> list[int]:
+def first_alike(items: Sequence[T], same: Callable[[T, T], bool], key: Callable[[T], str] = lambda _: "") -> list[int]:
     """Return for each item the index of the first one that is the same.
+
+    Items with different keys are never the same: a key keeps thousands of items from being compared with each other.
 
     Examples
     --------
@@ -86,10 +89,19 @@ def first_alike(items: Sequence[T], same: Callable[[T, T], bool]) -> list[int]:
     [0, 1, 0, 1, 4]
     """
     found: list[int] = []
+    kinds: dict[str, list[int]] = {}
     for item in items:
-        alike = (number for number in dict.fromkeys(found) if same(items[number], item))
-        found.append(next(alike, len(found)))
+        known = kinds.setdefault(key(item), [])
+        first = next((number for number in known if same(items[number], item)), None)
+        if first is None:
+            known.append(first := len(found))
+        found.append(first)
     return found
+
+
+def material_key(model: Model) -> str:
+    """Return a text that is the same for models with the same materials."""
+    return repr(sorted(model.materials.items(), key=lambda item: item[0]))
 
 
 def groups_to_share(models: Sequence[Model], at_once: int = 1) -> list[list[int]]:
@@ -104,7 +116,7 @@ def groups_to_share(models: Sequence[Model], at_once: int = 1) -> list[list[int]
     at_once : int, optional
         Groups that can be simulated at once. In the plane, where one group can use one core, there are as many.
     """
-    first = first_alike(models, lambda one, other: _gains(other) and same_matrix(one, other))
+    first = first_alike(models, lambda one, other: _gains(other) and same_matrix(one, other), material_key)
     alike = [[number for number, own in enumerate(first) if own == kind] for kind in dict.fromkeys(first)]
     each = math.ceil(at_once / max(1, len(alike)))
     return [part for group in alike for part in _even_parts(group, each if _is_plane(models[group[0]]) else 1)]

@@ -15,6 +15,7 @@ from fingerslip.dynamics.adaptive.march import march_adaptive
 from fingerslip.dynamics.finite.march import march_finite
 from fingerslip.dynamics.motions import Marched, Motions, march_motions
 from fingerslip.dynamics.narrowing import narrowed
+from fingerslip.dynamics.progress import Progress, shown_progress
 from fingerslip.dynamics.provenance import labelled_history
 from fingerslip.dynamics.reduced_march import BasisStore, march_reduced
 from fingerslip.dynamics.sharing import check_same_matrix
@@ -40,7 +41,7 @@ _logger = logging.getLogger(__name__)
 def simulate(
     model: Model,
     *,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
     threads: int | None = None,
     solver: LinearSolver | None = None,
     bases: BasisStore | None = None,
@@ -51,8 +52,8 @@ def simulate(
     ----------
     model : Model
         What to compute.
-    progress : callable, optional
-        Called after every step with the fraction that is done.
+    progress : callable or bool, optional
+        Called after every step with the fraction that is done; True draws a bar on standard error.
     threads : int, optional
         Threads to use at most; without it as many as the cores that this process may use. Below about 15,000 degrees
         of freedom, in the plane 100,000, the algebra of a system takes one.
@@ -82,7 +83,7 @@ def simulate(
 def simulate_together(
     models: Sequence[Model],
     *,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress = None,
     threads: int | None = None,
     solver: LinearSolver | None = None,
     bases: BasisStore | None = None,
@@ -97,8 +98,8 @@ def simulate_together(
     ----------
     models : sequence of Model
         What to compute. Mesh, materials, supports, damping, step, counterfaces and penalties must be the same.
-    progress : callable, optional
-        Called after every step with the fraction that is done.
+    progress : callable or bool, optional
+        Called after every step with the fraction that is done; True draws a bar on standard error.
     threads : int, optional
         As for :func:`simulate`; the contacts of several motions are solved side by side.
     solver : LinearSolver, optional
@@ -123,8 +124,9 @@ def simulate_together(
     times = [step_times(model) for model in models]
     allowed = allowed_threads(threads)
     dim = models[0].mesh.dim()
-    with limited_threads(suitable_threads(dim * models[0].mesh.nvertices, allowed, dim)):
-        run = functools.partial(_simulate, times=times, progress=progress, threads=allowed, solver=solver, bases=bases)
+    threads_of_algebra = suitable_threads(dim * models[0].mesh.nvertices, allowed, dim)
+    with limited_threads(threads_of_algebra), shown_progress(progress) as told:
+        run = functools.partial(_simulate, times=times, progress=told, threads=allowed, solver=solver, bases=bases)
         return _in_two_stages(models, run)
 
 

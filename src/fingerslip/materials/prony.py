@@ -23,7 +23,6 @@ from typing import Annotated
 import numpy as np
 import pydantic
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from fingerslip.errors import InputError
 from fingerslip.parameters import Number, PositiveDuration, parameters
@@ -76,6 +75,9 @@ class Recurrence:
     def followed(self, strains: Array) -> Array:
         """Return the dashpots, shape (t, n_times, ...), of strains (n_times, ...) [-] at equal steps from rest."""
         weights = zip(self.decay, self.end, self.start, strict=True)
+        # scipy.signal is slow to import, and only relaxing materials need it.
+        from scipy.signal import lfilter
+
         found = [lfilter([end, start], [1.0, -decay], strains, axis=0) for decay, end, start in weights]
         return np.stack(found) if strains.size else np.zeros((len(self.decay), *strains.shape))
 

@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import rankdata
 
 from fingerslip.results import REPEAT, SAMPLE, RunResult, StudyResult
 from fingerslip.sampling.intervals import Interval, interval_of
@@ -151,6 +150,9 @@ def fit_samples(
         None where there are too few samples for so many values (two more than values are needed), or all times are the
         same.
     """
+    # scipy.stats is slow to import, and needed here alone.
+    from scipy.stats import rankdata
+
     times = [run.events.reading(reading).time(time) for run in runs]
     interval = interval_of(times)
     if interval is None or len(interval.values) < len(ranges) + 2 or interval.smallest == interval.largest:

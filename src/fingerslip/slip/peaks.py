@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from fingerslip.history import site_rows, sites_of_kinds
 from fingerslip.slip.counterface import slide_tangent
@@ -264,6 +263,9 @@ def _rising_peaks(
 
     Ringing only falls; a release exceeds what was just before it. Two distances back there was at least one swing.
     """
+    # scipy.signal is slow to import, and study files are read without it.
+    from scipy.signal import find_peaks
+
     found, properties = find_peaks(signal[start:], distance=distance, prominence=0.0)
     found = found + start
     rising = np.array([signal[max(i - 2 * distance, 0) : i].max() <= signal[i] for i in found], dtype=bool)

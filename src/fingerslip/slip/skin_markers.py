@@ -7,8 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
-from scipy.spatial import cKDTree
 
 from fingerslip.history import OPEN, sites_of_kinds
 from fingerslip.slip.counterface import contact_forces, split_along
@@ -120,6 +118,9 @@ def stick_slip_cycles(history: xr.Dataset) -> int | None:
     largest = float(friction.max(initial=0.0))
     if largest <= 0.0:
         return 0
+    # scipy.signal is slow to import, and study files are read without it.
+    from scipy.signal import find_peaks
+
     peaks, _ = find_peaks(friction)
     falls = [_fall_behind(friction, peak) for peak in peaks]
     return _counted(friction, peaks[np.array(falls, dtype=float) >= _LEAST_FALL * largest], _LEAST_FALL * largest)
@@ -149,6 +150,9 @@ def _touching(history: xr.Dataset, rest: Floats, record: int) -> NDArray[np.bool
     nodes, state = history["contact_position"].values, history["contact_state"].values[record]
     if len(nodes) < 2:
         return np.zeros(len(rest), dtype=bool)
+    # Slow to import as well, see `stick_slip_cycles`.
+    from scipy.spatial import cKDTree
+
     tree = cKDTree(nodes)
     away, nearest = tree.query(rest)
     # The corners of quadratic facets bear no contact force, the nodes between them do.

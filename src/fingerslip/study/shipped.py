@@ -13,7 +13,6 @@ from fingerslip.errors import InputError
 from fingerslip.files import write_text
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.report.tables.table import Column, Table
-from fingerslip.study.definition.schema import study_schema
 
 __all__ = ["TEMPLATES", "copy_example", "example_path", "examples", "examples_table", "new_study"]
 
@@ -118,6 +117,9 @@ def _chosen(kind: str, name: str, known: Mapping[str, Traversable]) -> str:
 def _write(text: str, path: Path) -> Path:
     if path.exists():
         raise InputError(str(path), "is there already", "is not overwritten", "give another name, or remove it")
+    # The schema needs all of the package, the list of examples nothing of it.
+    from fingerslip.study.definition.schema import study_schema
+
     write_text(path, text.replace("THIS_FILE", path.name))
     write_text(path.with_name(_SCHEMA), json.dumps(study_schema(), indent=2) + "\n")
     return path

@@ -35,7 +35,7 @@ _COMMAND = "fingerslip validate --markdown > results/reference/validation.md"
 _NOTE = (
     "Difference is ours less published. Uncertainty is the numerical one of ours over meshes, time steps, contact "
     "stiffness and numerical damping (fingerslip converge), for a statement the range over these; for reference "
-    "nodes it includes how far a node has to leave the plate's line (20 to 100 um), and for the pouring task it "
+    "nodes it includes how far a node has to leave the plate's line (20 to 100 um), and for detectors it "
     "is half of the interval over trials drawn anew. A number agrees when it differs by no more than the larger "
     "of one unit of the last printed decimal (10 ms) and the uncertainty. Peak heights are not judged, because "
     "they depend on mesh, step and numerical damping. Incipient slip and latency of the section by accumulated "

@@ -66,12 +66,12 @@ def test_wrong_use_is_exit_code_2(invoke: Callable[..., Any], arguments: list[st
 def test_not_enough_memory_is_one_line(
     invoke: Callable[..., Any], block: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from fingerslip.study.running import runner
+    from fingerslip.study.running import prepare
 
     def failing(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr(runner, "build_mesh", failing)
+    monkeypatch.setattr(prepare, "build_mesh", failing)
     result = invoke("run", block())
     assert result.exit_code == 2
     assert result.stderr.strip() == "error: not enough memory; use larger elements or fewer --workers"

@@ -122,7 +122,7 @@ def _drawn(
     (history, events), (options, film) = run, made
     width, height = (side / _DOTS_PER_INCH for side in film.size)
     figure = Figure(figsize=(width, height), dpi=_DOTS_PER_INCH, layout="constrained")
-    canvas = FigureCanvasAgg(figure)
+    canvas: Any = FigureCanvasAgg(figure)
     grid = figure.add_gridspec(1, 2, width_ratios=(1.15, 1.0))
     time = float(history["snapshot_time"].values[number])
     _draw_body(figure, grid[0], (history, number), (picture, options))
@@ -151,7 +151,7 @@ def _draw_body(
 
 def _draw_signals(place: SubplotSpec, history: xr.Dataset, events: Events, time: float) -> None:
     rows = 1 if is_solid(history) else 2
-    panels: list[Axes] = list(np.atleast_1d(place.subgridspec(rows, 1).subplots(sharex=True)))
+    panels: list[Axes] = list(place.subgridspec(rows, 1).subplots(sharex=True, squeeze=False)[:, 0])
     if rows == 2:
         draw_states(panels[0], history, ShownTime(history["time"].values))
         panels[0].set_ylabel("position along plate [mm]")
@@ -168,7 +168,9 @@ def _draw_signals(place: SubplotSpec, history: xr.Dataset, events: Events, time:
 
 def _until(events: Events, time: float) -> Any:
     """Return the events from accumulated slip that have happened by a time."""
-    later = {name: None for name in EVENTS if (own := events.slip.time(name)) is not None and own > time}
+    later: dict[str, Any] = {
+        name: None for name in EVENTS if (own := events.slip.time(name)) is not None and own > time
+    }
     return dataclasses.replace(events.slip, **later)
 
 

@@ -157,7 +157,7 @@ def looking(name: str) -> Iterator[None]:
         _look.reset(token)
 
 
-def _scaled(look: Look) -> dict[str, float]:
+def _scaled(look: Look) -> Any:
     """Return the settings that a look changes."""
     letters = [name for name in _STYLE if name.endswith("size")]
     lines = [name for name in _STYLE if name.endswith("width")]

@@ -135,9 +135,10 @@ def _differences(pairs: Sequence[Pair]) -> Table:
 
 def _difference(first: Cell, second: Cell) -> Cell:
     numbers = [cell.value if isinstance(cell, Measured) else cell for cell in (first, second)]
-    if not all(isinstance(number, int | float) for number in numbers):
+    known = [float(number) for number in numbers if isinstance(number, int | float)]
+    if len(known) < len(numbers):
         return next(cell for cell in (first, second) if isinstance(cell, Missing))
-    change = 1e3 * (float(numbers[1] or 0.0) - float(numbers[0] or 0.0))
+    change = 1e3 * (known[1] - known[0])
     if isinstance(first, Measured) and isinstance(second, Measured):
         return Measured(change, 1e3 * math.hypot(first.uncertainty, second.uncertainty))
     return change

@@ -23,8 +23,8 @@ __all__ = ["MOST_DETAILED", "MOST_RUNS", "ReportContent"]
 
 #: Runs that a page shows in figures: more panels are too small to read, more runs in detail too long a page.
 MOST_RUNS = 12
-#: Runs of a study with more than that which have a section of their own; all that are drawn can be seen in motion.
-MOST_DETAILED = 3
+#: Runs of a study with more than that which have a section of their own: all that are drawn can be seen in motion.
+MOST_DETAILED = 1
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
 
@@ -91,7 +91,7 @@ class ReportContent:
 
     @property
     def detailed(self) -> tuple[RunResult, ...]:
-        """The runs that have a section of their own: all that are shown in figures, of a large study the first few."""
+        """The runs that have a section of their own: all that are shown in figures, of a large study the first."""
         return self.drawn if len(self.study.runs) <= MOST_RUNS else self.drawn[:MOST_DETAILED]
 
     def drawn_already(self, name: str) -> RunPictures:

@@ -267,7 +267,7 @@ def _draw_plate(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.Un
         if travel is not None:
             beside = 0.42 * np.cross(face.normal, travel) if is_solid(history) else 0.06 * face.normal
             start = centre - size * (0.5 * _ARROW * travel + beside)
-            shape = {"shaft_radius": 0.015, "tip_radius": 0.05, "tip_length": 0.2}
+            shape: dict[str, Any] = {"shaft_radius": 0.015, "tip_radius": 0.05, "tip_length": 0.2}
             arrow = pyvista.Arrow(start=start, direction=travel, scale=_ARROW * size, **shape)
             plotter.add_mesh(arrow, name=f"arrow {face.number}", color=BLACK, reset_camera=False, lighting=False)
 
@@ -309,7 +309,13 @@ def _draw_contact(plotter: Any, history: xr.Dataset, number: int) -> None:
             continue
         # A little outside, so that the skin does not cover it.
         outside = points[patch.nodes] - _OUTSIDE * history["counterface_normal"].values[0]
-        plotter.add_mesh(pyvista.PolyData.from_regular_faces(outside, patch.triangles[own]), **look)
+        plotter.add_mesh(_triangles(outside, patch.triangles[own]), **look)
+
+
+def _triangles(points: NDArray[np.float64], corners: NDArray[np.int64]) -> pyvista.PolyData:
+    faces: Any = corners
+    made: pyvista.PolyData = pyvista.PolyData.from_regular_faces(points, faces)
+    return made
 
 
 def _draw_sites(plotter: Any, history: xr.Dataset, number: int) -> None:

@@ -209,11 +209,15 @@ def _add_boxes(control: SceneControl) -> None:
         name: (name not in control.options.hidden, functools.partial(control.toggle, name)) for name in layers
     }
     for name in ("plate", "receptors", "contact"):
-        acts[name] = (getattr(control.options, name), lambda state, name=name: control.choose(**{name: state}))
+        acts[name] = (getattr(control.options, name), functools.partial(_choose, control, name))
     for row, (name, (shown, act)) in enumerate(acts.items()):
         bottom = 10 + row * (_BOX + 6)
         control.plotter.add_checkbox_button_widget(act, value=shown, position=(10, bottom), size=_BOX)
         control.plotter.add_text(name, position=(16 + _BOX, bottom), font_size=9, color="black", name=f"box {name}")
+
+
+def _choose(control: SceneControl, name: str, state: bool) -> None:
+    control.choose(**{name: state})
 
 
 def _list_events(control: SceneControl, events: Events | None) -> None:

@@ -277,15 +277,14 @@ def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
         For all mistakes, in the order of `mapping`.
     """
     mapping = _with_marks(_with_current_sweep(mapping))
-    mistakes = _mistakes_of(mapping)
+    study, mistakes = _read(mapping)
     if mapping.get("sweep"):
         mistakes += swept_mistakes(_completed(mapping), mistakes, known_paths(mapping), _mistakes_of)
     if isinstance(mapping.get("sample"), Mapping):
         mistakes += sample_mistakes(_completed(mapping), mistakes, known_paths(mapping), _mistakes_of)
-    if mistakes:
+    if study is None or mistakes:
         error = Mistakes(in_order(mistakes, walk(mapping))).error()
         raise error.moved(lambda where: f"{source}: {where}" if where else str(source))
-    study = from_mapping(Study, mapping)
     return dataclasses.replace(study, mesh=study.mesh.beside(source.parent))
 
 
@@ -336,11 +335,15 @@ def _with_current_sweep(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def _mistakes_of(mapping: Mapping[str, Any]) -> list[InputError]:
     """Return the mistakes of a study as plain data, but not those of its runs; their locations are dotted paths."""
+    return _read(mapping)[1]
+
+
+def _read(mapping: Mapping[str, Any]) -> tuple[Study | None, list[InputError]]:
+    """Return a study from plain data, or its mistakes without those of its runs."""
     try:
-        from_mapping(Study, mapping)
+        return from_mapping(Study, mapping), []
     except InputError as error:
-        return [*error.all, *mistakes_between(valid_fields(Study, mapping))]
-    return []
+        return None, [*error.all, *mistakes_between(valid_fields(Study, mapping))]
 
 
 def _completed(mapping: Mapping[str, Any]) -> dict[str, Any]:

@@ -129,7 +129,8 @@ def expand_checked(study: Study, source: Path) -> Expansion:
         return _with_repeats(study, study.repeats, swept, source)
     if study.sample is None:
         named = [_Named(name, values) for values, name in zip(swept, run_names(swept), strict=True)]
-        return Expansion(tuple(_run(study, one.swept, source, one) for one in named))
+        mapping = study_mapping(study)
+        return Expansion(tuple(_run(mapping, one.swept, source, one) for one in named))
     return _with_samples(study, study.sample, swept, source)
 
 
@@ -152,9 +153,9 @@ def _with_repeats(study: Study, settings: RepeatSettings, swept: list[dict[str, 
     numbers, digits = range(1, settings.count + 1), len(str(settings.count))
     parts = [(values, number) for values in swept for number in numbers]
     names = iter(run_names([{**values, REPEAT: f"{number:0{digits}}"} for values, number in parts]))
-    named = []
+    named, mapping = [], study_mapping(study)
     for values in swept:
-        known = flatten(_run(study, values, source, _Named("", values)).resolved())
+        known = flatten(_run(mapping, values, source, _Named("", values)).resolved())
         for number in numbers:
             try:
                 own = scattered(settings, number, known)
@@ -168,9 +169,10 @@ def _possible(study: Study, source: Path, named: Sequence[tuple[_Named, Mapping[
     """Return the runs whose values fit together, and the others as refused; raise where none do."""
     runs: list[Run] = []
     refused: list[RefusedRun] = []
+    mapping = study_mapping(study)
     for one, changed in named:
         try:
-            runs.append(_run(study, changed, source, one))
+            runs.append(_run(mapping, changed, source, one))
         except InputError as error:
             refused.append(RefusedRun(one.name, one.swept, one.sampled, str(error)))
             if len(refused) == len(named):
@@ -178,8 +180,8 @@ def _possible(study: Study, source: Path, named: Sequence[tuple[_Named, Mapping[
     return Expansion(tuple(runs), tuple(refused))
 
 
-def _run(study: Study, changed: Mapping[str, Any], source: Path, named: _Named) -> Run:
-    one = parse_study(with_values(study_mapping(study), changed), source)
+def _run(mapping: Mapping[str, Any], changed: Mapping[str, Any], source: Path, named: _Named) -> Run:
+    one = parse_study(with_values(mapping, changed), source)
     values = ", ".join(f"{path} = {value}" for path, value in named.swept.items())
     where = f"{source} ({values})" if named.swept else str(source)
     return Run(named.name, where, dict(named.swept), one, one.specimen(str(source)), dict(named.sampled))

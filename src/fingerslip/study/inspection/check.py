@@ -16,7 +16,7 @@ from fingerslip.study.running.compute import Job
 from fingerslip.study.running.cost import estimated_seconds, process_bytes
 from fingerslip.study.running.groups import groups
 from fingerslip.study.running.plan import Plan, plan_studies
-from fingerslip.study.running.runner import prepare_samples
+from fingerslip.study.running.prepare import prepare_samples
 from fingerslip.timing import Adaptive, Timing
 
 __all__ = ["check_plans", "check_studies"]

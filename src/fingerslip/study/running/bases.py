@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from fingerslip.dynamics.checks import checked
-from fingerslip.dynamics.sharing import first_alike, same_body
+from fingerslip.dynamics.sharing import first_alike, material_key, same_body
 from fingerslip.dynamics.steps import step_count
 from fingerslip.model import Model
 from fingerslip.study.running.compute import Job
@@ -29,7 +29,7 @@ def choose_bases(jobs: Sequence[Job]) -> tuple[Job, ...]:
     tuple of Job
         The same jobs. What is decided stands in their runs, so that ``run.yaml`` repeats it.
     """
-    first = first_alike([job.model for job in jobs], same_body)
+    first = first_alike([job.model for job in jobs], same_body, material_key)
     members = {kind: [job.model for job, own in zip(jobs, first, strict=True) if own == kind] for kind in set(first)}
     saves = {
         kind: _saves(models)

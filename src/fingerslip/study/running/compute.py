@@ -14,6 +14,7 @@ from fingerslip.dynamics.simulation import simulate, simulate_together
 from fingerslip.errors import InputError
 from fingerslip.files import new_folder, writing
 from fingerslip.model import Model
+from fingerslip.results import LOG
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import located
 from fingerslip.study.storage.bases import BasisFolder
@@ -90,13 +91,13 @@ def compute_together(jobs: Sequence[Job], progress: Callable[[float], None], thr
         folders = [stack.enter_context(new_folder(job.folder)) for job in jobs]
         with contextlib.ExitStack() as logs:
             for job, folder in zip(jobs, folders, strict=True):
-                logs.enter_context(_log(folder / "log.txt"))
+                logs.enter_context(_log(folder / LOG))
                 _logger.info("run %s of %s, identity %s", job.run.name, job.run.where, job.identity)
             started = time.perf_counter()
             histories = _simulate(jobs, progress, threads)
             seconds = time.perf_counter() - started
         for job, folder, history in zip(jobs, folders, histories, strict=True):
-            with _log(folder / "log.txt"):
+            with _log(folder / LOG):
                 _logger.info("simulated %d records in %.1f s", history.sizes["time"], seconds)
                 write_run(folder, job.run, history, inputs=job.identity, mesh=job.model.mesh, seconds=seconds)
 

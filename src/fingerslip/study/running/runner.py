@@ -6,11 +6,8 @@ import dataclasses
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
-from fingerslip.dynamics.checks import checked
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
-from fingerslip.fe.space import Space, build_space
 from fingerslip.files import clean_stale, remove_empty
 from fingerslip.parameters.protocols import require_kind
 from fingerslip.report.page.pictures import RunPictures
@@ -18,14 +15,13 @@ from fingerslip.results import RefusedRun, RunResult, StudyResult, flatten, stor
 from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.derived import derived_of
 from fingerslip.study.definition.sweep import Run
-from fingerslip.study.running.bases import choose_bases
-from fingerslip.study.running.build import build_mesh, build_model, located, mesh_key
 from fingerslip.study.running.cluster import compute_on_cluster
 from fingerslip.study.running.compute import Job
 from fingerslip.study.running.drawing import Drawing, drawings_of
 from fingerslip.study.running.filming import film_runs
 from fingerslip.study.running.plan import Plan, plan_studies
 from fingerslip.study.running.pool import Computed, compute_all
+from fingerslip.study.running.prepare import Prepared, prepare, prepare_samples
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
 from fingerslip.study.storage.films import film_keys
 from fingerslip.study.storage.reporting import REPORT, report_key, write_report
@@ -46,8 +42,6 @@ __all__ = [
 
 
 Engine = Callable[[Sequence[Job], StudyProgress, Mapping[str, Drawing] | None], Computed]
-#: Meshes and their spaces by what decides them.
-_Meshes = dict[str, tuple[Any, Space]]
 
 
 class StudyFailedError(FingerslipError):
@@ -74,55 +68,6 @@ class StudyFailedError(FingerslipError):
         if len(self.errors) < total:
             lines.append(f"{len(self.errors)} of {total} runs failed, the others are finished")
         return "\n".join(lines)
-
-
-@dataclasses.dataclass(frozen=True)
-class Prepared:
-    """Runs that are ready to be computed, and samples that are not.
-
-    Parameters
-    ----------
-    jobs : tuple of Job
-        The runs with their models.
-    refused : tuple of RefusedRun
-        All samples that make no model.
-    """
-
-    jobs: tuple[Job, ...]
-    refused: tuple[RefusedRun, ...] = ()
-
-
-def prepare_samples(plan: Plan, runs: Sequence[Run]) -> Prepared:
-    """Build and check the models of runs as :func:`prepare`, but go on where the values of a sample make no model.
-
-    Raises
-    ------
-    InputError
-        For a run that is no sample; for the last sample where none of the study makes a model.
-    """
-    meshes: _Meshes = {}
-    jobs: list[Job] = []
-    refused = list(plan.refused)
-    for run in runs:
-        try:
-            jobs.append(_job(plan, run, meshes))
-        except InputError as error:
-            refused.append(RefusedRun(run.name, run.swept, run.sampled, str(error)))
-            if not run.sampled or len(refused) == len(plan.runs) + len(plan.refused):
-                raise
-    return Prepared(choose_bases(jobs), tuple(refused))
-
-
-def prepare(plan: Plan, runs: Sequence[Run]) -> tuple[Job, ...]:
-    """Build and check the models of runs; runs with the same mesh inputs share one mesh.
-
-    Raises
-    ------
-    InputError
-        Where a mesh cannot be built or a model cannot be simulated.
-    """
-    meshes: _Meshes = {}
-    return choose_bases([_job(plan, run, meshes) for run in runs])
 
 
 def run_study(
@@ -248,20 +193,6 @@ def _execute(
     computed = tuple(name for name in to_compute if name not in done.failures)
     result = dataclasses.replace(write_up(plan, refused, done.pictures), computed=computed, unchanged=unchanged)
     return result, {f"{plan.source.stem}/{name}": error for name, error in failures.items()}
-
-
-def _job(plan: Plan, run: Run, meshes: _Meshes) -> Job:
-    key = mesh_key(run)
-    mesh, space = meshes.get(key, (None, None))
-    mesh = build_mesh(run) if mesh is None else mesh
-    model = build_model(run, mesh)
-    try:
-        space = space or build_space(mesh)
-        checked(model, space)
-    except InputError as error:
-        raise located(error, run.where, run.study) from None
-    meshes[key] = mesh, space
-    return Job(run, model, plan.identities[run.name], plan.folder / run.name)
 
 
 def compute_jobs(

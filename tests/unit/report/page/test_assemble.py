@@ -151,7 +151,7 @@ def test_values_are_shown_in_their_groups() -> None:
     assert [row[0] for row in table.rows] == ["fingertip.depth", "fingertip.layers.skin_thickness"]
 
 
-@pytest.mark.parametrize(("count", "detailed"), [(12, 12), (15, 3)])
+@pytest.mark.parametrize(("count", "detailed"), [(12, 12), (15, 1)])
 def test_a_long_study_has_few_runs_in_detail(monkeypatch: pytest.MonkeyPatch, count: int, detailed: int) -> None:
     table = Table("t", (Column("a"),), ((1,),))
     monkeypatch.setattr(assemble, "run_section", lambda run, *_: ReportSection(run.name, (), (table,)))

@@ -186,13 +186,13 @@ def test_all_studies_are_checked_before_the_first_runs(write_study: Write, simul
 
 
 def test_runs_with_one_mesh_share_it(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    from fingerslip.study.running import runner
+    from fingerslip.study.running import prepare
 
     built: list[str] = []
-    whole = runner.build_mesh
-    monkeypatch.setattr(runner, "build_mesh", lambda run: built.append(run.name) or whole(run))
+    whole = prepare.build_mesh
+    monkeypatch.setattr(prepare, "build_mesh", lambda run: built.append(run.name) or whole(run))
     plan = plan_study(write_study())
-    jobs = runner.prepare(plan, plan.runs)
+    jobs = prepare.prepare(plan, plan.runs)
     assert built == [NAMES[0]]
     assert len(jobs) == 3
 

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 
+import numpy as np
 import pytest
 
+from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.errors import InputError
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand_samples
@@ -44,9 +46,15 @@ def test_trials_of_different_sensors_are_refused(study, runs, tmp_path):
 
 
 def test_a_body_is_made_once(study, runs, tmp_path, monkeypatch):
-    key, body = shared_body(runs[:1], study.trials, tmp_path)
-    monkeypatch.delattr(bodies, "_made")
-    again, kept = shared_body(runs[:1], study.trials, tmp_path)
+    draw = np.random.default_rng(0)
+    body = StaticBody(
+        np.arange(2), *(draw.standard_normal(size) for size in ((2, 3), 2, (6, 6), (3, 6), (1, 3), (3, 6)))
+    )
+    made = []
+    monkeypatch.setattr(bodies, "_made", lambda *given: made.append(given) or body)
+    key, _ = shared_body(runs, study.trials, tmp_path)
+    again, kept = shared_body(runs, study.trials, tmp_path)
     assert again == key
-    assert (kept.compliance == body.compliance).all()
-    assert (kept.nodes == body.nodes).all()
+    assert [reach for _, _, reach in made] == [pytest.approx(1.5 * 2e-3)]
+    for field in dataclasses.fields(StaticBody):
+        assert (getattr(kept, field.name) == getattr(body, field.name)).all()

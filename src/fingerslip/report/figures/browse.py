@@ -1,0 +1,164 @@
+"""A history to browse: contact pressure and state along the skin at the time of a slider, and the forces over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.animation import FuncAnimation
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import PathCollection
+from matplotlib.colors import to_rgba_array
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.widgets import Slider
+
+from fingerslip.errors import InputError
+from fingerslip.history import OPEN, SLIP, STICK
+from fingerslip.report.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILLION, styled
+from fingerslip.slip.counterface import contact_forces, slide_tangent
+
+__all__ = ["HistoryPlot", "plot"]
+
+_COLOURS = {OPEN: GREY, STICK: BLUE, SLIP: ORANGE}
+_NAMES = {OPEN: "open", STICK: "stick", SLIP: "slip"}
+_SIZE = (7.2, 5.4)  # inch
+_FRAMES = 40
+_MILLISECONDS = 150
+
+
+@dataclass(frozen=True, repr=False)
+class HistoryPlot:
+    """A history at one time of many: a slider in notebooks and in windows.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        The history.
+    figure : matplotlib.figure.Figure
+        The figure at the time that was set last.
+    """
+
+    history: xr.Dataset
+    figure: Figure
+    _parts: _Parts
+
+    def at(self, time: float) -> HistoryPlot:
+        """Show the record that is nearest to a time [s], and return the plot."""
+        self._parts.show(int(np.abs(self.history["time"].values - time).argmin()))
+        return self
+
+    def show(self) -> Slider:
+        """Open a window with a slider, where there is a screen; the slider lives as long as it is kept."""
+        import matplotlib.pyplot as plt
+
+        figure = plt.figure(figsize=_SIZE)
+        parts = _draw(figure, self.history)
+        figure.subplots_adjust(left=0.11, right=0.97, top=0.96, bottom=0.2, hspace=0.35)
+        times = self.history["time"].values
+        bar = figure.add_axes((0.15, 0.05, 0.7, 0.03))
+        slider = Slider(bar, "time [s]", float(times[0]), float(times[-1]), valinit=float(times[0]))
+        slider.on_changed(lambda time: parts.show(int(np.abs(times - time).argmin())))
+        plt.show()
+        return slider
+
+    def _repr_html_(self) -> str:
+        """Return the plot with a slider, as notebooks show it; it works without the kernel."""
+        numbers = np.unique(np.linspace(0, self.history.sizes["time"] - 1, _FRAMES).round().astype(int))
+        animation = FuncAnimation(
+            self.figure,
+            lambda number: self._parts.show(int(number)),
+            numbers.tolist(),
+            interval=_MILLISECONDS,
+            repeat=False,
+        )
+        return str(animation.to_jshtml(default_mode="once"))
+
+    def __repr__(self) -> str:
+        times = self.history["time"].values
+        return f"<HistoryPlot: {times.size} records, {times[0]:g} to {times[-1]:g} s>"
+
+
+@styled
+def plot(history: xr.Dataset) -> HistoryPlot:
+    """Plot contact pressure and contact state along the skin at one time, and the forces over time, with a slider.
+
+    In a notebook the plot appears with its slider where it is the last value of a cell; :meth:`HistoryPlot.show` opens
+    a window.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        What :func:`fingerslip.simulate` returned.
+
+    Returns
+    -------
+    HistoryPlot
+        The plot; ``plot(history).at(1.2).figure.savefig("x.png")`` keeps one time.
+
+    Raises
+    ------
+    InputError
+        For a history without contact.
+
+    Examples
+    --------
+    >>> fs.plot(history)  # doctest: +SKIP
+    """
+    if history.sizes.get("contact_node", 0) == 0:
+        raise InputError("history", "has no contact nodes", "needs a history of a model with contact")
+    figure = Figure(figsize=_SIZE, layout="constrained")
+    FigureCanvasAgg(figure)
+    return HistoryPlot(history, figure, _draw(figure, history))
+
+
+@dataclass(frozen=True)
+class _Parts:
+    """What changes with the time."""
+
+    points: PathCollection
+    cursor: Line2D
+    text: Any
+    times: np.ndarray
+    offsets: np.ndarray
+    colours: np.ndarray
+
+    def show(self, number: int) -> list[Any]:
+        self.points.set_offsets(self.offsets[number])
+        self.points.set_facecolor(self.colours[number])
+        self.cursor.set_xdata([self.times[number]] * 2)
+        self.text.set_text(f"{self.times[number]:.3f} s")
+        return [self.points, self.cursor, self.text]
+
+
+def _draw(figure: Figure, history: xr.Dataset) -> _Parts:
+    above, below = figure.subplots(2, 1)
+    times = history["time"].values
+    along = 1e3 * history["contact_position"].values @ slide_tangent(history)
+    pressure = 1e-3 * history["normal_traction"].values
+    offsets = np.stack([np.broadcast_to(along, pressure.shape), pressure], axis=-1)
+    table = to_rgba_array([_COLOURS[state] for state in sorted(_COLOURS)])
+    colours = table[np.searchsorted(sorted(_COLOURS), history["contact_state"].values)]
+    points = above.scatter(offsets[0][:, 0], offsets[0][:, 1], c=colours[0], s=14)
+    _limit(above, along[(history["contact_state"].values != OPEN).any(axis=0)], pressure)
+    above.set(xlabel="position along the slide [mm]", ylabel="contact pressure [kPa]")
+    keys = [Line2D([], [], color=colour, marker="o", linestyle="", markersize=4) for colour in _COLOURS.values()]
+    above.legend(keys, list(_NAMES.values()), loc="upper right")
+    text = above.text(0.01, 0.95, f"{times[0]:.3f} s", transform=above.transAxes, va="top")
+    forces = contact_forces(history)
+    below.plot(times, forces.normal, color=BLACK, label="normal")
+    below.plot(times, forces.friction, color=VERMILLION, label="friction")
+    below.set(xlabel="time [s]", ylabel="force [N]", xlim=(times[0], times[-1]))
+    below.legend(loc="upper left")
+    cursor = below.axvline(times[0], color=GREY)
+    return _Parts(points, cursor, text, times, offsets, colours)
+
+
+def _limit(axes: Axes, along: np.ndarray, pressure: np.ndarray) -> None:
+    ends = (along.min(), along.max()) if along.size else (0.0, 1.0)
+    margin = 0.05 * max(ends[1] - ends[0], 1e-6)
+    axes.set_xlim(ends[0] - margin, ends[1] + margin)
+    axes.set_ylim(-0.03 * max(pressure.max(), 1e-9), 1.1 * max(pressure.max(), 1e-9))
