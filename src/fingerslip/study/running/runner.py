@@ -18,7 +18,6 @@ from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.cluster import compute_on_cluster
 from fingerslip.study.running.compute import Job
 from fingerslip.study.running.drawing import Drawing, drawings_of
-from fingerslip.study.running.filming import film_runs
 from fingerslip.study.running.plan import Plan, plan_studies
 from fingerslip.study.running.pool import Computed, compute_all
 from fingerslip.study.running.prepare import Prepared, prepare, prepare_samples
@@ -172,6 +171,16 @@ def _engine(workers: int, scheduler: str | None) -> Engine:
     return lambda jobs, progress, _: Computed(compute_on_cluster(jobs, scheduler, progress))
 
 
+def _filmed(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]:
+    """Film the finished runs; see :func:`~fingerslip.study.running.filming.film_runs`."""
+    if not plan.study.cameras:
+        return {}
+    # Cameras and tracker are slow to import, and few studies have any.
+    from fingerslip.study.running.filming import film_runs
+
+    return film_runs(plan, progress)
+
+
 def _execute(
     plan: Plan, prepared: Prepared, engine: Engine, progress: StudyProgress
 ) -> tuple[StudyResult, dict[str, FingerslipError]]:
@@ -189,7 +198,7 @@ def _execute(
     except KeyboardInterrupt:
         _write_tables(plan, plan.finished(), refused, report="")
         raise
-    failures = {**done.failures, **film_runs(plan, progress)}
+    failures = {**done.failures, **_filmed(plan, progress)}
     computed = tuple(name for name in to_compute if name not in done.failures)
     result = dataclasses.replace(write_up(plan, refused, done.pictures), computed=computed, unchanged=unchanged)
     return result, {f"{plan.source.stem}/{name}": error for name, error in failures.items()}
