@@ -15,8 +15,8 @@ import pyvista
 import xarray as xr
 from matplotlib.collections import PolyCollection
 
-from fingerslip.export.markers import marker_tracks
 from fingerslip.history import nearest_snapshot, phase_times, read_history
+from fingerslip.marker_tracks import marker_tracks
 from fingerslip.specimens.choice import presets_of
 from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes, SensorSolidSizes
 

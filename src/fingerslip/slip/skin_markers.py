@@ -13,12 +13,21 @@ from fingerslip.slip.counterface import contact_forces, split_along
 from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.windows import slide_window, sustained_crossing
 
-__all__ = ["EXTERNAL", "MarkerSlips", "share_before_centre", "skin_marker_slips", "stick_slip_cycles"]
+__all__ = [
+    "EXTERNAL",
+    "MarkerSlips",
+    "share_before_centre",
+    "skin_marker_slips",
+    "stick_slip_cycles",
+    "touching_markers",
+]
 
 #: Kind of the recorded sites that mark the skin.
 EXTERNAL = "external marker"
 # A fall of the friction force counts from this share of its largest value in the slide: less is noise of single nodes.
 _LEAST_FALL = 0.1
+# A marker belongs to the nearest contact node up to this many distances between those nodes.
+_BESIDE = 1.5
 
 Floats = NDArray[np.float64]
 
@@ -74,6 +83,20 @@ def skin_marker_slips(history: xr.Dataset, settings: EventSettings | None = None
     return MarkerSlips(names, distance, np.array([np.nan if time is None else time for time in found]))
 
 
+def touching_markers(history: xr.Dataset) -> NDArray[np.bool_]:
+    """Tell of each marker of the skin, in the order of the sites, whether it touches when the first slide begins.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with recorded sites of the kind ``external marker``.
+    """
+    rows, window = sites_of_kinds(history, [EXTERNAL]), slide_window(history)
+    if window is None or not rows.size or not history.sizes.get("contact_node", 0):
+        return np.zeros(rows.size, dtype=bool)
+    return _touching(history, history["site_position"].values[rows], window.first)
+
+
 def share_before_centre(slips: MarkerSlips) -> float | None:
     """Return the share of the outer markers that slip before the central one; None without it or without others."""
     outer = slips.distance > 1e-9
@@ -123,10 +146,18 @@ def _counted(friction: Floats, peaks: NDArray[np.intp], least: float) -> int:
 
 
 def _touching(history: xr.Dataset, rest: Floats, record: int) -> NDArray[np.bool_]:
-    """Tell which markers are at a node that is in contact at a record."""
+    """Tell which markers are at, or on quadratic facets beside, a node that is in contact at a record."""
     nodes, state = history["contact_position"].values, history["contact_state"].values[record]
-    away = np.linalg.norm(rest[:, None] - nodes[None], axis=2)
-    touching: NDArray[np.bool_] = (away.min(axis=1) < 1e-9) & (state[away.argmin(axis=1)] != OPEN)
+    if len(nodes) < 2:
+        return np.zeros(len(rest), dtype=bool)
+    # Slow to import as well, see `stick_slip_cycles`.
+    from scipy.spatial import cKDTree
+
+    tree = cKDTree(nodes)
+    away, nearest = tree.query(rest)
+    # The corners of quadratic facets bear no contact force, the nodes between them do.
+    beside: float = _BESIDE * float(np.median(tree.query(nodes, k=2)[0][:, 1]))
+    touching: NDArray[np.bool_] = (away < beside) & (state[nearest] != OPEN)
     return touching
 
 

@@ -1,4 +1,4 @@
-"""Validation: the shipped studies beside all that Wang, Chathuranga & Hirai (2014) print."""
+"""Validation: the shipped studies beside what papers print: all of Wang et al. (2014), the mechanics of bulens2023."""
 
 from __future__ import annotations
 

@@ -13,6 +13,7 @@ from fingerslip.study.running.progress import StudyProgress
 from fingerslip.validation.checks import CHECKS, PHALANX_CHECKS, Finding
 from fingerslip.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, VARIANT, Evidence, gather
 from fingerslip.validation.rows import TIME_RESOLUTION, Basis, Row, number_row, statement_row
+from fingerslip.validation.sensor import sensor_rows
 
 __all__ = ["rows_of", "validate"]
 
@@ -67,7 +68,7 @@ def validate(
     Returns
     -------
     tuple of Row
-        Calibrated rows first, then the predictions, misses included.
+        Calibrated rows first, then the predictions, misses included; those on the sensor last.
 
     Raises
     ------
@@ -78,7 +79,8 @@ def validate(
     ResultError
         Where results cannot be written or read back.
     """
-    return rows_of(gather(studies, results, workers=workers, progress=progress))
+    rows = rows_of(gather(studies, results, workers=workers, progress=progress))
+    return (*rows, *sensor_rows(studies, results, workers, progress))
 
 
 def rows_of(evidence: Evidence) -> tuple[Row, ...]:

@@ -17,8 +17,9 @@ from fingerslip.report.page.hero import are_held, hero_pictures, swept_pictures
 from fingerslip.report.page.motion import run_motion
 from fingerslip.report.page.page import DrawnPicture, Picture, Report, ReportSection
 from fingerslip.report.page.pictures import RunToDraw
-from fingerslip.report.page.run import has_receptors, picture_set, run_section
+from fingerslip.report.page.run import has_receptors, model_pictures, picture_set, run_section
 from fingerslip.report.page.samples import sample_sections
+from fingerslip.report.page.sensor import cameras_section
 from fingerslip.report.tables.compare import compare_table, statements_table
 from fingerslip.report.tables.conditions import conditions_table
 from fingerslip.report.tables.convergence import convergence_table
@@ -49,9 +50,9 @@ def study_report(content: ReportContent) -> Report:
     -------
     Report
         Sections: slip events and how they are defined, comparison with published values, numerical uncertainty where it
-        was studied, the runs side by side, the model, all values with their sources, and each run in detail (folded,
-        the first twelve). Of a study with samples: the intervals of the slip times, what moves them, all samples and
-        all values.
+        was studied, the runs side by side, what cameras saw, the model, all values with their sources, and each run in
+        detail (folded, the first twelve). Of a study with samples: the intervals of the slip times, what moves them,
+        all samples and all values.
     """
     if content.study.ranges:
         sections = (*sample_sections(content), _conditions_section(content), _notes_section(content))
@@ -72,6 +73,7 @@ def study_report(content: ReportContent) -> Report:
         _comparison_section(content),
         _motion_section(content),
         _side_by_side_section(content),
+        cameras_section(content),
         _conditions_section(content),
         _notes_section(content),
         _energy_section(content),
@@ -209,7 +211,7 @@ def _model_pictures(content: ReportContent, run: RunResult) -> Sequence[Picture 
         return ()
     history = content.histories[run.name]
     shown = RunToDraw(run.name, content.titles[run.name], history, run.events)
-    return picture_set(history).model(shown, content.meshes[run.name])
+    return model_pictures(shown, content.meshes[run.name])
 
 
 def _values_section(content: ReportContent) -> ReportSection:

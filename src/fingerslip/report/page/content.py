@@ -12,6 +12,7 @@ import xarray as xr
 
 from fingerslip.published import PublishedSet
 from fingerslip.report.labels import run_title
+from fingerslip.report.page.films import Film
 from fingerslip.report.page.pictures import RunPictures
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, StudyResult
@@ -56,6 +57,8 @@ class ReportContent:
         When the slide of each run begins [s], by its name; runs in which nothing slides are left out.
     notes : str
         The user's own notes and figures as HTML.
+    films : tuple of Film
+        What the cameras of the study saw.
     """
 
     study: StudyResult
@@ -69,6 +72,7 @@ class ReportContent:
     convergences: Mapping[str, Mapping[str, Convergence]] = field(default_factory=lambda: _EMPTY)
     starts: Mapping[str, float] = field(default_factory=lambda: _EMPTY)
     notes: str = ""
+    films: tuple[Film, ...] = ()
 
     @property
     def title(self) -> str:

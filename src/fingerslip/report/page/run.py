@@ -14,6 +14,7 @@ from fingerslip.report.figures.receptors import acceleration_figure, strain_ener
 from fingerslip.report.page.page import DrawnPicture, Picture, ReportSection
 from fingerslip.report.page.pictures import PictureSet, RunPictures, RunToDraw
 from fingerslip.report.page.plane import PLANE
+from fingerslip.report.page.sensor import marker_pictures, place_pictures
 from fingerslip.report.page.solid import SOLID
 from fingerslip.report.tables.events import peaks_table, readings_table
 from fingerslip.report.tables.measures import measures_table
@@ -21,7 +22,7 @@ from fingerslip.results import RunResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import PeakSettings, acceleration_peaks
 
-__all__ = ["draw_ahead", "has_receptors", "picture_set", "run_section"]
+__all__ = ["draw_ahead", "has_receptors", "model_pictures", "picture_set", "run_section"]
 
 
 def picture_set(history: xr.Dataset) -> PictureSet:
@@ -63,6 +64,11 @@ def run_section(
     return ReportSection(title, (), tuple(tables), tuple(pictures), folded=True)
 
 
+def model_pictures(run: RunToDraw, mesh: skfem.Mesh) -> list[Picture]:
+    """Return the pictures of the model of a run at the start."""
+    return [*picture_set(run.history).model(run, mesh), *place_pictures(run)]
+
+
 def draw_ahead(run: RunToDraw, mesh: skfem.Mesh | None, *, contact: bool) -> RunPictures:
     """Draw the pictures of one run before its report is made.
 
@@ -77,7 +83,7 @@ def draw_ahead(run: RunToDraw, mesh: skfem.Mesh | None, *, contact: bool) -> Run
     """
     return RunPictures(
         contact=_rendered(_pictures(run)) if contact else None,
-        model=None if mesh is None else _rendered(picture_set(run.history).model(run, mesh)),
+        model=None if mesh is None else _rendered(model_pictures(run, mesh)),
     )
 
 
@@ -87,7 +93,7 @@ def _rendered(pictures: Sequence[Picture]) -> tuple[DrawnPicture, ...]:
 
 def _pictures(run: RunToDraw) -> list[Picture]:
     receptors = _receptors(run) if has_receptors(run.history) else []
-    return [*picture_set(run.history).run(run), _forces(run), *receptors, _energy(run)]
+    return [*picture_set(run.history).run(run), *marker_pictures(run), _forces(run), *receptors, _energy(run)]
 
 
 def _forces(run: RunToDraw) -> Picture:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, ClassVar
 
 from fingerslip.errors import InputError
@@ -13,6 +14,7 @@ from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 from fingerslip.specimens.fingertip.receptors import receptor_sites
+from fingerslip.specimens.fingertip.skin_markers import skin_markers
 from fingerslip.specimens.fingertip.solid_sites import reference_sites, solid_receptor_sites
 from fingerslip.specimens.fingertip.usage import why_unused
 from fingerslip.specimens.protocol import ModelUse
@@ -22,6 +24,10 @@ __all__ = ["REFERENCE_NODES", "Fingertip"]
 #: Group of the reference nodes h1 to h7 and v1 to v7 of a fingertip in space.
 REFERENCE_NODES = "reference_nodes"
 
+#: Groups of sites that only a fingertip in space has.
+_IN_SPACE: Mapping[str, Callable[[FingertipNumbers], tuple[Site, ...]]] = MappingProxyType(
+    {REFERENCE_NODES: reference_sites, "external_markers": skin_markers}
+)
 _OF_NO_EFFECT = frozenset({"materials", "receptors"})
 
 
@@ -74,27 +80,28 @@ class Fingertip(FingertipNumbers):
         return {"phalanx" if self.phalanx.rigid else "phalanx_dorsal": tuple("xyz"[:dim])}
 
     def sites(self, groups: Sequence[str], dim: int, /) -> tuple[Site, ...]:
-        """Return the sites of groups: kinds of receptors, and in space ``reference_nodes``.
+        """Return the sites of groups: kinds of receptors, and in space ``reference_nodes`` and ``external_markers``.
 
         Parameters
         ----------
         groups : sequence of str
-            Among FA-I, SA-I, FA-II, SA-II and reference_nodes.
+            Among FA-I, SA-I, FA-II, SA-II, reference_nodes and external_markers, the dots on the skin of a finger that
+            is filmed.
         dim : int
             Dimension of space, 2 for a section.
 
         Raises
         ------
         InputError
-            For reference nodes of a section, and for unknown groups.
+            For reference nodes and markers of a section, and for unknown groups.
         """
         _check_groups(groups, dim)
         receptors = set(groups) & set(RECEPTOR_KINDS)
         candidates: tuple[Site, ...] = ()
         if receptors:
             candidates = solid_receptor_sites(self) if dim == 3 else receptor_sites(self)
-        reference = reference_sites(self) if REFERENCE_NODES in groups else ()
-        return (*(site for site in candidates if site.kind in receptors), *reference)
+        in_space = [site for group in _IN_SPACE if group in groups for site in _IN_SPACE[group](self)]
+        return (*(site for site in candidates if site.kind in receptors), *in_space)
 
     def why_unused(self, path: str, use: ModelUse, /) -> str:
         """Return why a value, such as ``phalanx.tissue_thickness``, makes no difference to a model; see `ModelUse`."""
@@ -102,10 +109,10 @@ class Fingertip(FingertipNumbers):
 
 
 def _check_groups(groups: Sequence[str], dim: int) -> None:
-    known = (*RECEPTOR_KINDS, REFERENCE_NODES)
+    known = (*RECEPTOR_KINDS, *_IN_SPACE)
     unknown = next((group for group in groups if group not in known), None)
     if unknown is not None:
         raise InputError("record", f"a fingertip has no '{unknown}'", f"needs some of {', '.join(known)}")
-    if REFERENCE_NODES in groups and dim == 2:
-        found = "without a fingertip in space"
-        raise InputError(f"record.{REFERENCE_NODES}", found, "needs mesh.element T4 or T10")
+    flat = next((group for group in _IN_SPACE if group in groups and dim == 2), None)
+    if flat is not None:
+        raise InputError(f"record.{flat}", "without a fingertip in space", "needs mesh.element T4 or T10")

@@ -36,6 +36,7 @@ from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.base import read_with_base
+from fingerslip.study.definition.camera_settings import CameraKind, CameraSettings
 from fingerslip.study.definition.derived import check_expression
 from fingerslip.study.definition.relations import mistakes_between
 from fingerslip.study.definition.repeats import RepeatSettings
@@ -73,7 +74,7 @@ __all__ = [
 ]
 
 #: The fields of a study that do not belong to a single run.
-NOT_OF_A_RUN = ("description", "sweep", "sample", "repeats", "derived", "compare", "converge", "trials")
+NOT_OF_A_RUN = ("description", "sweep", "sample", "repeats", "derived", "compare", "converge", "trials", "cameras")
 
 
 def _check_published(name: str) -> str:
@@ -159,6 +160,8 @@ class Study(SpecimenChoice):
         How ``fingerslip converge`` refines the runs.
     trials : TrialSettings, optional
         How ``fingerslip detect simulate`` makes trials of a data set of the runs.
+    cameras : mapping of {'internal', 'external'} to CameraSettings
+        Cameras that film the markers of every run; other cameras need no new simulation.
     fingertip, tactip : mapping, optional
         The specimen: `preset` and the values that differ from it.
     """
@@ -191,6 +194,7 @@ class Study(SpecimenChoice):
     compare: tuple[PublishedName, ...] = ()
     converge: RefinementSettings = RefinementSettings()
     trials: TrialSettings | None = None
+    cameras: Mapping[CameraKind, CameraSettings] = pydantic.Field(default_factory=dict)
 
     def __post_init__(self) -> None:
         Mistakes(mistakes_between(vars(self))).raise_all()

@@ -1,23 +1,33 @@
-"""``fingerslip show --figure``: a picture of the fingertip of a preset or a study."""
+"""``fingerslip show --figure``: a picture of the specimen of a preset or a study."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from matplotlib.figure import Figure
 
 from fingerslip.errors import InputError
 from fingerslip.files import writing
 from fingerslip.report.figures.fingertip import fingertip_figure
 from fingerslip.report.figures.save import save_figure
-from fingerslip.specimens.fingertip import Fingertip, preset
+from fingerslip.report.figures.tactip import tactip_figure
+from fingerslip.specimens.choice import SPECIMENS, presets_of
 from fingerslip.study.running.plan import plan_study
 
-__all__ = ["draw_fingertip"]
+__all__ = ["draw_specimen"]
 
 _SUFFIXES = (".png", ".svg", ".pdf")
+#: What draws a specimen, by the key that names its kind.
+_FIGURES: Mapping[str, Callable[[Any, str], Figure]] = MappingProxyType(
+    {"fingertip": fingertip_figure, "tactip": tactip_figure}
+)
 
 
-def draw_fingertip(target: str, path: Path) -> None:
-    """Draw both sections of a fingertip and, where it has a shape in space, the finger itself.
+def draw_specimen(target: str, path: Path) -> None:
+    """Draw a fingertip, both sections and the finger in space, or a sensor, cut open and its markers.
 
     Parameters
     ----------
@@ -29,22 +39,26 @@ def draw_fingertip(target: str, path: Path) -> None:
     Raises
     ------
     InputError
-        Where there is no such preset or study, it has no fingertip, or the suffix is another.
+        Where there is no such preset or study, it has no specimen, or the suffix is another.
     ResultError
         Where the file cannot be written.
     """
     if path.suffix not in _SUFFIXES:
         raise InputError("show --figure", f"got '{path}'", f"needs a file that ends in {', '.join(_SUFFIXES)}")
-    figure = fingertip_figure(_fingertip(target), Path(target).stem)
+    kind, specimen = _specimen(target)
+    figure = _FIGURES[kind](specimen, Path(target).stem)
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
     save_figure(figure, path)
 
 
-def _fingertip(target: str) -> Fingertip:
+def _specimen(target: str) -> tuple[str, Any]:
+    """Return the kind of the specimen of a preset or a study, and the specimen."""
     if Path(target).suffix not in (".yaml", ".yml"):
-        return preset(target)
-    specimen = plan_study(target).runs[0].specimen
-    if not isinstance(specimen, Fingertip):
-        raise InputError(f"show {target}", "has no fingertip to draw", "needs a study with a fingertip")
-    return specimen
+        presets = presets_of(target)
+        return next(kind for kind, own in SPECIMENS.items() if own is presets), presets.read(target)
+    run = plan_study(target).runs[0]
+    kind = run.study.specimen_kind
+    if kind is None:
+        raise InputError(f"show {target}", "has no specimen to draw", f"needs a study with a {' or '.join(SPECIMENS)}")
+    return kind, run.specimen

@@ -18,7 +18,7 @@ from fingerslip.results import RESULT, RunResult
 from fingerslip.specimens.choice import preset_names, presets_of
 from fingerslip.study.definition.spec import given_paths, read_study
 from fingerslip.study.definition.sweep import expand
-from fingerslip.study.inspection.draw import draw_fingertip
+from fingerslip.study.inspection.draw import draw_specimen
 from fingerslip.study.storage.reporting import read_stored, read_stored_run, study_tables
 from fingerslip.study.storage.values import Specified, value_rows
 
@@ -33,7 +33,7 @@ def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
     target : str, optional
         Name of a preset or a material, or a path; without it both are listed.
     figure : Path, optional
-        Picture of the fingertip to write, of a preset or a study.
+        Picture of the fingertip or the sensor to write, of a preset or a study.
 
     Returns
     -------
@@ -43,12 +43,12 @@ def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
     Raises
     ------
     InputError
-        Where nothing has that name, or it has no fingertip to draw.
+        Where nothing has that name, or it has no specimen to draw.
     ResultError
         Where a folder holds no results, or the picture cannot be written.
     """
     if figure is not None:
-        draw_fingertip(target, figure)
+        draw_specimen(target, figure)
     return _tables(target) if target else (presets_table(), materials_table())
 
 

@@ -22,6 +22,7 @@ from fingerslip.study.running.plan import Plan, plan_studies
 from fingerslip.study.running.pool import Computed, compute_all
 from fingerslip.study.running.prepare import Prepared, prepare, prepare_samples
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
+from fingerslip.study.storage.films import film_keys
 from fingerslip.study.storage.reporting import REPORT, report_key, write_report
 from fingerslip.study.storage.summary import read_manifest, refused_in, write_manifest, write_sensitivity, write_summary
 
@@ -170,6 +171,16 @@ def _engine(workers: int, scheduler: str | None) -> Engine:
     return lambda jobs, progress, _: Computed(compute_on_cluster(jobs, scheduler, progress))
 
 
+def _filmed(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]:
+    """Film the finished runs; see :func:`~fingerslip.study.running.filming.film_runs`."""
+    if not plan.study.cameras:
+        return {}
+    # Cameras and tracker are slow to import, and few studies have any.
+    from fingerslip.study.running.filming import film_runs
+
+    return film_runs(plan, progress)
+
+
 def _execute(
     plan: Plan, prepared: Prepared, engine: Engine, progress: StudyProgress
 ) -> tuple[StudyResult, dict[str, FingerslipError]]:
@@ -187,9 +198,10 @@ def _execute(
     except KeyboardInterrupt:
         _write_tables(plan, plan.finished(), refused, report="")
         raise
+    failures = {**done.failures, **_filmed(plan, progress)}
     computed = tuple(name for name in to_compute if name not in done.failures)
     result = dataclasses.replace(write_up(plan, refused, done.pictures), computed=computed, unchanged=unchanged)
-    return result, {f"{plan.source.stem}/{name}": error for name, error in done.failures.items()}
+    return result, {f"{plan.source.stem}/{name}": error for name, error in failures.items()}
 
 
 def compute_jobs(
@@ -273,7 +285,9 @@ def write_up(
     refused = refused_in(manifest) if refused is None else refused
     identities = {name: plan.identities[name] for name in finished}
     known = read_uncertainties(plan.folder, identities)
-    key = report_key(f"{plan.study.title}\n{plan.study.description}", plan.study.compare, identities, known, plan.given)
+    about = f"{plan.study.title}\n{plan.study.description}"
+    films = film_keys(plan.folder, list(finished))
+    key = report_key(about, plan.study.compare, identities, known, plan.given, films)
     current = manifest.get("report") == key and (plan.folder / REPORT).is_file()
     result = _write_tables(plan, finished, refused, report=key if current else "")
     if result.runs and not current:

@@ -27,6 +27,7 @@ from fingerslip.study.convergence.storage import read_convergences, read_uncerta
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh
+from fingerslip.study.storage.films import read_films
 from fingerslip.study.storage.store import RUN, read_run
 from fingerslip.study.storage.summary import MANIFEST, identities, read_manifest, stored_manifest, stored_study
 from fingerslip.study.storage.values import read_specified, value_rows
@@ -138,10 +139,24 @@ def report_key(
     compare: Sequence[str],
     inputs: Mapping[str, str],
     uncertainties: Mapping[str, Mapping[str, float]],
-    given: Sequence[str] = (),
+    *more: Sequence[str],
 ) -> str:
-    """Return a hash of all that a report shows, so that an unchanged one is not made again."""
-    return digest([title, list(compare), dict(inputs), dict(uncertainties), list(given)])
+    """Return a hash of all that a report shows, so that an unchanged one is not made again.
+
+    Parameters
+    ----------
+    title : str
+        Title of the study.
+    compare : sequence of str
+        Names of published sets.
+    inputs : mapping of str to str
+        Hash of the inputs of each run.
+    uncertainties : mapping of str to mapping of str to float
+        Known uncertainties of each run.
+    *more : sequence of str
+        What else tells one report from another: paths of values that are given, films.
+    """
+    return digest([title, list(compare), dict(inputs), dict(uncertainties), *map(list, more)])
 
 
 def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None = None) -> None:
@@ -174,9 +189,10 @@ def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportC
     # The models of all meshes are shown, of other runs no more than the first.
     meshed = [name for name in first if name not in pictures or pictures[name].model is None]
     drawn = [run.name for run in study.runs if not study.ranges][:MOST_RUNS]
+    histories = {name: read_history(study.folder / name / HISTORY) for name in dict.fromkeys((*drawn, *meshed))}
     return ReportContent(
         study=study,
-        histories={name: read_history(study.folder / name / HISTORY) for name in dict.fromkeys((*drawn, *meshed))},
+        histories=histories,
         meshes={name: _mesh(study, name) for name in meshed},
         pictures={
             name: own if name in first else dataclasses.replace(own, model=None) for name, own in pictures.items()
@@ -185,6 +201,7 @@ def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportC
         values=value_rows(specified, manifest.get("given") or None),
         provenance=provenance_of(study.folder, manifest),
         convergences={name: one.quantities for name, one in found.items()},
+        films=read_films(study.folder, {name: histories[name] for name in drawn}),
         starts=slide_starts(study),
         notes=notes_html(study.folder),
     )

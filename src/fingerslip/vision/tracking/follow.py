@@ -1,9 +1,10 @@
 """A step of the tracker: from the markers of one frame to those of the next.
 
 Each marker is measured where it should be, at constant velocity. What fails there is measured where optical flow has it
-(pyramidal Lucas-Kanade), and what fails again, or was lost before, is searched for around the place that its neighbours
-point to; candidates and searched markers are then matched one to one. A marker counts only where it looks like itself
-and moved as its neighbours did.
+(pyramidal Lucas-Kanade). Where many are lost at once the whole pattern may have leapt, and they are measured where it
+is. What fails again, or was lost before, is searched for around the place that its neighbours point to; candidates and
+searched markers are then matched one to one. A marker counts only where it looks like itself and moved as its
+neighbours did.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from fingerslip.vision.opencv import opencv
 from fingerslip.vision.tracking.assignment import assign
+from fingerslip.vision.tracking.leap import common_shift, lost_suddenly
 from fingerslip.vision.tracking.markers import Markers, Measured, measure
 from fingerslip.vision.tracking.neighbours import consistent, expected_displacement
 
@@ -33,9 +35,12 @@ _REACH = 0.45
 # How far the displacement of a marker may leave its neighbours' from one frame to the next, in the same distances; it
 # grows by a fifth for each frame in which the marker was not seen, up to the largest.
 _STRANGE, _FORGETTING, _STRANGEST = 0.12, 0.2, 0.35
+# The same since the rest frames, for a marker that is clear and was seen in the frame before: ridges and slip move
+# neighbours apart.
+_STRANGEST_SEEN = 1.0
 # What a new frame adds to the memory of a marker's contrast.
 _ADAPTION = 0.05
-# Quality from which on the offset of a marker from its neighbours is believed at once; below it, more slowly.
+# Quality from which on a marker's own motion beside its neighbours' is believed at once; below it, more slowly.
 _TRUSTED, _LEAST_TRUST = 0.9, 0.05
 _FOUND_AGAIN = 0.5  # the quality of the first sight counts half
 _FLOW_WINDOW, _FLOW_LEVELS = 31, 4
@@ -51,8 +56,8 @@ class State:
         Where each marker was last seen [px].
     velocity : (n, 2) array
         Its last displacement between two frames [px], 0 where it is not known.
-    offset : (n, 2) array
-        Its displacement beyond what its neighbours' say, when last seen [px].
+    carried : (n, 2) array
+        Its displacement since rest [px]; of one that is not seen, what it was and how its neighbours moved since.
     amplitude : (n,) array
         Its contrast [grey levels], following slow changes of the light.
     missing : (n,) array of int
@@ -63,7 +68,7 @@ class State:
 
     position: Floats
     velocity: Floats
-    offset: Floats
+    carried: Floats
     amplitude: Floats
     missing: NDArray[np.intp]
     image: Frame | None
@@ -107,6 +112,8 @@ def follow(markers: Markers, state: State, image: Frame, mask: Flags | None) -> 
     sure = _agreed(markers, state, found, _looks_right(markers, state, found, guess, _LEAST_QUALITY))
     if state.image is not None and (here & ~sure).any():
         found, sure = _by_flow(markers, state, image, mask, found, sure)
+    if state.image is not None and lost_suddenly(here, sure):
+        found, sure = _by_leap(markers, state, image, mask, found, sure)
     if not sure.all():
         found, sure = _searched(markers, state, image, mask, found, sure)
     return _updated(markers, state, image, found, sure)
@@ -122,11 +129,13 @@ def _looks_right(markers: Markers, state: State, found: Measured, guess: Floats,
 
 
 def _agreed(markers: Markers, state: State, found: Measured, sure: Flags) -> Flags:
-    """Tell which markers are displaced as their neighbours are, but for what they were before; see `State.offset`."""
+    """Tell which markers moved as their neighbours did since they were seen; see `State.carried`."""
     share = np.minimum(_STRANGE * (1.0 + _FORGETTING * state.missing), _STRANGEST)
     displacement = found.position - markers.position
-    near = consistent(markers.position, displacement - state.offset, sure, markers.neighbours, share * markers.spacing)
-    return consistent(markers.position, displacement, near, markers.neighbours, _STRANGEST * markers.spacing)
+    near = consistent(markers.position, displacement - state.carried, sure, markers.neighbours, share * markers.spacing)
+    followed = (state.missing == 0) & (found.quality >= _TRUSTED)
+    farthest = np.where(followed, _STRANGEST_SEEN, _STRANGEST) * markers.spacing
+    return consistent(markers.position, displacement, near, markers.neighbours, farthest)
 
 
 def _by_flow(  # noqa: PLR0917  a step of follow
@@ -141,6 +150,25 @@ def _by_flow(  # noqa: PLR0917  a step of follow
     right = _looks_right(markers, state, again, guess, _LEAST_QUALITY)
     merged = _merged(found, again, right)
     return merged, _agreed(markers, state, merged, sure | right)
+
+
+def _by_leap(  # noqa: PLR0917  a step of follow
+    markers: Markers, state: State, image: Frame, mask: Flags | None, found: Measured, sure: Flags
+) -> tuple[Measured, Flags]:
+    """Measure all markers again where the pattern as a whole says, if more of them are found there."""
+    here = state.missing == 0
+    points, radius = state.position[here], float(np.median(markers.radius))
+    shift = common_shift(_image(state), image, points, radius, markers.polarity)
+    guess = np.where(here[:, None], state.position + shift, np.nan)
+    again = measure(markers, image, mask, guess)
+    right = _looks_right(markers, state, again, guess, _LEAST_QUALITY)
+    agreed = _agreed(markers, state, again, right)
+    return (again, agreed) if agreed.sum() > sure.sum() else (found, sure)
+
+
+def _image(state: State) -> Frame:
+    assert state.image is not None  # there was a frame before
+    return state.image
 
 
 def _flow(before: Frame | None, image: Frame, points: Floats) -> Floats:
@@ -189,11 +217,15 @@ def _searched(  # noqa: PLR0917  a step of follow
 
 
 def _expected(markers: Markers, state: State, found: Measured, sure: Flags) -> Floats:
-    """Return where the neighbours say that each marker is; where none is sure, where it was last seen."""
-    displacement = np.where(sure[:, None], found.position - markers.position, 0.0)
-    moved, counts = expected_displacement(markers.position, displacement, sure, markers.neighbours)
-    known = (counts > 0)[:, None]
-    return np.where(known, markers.position + np.where(known, moved, 0.0) + state.offset, state.position)
+    """Return where the neighbours say that each marker is; where none is sure, where it was carried to."""
+    return markers.position + state.carried + _neighbours_step(markers, state, found, sure)
+
+
+def _neighbours_step(markers: Markers, state: State, found: Measured, sure: Flags) -> Floats:
+    """Return how the neighbours of each marker moved since the last frame [px]; 0 where none is sure."""
+    step = np.where(sure[:, None], found.position - markers.position - state.carried, 0.0)
+    moved, counts = expected_displacement(markers.position, step, sure, markers.neighbours)
+    return np.where((counts > 0)[:, None], moved, 0.0)
 
 
 def _starts(expected: Floats, wanted: NDArray[np.intp], window: Floats) -> tuple[Floats, NDArray[np.intp]]:
@@ -228,20 +260,18 @@ def _updated(
     quality = np.where(sure, np.clip(found.quality, 0.0, 1.0), 0.0)
     if not sure.any():
         kept = State(
-            state.position, np.zeros_like(state.velocity), state.offset, state.amplitude, state.missing, state.image
+            state.position, np.zeros_like(state.velocity), state.carried, state.amplitude, state.missing, state.image
         )
         return kept, position, quality
     steady = sure & (state.missing == 0)
     velocity = np.where(steady[:, None], found.position - state.position, 0.0)
-    displacement = np.where(sure[:, None], found.position - markers.position, 0.0)
-    expected, counts = expected_displacement(markers.position, displacement, sure, markers.neighbours)
-    fresh = (sure & (counts > 0))[:, None]
-    apart = displacement - np.where(fresh, expected, 0.0) - state.offset
+    step = _neighbours_step(markers, state, found, sure)
+    own = np.where(sure[:, None], found.position - markers.position - state.carried - step, 0.0)
     adapted = state.amplitude + _ADAPTION * (found.amplitude - state.amplitude)
     new = State(
         np.where(sure[:, None], found.position, state.position),
         velocity,
-        np.where(fresh, state.offset + _trust(quality)[:, None] * apart, state.offset),
+        state.carried + step + _trust(quality)[:, None] * own,
         np.where(sure, adapted, state.amplitude),
         np.where(sure, 0, state.missing + 1),
         image,

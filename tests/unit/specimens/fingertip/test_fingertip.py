@@ -67,7 +67,9 @@ def test_reference_nodes_are_sites_in_space_and_come_after_the_receptors():
 
 
 def test_groups_that_it_does_not_have_are_refused():
-    with pytest.raises(InputError, match=r"a fingertip has no 'whisker', needs some of FA-I, .*, reference_nodes"):
+    with pytest.raises(
+        InputError, match=r"a fingertip has no 'whisker', needs some of FA-I, .*, reference_nodes, external_markers"
+    ):
         change().sites(("FA-I", "whisker"), 2)
 
 

@@ -26,7 +26,8 @@ def begun(reference: Reference) -> State:
     return follow(reference.markers, rest_state(reference.markers), one(clips.field()), None)[0]
 
 
-@pytest.mark.parametrize("step", [0.1, 3.0, 9.0, 15.0])
+# Markers are 44 px apart: beyond half of that only the pattern as a whole tells where they went.
+@pytest.mark.parametrize("step", [0.1, 3.0, 9.0, 15.0, 30.0, 44.0])
 def test_sudden_step_of_all_markers_is_followed(reference: Reference, step: float) -> None:
     moved = clips.field() + np.array([0.8 * step, 0.6 * step])
     _, found, quality = follow(reference.markers, begun(reference), one(moved), None)
@@ -59,3 +60,16 @@ def test_frame_that_shows_nothing_changes_no_memory(reference: Reference) -> Non
     assert after.image is state.image
     _, found, _ = follow(reference.markers, after, one(clips.field() + 8.0), None)
     assert np.abs(found - clips.field() - 8.0).max() < 0.05
+
+
+def test_markers_that_move_apart_from_their_neighbours_are_kept() -> None:
+    rest = np.column_stack([197.0 + 30.0 * np.arange(9), np.full(9, 240.0)])
+    frames = clips.filmed(clips.still(rest, 4))
+    reference = reference_of(first_frames(frames, 4)[0], None, 9, "free", None, "clip")
+    order = np.argsort(reference.markers.position[:, 0])
+    state = rest_state(reference.markers)
+    for step in range(40):
+        # Every second marker goes the other way, by 8 px in the end, as crowns of a ridged skin that roll.
+        here = rest + np.column_stack([0.2 * step * np.where(np.arange(9) % 2, 1.0, -1.0), np.zeros(9)])
+        state, found, _ = follow(reference.markers, state, one(here), None)
+        assert np.abs(found[order] - here).max() < 0.05

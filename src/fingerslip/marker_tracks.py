@@ -1,0 +1,129 @@
+"""Tracks of the markers of a simulated sensor, read off its history."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError
+from fingerslip.history import sites_of_kinds
+from fingerslip.vision.tracks import KINDS, make_tracks
+
+__all__ = ["ROD_FOOT", "filmed_tracks", "marker_tracks"]
+
+#: Kind of the sites where rods begin; each stands beside the internal marker of its rod.
+ROD_FOOT = "rod foot"
+
+Floats = NDArray[np.float64]
+Rows = NDArray[np.intp]
+
+
+def marker_tracks(history: xr.Dataset, kinds: Sequence[str] = KINDS) -> xr.Dataset:
+    """Return where the markers of a simulated sensor were at every record.
+
+    Markers are recorded sites of the kinds ``internal marker`` and ``external marker``, whose names end in their ring
+    and their number in it, such as ``internal-marker-2-05``.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with such sites.
+    kinds : sequence of str, optional
+        Among ``internal`` and ``external``; those that were not recorded are left out.
+
+    Returns
+    -------
+    xarray.Dataset
+        Tracks [m] as of :func:`~fingerslip.vision.tracks.make_tracks`, in the axes of the history, with the name of
+        each marker in `name`. Where the feet of the rods were recorded, `direction` is the unit vector from the foot
+        to the marker at every record, NaN for a marker without a rod.
+
+    Raises
+    ------
+    InputError
+        Where no marker was recorded.
+    """
+    rows = {kind: sites_of_kinds(history, [f"{kind} marker"]) for kind in kinds}
+    chosen = np.concatenate([*rows.values(), np.empty(0, dtype=np.intp)]).astype(np.intp)
+    if not chosen.size:
+        repair = "write record: {groups: [internal_markers]} in the study of a tactip"
+        raise InputError("history", "has no markers", "needs recorded sites of a sensor's markers", repair)
+    rest = history["site_position"].values[chosen]
+    names = history["site"].values[chosen].astype(str)
+    tracks = make_tracks(
+        _positions(history, chosen),
+        history["time"].values,
+        units="m",
+        kind=[kind for kind, own in rows.items() for _ in own],
+        ring=np.array([int(name.split("-")[-2]) for name in names]),
+        angle=_azimuth(rest),
+        attributes={"source": "simulation"},
+    ).assign_coords(name=("marker", names))
+    feet = _feet(history, names)
+    return tracks if (feet < 0).all() else tracks.assign(direction=_directions(history, tracks, feet))
+
+
+def filmed_tracks(history: xr.Dataset, kind: str, rest: float = 0.0) -> xr.Dataset:
+    """Return the markers of one kind as the camera that films them has them before it.
+
+    The internal camera is fixed to what holds the sensor, which is at rest in a history whose supports do not move.
+    The external one stands below the plate and goes with it: a marker that sticks stays where it is.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with markers.
+    kind : {'internal', 'external'}
+        Which markers are filmed.
+    rest : float, optional
+        For how long before the history everything rests [s]; times begin at its negative.
+
+    Returns
+    -------
+    xarray.Dataset
+        Tracks [m]; of external markers relative to the first counterface.
+
+    Raises
+    ------
+    InputError
+        Where no such marker was recorded.
+    """
+    tracks = marker_tracks(history, (kind,))
+    if kind == "external" and history.sizes.get("counterface", 0):
+        meaning = {"units": "m", "long_name": "position in the axes of the plate"}
+        relative = tracks["position"].values - history["counterface_displacement"].values[:, :1]
+        tracks = tracks.assign(position=(("time", "marker", "axis"), relative, meaning))
+    if rest > 0.0:
+        before = tracks.isel(time=[0]).assign_coords(time=tracks["time"].values[:1] - rest)
+        tracks = xr.concat([before, tracks], "time", data_vars="minimal", coords="minimal")
+    return tracks
+
+
+def _positions(history: xr.Dataset, rows: Rows) -> Floats:
+    moved: Floats = history["site_position"].values[rows] + history["displacement"].values[:, rows]
+    return moved
+
+
+def _azimuth(rest: Floats) -> Floats:
+    """Return angles about the axis y of the sensor, from +x towards +z [rad]."""
+    across = rest[:, 2] if rest.shape[1] > 2 else np.zeros(len(rest))
+    angle: Floats = np.mod(np.arctan2(across, rest[:, 0]), 2.0 * np.pi)
+    return angle
+
+
+def _feet(history: xr.Dataset, names: NDArray[np.str_]) -> Rows:
+    """Return the row of the rod foot that belongs to each marker; -1 where there is none."""
+    own = {str(history["site"].values[row])[len("rod-foot") :]: row for row in sites_of_kinds(history, [ROD_FOOT])}
+    found = [own.get(name.removeprefix("internal-marker"), -1) for name in names]
+    return np.array(found, dtype=np.intp)
+
+
+def _directions(history: xr.Dataset, tracks: xr.Dataset, feet: Rows) -> xr.Variable:
+    along = tracks["position"].values - _positions(history, feet)
+    along[:, feet < 0] = np.nan
+    length = np.linalg.norm(along, axis=2, keepdims=True)
+    meaning = {"units": "1", "long_name": "direction of the rod, from the skin to the marker"}
+    return xr.Variable(("time", "marker", "axis"), along / length, meaning)

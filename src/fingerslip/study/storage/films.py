@@ -1,0 +1,76 @@
+"""Reading back what the cameras of a study saw, as far as a report shows it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.files import read_json
+from fingerslip.history import phase_times
+from fingerslip.report.figures.filming import film_times
+from fingerslip.report.page.films import Film
+from fingerslip.vision.tracks import read_tracks
+from fingerslip.vision.video import read_frames
+
+__all__ = ["CAMERAS", "ERRORS", "film_keys", "read_films"]
+
+#: Folder of the cameras in that of a run, and file that says how good the tracks of a camera are.
+CAMERAS, ERRORS = "cameras", "errors.json"
+
+_REPAIR = "remove its folder and run the study again"
+
+
+def film_keys(folder: Path, runs: Sequence[str]) -> list[str]:
+    """Return what tells the films of some runs from others, for the key of a report."""
+    return [str(read_json(path, _REPAIR)["key"]) for run in runs for path in _stored(folder / run)]
+
+
+def read_films(folder: Path, histories: Mapping[str, xr.Dataset]) -> tuple[Film, ...]:
+    """Read the films of the runs whose histories are shown.
+
+    Parameters
+    ----------
+    folder : Path
+        Folder of the results of a study.
+    histories : mapping of str to xarray.Dataset
+        Histories by name of the run.
+
+    Raises
+    ------
+    ResultError
+        Where a file is damaged.
+    """
+    return tuple(
+        _film(run, path.parent, history) for run, history in histories.items() for path in _stored(folder / run)
+    )
+
+
+def _stored(run: Path) -> list[Path]:
+    return sorted(run.glob(f"{CAMERAS}/*/{ERRORS}"))
+
+
+def _film(run: str, folder: Path, history: xr.Dataset) -> Film:
+    numbers = read_json(folder / ERRORS, _REPAIR)
+    truth = read_tracks(folder / "truth.nc")
+    shown = {name: numbers[name] for name in ("frames", "markers", "rms", "largest", "kept", "swapped")}
+    tracks = read_tracks(folder / "tracks" / "matched.nc")
+    return Film(run, folder.name, tracks, truth, shown, _frames(folder / "video.avi", truth, history))
+
+
+def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, NDArray[np.uint8]]:
+    """Return the frames that a report shows by their times [s]; none without a video or a slide."""
+    slides, times = phase_times(history, "slide"), truth["time"].values
+    if not video.is_file() or not slides:
+        return {}
+    wanted = [int(np.abs(times - time).argmin()) for time in film_times(*slides[0], float(times[0]))]
+    found = {}
+    for number, frame in enumerate(read_frames(video)):
+        if number in wanted:
+            found[float(times[number])] = frame
+        if number >= max(wanted):
+            break
+    return found

@@ -1,0 +1,211 @@
+"""The mechanical statements of Cordova Bulens et al. (2023) on their ridged sensor, beside its section.
+
+The thresholds are written beside the statements in ``data/published/bulens2023.yaml``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError
+from fingerslip.history import read_history
+from fingerslip.marker_tracks import marker_tracks
+from fingerslip.published import published
+from fingerslip.results import HISTORY, RunResult, StudyResult
+from fingerslip.slip import slide_window
+from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
+from fingerslip.study.running.progress import StudyProgress
+from fingerslip.study.running.runner import run_studies
+from fingerslip.validation.checks import Finding
+from fingerslip.validation.rows import Basis, Row, number_row, statement_row
+
+__all__ = ["SENSOR", "SensorMeasures", "measure_sensor", "rows_of_sensor", "sensor_rows"]
+
+#: The study whose runs are compared, and the value that tells its skins apart.
+SENSOR = "ridged_vs_smooth"
+_RIDGED = "tactip.skin.ridges.enabled"
+_DEPTH = "programme.0.press.depth"
+_CYCLES = 2
+_HIDDEN = 0.5
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SensorMeasures:
+    """What the statements are compared with, of one run.
+
+    Parameters
+    ----------
+    ridged : bool
+        Whether the skin has ridges.
+    depth : str
+        Indentation, as the study writes it.
+    before_centre : float or None
+        Share of the touching outer markers of the skin that slip before the central one [-].
+    cycles : int or None
+        Stick-slip cycles in the slide.
+    ahead : float or None
+        Displacement of the central internal marker over the mean of the outermost ring at overall slip [-].
+    spread : float or None
+        Change of the largest less the smallest displacement of internal markers from incipient to overall slip [m].
+    """
+
+    ridged: bool
+    depth: str
+    before_centre: float | None
+    cycles: int | None
+    ahead: float | None
+    spread: float | None
+
+
+def measure_sensor(run: RunResult, history: xr.Dataset) -> SensorMeasures:
+    """Measure a run of a sensor with recorded markers.
+
+    Parameters
+    ----------
+    run : RunResult
+        The run; events are those from accumulated slip.
+    history : xarray.Dataset
+        Its history.
+    """
+    slips, slip = skin_marker_slips(history), run.events.slip
+    along, rings = _along_slide(history)
+    times = history["time"].values
+    at = {name: None if time is None else _at(times, along, time) for name, time in
+          (("incipient", slip.incipient), ("overall", slip.overall))}  # fmt: skip
+    incipient, overall = at["incipient"], at["overall"]
+    return SensorMeasures(
+        ridged=bool(run.swept[_RIDGED]),
+        depth=str(run.swept[_DEPTH]),
+        before_centre=None if slips is None else share_before_centre(slips),
+        cycles=stick_slip_cycles(history),
+        ahead=None if overall is None else _ahead(overall, rings),
+        spread=None if incipient is None or overall is None else float(np.ptp(overall) - np.ptp(incipient)),
+    )
+
+
+def _along_slide(history: xr.Dataset) -> tuple[Floats, NDArray[np.int64]]:
+    """Return how far internal markers are along the slide since it began (n_times, n_markers) [m], and their rings."""
+    window = slide_window(history)
+    if window is None:
+        raise InputError("history", "has no slide", "needs one", "use the shipped study")
+    plate = history["counterface_displacement"].values[[window.first, window.last], 0]
+    direction = (plate[1] - plate[0]) / np.linalg.norm(plate[1] - plate[0])
+    tracks = marker_tracks(history, ("internal",))
+    position = tracks["position"].values
+    along: Floats = (position - position[window.first]) @ direction
+    return along, tracks["ring"].values
+
+
+def _at(times: Floats, along: Floats, time: float) -> Floats:
+    return np.array([np.interp(time, times, one) for one in along.T])
+
+
+def _ahead(along: Floats, rings: NDArray[np.int64]) -> float | None:
+    outermost = float(along[rings == rings.max()].mean())
+    return float(along[rings == 0].mean()) / outermost if outermost > 0.0 else None
+
+
+def sensor_rows(
+    studies: str | Path = "studies",
+    results: str | Path = "results",
+    workers: int = 2,
+    progress: StudyProgress | None = None,
+) -> tuple[Row, ...]:
+    """Run the study of the sensor, as far as it is not finished, and return its rows; see :func:`rows_of_sensor`.
+
+    Raises
+    ------
+    InputError
+        Where the study is missing or wrong.
+    StudyFailedError
+        Where runs failed.
+    ResultError
+        Where results cannot be written or read back.
+    """
+    path = Path(studies) / f"{SENSOR}.yaml"
+    if not path.is_file():
+        repair = "name the folder of the shipped studies, or run in the folder of the project"
+        raise InputError(str(path), "is not there", f"validate needs the study {SENSOR}", repair)
+    (outcome,) = run_studies([path], results_dir=results, workers=workers, progress=progress)
+    return rows_of_sensor(_measured(outcome))
+
+
+def _measured(study: StudyResult) -> tuple[SensorMeasures, ...]:
+    return tuple(measure_sensor(run, read_history(study.folder / run.name / HISTORY)) for run in study.runs)
+
+
+def rows_of_sensor(measured: Sequence[SensorMeasures], basis: Basis = "predicted") -> tuple[Row, ...]:
+    """Return a row for each statement on the mechanics of the sensor, and one for the number of cycles.
+
+    Parameters
+    ----------
+    measured : sequence of SensorMeasures
+        Runs with both skins at the same indentations.
+    basis : {'predicted', 'large strain'}, optional
+        The kinematics of the runs.
+    """
+    statements = (
+        statement_row(value, found.number, None, found.holds, basis=basis)
+        for value in published("bulens2023-mechanics").values
+        for found in (_CHECKS[value.id](measured),)
+    )
+    (six,) = published("bulens2023-cycles").values
+    nearest = _nearest([one.cycles for one in measured if one.ridged], float(six.value or 0.0))
+    name = "stick-slip cycles in 14 mm, ridged skin, nearest to the published number of four indentations"
+    return (*statements, number_row(name, six, nearest, None, resolution=1.0, basis=basis))
+
+
+def _nearest(counts: Sequence[int | None], wanted: float) -> float | None:
+    known = [float(count) for count in counts if count is not None]
+    return min(known, key=lambda count: abs(count - wanted)) if known else None
+
+
+def _of_ridged(measured: Sequence[SensorMeasures], name: str) -> float | None:
+    """Return the least of a number over the runs with ridges; None where one of them lacks it."""
+    values = [getattr(one, name) for one in measured if one.ridged]
+    return float(min(values)) if values and None not in values else None
+
+
+def _centre_last(measured: Sequence[SensorMeasures]) -> Finding:
+    number = _of_ridged(measured, "before_centre")
+    return Finding() if number is None else Finding(number, number >= 1.0)
+
+
+def _repeats(measured: Sequence[SensorMeasures]) -> Finding:
+    number = _of_ridged(measured, "cycles")
+    return Finding() if number is None else Finding(number, number >= _CYCLES)
+
+
+def _centre_ahead(measured: Sequence[SensorMeasures]) -> Finding:
+    number = _of_ridged(measured, "ahead")
+    return Finding() if number is None else Finding(number, number > 1.0)
+
+
+def _smooth_hides(measured: Sequence[SensorMeasures]) -> Finding:
+    ridged = {one.depth: one.spread for one in measured if one.ridged}
+    ratios = [
+        None if one.spread is None or not ridged.get(one.depth) else abs(one.spread / (ridged[one.depth] or np.nan))
+        for one in measured
+        if not one.ridged
+    ]
+    known = [ratio for ratio in ratios if ratio is not None]
+    return Finding(max(known), max(known) < _HIDDEN) if known and len(known) == len(ratios) else Finding()
+
+
+_CHECKS: Mapping[str, Callable[[Sequence[SensorMeasures]], Finding]] = MappingProxyType(
+    {
+        "centre-last": _centre_last,
+        "repeated-stick-slip": _repeats,
+        "central-marker-ahead": _centre_ahead,
+        "smooth-skin-hides": _smooth_hides,
+    }
+)

@@ -1,0 +1,138 @@
+"""How far tracks are from where the markers truly were: matching, error, lost markers, swaps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from fingerslip.errors import InputError
+from fingerslip.vision.tracks import make_tracks
+
+__all__ = ["KEPT", "TrackErrors", "matched_tracks", "track_errors"]
+
+Floats = NDArray[np.float64]
+
+#: Distance from the truth within which a position counts as found [px].
+KEPT = 1.0
+_FAR = 1e6
+
+
+@dataclass(frozen=True)
+class TrackErrors:
+    """How tracks compare with the truth, over all frames and all markers that were in the image.
+
+    Parameters
+    ----------
+    frames, markers : int
+        How many there are.
+    rms : float or None
+        Root mean square along an axis of the errors of what was kept [px]; None where nothing was.
+    largest : float or None
+        Largest distance of a position from the truth [px].
+    kept : float
+        Share of the marker-frames with a position within 1 px of the truth [-].
+    swapped : int
+        Marker-frames with a position nearer to another marker.
+    """
+
+    frames: int
+    markers: int
+    rms: float | None
+    largest: float | None
+    kept: float
+    swapped: int
+
+
+def matched_tracks(tracks: xr.Dataset, truth: xr.Dataset) -> xr.Dataset:
+    """Return tracks with the markers and times of the truth, matched one to one where they were first seen.
+
+    Parameters
+    ----------
+    tracks : xarray.Dataset
+        Tracks in pixels; frame by frame those of the truth, perhaps fewer where a video was cut off.
+    truth : xarray.Dataset
+        Tracks in pixels, such as :func:`~fingerslip.vision.cameras.camera.true_tracks`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Tracks with the numbers, rings and angles of the truth; a marker that was never found is NaN.
+
+    Raises
+    ------
+    InputError
+        Where there are more frames than in the truth.
+    """
+    found, known = tracks["position"].values, truth["position"].values
+    if len(found) > len(known):
+        raise InputError("tracks", f"has {len(found)} frames", f"needs at most {len(known)}, as the truth has")
+    position, quality = np.full(known.shape, np.nan), np.zeros(known.shape[:2])
+    rows, columns = _pairs(found, known)
+    position[: len(found), columns] = found[:, rows]
+    quality[: len(found), columns] = tracks["quality"].values[:, rows]
+    more = {name: truth[name].values for name in ("ring", "angle") if name in truth.coords}
+    return make_tracks(
+        position,
+        truth["time"].values,
+        units="px",
+        quality=quality,
+        kind=list(map(str, truth["kind"].values)),
+        marker=truth["marker"].values,
+        attributes={**truth.attrs, "source": str(tracks.attrs.get("source", ""))},
+        **more,
+    )
+
+
+def _pairs(found: Floats, known: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return which found marker is which known one: the least sum of distances where each was first seen."""
+    seen = np.isfinite(found).all(axis=2)
+    first = seen.argmax(axis=0)
+    start = found[first, np.arange(found.shape[1])]
+    away = np.linalg.norm(start[:, None] - known[first], axis=2)
+    rows, columns = linear_sum_assignment(np.nan_to_num(away, nan=_FAR).clip(max=_FAR))
+    real = np.isfinite(away[rows, columns])
+    return rows[real], columns[real]
+
+
+def track_errors(tracks: xr.Dataset, truth: xr.Dataset) -> TrackErrors:
+    """Compare tracks with the truth.
+
+    Parameters
+    ----------
+    tracks, truth : xarray.Dataset
+        Tracks in pixels with the same times and markers; see :func:`matched_tracks`. Markers that are NaN in the truth,
+        outside the image, do not count.
+
+    Raises
+    ------
+    InputError
+        Where times or markers differ.
+    """
+    found, known = tracks["position"].values, truth["position"].values
+    if found.shape != known.shape or (tracks["marker"].values != truth["marker"].values).any():
+        raise InputError("tracks, truth", f"got {found.shape} beside {known.shape}", "needs the same times and markers")
+    visible = np.isfinite(known).all(axis=2)
+    error = np.where(visible, np.linalg.norm(found - known, axis=2), np.nan)
+    good = np.nan_to_num(error, nan=np.inf) < KEPT
+    return TrackErrors(
+        frames=len(known),
+        markers=int(visible.any(axis=0).sum()),
+        rms=float(np.sqrt(np.mean((found - known)[good] ** 2))) if good.any() else None,
+        largest=float(np.nanmax(error)) if np.isfinite(error).any() else None,
+        kept=float(good.sum() / max(visible.sum(), 1)),
+        swapped=int(_swapped(found, known, error)),
+    )
+
+
+def _swapped(found: Floats, known: Floats, error: Floats) -> int:
+    """Count positions that are nearer to another marker, frame by frame to keep memory small."""
+    count = 0
+    for here, there, own in zip(found, known, error, strict=True):
+        apart = np.linalg.norm(here[:, None] - there[None], axis=2)
+        nearest = np.where(np.isfinite(apart), apart, np.inf).min(axis=1)
+        count += int((np.nan_to_num(own, nan=-1.0) > nearest).sum())
+    return count
