@@ -2,8 +2,8 @@
 
 Run it as it is: ``python tests/benchmarks/bench_hundred.py [--workers 2] [--apart 5]``. The sweep is computed in a
 process of its own, from an empty folder to its summary, without figures; so are some of its runs, each as a study of
-its own on one worker, whose mean time is multiplied by 100. Seconds are those of the clock and of the CPU of all processes,
-imports included.
+its own on one worker, whose mean time is multiplied by 100. Seconds are those of the clock and of the CPU of all
+processes, imports included.
 """
 
 from __future__ import annotations

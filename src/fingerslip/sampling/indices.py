@@ -153,12 +153,7 @@ def morris_effects(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
     InputError
         For another design, an unknown output or too few runs, and where SALib is not installed.
     """
-    _require_samples(study)
-    if study.design.get("method") != "morris":
-        found = f"has samples of {study.design.get('method', 'another design')}"
-        raise InputError(
-            "method", found, "needs sample.method morris", "use --method sobol, or run the study with morris"
-        )
+    _require_design(study, "morris")
     return tuple(_morris_of_runs(study, group, runs, output) for group, runs in groups_of(study.runs))
 
 

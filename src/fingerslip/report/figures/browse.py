@@ -40,15 +40,17 @@ class HistoryPlot:
         The history.
     figure : matplotlib.figure.Figure
         The figure at the time that was set last.
+    parts : object
+        What in the figure changes with the time.
     """
 
     history: xr.Dataset
     figure: Figure
-    _parts: _Parts
+    parts: _Parts
 
     def at(self, time: float) -> HistoryPlot:
         """Show the record that is nearest to a time [s], and return the plot."""
-        self._parts.show(int(np.abs(self.history["time"].values - time).argmin()))
+        self.parts.show(int(np.abs(self.history["time"].values - time).argmin()))
         return self
 
     def show(self) -> Slider:
@@ -70,7 +72,7 @@ class HistoryPlot:
         numbers = np.unique(np.linspace(0, self.history.sizes["time"] - 1, _FRAMES).round().astype(int))
         animation = FuncAnimation(
             self.figure,
-            lambda number: self._parts.show(int(number)),
+            lambda number: self.parts.show(int(number)),
             numbers.tolist(),
             interval=_MILLISECONDS,
             repeat=False,
@@ -106,7 +108,9 @@ def plot(history: xr.Dataset) -> HistoryPlot:
 
     Examples
     --------
-    >>> fs.plot(history)  # doctest: +SKIP
+    In a notebook::
+
+        fs.plot(history)
     """
     if history.sizes.get("contact_node", 0) == 0:
         raise InputError("history", "has no contact nodes", "needs a history of a model with contact")

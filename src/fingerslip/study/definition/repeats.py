@@ -74,7 +74,7 @@ def scattered(settings: RepeatSettings, number: int, values: Mapping[str, Any]) 
     Examples
     --------
     >>> scattered(RepeatSettings(count=2, scatter={"time.end": "0.1 s"}), 1, {"time.end": "3 s"})
-    {'time.end': '2.86 s'}
+    {'time.end': '3.08945 s'}
     """
     draws = np.random.default_rng(repeat_seed(settings, number)).standard_normal(len(settings.scatter))
     pairs = zip(settings.scatter.items(), draws, strict=True)
