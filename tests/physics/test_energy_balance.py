@@ -39,6 +39,7 @@ OWN = {
 }
 # Eight to eleven sections of sensors each, large strain, or a finger in space: in the slow tier only.
 LONG = (
+    *("finite_strain", "ridged_vs_smooth", "viscoelastic"),
     *("ridged_vs_smooth_large", "tactip_relaxing", "marker_layout", "wang2014_artificial_finger"),
     *("bulens2023_section_slides", "bulens2023_pouring"),
 )

@@ -19,7 +19,8 @@ RESULTS = DOCUMENTED.partition("## Results")[2]
 LONG = {
     *("reduced-basis", "reduced-basis-static", "held-block", "impact", "stick-slip", "dragged-cylinder"),
     *("large-relaxation-limits", "large-relaxation-shear", "large-relaxation-order", "large-shear", "large-biaxial"),
-    *("calculix-block", "locking-3d", "complex-modulus", "turning-body", "bar"),
+    *("calculix-block", "locking-3d", "complex-modulus", "turning-body", "bar", "convergence-3d", "large-tension"),
+    *("viscous-line", "small-limit", "hertz-line-3d"),
 }
 MARKED = [
     pytest.param(problem, id=problem.name, marks=[pytest.mark.slow] if problem.slow or problem.name in LONG else [])

@@ -43,9 +43,11 @@ def validate(
     from fingerslip import validation
 
     stop_on_termination()
-    rows = validation.validate(studies, results, workers, screen_progress())
-    rows += validation.pouring_rows(studies, results, workers, screen_progress(), compute=pouring)
-    rows += validation.detection_rows(studies, results, workers, screen_progress(), compute=detection)
+    rows = (
+        *validation.validate(studies, results, workers, screen_progress()),
+        *validation.pouring_rows(studies, results, workers, screen_progress(), compute=pouring),
+        *validation.detection_rows(studies, results, workers, screen_progress(), compute=detection),
+    )
     allowed = validation.allowed_geometry(studies, results, workers, screen_progress(), compute=geometry)
     if as_json:
         typer.echo(json.dumps(validation.rows_and_geometry_mapping(rows, allowed), indent=2))

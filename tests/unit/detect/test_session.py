@@ -40,6 +40,7 @@ def test_a_detector_runs_on_netcdf_and_on_csv(detector: Path, trials: TrialSet, 
     assert first.rows[2] == ("frames", "260")
 
 
+@pytest.mark.slow
 def test_an_evaluation_has_its_tables(trials_folder: Path, tmp_path: Path) -> None:
     names = ("time_threshold", "displacement_threshold")
     tables = evaluate_classifiers(trials_folder, names, CHOICES, folds=3, leave_out=("indentation",))

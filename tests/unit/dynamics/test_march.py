@@ -47,6 +47,7 @@ def test_histories_are_those_of_single_simulations(largest, monkeypatch):
         assert_same(fs.simulate(model), history)
 
 
+@pytest.mark.slow
 def test_several_threads_find_the_same_contact_forces(monkeypatch):
     """The contact problems of different motions are solved side by side, by factors that they share at first."""
     monkeypatch.setattr("fingerslip.contact.solve.forces._FEW", 0)

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.font_manager import FontProperties
 from matplotlib.lines import Line2D
 
 from fingerslip.report.colours import EVENT_COLOURS, EVENT_DASHES, GREY
@@ -120,7 +121,7 @@ def name_events(axes: Axes, start: float | None, events: SlipEvents | None, name
             transform=axes.transAxes,
             rotation=32,
             rotation_mode="anchor",
-            fontsize=0.94 * mpl.rcParams["legend.fontsize"],
+            fontsize=0.94 * FontProperties(size=mpl.rcParams["legend.fontsize"]).get_size_in_points(),
             color=EVENT_COLOURS.get(name, GREY),
         )
 

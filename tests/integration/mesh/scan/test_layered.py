@@ -122,6 +122,7 @@ def test_surface_that_crosses_itself_is_its_union():
     assert (bumpy - plain) / bump.volume == pytest.approx(outside, rel=0.15)
 
 
+@pytest.mark.slow
 def test_empty_contact_patch():
     with pytest.raises(MeshError, match=r"pad: no facet of the skin lies within 0.0001 mm.*larger contact_reach"):
         build_from_surfaces(SKIN, None, dataclasses.replace(COARSE, contact_reach=0.1e-6))

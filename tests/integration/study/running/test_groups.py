@@ -16,6 +16,7 @@ from unit.study.block import FRICTIONS, block_values
 Write = Callable[..., Path]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("reports")
 def test_a_study_gives_the_same_together(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_study(block_values())

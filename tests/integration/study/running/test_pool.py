@@ -36,6 +36,7 @@ def test_runs_side_by_side_give_the_same_as_one_after_another(write_study: Write
     assert grid.point_data["displacement"][:, 1].max() == pytest.approx(0.1e-3, rel=0.05)
 
 
+@pytest.mark.slow
 def test_workers_draw_what_they_have_computed(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
     given: list[Any] = []
     monkeypatch.setattr(runner, "write_report", lambda _, pictures: given.append(pictures))

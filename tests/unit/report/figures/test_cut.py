@@ -16,6 +16,7 @@ def history() -> xr.Dataset:
     return block_history()
 
 
+@pytest.mark.slow
 def test_every_snapshot_is_drawn_once_and_none_after_overall_slip(history: xr.Dataset) -> None:
     assert history["snapshot_time"].values == pytest.approx([0.0, 0.05, 0.1])
     panels = [axes for axes in cut_frames_figure(history).axes if axes.get_visible()]

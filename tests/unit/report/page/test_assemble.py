@@ -92,6 +92,7 @@ def test_a_reading_that_only_some_runs_recorded_has_a_table_that_says_so() -> No
     assert "n/r: not recorded" in table.remarks
 
 
+@pytest.mark.slow
 def test_contact_at_a_free_edge_is_a_warning_above_the_events_and_in_their_tables() -> None:
     content = two_runs()
     first, second = content.study.runs

@@ -66,6 +66,7 @@ def test_what_a_study_says_is_done(
     assert asked == []
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("asked")
 def test_run_yaml_says_what_was_decided_and_the_basis_is_kept(write_study: Write, tmp_path: Path) -> None:
     path = write_study(values("automatic"))

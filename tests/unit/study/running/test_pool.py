@@ -43,7 +43,7 @@ class Telling(SilentProgress):
 
 
 def job(name: str) -> Any:
-    small = SimpleNamespace(mesh=SimpleNamespace(p=np.zeros((2, 9)), dim=lambda: 2))
+    small = SimpleNamespace(materials={}, mesh=SimpleNamespace(p=np.zeros((2, 9)), dim=lambda: 2))
     return SimpleNamespace(run=SimpleNamespace(name=name, where=f"x.yaml ({name})"), model=small)
 
 

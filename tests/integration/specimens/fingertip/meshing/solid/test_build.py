@@ -82,6 +82,7 @@ def test_faces_of_the_phalanx_face_down_and_up():
     assert height["dorsal"] > 2e-3
 
 
+@pytest.mark.slow
 def test_quadratic_mesh_has_the_names_and_the_shape_of_the_linear_one():
     linear, quadratic = coarse_solid(), build_solid(change_solid(), **COARSE, element="T10")
     # The same input gives the same mesh.
@@ -118,6 +119,7 @@ def test_number_of_tetrahedra_is_foreseen():
     assert 0.5 * wanted < solid_cells(preset("wang2014-3d"), sizes) < 1.5 * wanted
 
 
+@pytest.mark.slow
 def test_default_mesh_has_the_size_of_the_published_one():
     mesh = build_solid(preset("wang2014-3d"))
     assert mesh.t.shape[1] == pytest.approx(130492, rel=0.03)
