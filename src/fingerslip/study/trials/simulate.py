@@ -9,12 +9,12 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-from fingerslip.detect.trial_set import TrialSet, gather_trials
+from fingerslip.detect.trial_set import MANIFEST, TrialSet, gather_trials
 from fingerslip.detect.trials import FILES, write_trial
 from fingerslip.digest import digest
 from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.errors import DamagedError, FingerslipError, InputError
-from fingerslip.files import clean_stale, new_folder, read_json
+from fingerslip.files import check_replaceable, clean_stale, new_folder, read_json
 from fingerslip.linear.threads import limited_threads
 from fingerslip.parameters import as_mapping
 from fingerslip.study.definition.spec import Study, read_study
@@ -83,6 +83,7 @@ def simulate_trials(
         Where the data set cannot be written.
     """
     source, final = Path(path), Path(output)
+    check_replaceable(final, MANIFEST)
     study = read_study(source)
     settings = _settings(study, source)
     with line_numbers(source):

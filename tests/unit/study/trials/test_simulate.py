@@ -87,3 +87,10 @@ def test_finished_trials_are_kept_when_others_fail(made, tmp_path, monkeypatch):
 def test_a_study_without_trials_is_refused(tmp_path):
     with pytest.raises(InputError, match="trials: is missing"):
         simulate_trials(ROOT / "studies" / "tactip_slide.yaml", tmp_path / "none")
+
+
+def test_a_folder_of_something_else_is_refused_before_anything_is_computed(tmp_path):
+    (tmp_path / "thesis.txt").write_text("ours", encoding="utf-8")
+    with pytest.raises(InputError, match=r"holds files, but no manifest\.json"):
+        simulate_trials(STUDY, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.txt"]
