@@ -240,6 +240,7 @@ def test_energy_is_balanced_by_the_terms_of_the_history(name):
         assert np.abs(history["energy_imbalance"]).max() <= OWN[name] * history["external_work"].max(), run
 
 
+@pytest.mark.slow
 def test_dashpots_take_what_the_forces_of_a_body_at_large_strain_do_not_store():
     """The work of the body's mean force, from its states, less what is stored; it is lost, and never given back."""
     path = ROOT / "studies" / "finite_strain.yaml"

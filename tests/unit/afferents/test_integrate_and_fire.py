@@ -26,7 +26,7 @@ def afferent(**changes):
 
 
 @given(drive=st.floats(1.05, 20.0), membrane=st.floats(1e-3, 0.1), rest=st.floats(1e-3, 5e-3))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_a_steady_stimulus_fires_with_the_period_of_the_closed_form(drive, membrane, rest):
     model = afferent(membrane_time=membrane, rest=rest)
     (found,) = model.spikes(TIMES, np.full((TIMES.size, 1), 0.1 * drive))

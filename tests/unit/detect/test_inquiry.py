@@ -23,6 +23,7 @@ def test_an_inquiry_has_a_table_and_a_figure_of_each(trials_folder: Path, tmp_pa
     assert {path.name for path in tmp_path.iterdir()} == {f"{name}.{end}" for name in names for end in ("csv", "png")}
 
 
+@pytest.mark.slow
 def test_a_classifier_without_markers_has_no_importance_of_rings(trials_folder: Path) -> None:
     assert "importance" not in inquire(trials_folder, "time_threshold", CHOICES, FEW).tables
 

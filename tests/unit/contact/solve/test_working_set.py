@@ -50,6 +50,7 @@ def test_frames_that_turn_are_taken_along_without_gathering_again():
     assert gather(compliance(), SCALE, old.nodes, None).in_step(compliance(), SCALE).frames.shape == (3, 3, 3)
 
 
+@pytest.mark.slow
 def test_an_old_working_set_hands_on_its_rows_and_its_forces():
     old = gather(compliance(), SCALE, np.array([1, 4, 6]), None).renewed(STICK[:3])
     past = Past(np.ones((COUNT, DIM)), np.zeros((COUNT, DIM)))

@@ -37,6 +37,7 @@ def test_inner_sphere_has_the_smaller_radius(thickness: float):
     assert np.linalg.norm(inner.points, axis=1) == pytest.approx(8e-3 - thickness, abs=0.05 * thickness)
 
 
+@pytest.mark.slow
 def test_thin_neck_parts_in_two():
     # Two balls that a neck of 1 mm radius joins: 1.5 mm below the skin only balls of 3.5 mm radius are left.
     balls = (ellipsoid((5e-3,) * 3, (x, 0.0, 0.0)) for x in (-6e-3, 6e-3))

@@ -63,6 +63,7 @@ def test_standard_report_has_its_sections_and_figures() -> None:
     assert report.title == "A <study>"
 
 
+@pytest.mark.slow
 def test_single_run_is_called_like_its_study_and_unrecorded_readings_have_no_table() -> None:
     history = make(Process()).drop_dims("site")
     report = study_report(content_of((result_of(history, "run", {}),), {"run": history}))

@@ -32,6 +32,7 @@ def test_pictures_that_need_more_are_left_out_without_it(history: xr.Dataset) ->
     assert SOLID.model(RunToDraw("r", "", plain, Events()), mesh) == []
 
 
+@pytest.mark.slow
 def test_a_study_in_space_has_a_report(history: xr.Dataset) -> None:
     runs = tuple(
         result_of(history, name, {"fingertip.solid.angle": angle})

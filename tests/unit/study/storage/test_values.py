@@ -344,6 +344,7 @@ def test_no_value_that_is_shown_as_not_used_changes_the_section(tmp_path: Path) 
         check_unused(resolved(PLANE | coarse | {"fingertip": off, "record": record}), 13, tmp_path)
 
 
+@pytest.mark.slow
 def test_no_value_that_is_shown_as_not_used_changes_the_solid(tmp_path: Path) -> None:
     coarse = {"mesh": {"element": "T4", "contact_size": "1.2 mm", "bulk_size": "2.5 mm"}}
     check_unused(resolved(SOLID | coarse), 12, tmp_path)

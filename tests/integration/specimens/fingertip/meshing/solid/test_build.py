@@ -28,7 +28,9 @@ def region_of(mesh):
     return region
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize(
+    "variant", [VARIANTS[0], *(pytest.param(name, marks=pytest.mark.slow) for name in VARIANTS[1:])]
+)
 def test_names_share_out_cells_and_outside(variant):
     mesh = coarse_solid(variant)
     assert list(mesh.subdomains) == ["epidermis", "dermis", "tissue", "phalanx"]
@@ -42,6 +44,7 @@ def test_names_share_out_cells_and_outside(variant):
     check_quality(mesh)
 
 
+@pytest.mark.slow
 def test_volumes_are_those_of_the_surfaces():
     mesh, finger = coarse_solid(), change_solid()
     outline, width = finger.sagittal, finger.transverse.half_width
@@ -94,6 +97,7 @@ def test_quadratic_mesh_has_the_names_and_the_shape_of_the_linear_one():
     assert quadratic.doflocs.shape[1] > 6 * linear.p.shape[1]
 
 
+@pytest.mark.slow
 def test_finger_at_an_angle_with_a_nail():
     finger = change_solid(solid={"angle": "0.35 rad", "nail": NAIL}, materials={"nail": KERATIN})
     mesh = build_solid(finger, **COARSE)
