@@ -43,13 +43,9 @@ def receptor_stimuli(history: xr.Dataset, kinds: Sequence[str] = RECEPTOR_KINDS)
     """
     rows = sites_of_kinds(history, kinds)
     if not rows.size:
-        raise ResultError(
-            "history", f"has no receptor of the types {', '.join(kinds)}", "needs one", "record receptors"
-        )
+        raise ResultError(f"history: has no receptor of the types {', '.join(kinds)}, needs one; record receptors")
     if _STRAIN not in history:
-        raise ResultError(
-            "history", "holds no strain at the sites", "needs it", "run the study again with this version"
-        )
+        raise ResultError("history: holds no strain at the sites, needs it; run the study again with this version")
     at = history.isel(site=rows)
     times = at["time"].values
     variables = {}
@@ -81,7 +77,10 @@ def _principal(at: xr.Dataset, which: int) -> Array:
     for number in range(components.shape[-1] - 3):
         i, j = pairs[number]
         tensors[..., i, j] = tensors[..., j, i] = components[..., 3 + number]
-    found: Array = np.linalg.eigvalsh(tensors)[..., which]
+    # LAPACK finds zeros, or nothing at all, where a component is not known.
+    known = np.isfinite(tensors).all(axis=(-2, -1))
+    values = np.linalg.eigvalsh(np.where(known[..., None, None], tensors, 0.0))[..., which]
+    found: Array = np.where(known, values, np.nan)
     return found
 
 
