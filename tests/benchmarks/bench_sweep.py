@@ -15,6 +15,7 @@ import resource
 import sys
 import tempfile
 import time
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -74,17 +75,8 @@ def times(basis: str, workers: int) -> dict[str, Timing]:
 
 def apart(study: str, workers: int) -> Timing:
     """Run a study in a process of its own."""
-    context = multiprocessing.get_context("spawn")
-    found = context.Queue()
-    process = context.Process(target=_told, args=(found, study, workers))
-    process.start()
-    timing: Timing = found.get()
-    process.join()
-    return timing
-
-
-def _told(found, study: str, workers: int) -> None:
-    found.put(measure(study, workers))
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        return pool.submit(measure, study, workers).result()
 
 
 def report(basis: str, found: dict[str, Timing], before: dict | None) -> str:

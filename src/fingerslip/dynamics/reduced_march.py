@@ -70,13 +70,13 @@ class _Maker:
 
     def kept(self) -> CraigBampton | None:
         """Return the basis that is kept, if any."""
-        arrays = self.store.load(self._key) if self.store else None
+        arrays = None if self.store is None else self.store.load(self._key)
         known: dict[str, Any] = {field.name: arrays[field.name] for field in fields(CraigBampton)} if arrays else {}
         return CraigBampton(**known) if known else None
 
     def keep(self, basis: CraigBampton) -> None:
         """Keep a basis for other runs."""
-        if self.store:
+        if self.store is not None:
             self.store.save(self._key, {field.name: getattr(basis, field.name) for field in fields(basis)})
 
     def make(self, count: int) -> CraigBampton:
