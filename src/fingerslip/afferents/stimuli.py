@@ -78,7 +78,7 @@ def _principal(at: xr.Dataset, which: int) -> Array:
         i, j = pairs[number]
         tensors[..., i, j] = tensors[..., j, i] = components[..., 3 + number]
     # LAPACK finds zeros, or nothing at all, where a component is not known.
-    known = np.isfinite(tensors).all(axis=(-2, -1))
+    known = np.asarray(np.isfinite(tensors).all(axis=(-2, -1)))
     values = np.linalg.eigvalsh(np.where(known[..., None, None], tensors, 0.0))[..., which]
     found: Array = np.where(known, values, np.nan)
     return found
