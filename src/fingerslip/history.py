@@ -146,12 +146,15 @@ VARIABLES: Mapping[str, Variable] = {
     "snapshot_stress": Variable(
         ("snapshot_time", "cell", "stress_component"), "Pa", "Cauchy stress at the cells' centres"
     ),
+    "snapshot_strain": Variable(
+        ("snapshot_time", "cell", "stress_component"), "1", "strain tensor of cells, logarithmic at large strain"
+    ),
 }
 
 
-# Histories of version 0.2 lack the stress.
+# Histories of version 0.1 lack the tensors.
 _OF_SNAPSHOTS = tuple(
-    name for name, known in VARIABLES.items() if "snapshot_time" in known.dims and name != "snapshot_stress"
+    name for name, known in VARIABLES.items() if "snapshot_time" in known.dims and "stress_component" not in known.dims
 )
 
 # Names in files of version 0.1.
