@@ -9,6 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from fingerslip.history import full_tensors
+
 __all__ = ["cell_tensors"]
 
 _STORED: Mapping[str, str] = MappingProxyType({"stress": "snapshot_stress", "strain": "snapshot_strain"})
@@ -30,12 +32,8 @@ def cell_tensors(history: xr.Dataset, number: int) -> dict[str, NDArray[np.float
         Of `stress` (Cauchy's) [Pa] and `strain` (small, or logarithmic at large strain) [-] those that are recorded;
         symmetric, with the shear strains of the tensor, half the engineering ones.
     """
-    components = [tuple("xyz".index(axis) for axis in str(name)) for name in history["stress_component"].values]
-    found = {}
-    for name, stored in _STORED.items():
-        if stored in history:
-            values = history[stored].values[number].astype(np.float64)
-            found[name] = np.zeros((len(values), 3, 3))
-            for column, (row, other) in enumerate(components):
-                found[name][:, row, other] = found[name][:, other, row] = values[:, column]
-    return found
+    return {
+        name: full_tensors(history[stored][number].astype(np.float64))
+        for name, stored in _STORED.items()
+        if stored in history
+    }

@@ -51,6 +51,12 @@ def test_strains_of_known_tensors(strain, components, equivalent, largest, small
     assert float(found.pressure) == pytest.approx(-1e4 * np.mean(strain[:3]))
 
 
+def test_an_unknown_strain_across_the_plane_leaves_the_strains_unknown():
+    found = receptor_stimuli(uniform([0.2, -0.1, np.nan, 0.0], PLANE)).isel(time=-1)
+    for name in ("equivalent_strain", "largest_strain", "smallest_strain"):
+        assert np.isnan(found[name]).all()
+
+
 def test_rates_are_differences_over_time():
     found = receptor_stimuli(uniform([0.2, -0.1, -0.1, 0.0], PLANE))
     np.testing.assert_allclose(found.equivalent_strain_rate, 0.4)
