@@ -43,13 +43,9 @@ def receptor_stimuli(history: xr.Dataset, kinds: Sequence[str] = RECEPTOR_KINDS)
     """
     rows = sites_of_kinds(history, kinds)
     if not rows.size:
-        raise ResultError(
-            "history", f"has no receptor of the types {', '.join(kinds)}", "needs one", "record receptors"
-        )
+        raise ResultError(f"history: has no receptor of the types {', '.join(kinds)}, needs one; record receptors")
     if _STRAIN not in history:
-        raise ResultError(
-            "history", "holds no strain at the sites", "needs it", "run the study again with this version"
-        )
+        raise ResultError("history: holds no strain at the sites, needs it; run the study again with this version")
     at = history.isel(site=rows)
     times = at["time"].values
     variables = {}
@@ -74,11 +70,10 @@ def _equivalent_strain(at: xr.Dataset) -> Array:
 def _principal(at: xr.Dataset, which: int) -> Array:
     """Return a principal strain, numbered from the smallest; NaN where the strain across the plane is not known."""
     strain = full_tensors(at[_STRAIN])
-    known = np.isfinite(strain).all(axis=(-2, -1))
+    known = np.asarray(np.isfinite(strain).all(axis=(-2, -1), keepdims=True))
     # Eigenvalues of a tensor with NaN are numbers that mean nothing.
-    found: Array = np.where(
-        known, np.linalg.eigvalsh(np.where(known[..., None, None], strain, 0.0))[..., which], np.nan
-    )
+    principal = np.linalg.eigvalsh(np.where(known, strain, 0.0))
+    found: Array = np.where(known[..., 0, 0], principal[..., which], np.nan)
     return found
 
 
