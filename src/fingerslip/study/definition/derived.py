@@ -20,11 +20,13 @@ from typing import Any
 import numpy as np
 
 from fingerslip.errors import InputError
-from fingerslip.results import Quantity, RunResult
-from fingerslip.sampling.outputs import output_of
+from fingerslip.results import REPEAT, SAMPLE, Quantity, RunResult
+from fingerslip.sampling.outputs import output_names, output_of
+from fingerslip.slip.events import Events
+from fingerslip.slip.names import READINGS, TIMES
 from fingerslip.units import si_number, si_quantity, with_unit
 
-__all__ = ["FUNCTIONS", "check_expression", "derive", "derived_of"]
+__all__ = ["FUNCTIONS", "check_expression", "check_names", "derive", "derived_of"]
 
 #: What may be called; logarithm and exponential take pure numbers.
 FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
@@ -50,6 +52,8 @@ _OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = MappingProxyType(
 )
 # Names with dots are no names of Python; text in quotes stays as it is.
 _NAME = re.compile(r"'[^']*'|\"[^\"]*\"|(?<![\w.])[^\W\d]\w*(?:\.\w+)*")
+_WORD = re.compile(r"[A-Za-z]\w*", re.ASCII)
+_COLUMNS = ("run", SAMPLE, REPEAT, "readings_recorded", "refused")
 _SEVERAL = ("min", "max")
 _LONGEST = 500  # [characters], so that no nesting is deeper than Python's stack
 _LARGEST_NUMBER, _LARGEST_EXPONENT = 1e300, 20.0
@@ -68,6 +72,30 @@ def check_expression(text: str) -> str:
     for node in ast.walk(tree):
         _check_node(node, text)
     return text
+
+
+def check_names(expressions: Mapping[str, str]) -> Mapping[str, str]:
+    """Return derived quantities whose names are words of their own: they name columns, and outputs of a run.
+
+    Raises
+    ------
+    InputError
+        For a name with other characters, or that of an event, of a measure or of a column of the summary.
+    """
+    for name in expressions:
+        if not _WORD.fullmatch(name):
+            raise InputError(name, "is no name of a column", "needs letters, digits and '_', a letter first")
+        if name in _taken():
+            raise InputError(name, "is the name of something else in the summary", "needs a name of its own")
+    return expressions
+
+
+@functools.cache
+def _taken() -> frozenset[str]:
+    """Return the names that events, measures and columns of the summary have."""
+    readings = {"" if reading == "slip" else f"_{reading}" for reading in READINGS}
+    times = {f"{time}{reading}" for time in TIMES for reading in readings}
+    return frozenset({*_COLUMNS, *FUNCTIONS, *times, *output_names(RunResult("", {}, Events()))})
 
 
 def derived_of(expressions: Mapping[str, str], result: RunResult) -> dict[str, Quantity]:
@@ -107,7 +135,7 @@ def derive(name: str, text: str, result: RunResult) -> Quantity:
 
 def _number_in(value: float, unit: str) -> Any:
     """Return a number in a unit that becomes infinite or no number where Python's own would raise or become complex."""
-    return with_unit(np.float64(value), unit)  # type: ignore[arg-type]
+    return with_unit(np.float64(value), unit)
 
 
 @functools.lru_cache(maxsize=256)

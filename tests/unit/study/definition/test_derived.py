@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
+
 import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.results import Quantity, RunResult
 from fingerslip.slip.events import Events, SlipEvents
-from fingerslip.study.definition.derived import check_expression, derive, derived_of
+from fingerslip.study.definition.derived import check_expression, check_names, derive, derived_of
+from fingerslip.study.definition.spec import read_study
+from unit.study.block import block_values
 
 RUN = RunResult(
     "run",
@@ -116,3 +121,20 @@ def test_functions_alone_and_foreign_letters_are_unknown_names(text: str) -> Non
 def test_a_unit_does_not_depend_on_a_result() -> None:
     with pytest.raises(InputError, match="known exponent"):
         derive("x", "'2 mm' ** (three_quarter_slip / '1 s')", RUN)
+
+
+@pytest.mark.parametrize("name", ["overall_slip", "overall", "latency_displacement", "normal_force_max", "sample"])
+def test_names_of_something_else_are_refused(name: str) -> None:
+    with pytest.raises(InputError, match=f"{name}.*needs a name of its own"):
+        check_names({name: "latency"})
+
+
+@pytest.mark.parametrize("name", ["a, b", "2nd", "", "_x", "é"])
+def test_names_are_those_of_columns(name: str) -> None:
+    with pytest.raises(InputError, match="is no name of a column"):
+        check_names({name: "latency"})
+
+
+def test_study_files_are_held_to_these_names(write_study: Callable[..., Path]) -> None:
+    with pytest.raises(InputError, match=r"derived\.overall: "):
+        read_study(write_study(block_values() | {"derived": {"overall": "latency"}}))
