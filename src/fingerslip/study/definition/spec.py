@@ -27,11 +27,10 @@ from fingerslip.parameters import (
     plain_fields,
     valid_fields,
 )
-from fingerslip.parameters.dotted import walk
+from fingerslip.parameters.dotted import flatten, walk
 from fingerslip.parameters.fields import current_path
 from fingerslip.parameters.mistakes import in_order
 from fingerslip.published import published
-from fingerslip.results import flatten
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.protocol import Specimen

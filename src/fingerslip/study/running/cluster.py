@@ -21,7 +21,7 @@ from typing import Any
 
 from fingerslip.errors import FingerslipError, InputError, ResultError
 from fingerslip.files import new_folder, writing
-from fingerslip.results import stored_result
+from fingerslip.run_folder import stored_result
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import build_model
 from fingerslip.study.running.compute import Job

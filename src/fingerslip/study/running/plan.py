@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.errors import InputError, Mistakes
-from fingerslip.results import RefusedRun, RunResult, flatten, read_result
+from fingerslip.parameters.dotted import flatten
+from fingerslip.results import RefusedRun, RunResult
+from fingerslip.run_folder import read_result
 from fingerslip.slip.events import Events
 from fingerslip.study.definition.base import read_with_base
 from fingerslip.study.definition.derived import derive

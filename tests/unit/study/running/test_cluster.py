@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from fingerslip.errors import InputError, ResultError
-from fingerslip.results import stored_result
+from fingerslip.run_folder import stored_result
 from fingerslip.study.running import cluster
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.progress import SilentProgress
