@@ -123,7 +123,7 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
     Raises
     ------
     InputError
-        Where a model responds to a stimulus that is not known.
+        Where a model responds to a stimulus that is not known, or does not answer for every receptor.
     ResultError
         Where the history has no receptor of these types, no strain, less than two times, or a stimulus without values.
 
@@ -145,7 +145,10 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
         values = stimuli[model.stimulus].values[:, rows]
         _check_values(model.stimulus, values)
         warn_beyond(history, model.highest_frequency, f"the model of {kind}")
-        found |= dict(zip(rows.tolist(), model.spikes(times, values), strict=True))
+        trains = model.spikes(times, values)
+        if len(trains) != rows.size:
+            raise InputError(f"{kind}.spikes", f"gave {len(trains)} arrays", f"needs {rows.size}, one a receptor")
+        found |= dict(zip(rows.tolist(), trains, strict=True))
     order = sorted(found)
     names = tuple(str(stimuli["site"].values[row]) for row in order)
     kinds = tuple(str(known[row]) for row in order)

@@ -81,3 +81,10 @@ def test_a_stimulus_that_is_not_known_gives_no_train_without_spikes(history):
         spikes_of(unknown, {"SA-I": Once()})
     with pytest.raises(fs.ResultError, match="has 1 values, needs two or more"):
         spikes_of(history.isel(time=[0]), {"SA-I": Once()})
+
+
+def test_a_model_that_forgets_a_receptor_is_refused(history):
+    model = Once()
+    model.spikes = lambda times, _: [times[:1]]
+    with pytest.raises(fs.InputError, match="gave 1 arrays, needs 2, one a receptor"):
+        spikes_of(history, {"SA-I": model})
