@@ -28,7 +28,7 @@ from fingerslip.detect.trials import Trial
 from fingerslip.errors import InputError
 from fingerslip.history import phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks, seen_with_plate
-from fingerslip.results import HISTORY, RESULT, stored_result
+from fingerslip.run_folder import HISTORY, RESULT, stored_result
 from fingerslip.slip.fractions import stick_ratio
 from fingerslip.units import parse_quantity
 from fingerslip.vision.cameras.camera import frame_times, interpolated

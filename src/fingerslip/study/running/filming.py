@@ -22,7 +22,7 @@ from fingerslip.history import read_history
 from fingerslip.marker_tracks import filmed_tracks
 from fingerslip.parameters import as_mapping
 from fingerslip.report.page.tracking import write_tracking
-from fingerslip.results import HISTORY
+from fingerslip.run_folder import HISTORY
 from fingerslip.study.definition.camera_settings import CameraSettings
 from fingerslip.study.running.plan import Plan
 from fingerslip.study.running.progress import StudyProgress

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fingerslip.report.page.comparison import ComparedStudy, comparison_report
 from fingerslip.report.page.page import write_page
-from fingerslip.results import RUN
+from fingerslip.run_folder import RUN
 from fingerslip.study.storage.reporting import provenance_of, read_stored, slide_starts
 from fingerslip.study.storage.summary import read_manifest
 from fingerslip.study.storage.values import read_specified, value_rows
@@ -41,7 +41,7 @@ def compare_studies(first: str | Path, second: str | Path, output: Path | None =
         for side, folder in zip("AB", folders, strict=True)
         for name, value in provenance_of(folder, read_manifest(folder)).items()
     }
-    path = output or folders[0] / f"comparison-{folders[1].name}.html"
+    path = output or folders[0] / f"comparison-{folders[1].resolve().name}.html"
     write_page(comparison_report(compared[0], compared[1], provenance), path)
     return path
 

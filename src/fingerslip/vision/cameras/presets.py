@@ -128,9 +128,10 @@ def aimed_camera(kind: str, heights: ArrayLike, distance: float, view_width: flo
     InputError
         As of these.
     """
+    seen = np.asarray(heights, dtype=np.float64)
     if kind == "internal":
-        return internal_camera(distance, view_width, target=float(np.nanmean(heights)), **more)
-    return external_camera(distance, view_width, target=float(np.nanmin(heights)), **more)
+        return internal_camera(distance, view_width, target=float(np.nanmean(seen)), **more)
+    return external_camera(distance, view_width, target=float(np.nanmin(seen)), **more)
 
 
 def _lens(kind: str, size: tuple[int, int], view_width: float, distance: float) -> Pinhole | Fisheye:

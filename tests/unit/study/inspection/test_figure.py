@@ -9,7 +9,8 @@ import pytest
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import write_history
-from fingerslip.results import result_of, write_result
+from fingerslip.results import result_of
+from fingerslip.run_folder import write_result
 from fingerslip.study.inspection.figure import FigureChoice, film_size, kinds_text, write_figure
 from fingerslip.study.running.runner import run_study
 from fingerslip.vision.video import video_info
@@ -54,6 +55,17 @@ def test_of_several_runs_one_has_to_be_named(folder: Path, tmp_path: Path) -> No
 def test_wrong_choices_say_what_is_allowed(folder: Path, choice: FigureChoice, words: str) -> None:
     with pytest.raises(InputError, match=words):
         write_figure(folder, choice)
+
+
+def test_what_a_run_has_not_is_said(folder: Path, tmp_path: Path) -> None:
+    run = folder / "friction_coefficient-0.2"
+    with pytest.raises(InputError, match=r"--time: got 99 s, needs a time of the run, 0 to"):
+        write_figure(run, FigureChoice("forces", times=("99 s",)))
+    with pytest.raises(InputError, match="--run: got 'x' with the folder of a run, needs the folder of its study"):
+        write_figure(run, FigureChoice("forces", run="x"))
+    with pytest.raises(InputError, match=r"--output: got '.*film.avi', needs a name that ends in .mp4"):
+        write_figure(run, FigureChoice("film"), tmp_path / "film.avi")
+    assert list(tmp_path.glob("film*")) == []
 
 
 def test_a_film_is_an_mp4_of_the_asked_size_and_rate(tmp_path: Path) -> None:
