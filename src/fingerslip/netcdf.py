@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
-import xarray as xr
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["netcdf_bytes"]
 
@@ -39,6 +40,9 @@ def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> by
     >>> xr.open_dataset(io.BytesIO(netcdf_bytes(rate)), engine="h5netcdf").identical(rate)
     True
     """
+    import h5py
+    import xarray as xr
+
     variables, attributes = xr.conventions.cf_encoder(*xr.conventions.encode_dataset_coordinates(dataset))
     chosen = set(compressed)
     with h5py.File("memory", "w", driver="core", backing_store=False, track_order=True) as file:
@@ -56,6 +60,8 @@ def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> by
 
 def _written(file: Any, name: str, variable: xr.Variable, compressed: bool) -> Any:
     """Write a variable with its attributes, and return its place in the file."""
+    import h5py
+
     values = np.asarray(variable.values)
     if values.dtype.kind in "UO":
         values = values.astype(h5py.string_dtype())
@@ -85,6 +91,8 @@ def _scales(file: Any, sizes: Mapping[Hashable, int], made: Mapping[Hashable, An
 
 def _describe(place: Any, attributes: Mapping[Any, Any]) -> None:
     """Write attributes of a file or of a variable."""
+    import h5py
+
     for name, value in attributes.items():
         of_text = isinstance(value, (list, tuple)) and all(isinstance(own, str) for own in value)
         place.attrs[str(name)] = np.array(value, dtype=h5py.string_dtype()) if of_text else value

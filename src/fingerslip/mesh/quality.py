@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import skfem
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError
 from fingerslip.units import coordinates
+
+if TYPE_CHECKING:
+    import skfem
 
 __all__ = ["QualityLimits", "QualityRow", "check_quality", "quality_limits", "quality_table", "tetrahedron_scores"]
 
