@@ -124,7 +124,7 @@ def new_folder(final: Path) -> Iterator[Path]:
 
 
 def check_replaceable(folder: Path, mark: str) -> None:
-    """Refuse a folder for results that holds something else, which would be lost.
+    """Refuse a folder for results that holds something else, or is a file, which would be lost.
 
     Parameters
     ----------
@@ -136,8 +136,10 @@ def check_replaceable(folder: Path, mark: str) -> None:
     Raises
     ------
     InputError
-        Where the folder holds files, but not that one.
+        Where the folder holds files, but not that one, and where it is a file.
     """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(str(folder), "is a file", "needs a folder", "give another name")
     if folder.is_dir() and any(folder.iterdir()) and not (folder / mark).is_file():
         found, allowed = f"holds files, but no {mark}", "needs a new folder, or one of the same kind to replace"
         raise InputError(str(folder), found, allowed, "give another name")

@@ -53,6 +53,10 @@ class PublishedValue:
         The number that the statement is compared with.
     note : str
         What else is known of it.
+    otherwise : str
+        Why the time from accumulated slip is another quantity than the paper's; empty where it is the same.
+    calibrated : mapping of str to object
+        Dotted paths of a study, and the values that were chosen so that it comes out; empty where none was.
     """
 
     id: str
@@ -68,6 +72,8 @@ class PublishedValue:
     statement: str = ""
     check: str = ""
     note: str = ""
+    otherwise: str = ""
+    calibrated: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
     def way(self) -> str:
@@ -81,8 +87,11 @@ class PublishedValue:
 
     def unmet(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the conditions that the dotted `values` of a run do not meet: paths, and what would be needed."""
-        needed = {**self.conditions, **self.programme}
-        return {path: value for path, value in needed.items() if path not in values or not _same(values[path], value)}
+        return _unmet({**self.conditions, **self.programme}, values)
+
+    def is_calibrated(self, values: Mapping[str, Any]) -> bool:
+        """Tell whether the dotted `values` of a run are those that were chosen so that this value comes out."""
+        return bool(self.calibrated) and not _unmet(self.calibrated, values)
 
 
 @dataclass(frozen=True)
@@ -145,6 +154,7 @@ def _value(row: Mapping[str, Any], group: Mapping[str, Any], document: Mapping[s
     span = tuple(row["range"]) if "range" in row else None
     shared = group.get("conditions", document["conditions"])
     programme = group.get("programme", document["programme"])
+    otherwise = group.get("otherwise", document.get("otherwise", {}))
     texts = {name: row.get(name, "") for name in ("unit", "reading", "statement", "check", "note")}
     return PublishedValue(
         id=row["id"],
@@ -155,8 +165,14 @@ def _value(row: Mapping[str, Any], group: Mapping[str, Any], document: Mapping[s
         span=(float(span[0]), float(span[1])) if span else None,
         conditions=MappingProxyType({**shared, **row.get("conditions", {})}),
         programme=MappingProxyType(dict(programme)),
+        otherwise=otherwise.get(row["quantity"], "") if not row.get("reading") else "",
+        calibrated=MappingProxyType(dict(row.get("calibrated", {}))),
         **texts,
     )
+
+
+def _unmet(needed: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+    return {path: value for path, value in needed.items() if path not in values or not _same(values[path], value)}
 
 
 def _same(value: object, needed: object) -> bool:

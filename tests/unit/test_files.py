@@ -136,3 +136,9 @@ def test_a_folder_of_something_else_is_not_to_be_replaced(tmp_path: Path) -> Non
         check_replaceable(tmp_path, "mark")
     (tmp_path / "mark").write_text("")
     check_replaceable(tmp_path, "mark")
+
+
+def test_a_file_is_not_replaced_by_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "study.yaml").write_text("title: mine", encoding="utf-8")
+    with pytest.raises(InputError, match="is a file, needs a folder"):
+        check_replaceable(tmp_path / "study.yaml", "mark")

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fingerslip.commands.shared import AsJson, print_tables
+from fingerslip.errors import InputError
 
 __all__ = ["report"]
 
@@ -30,4 +31,8 @@ def report(
     if other is not None:
         typer.echo(str(compare_studies(folder, other, output)))
         return
+    if output is not None:
+        raise InputError(
+            "report: --output", f"got {output} with one folder", "needs two: it is where a comparison goes"
+        )
     print_tables(report_again(folder), as_json)

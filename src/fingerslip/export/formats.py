@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
@@ -14,11 +15,15 @@ from fingerslip.errors import InputError
 from fingerslip.export.matlab import write_history_mat, write_tables_mat
 from fingerslip.export.paraview import write_paraview
 from fingerslip.export.tables import history_tables
-from fingerslip.files import json_text, new_folder, write_text
+from fingerslip.files import check_replaceable, json_text, new_folder, write_json, write_text, writing
+from fingerslip.version import __version__
 
 __all__ = ["FORMATS", "export_history", "export_tables"]
 
 _Tables = Mapping[str, pd.DataFrame]
+
+# By this file a folder is known as an export, which another one may replace.
+_MARK = "fingerslip-export.json"
 
 
 def _write_csv(tables: _Tables, folder: Path) -> None:
@@ -61,7 +66,7 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
     history : xarray.Dataset
         A history.
     folder : path
-        The folder that is made; one that is there is replaced.
+        The folder that is made; an export that is there is replaced.
     kind : {'csv', 'json', 'mat', 'parquet', 'vtu'}
         Tidy tables, one file each; all arrays in one MATLAB file; or snapshots for ParaView.
 
@@ -73,13 +78,13 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
     Raises
     ------
     InputError
-        For another format, and for one whose package is not installed.
+        For another format, and for one whose package is not installed; where the folder holds something else.
     ResultError
         Where the files cannot be written, and for ``vtu`` of a history without snapshots.
     """
     if kind not in _OF_HISTORIES:
         return export_tables(history_tables(history), folder, kind)
-    with new_folder(Path(folder)) as partial:
+    with _export(Path(folder), kind) as partial:
         _OF_HISTORIES[kind](history, partial)
     return Path(folder)
 
@@ -92,7 +97,7 @@ def export_tables(tables: Mapping[str, pd.DataFrame], folder: str | Path, kind: 
     tables : mapping of str to pandas.DataFrame
         The tables by the names of their files.
     folder : path
-        The folder that is made; one that is there is replaced.
+        The folder that is made; an export that is there is replaced.
     kind : {'csv', 'json', 'mat', 'parquet'}
         The format.
 
@@ -104,12 +109,21 @@ def export_tables(tables: Mapping[str, pd.DataFrame], folder: str | Path, kind: 
     Raises
     ------
     InputError
-        For another format, and for one whose package is not installed.
+        For another format, and for one whose package is not installed; where the folder holds something else.
     ResultError
         Where the files cannot be written.
     """
     if kind not in _OF_TABLES:
         raise InputError("format", f"got '{kind}'", f"needs one of {', '.join(_OF_TABLES)}")
-    with new_folder(Path(folder)) as partial:
+    with _export(Path(folder), kind) as partial:
         _OF_TABLES[kind](tables, partial)
     return Path(folder)
+
+
+@contextlib.contextmanager
+def _export(folder: Path, kind: str) -> Iterator[Path]:
+    """Give a temporary folder that takes the place of an export, never of something else."""
+    check_replaceable(folder, _MARK)
+    with new_folder(folder) as partial, writing(folder):
+        write_json(partial / _MARK, {"format": kind, "fingerslip": __version__})
+        yield partial

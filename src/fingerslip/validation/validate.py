@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from fingerslip.published import PublishedValue, published
 from fingerslip.results import RunResult
-from fingerslip.slip.names import LATENCY, READINGS
+from fingerslip.slip.names import READINGS
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.validation.checks import CHECKS, PHALANX_CHECKS, Finding
 from fingerslip.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, VARIANT, Evidence, gather
 from fingerslip.validation.rows import TIME_RESOLUTION, Basis, Row, number_row, statement_row
 from fingerslip.validation.sensor import sensor_rows
 
-__all__ = ["rows_of", "validate"]
+__all__ = ["PAPERS", "rows_of", "validate"]
+
+#: Papers whose values are compared: on fingers, and on a tactile sensor.
+PAPERS = ("wang2014", "bulens2023")
+
 
 # Travel of the plate in one published resolution at 3 mm/s, over a friction coefficient of 0.6 times 1.5 mm.
 _TRAVEL_RESOLUTION = TIME_RESOLUTION * 3.0 / (0.6 * 1.5)
 _TRAVEL_PER_SECOND = _TRAVEL_RESOLUTION / TIME_RESOLUTION
-# The travel of the plate is arithmetic on the calibrated time of overall slip, so it is no prediction either.
-_CALIBRATED = ("overall", "overall_travel_over_friction_depth")
-# The paper reads these from acceleration peaks of the section, which are no share of slipped area.
-_PEAKS_ONLY = ("incipient", LATENCY)
 _SOLID_READINGS = {
     "slip": "slip map: accumulated slip of a tenth and of all of the area",
     "displacement": "eight reference nodes leave the plate's line by 50 um",
@@ -49,6 +49,8 @@ def validate(
     results: str | Path = "results",
     workers: int = 2,
     progress: StudyProgress | None = None,
+    *,
+    papers: Sequence[str] = PAPERS,
 ) -> tuple[Row, ...]:
     """Compare the shipped studies with the published values.
 
@@ -64,6 +66,8 @@ def validate(
         How many runs are computed at once.
     progress : StudyProgress, optional
         Receives the progress.
+    papers : sequence of str, optional
+        Those of :data:`PAPERS` whose values are compared.
 
     Returns
     -------
@@ -79,8 +83,11 @@ def validate(
     ResultError
         Where results cannot be written or read back.
     """
-    rows = rows_of(gather(studies, results, workers=workers, progress=progress))
-    return (*rows, *sensor_rows(studies, results, workers, progress))
+    fingers, sensors = (paper in papers for paper in PAPERS)
+    return (
+        *(rows_of(gather(studies, results, workers=workers, progress=progress)) if fingers else ()),
+        *(sensor_rows(studies, results, workers, progress) if sensors else ()),
+    )
 
 
 def rows_of(evidence: Evidence) -> tuple[Row, ...]:
@@ -106,7 +113,7 @@ def _event_rows(evidence: Evidence, reading: str) -> Iterator[Row]:
         basis = _basis(value) if reading == "slip" else "predicted"
         run = evidence.one(TABLE2, {VARIANT: variant}).run
         name = f"{_words(value.quantity)}, {variant} ({READINGS[reading]})"
-        comparable = reading == "acceleration" or value.quantity not in _PEAKS_ONLY
+        comparable = reading == "acceleration" or not value.otherwise
         yield _event_row(name, value, run, reading, basis=basis, comparable=comparable)
 
 
@@ -208,7 +215,7 @@ def _large_strain_rows(evidence: Evidence) -> Iterator[Row]:
     for value in published("wang2014-table2").values:
         run = finite.one(TABLE2, {VARIANT: value.conditions[VARIANT]}).run
         name = f"{_words(value.quantity)}, {value.conditions[VARIANT]}, large strain ({READINGS['slip']})"
-        comparable = value.quantity not in _PEAKS_ONLY
+        comparable = not value.otherwise
         yield _event_row(name, value, run, "slip", basis="large strain", comparable=comparable)
     for value in published("wang2014-qualitative").values:
         if value.id in _AT_LARGE_STRAIN:
@@ -220,8 +227,7 @@ def _number_of(check: Callable[[Evidence], Finding]) -> Callable[[Evidence], flo
 
 
 def _basis(value: PublishedValue) -> Basis:
-    is_calibrated = value.conditions[VARIANT] == "original" and value.quantity in _CALIBRATED
-    return "calibrated" if is_calibrated else "predicted"
+    return "calibrated" if value.calibrated else "predicted"
 
 
 def _words(quantity: str) -> str:

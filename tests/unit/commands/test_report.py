@@ -15,6 +15,12 @@ def test_report_of_a_folder_without_results(invoke: Callable[..., Any], tmp_path
     assert "holds no results of a study" in result.stderr
 
 
+def test_a_page_to_write_is_for_two_studies(invoke: Callable[..., Any], tmp_path: Path) -> None:
+    result = invoke("report", tmp_path, "-o", tmp_path / "page.html")
+    assert result.exit_code == 2
+    assert "it is where a comparison goes" in result.stderr
+
+
 @pytest.mark.usefixtures("no_report")
 def test_report_is_made_again_without_computing(
     invoke: Callable[..., Any], block: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -59,3 +59,18 @@ def test_a_missing_package_is_named(pushed: xr.Dataset, tmp_path: Path, monkeypa
     with pytest.raises(InputError, match=r'needs pyarrow; install it: pip install "fingerslip\[export\]"'):
         fs.export_history(pushed, tmp_path / "out", "parquet")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_export_is_replaced_and_nothing_else(pushed: xr.Dataset, tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    fs.export_history(pushed, folder, "csv")
+    fs.export_history(pushed, folder, "mat")
+    assert sorted(path.name for path in folder.iterdir()) == ["fingerslip-export.json", "history.mat"]
+    own = tmp_path / "mine"
+    own.mkdir()
+    (own / "thesis.txt").write_text("years", encoding="utf-8")
+    for target in (own, own / "thesis.txt"):
+        with pytest.raises(InputError, match="needs a"):
+            fs.export_history(pushed, target, "csv")
+    assert (own / "thesis.txt").read_text(encoding="utf-8") == "years"
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mine", "out"]

@@ -18,6 +18,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.text import Text
+from matplotlib.ticker import FixedFormatter, FuncFormatter
 
 from fingerslip.report.colours import (
     AREA_COLOURS,
@@ -142,9 +144,28 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
             mpl.rcdefaults()
             mpl.rcParams.update(_STYLE)
             mpl.rcParams.update(_scaled(_look.get()))
-            return draw(*args, **values)
+            figure = draw(*args, **values)
+            if isinstance(figure, Figure):
+                _write_texts_as_they_are(figure)
+            return figure
 
     return drawn
+
+
+def _write_texts_as_they_are(figure: Figure) -> None:
+    """Keep matplotlib from reading the dollars of titles and names as mathematics; numbers on axes keep theirs."""
+    texts = [*figure.texts, *(text for legend in figure.legends for text in legend.get_texts())]
+    for axes in figure.axes:
+        texts += [artist for artist in axes.get_children() if isinstance(artist, Text)]
+        legend = axes.get_legend()
+        texts += legend.get_texts() if legend else []
+        for axis in (axes.xaxis, axes.yaxis):
+            texts.append(axis.label)
+            # The formatters of given labels.
+            if isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter):
+                texts += axis.get_ticklabels()
+    for text in texts:
+        text.set_parse_math(False)
 
 
 @contextlib.contextmanager

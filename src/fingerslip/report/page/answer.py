@@ -1,4 +1,4 @@
-"""The answer that opens a report: one or two plain sentences with the numbers of what was run."""
+"""The answer that opens a report: a few plain sentences with the numbers of what was run."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from fingerslip.published import PublishedSet
 from fingerslip.report.labels import path_label, run_title, swept_text
+from fingerslip.report.page.beside import beside_published
 from fingerslip.report.tables.events import swept_paths
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.units import split_quantity
@@ -15,7 +16,7 @@ __all__ = ["answer"]
 
 
 def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence[PublishedSet] = ()) -> tuple[str, ...]:
-    """Say in one to three sentences what a study found.
+    """Say in a few sentences what a study found, and how that stands beside published times.
 
     Parameters
     ----------
@@ -24,7 +25,7 @@ def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence
     starts : mapping of str to float
         When the slide of each run begins [s], by the name of the run; runs in which nothing slides are left out.
     references : sequence of PublishedSet, optional
-        Published values; overall slip is put beside them where a run meets their conditions.
+        Published values; slip and latency are put beside them where a run meets their conditions.
     """
     sliding = [run for run in study.runs if run.name in starts]
     if not sliding:
@@ -32,10 +33,13 @@ def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence
     slipped = [run for run in sliding if run.events.overall is not None]
     if not slipped:
         many = f"any of the {len(sliding)} runs" if len(sliding) > 1 else "this run"
-        return (f"The whole contact does not slip in {many}: overall slip is not reached by the end of the slide.",)
+        first: tuple[str, ...] = (
+            f"The whole contact does not slip in {many}: overall slip is not reached by the end of the slide.",
+        )
+        return (*first, *beside_published(sliding, references))
     single = len(study.runs) == 1
     first = _of_one(slipped[0], starts) if single else _of_many(study, sliding, slipped, starts)
-    return tuple(sentence for sentence in (*first, _beside_published(slipped, references)) if sentence)
+    return tuple(sentence for sentence in (*first, *beside_published(sliding, references)) if sentence)
 
 
 def _of_held(runs: Sequence[RunResult]) -> tuple[str, ...]:
@@ -128,26 +132,3 @@ def _latencies(runs: Sequence[RunResult]) -> str:
     low, high = f"{min(known):.0f}", f"{max(known):.0f}"
     span = f"{low} ms are" if low == high else f"{low} to {high} ms are"
     return f"From incipient slip on, {span} left to react."
-
-
-def _beside_published(runs: Sequence[RunResult], references: Sequence[PublishedSet]) -> str:
-    """Say how far overall slip is from published times; nothing where none is comparable."""
-    differences = [
-        1e3 * (run.events.overall - min(max(run.events.overall, low), high))
-        for run in runs
-        for reference in references
-        for value in reference.values
-        if value.quantity == "overall"
-        and value.reading in ("", "slip")
-        and value.value is not None
-        and run.events.overall is not None
-        and value.holds_for(run.all_values)
-        for low, high in [value.span or (value.value, value.value)]
-    ]
-    if not differences:
-        return ""
-    worst = max(differences, key=abs)
-    count = "the published time" if len(differences) == 1 else f"{len(differences)} published times"
-    if abs(worst) < 0.5:
-        return f"Overall slip agrees with {count} to the millisecond."
-    return f"Beside {count}, overall slip is at most {abs(worst):.0f} ms {'later' if worst > 0.0 else 'earlier'}."

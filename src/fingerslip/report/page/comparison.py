@@ -90,10 +90,19 @@ def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: M
     )
     shown = tuple(section for section in sections if not section.is_empty)
     title = f"{first.title} beside {second.title}"
-    return Report(title, shown, provenance, answer=(_answer(pairs, first, second),), hero=hero)
+    return Report(title, shown, provenance, answer=_answer(pairs, first, second), hero=hero)
 
 
-def _answer(pairs: Sequence[Pair], first: ComparedStudy, second: ComparedStudy) -> str:
+def _answer(pairs: Sequence[Pair], first: ComparedStudy, second: ComparedStudy) -> tuple[str, ...]:
+    count = len(_values(first, second).rows)
+    many = f"{count} values differ between the studies; what follows is the effect of all of them."
+    one = "One value differs between the studies; what follows is the effect of it."
+    said = many if count > 1 else one if count else "No value differs between the studies."
+    return said, _change(pairs, first, second)
+
+
+def _change(pairs: Sequence[Pair], first: ComparedStudy, second: ComparedStudy) -> str:
+    """Say how much later overall slip of the second study comes."""
     if not pairs:
         return "The studies have no runs with the same swept values, so that none can be compared one by one."
     changes = [

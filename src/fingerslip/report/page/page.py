@@ -173,8 +173,8 @@ def _scripts(names: Sequence[str], moving: bool) -> str:
 
 
 def _json(anchor: str, values: Mapping[str, Any]) -> str:
-    """Return plain data for the scripts of a page; a text in it cannot end the script."""
-    text = json.dumps(values, ensure_ascii=False, separators=(",", ":")).replace("</", "<\\/")
+    """Return plain data for the scripts of a page; no text in it can end the script, or keep it from ending."""
+    text = json.dumps(values, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c")
     return f'<script type="application/json" id="{anchor}">{text}</script>'
 
 

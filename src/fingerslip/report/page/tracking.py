@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.files import new_folder
+from fingerslip.files import check_replaceable, new_folder
 from fingerslip.report.figures.tracking import count_figure, jump_figure, noise_figure
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
 from fingerslip.report.tables.table import Column, Table
@@ -25,6 +25,7 @@ from fingerslip.vision.video import write_video
 __all__ = ["quality_report", "write_tracking"]
 
 _LONGEST_LIST = 40
+_TRACKS = "tracks.nc"
 
 
 def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path) -> Path:
@@ -37,7 +38,7 @@ def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path) -> Pa
     frames : Frames
         The video that they come from.
     folder : path
-        Gets ``tracks.nc``, ``tracks.csv``, ``overlay.avi`` and ``quality.html``; what was there is replaced.
+        Gets ``tracks.nc``, ``tracks.csv``, ``overlay.avi`` and ``quality.html``; such a folder is replaced.
 
     Returns
     -------
@@ -46,12 +47,15 @@ def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path) -> Pa
 
     Raises
     ------
+    InputError
+        Where the folder holds something else.
     ResultError
         Where it cannot be written.
     """
     final = Path(folder)
+    check_replaceable(final, _TRACKS)
     with new_folder(final) as partial:
-        write_tracks(tracks, partial / "tracks.nc")
+        write_tracks(tracks, partial / _TRACKS)
         write_tracks_csv(tracks, partial / "tracks.csv")
         # Tracks of a truncated video end before the frames do, or with them.
         shown = itertools.islice(frames.read(), tracks.sizes["time"])

@@ -41,7 +41,7 @@ __all__ = ["FILM", "FORMATS", "FigureChoice", "film_size", "kinds_text", "write_
 #: Formats of figures, and the kind that is a film.
 FORMATS, FILM = ("pdf", "svg", "png"), "film"
 # OpenCV brings an encoder for it, and browsers play it.
-_CODEC = "vp09"
+_CODEC, _MP4 = "vp09", ".mp4"
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,9 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     """
     _check(choice)
     named = f"{choice.kind}-{choice.run}" if choice.run else choice.kind
-    path = output or target / f"{named}.{'mp4' if choice.kind == FILM else choice.form}"
+    path = output or target / f"{named}{_MP4 if choice.kind == FILM else f'.{choice.form}'}"
+    if choice.kind == FILM and path.suffix.lower() != _MP4:
+        raise InputError("figure: --output", f"got '{path}'", f"needs a name that ends in {_MP4}", "films are MP4")
     if choice.kind in OF_STUDIES:
         with looking(choice.style):
             figure = draw_of_study(choice.kind, _study_subject(_study(target), choice))
@@ -161,7 +163,8 @@ def _study(target: Path) -> StudyResult:
 def _study_subject(study: StudyResult, choice: FigureChoice) -> StudySubject:
     paths = [path for path in swept_paths(study.runs) if len({str(run.swept.get(path)) for run in study.runs}) > 1]
     if choice.path and choice.path not in paths:
-        raise InputError("figure: --over", f"'{choice.path}' is not swept", f"needs one of {', '.join(paths)}")
+        needs = f"one of {', '.join(paths)}" if paths else "a study with a sweep"
+        raise InputError("figure: --over", f"'{choice.path}' is not swept", f"needs {needs}")
     drawn = {} if choice.kind in {"latency", "events"} else _drawn(study)
     references = [published(name) for name in study.compare]
     values = tuple(value for reference in references for value in reference.values)
@@ -184,6 +187,8 @@ def _drawn(study: StudyResult) -> dict[str, RunResult]:
 def _run_folder(target: Path, name: str) -> Path:
     """Return the folder of the run: that of a study with one run, or of the named one."""
     names = list(read_manifest(target).get("runs", {}))
+    if not names and name not in ("", target.name):
+        raise InputError("figure: --run", f"got '{name}' with the folder of a run", "needs the folder of its study")
     if not names:
         return target
     if name and name not in names:
@@ -200,6 +205,10 @@ def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:
     opened = {"cut": "z", "receptors": False} if is_solid(history) and "camera" not in choice.options else {}
     options = from_mapping(SceneOptions, {"written": False, **opened, **choice.options}, "figure")
     times = tuple(parse_quantity(time, "s", where="figure: --time") for time in choice.times)
+    end = float(history["time"].values[-1])
+    for given, time in zip(choice.times, times, strict=True):
+        if not 0.0 <= time <= end:
+            raise InputError("figure: --time", f"got {given}", f"needs a time of the run, 0 to {end:.4g} s")
     return RunSubject(history, result.events, options, times)
 
 

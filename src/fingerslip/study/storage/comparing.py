@@ -41,7 +41,7 @@ def compare_studies(first: str | Path, second: str | Path, output: Path | None =
         for side, folder in zip("AB", folders, strict=True)
         for name, value in provenance_of(folder, read_manifest(folder)).items()
     }
-    path = output or folders[0] / f"comparison-{folders[1].name}.html"
+    path = output or folders[0] / f"comparison-{folders[1].resolve().name}.html"
     write_page(comparison_report(compared[0], compared[1], provenance), path)
     return path
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import matplotlib as mpl
 import pytest
+from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fingerslip.report.figures import style
 from fingerslip.report.figures.forces import energy_figure
+from fingerslip.report.figures.save import figure_bytes
 from fingerslip.report.figures.style import (
     add_legend,
     columns_for,
@@ -124,3 +126,24 @@ def test_a_legend_has_as_many_columns_as_fit() -> None:
     assert style._legend_columns([1.0] * 4, 4.0) == 4
     assert style._legend_columns([1.0, 1.0, 3.0, 1.0], 4.5) == 2
     assert style._legend_columns([9.0, 9.0], 5.0) == 1
+
+
+def test_dollars_of_titles_and_values_are_no_mathematics() -> None:
+    names = ["cheap $\\frac{$", "dear $x_{$"]
+
+    @styled
+    def draw() -> Figure:
+        figure, axes = figure_grid(2, 2, (2.0, 2.0), names[0], (names[0], names[1]))
+        for one in axes:
+            one.set_title(names[1])
+            one.text(0.5, 0.5, names[0])
+            one.set_xticks([0, 1], names)
+        axes[0].set_yscale("log")
+        add_legend(figure, {name: Line2D([], []) for name in names})
+        return figure
+
+    figure = draw()
+    figure_bytes(figure)
+    shown = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    assert any("mathdefault" in label for label in shown)
+    assert all(label.get_parse_math() for label in figure.axes[0].get_yticklabels())

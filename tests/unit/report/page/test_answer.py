@@ -65,9 +65,9 @@ def test_samples_have_no_names() -> None:
     assert "sample-" not in said
 
 
-@pytest.mark.parametrize(("overall", "words"), [(1.71, "agrees with the published"), (1.76, "at most 50 ms later")])
+@pytest.mark.parametrize(("overall", "words"), [(1.71, "agrees to the millisecond"), (1.76, "comes 50 ms later")])
 def test_published_times_are_beside_it(overall: float, words: str) -> None:
     table2 = published("wang2014-table2")
     value = next(value for value in table2.values if value.quantity == "overall")
     own = run("a", overall, values={**value.conditions, **value.programme})
-    assert words in answer(study(own), {"a": 1.0}, [table2])[-1]
+    assert any(words in sentence for sentence in answer(study(own), {"a": 1.0}, [table2]))

@@ -25,6 +25,7 @@ def study(title: str, times: dict[float, float | None], friction: str = "0.6") -
 def test_runs_with_the_same_values_are_compared_and_values_that_differ_are_shown() -> None:
     report = comparison_report(study("one", {0.4: 1.4, 0.6: 1.7}), study("two", {0.6: 1.75, 0.8: None}, "0.7"), {})
     assert report.answer == (
+        "One value differs between the studies; what follows is the effect of it.",
         "In the run that both studies have, overall slip of B comes 50 ms later into the slide than that of A.",
     )
     assert [picture.name for picture in report.hero] == ["paired"]
@@ -36,14 +37,15 @@ def test_runs_with_the_same_values_are_compared_and_values_that_differ_are_shown
 
 def test_without_common_runs_it_says_so() -> None:
     report = comparison_report(study("one", {0.4: 1.4}), study("two", {0.6: 1.7, 0.8: 1.8}), {})
-    assert report.answer[0].startswith("The studies have no runs with the same swept values")
+    assert report.answer[-1].startswith("The studies have no runs with the same swept values")
     assert report.hero == ()
 
 
 def test_single_runs_are_a_pair_whatever_their_values() -> None:
     first, second = study("one", {0.4: 1.4}), study("two", {0.6: None})
+    assert comparison_report(first, second, {}).answer[0] == "No value differs between the studies."
     assert len(pairs_of(first.study, second.study)) == 1
     report = comparison_report(first, second, {})
-    assert "none reaches overall slip in both" in report.answer[0]
+    assert "none reaches overall slip in both" in report.answer[-1]
     overall = next(row for row in report.sections[0].tables[0].rows if row[1] == "overall")
     assert overall[-1] is Missing.NO_EVENT

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 from pathlib import Path
 
 import pytest
@@ -52,6 +53,16 @@ def test_folded_sections_open_at_a_click_and_the_others_are_open() -> None:
 
 def test_page_without_provenance_has_no_such_section() -> None:
     assert 'id="provenance"' not in render_page(Report("r", ()))
+
+
+def test_titles_of_runs_in_motion_neither_end_nor_swallow_the_scripts() -> None:
+    # '<!--<script>' opens a state in which the next '</script>' does not end the script.
+    title = "</script><script>alert(1)</script> <!--<script>"
+    page = render_page(Report("r", (ReportSection("In motion", motions=({"title": title, "arrays": {}},)),)))
+    assert page.count("<script") == page.count("</script>") == 3, "the colours, the run, and the page's own"
+    assert "<!--" not in page
+    data = page[page.index("data-motion") :]
+    assert json.loads(data[data.index(">") + 1 : data.index("</script>")])["title"] == title
 
 
 def test_texts_are_escaped() -> None:

@@ -57,6 +57,17 @@ def test_wrong_choices_say_what_is_allowed(folder: Path, choice: FigureChoice, w
         write_figure(folder, choice)
 
 
+def test_what_a_run_has_not_is_said(folder: Path, tmp_path: Path) -> None:
+    run = folder / "friction_coefficient-0.2"
+    with pytest.raises(InputError, match=r"--time: got 99 s, needs a time of the run, 0 to"):
+        write_figure(run, FigureChoice("forces", times=("99 s",)))
+    with pytest.raises(InputError, match="--run: got 'x' with the folder of a run, needs the folder of its study"):
+        write_figure(run, FigureChoice("forces", run="x"))
+    with pytest.raises(InputError, match=r"--output: got '.*film.avi', needs a name that ends in .mp4"):
+        write_figure(run, FigureChoice("film"), tmp_path / "film.avi")
+    assert list(tmp_path.glob("film*")) == []
+
+
 def test_a_film_is_an_mp4_of_the_asked_size_and_rate(tmp_path: Path) -> None:
     history = block_history("Q4")
     write_history(history, tmp_path / "history.nc")
