@@ -36,6 +36,7 @@ def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> by
     Examples
     --------
     >>> import io
+    >>> import xarray as xr
     >>> rate = xr.Dataset({"rate": ("time", [1.0, 2.0], {"units": "m/s"})}, coords={"time": [0.0, 0.5]})
     >>> xr.open_dataset(io.BytesIO(netcdf_bytes(rate)), engine="h5netcdf").identical(rate)
     True
