@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AsJson",
     "Markdown",
+    "NoProgress",
     "Quiet",
     "Results",
     "Studies",
@@ -44,6 +45,7 @@ Markdown = Annotated[bool, typer.Option("--markdown", help="Print the tables in 
 AsJson = Annotated[bool, typer.Option("--json", help="Print the tables as JSON.")]
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+NoProgress = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
 
 _FILE_WIDTH = 160
 
@@ -92,11 +94,11 @@ def print_results(results: Iterable[StudyResult], as_json: bool = False) -> None
         typer.echo(f"report: {result.folder / 'report.html'}")
 
 
-def screen_progress() -> StudyProgress:
-    """Return the progress display of a study: bars on a terminal, lines elsewhere, both on standard error."""
-    from fingerslip.study.running.progress import progress_on_screen
+def screen_progress(quiet: bool = False) -> StudyProgress:
+    """Return the progress display of a study: bars on a terminal, lines elsewhere, both on standard error; or none."""
+    from fingerslip.study.running.progress import SilentProgress, progress_on_screen
 
-    return progress_on_screen()
+    return SilentProgress() if quiet else progress_on_screen()
 
 
 def stop_on_termination() -> None:

@@ -7,7 +7,15 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import Markdown, Results, Workers, print_tables, screen_progress, stop_on_termination
+from fingerslip.commands.shared import (
+    Markdown,
+    NoProgress,
+    Results,
+    Workers,
+    print_tables,
+    screen_progress,
+    stop_on_termination,
+)
 
 __all__ = ["validate"]
 
@@ -30,6 +38,7 @@ def validate(
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
     markdown: Markdown = False,
+    quiet: NoProgress = False,
 ) -> None:
     """Compare with every published number: runs the shipped studies where needed and prints one table.
 
@@ -44,11 +53,11 @@ def validate(
 
     stop_on_termination()
     rows = (
-        *validation.validate(studies, results, workers, screen_progress()),
-        *validation.pouring_rows(studies, results, workers, screen_progress(), compute=pouring),
-        *validation.detection_rows(studies, results, workers, screen_progress(), compute=detection),
+        *validation.validate(studies, results, workers, screen_progress(quiet)),
+        *validation.pouring_rows(studies, results, workers, screen_progress(quiet), compute=pouring),
+        *validation.detection_rows(studies, results, workers, screen_progress(quiet), compute=detection),
     )
-    allowed = validation.allowed_geometry(studies, results, workers, screen_progress(), compute=geometry)
+    allowed = validation.allowed_geometry(studies, results, workers, screen_progress(quiet), compute=geometry)
     if as_json:
         typer.echo(json.dumps(validation.rows_and_geometry_mapping(rows, allowed), indent=2))
     elif markdown:
