@@ -94,7 +94,7 @@ def draw_frames(slides: TrialSet, run: Path):
     jump = slides.labels(SLIDE)["contact"].gross
     start = phase_times(history, "hold")[0][0]
     tracks = marker_tracks(history, ("internal",))
-    camera = fs.PixelCamera(Filming().internal, fs.MarkerLook(radius=0.5e-3), seed=1)
+    camera = fs.PixelCamera(Filming().cameras.internal, fs.MarkerLook(radius=0.5e-3), seed=1)
     moments = {"at rest": 1.0, "label: incipient": onsets.incipient, "label: gross": onsets.gross}
     moments |= {"before the jerk": jump - 0.3, "after the jerk": jump + 0.7}
     figure, panels = figure_grid(len(moments), 1, (8.2, 0.75), "What the inner camera sees", ("x [px]", ""))

@@ -20,7 +20,7 @@ from scipy.signal import find_peaks
 from fingerslip.history import OPEN, read_history
 from fingerslip.report.tables.events import events_table
 from fingerslip.report.tables.table import Cell, Column, Missing, Table, to_markdown
-from fingerslip.results import HISTORY
+from fingerslip.run_folder import HISTORY
 from fingerslip.slip import (
     EventSettings,
     acceleration_peaks,

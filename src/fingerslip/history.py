@@ -29,6 +29,7 @@ __all__ = [
     "STICK",
     "VARIABLES",
     "Variable",
+    "full_tensors",
     "is_solid",
     "make_history",
     "nearest_record",
@@ -147,12 +148,15 @@ VARIABLES: Mapping[str, Variable] = {
     "snapshot_stress": Variable(
         ("snapshot_time", "cell", "stress_component"), "Pa", "Cauchy stress at the cells' centres"
     ),
+    "snapshot_strain": Variable(
+        ("snapshot_time", "cell", "stress_component"), "1", "strain tensor of cells, logarithmic at large strain"
+    ),
 }
 
 
-# Histories of version 0.2 lack the stress.
+# Histories of version 0.1 lack the tensors.
 _OF_SNAPSHOTS = tuple(
-    name for name, known in VARIABLES.items() if "snapshot_time" in known.dims and name != "snapshot_stress"
+    name for name, known in VARIABLES.items() if "snapshot_time" in known.dims and "stress_component" not in known.dims
 )
 
 # Names in files of version 0.1.
@@ -319,3 +323,13 @@ def nearest_snapshot(history: xr.Dataset, time: float | None = None) -> int:
     """Return the number of the snapshot nearest to a time [s]; of the last one without a time."""
     times = history["snapshot_time"].values
     return times.size - 1 if time is None else int(np.abs(times - time).argmin())
+
+
+def full_tensors(components: xr.DataArray) -> NDArray[np.float64]:
+    """Return symmetric tensors, shape (..., 3, 3), from their components over the last dimension `stress_component`."""
+    values = components.values
+    found = np.zeros((*values.shape[:-1], 3, 3))
+    for column, name in enumerate(components["stress_component"].values):
+        row, other = ("xyz".index(axis) for axis in str(name))
+        found[..., row, other] = found[..., other, row] = values[..., column]
+    return found

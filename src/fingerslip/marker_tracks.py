@@ -12,7 +12,7 @@ from fingerslip.errors import InputError
 from fingerslip.history import sites_of_kinds
 from fingerslip.vision.tracks import KINDS, make_tracks
 
-__all__ = ["ROD_FOOT", "filmed_tracks", "marker_tracks"]
+__all__ = ["ROD_FOOT", "filmed_tracks", "marker_tracks", "seen_with_plate"]
 
 #: Kind of the sites where rods begin; each stands beside the internal marker of its rod.
 ROD_FOOT = "rod foot"
@@ -92,14 +92,33 @@ def filmed_tracks(history: xr.Dataset, kind: str, rest: float = 0.0) -> xr.Datas
         Where no such marker was recorded.
     """
     tracks = marker_tracks(history, (kind,))
-    if kind == "external" and history.sizes.get("counterface", 0):
-        meaning = {"units": "m", "long_name": "position in the axes of the plate"}
-        relative = tracks["position"].values - history["counterface_displacement"].values[:, :1]
-        tracks = tracks.assign(position=(("time", "marker", "axis"), relative, meaning))
+    if history.sizes.get("counterface", 0):
+        tracks = seen_with_plate(tracks, history["counterface_displacement"].values[:, 0])
     if rest > 0.0:
         before = tracks.isel(time=[0]).assign_coords(time=tracks["time"].values[:1] - rest)
         tracks = xr.concat([before, tracks], "time", data_vars="minimal", coords="minimal")
     return tracks
+
+
+def seen_with_plate(tracks: xr.Dataset, movement: Floats) -> xr.Dataset:
+    """Return tracks as the cameras have them before them, of which the external one goes with the plate.
+
+    Parameters
+    ----------
+    tracks : xarray.Dataset
+        Tracks [m] of internal or external markers or both.
+    movement : (n_times, n_axes) array
+        How far the external camera has moved [m].
+
+    Returns
+    -------
+    xarray.Dataset
+        The tracks [m]; of external markers relative to the camera's movement.
+    """
+    outside = (tracks["kind"].values == "external")[:, None]
+    relative = tracks["position"].values - np.where(outside, movement[:, None], 0.0)
+    meaning = {"units": "m", "long_name": "position as the camera of the marker has it"}
+    return tracks.assign(position=(("time", "marker", "axis"), relative, meaning))
 
 
 def _positions(history: xr.Dataset, rows: Rows) -> Floats:

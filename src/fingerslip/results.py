@@ -1,4 +1,4 @@
-"""The result of a run: its slip events, peaks and measures, and what made them; as data, as JSON, and read back."""
+"""What a run and a study came to: slip events, peaks and measures, and what made them, as data."""
 
 from __future__ import annotations
 
@@ -8,11 +8,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from fingerslip.digest import file_digest
-from fingerslip.errors import DamagedError, ResultError, warn_renamed
-from fingerslip.files import read_json, write_json
+from fingerslip.errors import warn_renamed
 from fingerslip.slip import measures
-from fingerslip.slip.events import Events, events_from_mapping, events_mapping, find_events
+from fingerslip.slip.events import Events, find_events
 from fingerslip.slip.free_edge import EdgeContact, edge_contact
 from fingerslip.slip.measures import Number
 from fingerslip.slip.names import READINGS, TIMES, event_label, is_defined
@@ -22,34 +20,18 @@ if TYPE_CHECKING:
     import xarray as xr
 
 __all__ = [
-    "HISTORY",
-    "LOG",
     "REPEAT",
-    "RESULT",
-    "RUN",
     "SAMPLE",
     "Quantity",
     "RefusedRun",
     "RunResult",
     "StudyResult",
-    "flatten",
     "quantities",
-    "read_result",
-    "result_from_mapping",
-    "result_mapping",
     "result_of",
-    "stored_result",
-    "unchecked_result",
-    "write_result",
 ]
-
-#: Files in the folder of a run.
-HISTORY, RESULT, RUN, LOG = "history.nc", "events.json", "run.yaml", "log.txt"
 
 #: What the numbers of a sample and of a repeat are called among the swept values of a run.
 SAMPLE, REPEAT = "sample", "repeat"
-
-_REPAIR = "run the study again"
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
 
@@ -83,7 +65,7 @@ class RunResult:
     versions : mapping of str to str
         Versions of the programs that made it.
     values : mapping of str to object
-        All values of its ``run.yaml`` by dotted path (see :func:`flatten`).
+        All values of its ``run.yaml`` by dotted path (see :func:`~fingerslip.parameters.dotted.flatten`).
     uncertainty : mapping of str to float
         Numerical uncertainty of its times and numbers [SI], as far as it was studied, by key: ``slip.overall``, or the
         key of a measure.
@@ -248,175 +230,3 @@ def quantities(result: RunResult) -> dict[str, Quantity]:
 def _float(result: RunResult, key: str) -> float | None:
     value = result.numbers.get(key)
     return None if value is None else float(value)
-
-
-def result_mapping(result: RunResult) -> dict[str, Any]:
-    """Return a result as plain data for JSON, without what other files hold: its values and uncertainties."""
-    return {
-        "run": result.name,
-        "identity": result.identity,
-        "swept": dict(result.swept),
-        **({"sampled": dict(result.sampled)} if result.sampled else {}),
-        "events_s": events_mapping(result.events),
-        "acceleration_peaks": [
-            {"time_s": peak.time, "height_m_per_s2": peak.height, "prominence_m_per_s2": peak.prominence}
-            for peak in result.peaks
-        ],
-        "numbers": dict(result.numbers),
-        "edge_contact": _edge_mapping(result.edge),
-        "mesh_hash": result.mesh_hash,
-        "mesh_size": result.mesh_size,
-        "wall_time_s": round(result.seconds, 3),
-        "versions": dict(result.versions),
-    }
-
-
-def result_from_mapping(values: Mapping[str, Any]) -> RunResult:
-    """Read a result back from plain data: the inverse of :func:`result_mapping`.
-
-    Raises
-    ------
-    KeyError, TypeError
-        Where something is missing, or of another kind.
-    """
-    peaks = tuple(
-        Peak(peak["time_s"], peak["height_m_per_s2"], peak["prominence_m_per_s2"])
-        for peak in values["acceleration_peaks"]
-    )
-    return RunResult(
-        name=values["run"],
-        swept=dict(values["swept"]),
-        events=events_from_mapping(values["events_s"]),
-        peaks=peaks,
-        numbers=dict(values["numbers"]),
-        edge=_edge_from(values["edge_contact"]),
-        identity=values["identity"],
-        mesh_hash=values["mesh_hash"],
-        mesh_size=values["mesh_size"],
-        seconds=values["wall_time_s"],
-        versions=dict(values["versions"]),
-        sampled=dict(values.get("sampled", {})),
-    )
-
-
-def read_result(folder: Path) -> RunResult | None:
-    """Read the result of a finished run from its folder, without its values and uncertainties.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of a run.
-
-    Returns
-    -------
-    RunResult or None
-        None where there is no finished run: no history beside the result, or a result that is damaged or incomplete.
-    """
-    try:
-        return stored_result(folder)
-    except ResultError:
-        return None
-
-
-def stored_result(folder: Path) -> RunResult:
-    """Read the result of a finished run as :func:`read_result` does, and say what is wrong with a damaged one.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of a run.
-
-    Raises
-    ------
-    DamagedError
-        Where one of its files is not as it was written.
-    ResultError
-        Where there is no finished run.
-    """
-    result, digests = _stored(folder)
-    for name, written in digests.items():
-        _check_file(folder / name, written)
-    return result
-
-
-def unchecked_result(folder: Path) -> RunResult:
-    """Read the result of a finished run without looking into its other files.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of a run.
-
-    Raises
-    ------
-    DamagedError
-        Where the file of its events is not as it was written.
-    ResultError
-        Where there is no finished run.
-    """
-    return _stored(folder)[0]
-
-
-def _stored(folder: Path) -> tuple[RunResult, dict[str, str]]:
-    """Return the result of a finished run, and the checksums of its files."""
-    missing = ResultError(f"{folder}: holds no finished run; {_REPAIR}")
-    try:
-        values = read_json(folder / RESULT, _REPAIR)
-    except (FileNotFoundError, NotADirectoryError):
-        raise missing from None
-    if not (folder / HISTORY).exists():
-        raise missing
-    try:
-        return result_from_mapping(values), dict(values["files"])
-    except (KeyError, TypeError, ValueError):
-        raise DamagedError(str(folder / RESULT), "is of another version", _REPAIR) from None
-
-
-def write_result(result: RunResult, folder: Path) -> None:
-    """Write a result into the folder of its run, with the checksums of the files that are there already.
-
-    Raises
-    ------
-    ResultError
-        Where the file cannot be written.
-    """
-    # The log is written until the end.
-    own = (file for file in sorted(folder.rglob("*")) if file.is_file() and file.name not in (RESULT, LOG))
-    digests = {file.relative_to(folder).as_posix(): file_digest(file) for file in own}
-    write_json(folder / RESULT, {**result_mapping(result), "files": digests})
-
-
-def _check_file(file: Path, written: str) -> None:
-    """Refuse a file that is missing or not as it was written."""
-    try:
-        is_whole = file_digest(file) == written
-    except OSError as error:
-        raise DamagedError(str(file), f"cannot be read ({error.strerror})", _REPAIR) from None
-    if not is_whole:
-        raise DamagedError(str(file), "is damaged: its checksum is another", _REPAIR)
-
-
-def _edge_mapping(edge: EdgeContact | None) -> dict[str, Any] | None:
-    return None if edge is None else {"boundary": edge.boundary, "time_s": edge.time, "distance_m": edge.distance}
-
-
-def _edge_from(values: Mapping[str, Any] | None) -> EdgeContact | None:
-    return None if values is None else EdgeContact(values["boundary"], values["time_s"], values["distance_m"])
-
-
-def flatten(mapping: Mapping[str, Any]) -> dict[str, Any]:
-    """Turn nested plain data into values by dotted path.
-
-    Examples
-    --------
-    >>> flatten({"contact": {"friction_coefficient": 0.6}, "programme": [{"hold": 1}]})
-    {'contact.friction_coefficient': 0.6, 'programme.0.hold': 1}
-    """
-    flat: dict[str, Any] = {}
-    for key, value in mapping.items():
-        inner = dict(enumerate(value)) if isinstance(value, list | tuple) else value
-        if isinstance(inner, Mapping) and inner:
-            flat |= {f"{key}.{path}": leaf for path, leaf in flatten({str(k): v for k, v in inner.items()}).items()}
-        else:
-            flat[key] = value
-    return flat

@@ -242,7 +242,7 @@ def si_number(value: Any) -> tuple[float, str]:
     if not hasattr(value, "to_base_units"):
         return float(value), ""
     for unit in ("", *_OF_MECHANICS):
-        if value.is_compatible_with(unit) and unit != "rad":
+        if value.is_compatible_with(unit) and not unit.startswith("rad"):
             return float(value.to(unit).magnitude), unit
     base = value.to_base_units()
     return float(base.magnitude), f"{base.units:~}".replace(" ** ", "^").replace(" * ", " ").replace(" / ", "/")

@@ -20,7 +20,7 @@ from fingerslip.history import read_history
 from fingerslip.mesh.io import write_mesh
 from fingerslip.report.scene.scene import SceneOptions, check_options
 from fingerslip.report.scene.snapshot import read_snapshot
-from fingerslip.results import read_result
+from fingerslip.run_folder import read_result
 from fingerslip.study.convergence import converge as refining
 from fingerslip.study.inspection.diff import diff_runs
 from fingerslip.study.inspection.show import show

@@ -13,6 +13,7 @@ import fingerslip as fs
 from fingerslip.errors import ResultError
 from fingerslip.history import (
     VARIABLES,
+    full_tensors,
     is_solid,
     make_history,
     nearest_record,
@@ -178,3 +179,15 @@ def test_a_damaged_file_is_no_history(tmp_path, seed):
     path.write_bytes(bytes(content))
     with contextlib.suppress(ResultError):  # damage may lie in what nothing reads
         read_history(path)
+
+
+def test_full_tensors_are_symmetric_and_put_each_component_in_its_place():
+    names = ["xx", "yy", "zz", "xy", "yz", "xz"]
+    values = xr.DataArray(np.arange(12.0).reshape(2, 6), {"stress_component": names}, ("cell", "stress_component"))
+    full = full_tensors(values)
+    np.testing.assert_array_equal(full, full.transpose(0, 2, 1))
+    for name in names:
+        i, j = ("xyz".index(axis) for axis in name)
+        np.testing.assert_array_equal(full[:, i, j], values.sel(stress_component=name))
+    plane = full_tensors(values.isel(stress_component=[0, 1, 2, 3]))
+    assert not plane[:, 2, :2].any()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from fingerslip.afferents.bandwidth import warn_beyond
 from fingerslip.afferents.stimuli import STIMULI, receptor_stimuli
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, ResultError
 
 __all__ = ["AfferentModel", "Spikes", "spikes_of"]
 
@@ -82,9 +83,17 @@ class Spikes:
         Returns
         -------
         xarray.DataArray
-            Spikes per second and afferent, dimensions (kind, time); time is the middle of the window [s].
+            Spikes per second and afferent, dimensions (kind, time); time is the middle of the window [s]. The last
+            window may reach beyond the end.
+
+        Raises
+        ------
+        InputError
+            Where the window has no length.
         """
-        count = max(1, round((self.end - self.start) / window))
+        if not 0.0 < window < np.inf:
+            raise InputError("window", f"got {window:g} s", "must be above 0 s")
+        count = max(1, math.ceil((self.end - self.start) / window - 1e-9))
         edges: Array = self.start + window * np.arange(count + 1, dtype=np.float64)
         kinds = tuple(dict.fromkeys(self.kinds))
         values = [self._histogram(kind, edges) / window for kind in kinds]
@@ -114,9 +123,9 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
     Raises
     ------
     InputError
-        Where a model responds to a stimulus that is not known.
+        Where a model responds to a stimulus that is not known, or does not answer for every receptor.
     ResultError
-        Where the history has no receptor of these types, or no strain.
+        Where the history has no receptor of these types, no strain, less than two times, or a stimulus without values.
 
     Warns
     -----
@@ -133,9 +142,24 @@ def spikes_of(history: xr.Dataset, models: Mapping[str, AfferentModel]) -> Spike
     found: dict[int, Array] = {}
     for kind in dict.fromkeys(str(name) for name in known):
         model, rows = models[kind], np.flatnonzero(known == kind)
+        values = stimuli[model.stimulus].values[:, rows]
+        _check_values(model.stimulus, values)
         warn_beyond(history, model.highest_frequency, f"the model of {kind}")
-        found |= dict(zip(rows.tolist(), model.spikes(times, stimuli[model.stimulus].values[:, rows]), strict=True))
+        trains = model.spikes(times, values)
+        if len(trains) != rows.size:
+            raise InputError(f"{kind}.spikes", f"gave {len(trains)} arrays", f"needs {rows.size}, one a receptor")
+        found |= dict(zip(rows.tolist(), trains, strict=True))
     order = sorted(found)
     names = tuple(str(stimuli["site"].values[row]) for row in order)
     kinds = tuple(str(known[row]) for row in order)
     return Spikes(names, kinds, tuple(found[row] for row in order), float(times[0]), float(times[-1]))
+
+
+def _check_values(stimulus: str, values: Array) -> None:
+    """Refuse a stimulus (n, k) that would give no spikes only because it is not known."""
+    if len(values) < 2:
+        raise ResultError(f"history.time: has {len(values)} values, needs two or more; simulate for longer")
+    if not np.isfinite(values).all():
+        raise ResultError(
+            f"history.{stimulus}: is not known at some receptor, needs numbers; choose a model with another stimulus"
+        )

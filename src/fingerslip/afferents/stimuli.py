@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import ResultError
-from fingerslip.history import sites_of_kinds
+from fingerslip.history import full_tensors, sites_of_kinds
 from fingerslip.sites import RECEPTOR_KINDS
 
 __all__ = ["STIMULI", "receptor_stimuli"]
@@ -43,13 +43,9 @@ def receptor_stimuli(history: xr.Dataset, kinds: Sequence[str] = RECEPTOR_KINDS)
     """
     rows = sites_of_kinds(history, kinds)
     if not rows.size:
-        raise ResultError(
-            "history", f"has no receptor of the types {', '.join(kinds)}", "needs one", "record receptors"
-        )
+        raise ResultError(f"history: has no receptor of the types {', '.join(kinds)}, needs one; record receptors")
     if _STRAIN not in history:
-        raise ResultError(
-            "history", "holds no strain at the sites", "needs it", "run the study again with this version"
-        )
+        raise ResultError("history: holds no strain at the sites, needs it; run the study again with this version")
     at = history.isel(site=rows)
     times = at["time"].values
     variables = {}
@@ -64,24 +60,20 @@ def receptor_stimuli(history: xr.Dataset, kinds: Sequence[str] = RECEPTOR_KINDS)
 
 def _equivalent_strain(at: xr.Dataset) -> Array:
     """Return sqrt(2/3 e:e) of the deviator e of the strain tensor."""
-    components = at[_STRAIN].values
-    normal, shear = components[..., :3], components[..., 3:]
-    deviator = normal - normal.mean(axis=-1, keepdims=True)
-    found: Array = np.sqrt(2.0 / 3.0 * ((deviator**2).sum(axis=-1) + 2.0 * (shear**2).sum(axis=-1)))
+    strain = full_tensors(at[_STRAIN])
+    mean = np.trace(strain, axis1=-2, axis2=-1) / 3.0
+    deviator = strain - mean[..., None, None] * np.eye(3)
+    found: Array = np.sqrt(2.0 / 3.0 * (deviator**2).sum(axis=(-2, -1)))
     return found
 
 
 def _principal(at: xr.Dataset, which: int) -> Array:
-    """Return a principal strain, numbered from the smallest."""
-    components = at[_STRAIN].values
-    tensors = np.zeros((*components.shape[:-1], 3, 3))
-    for axis in range(3):
-        tensors[..., axis, axis] = components[..., axis]
-    pairs = ((0, 1), (1, 2), (0, 2))
-    for number in range(components.shape[-1] - 3):
-        i, j = pairs[number]
-        tensors[..., i, j] = tensors[..., j, i] = components[..., 3 + number]
-    found: Array = np.linalg.eigvalsh(tensors)[..., which]
+    """Return a principal strain, numbered from the smallest; NaN where the strain across the plane is not known."""
+    strain = full_tensors(at[_STRAIN])
+    known = np.asarray(np.isfinite(strain).all(axis=(-2, -1), keepdims=True))
+    # Eigenvalues of a tensor with NaN are numbers that mean nothing.
+    principal = np.linalg.eigvalsh(np.where(known, strain, 0.0))
+    found: Array = np.where(known[..., 0, 0], principal[..., which], np.nan)
     return found
 
 

@@ -21,6 +21,7 @@ __all__ = [
     "simulate",
     "train",
     "transfer",
+    "vary",
 ]
 
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
@@ -43,7 +44,7 @@ Cores = Annotated[int, typer.Option("--workers", metavar="N", min=1, help="Cores
 
 
 def detect() -> None:
-    """Find slip in marker tracks: simulate | collect | film | train | evaluate | inquire | transfer | run | score."""
+    """Find slip in marker tracks: data sets, training, evaluation, detectors that run, and scores of a benchmark."""
 
 
 def simulate(
@@ -194,6 +195,37 @@ def inquire(
     print_tables(found.tables.values(), as_json)
 
 
+def vary(
+    dataset: DataSet,
+    *,
+    classifier: Annotated[
+        list[str] | None, typer.Option("--classifier", help="Only this one; repeatable.", show_default="forest")
+    ] = None,
+    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and a figure.")] = Path(
+        "assumptions"
+    ),
+    folds: Annotated[int, typer.Option("--folds", min=2, help="Folds, grouped by trial.")] = 5,
+    by: Annotated[
+        list[str] | None, typer.Option("--by", metavar="CONDITION", help="List accuracies by this too; repeatable.")
+    ] = None,
+    rest_frames: RestFrames = 100,
+    window: Window = 11,
+    samples: Samples = "50,50,50,50",
+    seed: Seed = 0,
+    workers: Cores = 2,
+    as_json: AsJson = False,
+) -> None:
+    """Ask on which values that no paper prints accuracies depend: pixels, thresholds, labels, speeds, noise."""
+    from fingerslip.detect.inquiry import vary as varied
+    from fingerslip.detect.inquiry import write_inquiry
+    from fingerslip.detect.session import Choices
+
+    choices = Choices("external_markers", rest_frames, window, samples, seed, workers)
+    found = varied(dataset, classifier or ("forest",), choices, folds=folds, conditions=by or ())
+    write_inquiry(found, output)
+    print_tables(found.tables.values(), as_json)
+
+
 def transfer(
     detector: Annotated[Path, typer.Argument(metavar="DETECTOR", help="Its folder.", show_default=False)],
     dataset: DataSet,
@@ -254,4 +286,4 @@ def score(
 
 
 #: The verbs below this one.
-ACTIONS = (simulate, collect, film, train, evaluate, inquire, transfer, run, score)
+ACTIONS = (simulate, collect, film, train, evaluate, inquire, vary, transfer, run, score)

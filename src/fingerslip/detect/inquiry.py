@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import Candidate
+from fingerslip.detect.evaluation.assumptions import likely_assumptions, sensitivity_of
 from fingerslip.detect.evaluation.inquiries import importance_by_ring, learning_curve
 from fingerslip.detect.evaluation.robustness import robustness_of
 from fingerslip.detect.features import FeatureSettings, ring_of_features
@@ -17,19 +19,27 @@ from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.samples import Samples, samples_of
 from fingerslip.detect.session import Choices
 from fingerslip.detect.splits import benchmark_test_trials
-from fingerslip.detect.tables import curve_table, importance_table, robustness_table
+from fingerslip.detect.tables import assumption_table, condition_table, curve_table, importance_table, robustness_table
 from fingerslip.detect.training import candidate_named, train
 from fingerslip.detect.trial_set import TrialSet, open_trials
 from fingerslip.errors import InputError, shortened
 from fingerslip.files import write_text, writing
-from fingerslip.report.figures.detection import importance_figure, learning_curve_figure, robustness_figure
+from fingerslip.report.figures.detection import (
+    assumption_figure,
+    importance_figure,
+    learning_curve_figure,
+    robustness_figure,
+)
 from fingerslip.report.figures.save import save_figure
 from fingerslip.report.tables.table import Table, to_csv
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Inquiry", "Levels", "curve_sizes", "inquire", "write_inquiry"]
+__all__ = ["Inquiry", "Levels", "curve_sizes", "inquire", "vary", "write_inquiry"]
+
+#: Labels that follow from tracks again.
+_OUTSIDE = "external_markers"
 
 
 @dataclass(frozen=True)
@@ -172,6 +182,56 @@ def _robustness(
     return robustness_table(found), robustness_figure(rows, candidate.name)
 
 
+def vary(
+    dataset: Path, classifiers: Sequence[str], choices: Choices, *, folds: int = 5, conditions: Sequence[str] = ()
+) -> Inquiry:
+    """Return on which values that no paper prints the accuracy of classifiers depends.
+
+    The trials stay as they are: they are labelled, and their motion is read, with other values.
+
+    Parameters
+    ----------
+    dataset : path
+        Folder of the trials.
+    classifiers : sequence of str
+        Names of the classifiers.
+    choices : Choices
+        Frames at rest and in a speed, sampling and seed; labels are those of external markers.
+    folds : int, optional
+        Folds, grouped by trial.
+    conditions : sequence of str, optional
+        Conditions of the trials by which accuracies are listed too.
+
+    Raises
+    ------
+    InputError
+        Where there is no data set or classifier, trials have no scale, or a label never comes.
+    """
+    trials, candidates = open_trials(dataset), [candidate_named(name) for name in classifiers]
+    first = trials.names[0]
+    scale, stored = trials.tracks(first).attrs.get("metres_per_pixel_x"), trials.labels(first).keys() - {_OUTSIDE}
+    if scale is None:
+        found = "have no metres_per_pixel"
+        raise InputError(str(dataset), found, "needs tracks in pixels with a scale", "write it to the tracks")
+    assumptions = likely_assumptions(float(scale), motion=choices.motion, stored=sorted(stored))
+    varied = list(
+        sensitivity_of(
+            trials,
+            assumptions,
+            candidates,
+            sampling=dataclasses.replace(choices.sampling, least=0.0),
+            folds=folds,
+            seed=choices.seed,
+            workers=choices.workers,
+        )
+    )
+    rows = [(f"{one.assumption.quantity}: {one.assumption.value}", one.accuracies) for one in varied]
+    listed = {condition: varied[0].of_condition(trials, condition) for condition in conditions}
+    rows += [(f"{key}: {value}", one) for key, found in listed.items() for value, one in found.items()]
+    tables = {f"by-{key}": condition_table(key, found) for key, found in listed.items()}
+    return Inquiry({"assumptions": assumption_table(varied), **tables}, {"assumptions": assumption_figure(rows)})
+
+
 def write_inquiry(inquiry: Inquiry, folder: Path) -> None:
     """Write the tables as CSV files and the figures beside them; other files of the folder stay.
 
@@ -184,4 +244,5 @@ def write_inquiry(inquiry: Inquiry, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     for name, table in inquiry.tables.items():
         write_text(folder / f"{name}.csv", to_csv(table))
-        save_figure(inquiry.figures[name], folder / f"{name}.png")
+    for name, figure in inquiry.figures.items():
+        save_figure(figure, folder / f"{name}.png")

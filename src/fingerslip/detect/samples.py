@@ -15,7 +15,17 @@ from fingerslip.detect.onsets import CLASSES, GROSS, INCIPIENT, NO_SLIP, Onsets,
 from fingerslip.detect.trial_set import TrialSet, check_labels
 from fingerslip.errors import InputError
 
-__all__ = ["PUBLISHED_SAMPLING", "Samples", "Sampling", "at_frames", "chosen_frames", "samples_of"]
+__all__ = [
+    "PUBLISHED_SAMPLING",
+    "Samples",
+    "Sampling",
+    "TrialSample",
+    "at_frames",
+    "chosen_frames",
+    "joined_samples",
+    "samples_of",
+    "trial_sample",
+]
 
 
 @dataclass(frozen=True)
@@ -117,28 +127,87 @@ def samples_of(
     """
     settings, chosen = features or FeatureSettings(), tuple(trials.names if names is None else names)
     check_labels(onsets, chosen)
-    blocks, classes, times, sizes, rest_end, filled, unusable = [], [], [], [], [], 0, 0
-    for name in chosen:
-        motion = motion_of(trials.tracks(name), settings.motion)
-        found = classes_at(onsets[name], motion.time)
-        frames = chosen_frames(found, motion.usable, sampling, name)
-        blocks.append(features_of(at_frames(motion, frames), settings))
-        classes.append(found[frames])
-        times.append(motion.time[frames])
-        sizes.append(len(frames))
-        rest_end.append(motion.time[settings.motion.rest_frames - 1])
-        filled, unusable = filled + motion.filled, unusable + int((~motion.usable).sum())
-    return Samples(
-        values=np.concatenate(blocks),
-        classes=np.concatenate(classes),
-        trial=np.repeat(np.arange(len(chosen)), sizes),
-        time=np.concatenate(times),
+    return joined_samples(
+        [
+            trial_sample(name, motion_of(trials.tracks(name), settings.motion), onsets[name], settings, sampling)
+            for name in chosen
+        ]
+    )
+
+
+@dataclass(frozen=True)
+class TrialSample:
+    """Sampled frames of one trial.
+
+    Parameters
+    ----------
+    name : str
+        Its name.
+    values : (n_samples, n_features) array of float32
+        Features.
+    classes : (n_samples,) array of int
+        Class of each.
+    time : (n_samples,) array
+        Its time [s].
+    names : tuple of str
+        Names of the features.
+    ring : (n_markers,) array of int
+        Ring of each internal marker.
+    rest_end : float
+        Time of the last frame at rest [s].
+    filled, unusable : int
+        Positions that were not seen in the trial, and frames with too few markers.
+    """
+
+    name: str
+    values: NDArray[np.float32]
+    classes: NDArray[np.int8]
+    time: NDArray[np.float64]
+    names: tuple[str, ...]
+    ring: NDArray[np.intp]
+    rest_end: float
+    filled: int
+    unusable: int
+
+
+def trial_sample(
+    name: str, motion: Motion, onsets: Onsets, settings: FeatureSettings, sampling: Sampling
+) -> TrialSample:
+    """Return the sampled frames of one trial.
+
+    Raises
+    ------
+    InputError
+        Where it has fewer frames of a class than are asked for.
+    """
+    classes = classes_at(onsets, motion.time)
+    frames = chosen_frames(classes, motion.usable, sampling, name)
+    return TrialSample(
+        name=name,
+        values=features_of(at_frames(motion, frames), settings),
+        classes=classes[frames],
+        time=motion.time[frames],
         names=feature_names(motion, settings),
-        trials=chosen,
         ring=motion.ring,
-        rest_end=np.array(rest_end),
-        filled=filled,
-        unusable=unusable,
+        rest_end=float(motion.time[settings.motion.rest_frames - 1]),
+        filled=motion.filled,
+        unusable=int((~motion.usable).sum()),
+    )
+
+
+def joined_samples(parts: Sequence[TrialSample]) -> Samples:
+    """Return the sampled frames of trials of one layout in one table."""
+    return Samples(
+        values=np.concatenate([one.values for one in parts]),
+        classes=np.concatenate([one.classes for one in parts]),
+        trial=np.repeat(np.arange(len(parts)), [len(one.classes) for one in parts]),
+        time=np.concatenate([one.time for one in parts]),
+        names=parts[0].names,
+        trials=tuple(one.name for one in parts),
+        ring=parts[0].ring,
+        rest_end=np.array([one.rest_end for one in parts]),
+        filled=sum(one.filled for one in parts),
+        unusable=sum(one.unusable for one in parts),
     )
 
 

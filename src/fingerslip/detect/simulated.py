@@ -6,6 +6,7 @@ the outer one stands behind the plate, and goes with it while a plate slides as 
 
 from __future__ import annotations
 
+import dataclasses
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -25,13 +26,13 @@ from fingerslip.detect.labels import (
 from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.trials import Trial
 from fingerslip.errors import InputError
-from fingerslip.export.markers import marker_tracks
 from fingerslip.history import phase_times, read_history
-from fingerslip.results import HISTORY, RESULT, stored_result
+from fingerslip.marker_tracks import marker_tracks, seen_with_plate
+from fingerslip.run_folder import HISTORY, RESULT, stored_result
 from fingerslip.slip.fractions import stick_ratio
 from fingerslip.units import parse_quantity
-from fingerslip.vision.cameras.camera import Camera, frame_times, interpolated
-from fingerslip.vision.cameras.point import PointCamera, point_tracks
+from fingerslip.vision.cameras.camera import frame_times, interpolated
+from fingerslip.vision.cameras.pair import PUBLISHED_FRAME_RATE, CameraPair, pair_tracks
 from fingerslip.vision.cameras.presets import external_camera, internal_camera
 from fingerslip.vision.tracks import make_tracks
 
@@ -43,12 +44,10 @@ Floats = NDArray[np.float64]
 _TOUCHING = 50e-6
 
 
-def _inner() -> Camera:
-    return internal_camera(40e-3, 50e-3, target=6e-3, frame_rate=67.0)
-
-
-def _outer() -> Camera:
-    return external_camera(60e-3, 60e-3, frame_rate=67.0)
+def _cameras() -> CameraPair:
+    rate = PUBLISHED_FRAME_RATE
+    inside = internal_camera(40e-3, 50e-3, target=6e-3, frame_rate=rate)
+    return CameraPair(inside, external_camera(60e-3, 60e-3, frame_rate=rate))
 
 
 @dataclass(frozen=True)
@@ -57,24 +56,18 @@ class Filming:
 
     Parameters
     ----------
-    internal, external : Camera
-        Both cameras, with one frame rate. Their places are assumed, as the paper prints none; 67 frames a second follow
-        from its 100 frames in 1.5 s. The outer one counts heights from the plate.
+    cameras : CameraPair
+        Both cameras, whose places are assumed, as the paper prints none. The outer one counts heights from the plate.
+        Their seed is not used: each trial has one of its own.
     labels : LabelSettings
         Thresholds of the labels, in pixels of the outer camera.
     travel : float
         How far a plate that falls is filmed [m]: as far as plates slide in the paper.
     """
 
-    internal: Camera = field(default_factory=_inner)
-    external: Camera = field(default_factory=_outer)
+    cameras: CameraPair = field(default_factory=_cameras)
     labels: LabelSettings = field(default_factory=LabelSettings)
     travel: float = 14e-3
-
-    def __post_init__(self) -> None:
-        if self.internal.frame_rate != self.external.frame_rate:
-            found = f"got {self.internal.frame_rate:g} and {self.external.frame_rate:g} frames a second"
-            raise InputError("filming: frame_rate", found, "needs one rate of both cameras")
 
 
 def slide_trial(
@@ -110,7 +103,7 @@ def slide_trial(
     """
     filming = filming or Filming()
     shown, plate = _after_press(history)
-    tracks = _filmed(_less(shown, plate), filming, seed)
+    tracks = _filmed(seen_with_plate(shown, plate), filming, seed)
     touching = _touching(shown, plate)
     labels = {
         "external_markers": labels_from_external_markers(tracks.isel(marker=touching), filming.labels),
@@ -161,7 +154,7 @@ def pouring_trial(
     last = int(np.argmax(fallen)) + 1 if fallen.any() else len(plate)
     shown, plate = shown.isel(time=slice(0, last)), plate[:last]
     height = np.where(np.arange(plate.shape[1]) == 1, plate, 0.0)
-    tracks = _filmed(_less(shown, height), filming, seed)
+    tracks = _filmed(seen_with_plate(shown, height), filming, seed)
     labels = {
         "plate": labels_from_plate(tracks, _plate_track(plate, shown, filming, seed), filming.labels),
         "contact": _contact_labels(history, shown),
@@ -238,13 +231,6 @@ def _after_press(history: xr.Dataset) -> tuple[xr.Dataset, Floats]:
     return shown.assign_coords(time=shown["time"] - first).assign_attrs(start=first), plate
 
 
-def _less(tracks: xr.Dataset, movement: Floats) -> xr.Dataset:
-    """Return tracks with external markers as a camera that moves so (n_times, n_axes) has them before it."""
-    outside = (tracks["kind"].values == "external")[:, None]
-    relative = np.where(outside, tracks["position"].values - movement[:, None], tracks["position"].values)
-    return tracks.assign(position=tracks["position"].copy(data=relative))
-
-
 def _touching(tracks: xr.Dataset, plate: Floats) -> NDArray[np.intp]:
     """Return the external markers that touch the plate at rest; y is its normal."""
     height = tracks["position"].values[0, :, 1] - plate[0, 1]
@@ -254,33 +240,7 @@ def _touching(tracks: xr.Dataset, plate: Floats) -> NDArray[np.intp]:
 
 def _filmed(tracks: xr.Dataset, filming: Filming, seed: int) -> xr.Dataset:
     """Return what both cameras see, in pixels, with the markers in their order."""
-    seen = [
-        point_tracks(PointCamera(camera, seed=seed % 2**62 + number), tracks)
-        for number, camera in enumerate((filming.internal, filming.external))
-    ]
-    ring, angle, marker = (np.concatenate([one[name].values for one in seen]) for name in ("ring", "angle", "marker"))
-    scale = _scale(filming.external)
-    return make_tracks(
-        np.concatenate([one["position"].values for one in seen], axis=1),
-        seen[0]["time"].values,
-        units="px",
-        kind=[str(kind) for one in seen for kind in one["kind"].values],
-        marker=marker,
-        ring=ring,
-        angle=angle,
-        attributes={
-            "frame_rate": filming.internal.frame_rate,
-            "metres_per_pixel_x": scale,
-            "metres_per_pixel_y": scale,
-            "source": f"two point cameras, seed {seed}",
-        },
-    )
-
-
-def _scale(camera: Camera) -> float:
-    """Return the length of a pixel of the outer camera on the plate, which is at height 0 [m]."""
-    pixels = camera.intrinsics.project(camera.pose.to_camera(np.array([[0.0, 0.0, 0.0], [1e-3, 0.0, 0.0]])))
-    return 1e-3 / float(np.linalg.norm(pixels[1] - pixels[0]))
+    return pair_tracks(dataclasses.replace(filming.cameras, seed=seed % 2**61), tracks)
 
 
 def _plate_track(plate: Floats, tracks: xr.Dataset, filming: Filming, seed: int) -> xr.Dataset:
@@ -288,10 +248,10 @@ def _plate_track(plate: Floats, tracks: xr.Dataset, filming: Filming, seed: int)
     fallen = np.zeros((len(plate), 1, 3))
     fallen[:, 0, 0] = plate[:, 0] - plate[0, 0]
     mark = make_tracks(fallen, tracks["time"].values, units="m", kind="external")
-    camera = filming.external
+    camera, errors = filming.cameras.external, filming.cameras.errors
     # As far as a marker may fall it is in sight: it need not be in the middle of the image.
     image = camera.intrinsics.project(camera.pose.to_camera(interpolated(mark, frame_times(camera, mark))))
-    noise = PointCamera(camera).errors.noise * np.random.default_rng([seed % 2**62, 3]).standard_normal(image.shape)
+    noise = errors.noise * np.random.default_rng([seed % 2**62, 3]).standard_normal(image.shape)
     return make_tracks(image + noise, frame_times(camera, mark), units="px", kind="external")
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.detect.evaluation.assumptions import Sensitivity
 from fingerslip.detect.evaluation.bootstrap import Estimate
 from fingerslip.detect.evaluation.calibration import Reliability
 from fingerslip.detect.evaluation.confusion import FrameScores
@@ -19,7 +20,9 @@ from fingerslip.report.tables.table import Cell, Column, Missing, Table
 
 __all__ = [
     "accuracy_table",
+    "assumption_table",
     "calibration_table",
+    "condition_table",
     "confusion_table",
     "curve_table",
     "estimate_text",
@@ -54,6 +57,29 @@ def accuracy_table(by_trial: Mapping[str, FrameScores], by_sample: Mapping[str, 
         rows.append((name, estimate_text(scores.accuracy), estimate_text(by_sample[name]), leak))
     columns = (Column("classifier"), Column("by trial"), Column("by sample"), Column("leakage", digits=3))
     return Table("Accuracy on frames", columns, tuple(rows), f"{note} {_INTERVALS}")
+
+
+def assumption_table(found: Sequence[Sensitivity]) -> Table:
+    """Return what accuracies come to with each value that may be assumed, and when labels then begin."""
+    names = list(found[0].matrices)
+    rows: list[tuple[Cell, ...]] = [
+        (
+            *(one.assumption.quantity, one.assumption.value, one.incipient, one.gross),
+            *(estimate_text(one.accuracies[name]) for name in names),
+        )
+        for one in found
+    ]
+    times = (Column("median incipient slip", "s", 2), Column("median gross slip", "s", 2))
+    columns = (Column("quantity"), Column("value"), *times, *(Column(name) for name in names))
+    note = f"Accuracy on frames of trials that were not seen; one value changed in each row. {_INTERVALS}"
+    return Table("Accuracy and what is assumed", columns, tuple(rows), note)
+
+
+def condition_table(condition: str, found: Mapping[str, Mapping[str, Estimate]]) -> Table:
+    """Return accuracies on the trials of each value of a condition, which were learned from in other trials."""
+    names = list(next(iter(found.values())))
+    rows = tuple((value, *(estimate_text(one[name]) for name in names)) for value, one in found.items())
+    return Table(f"Accuracy by {condition}", (Column(condition), *(Column(name) for name in names)), rows, _INTERVALS)
 
 
 def frame_table(by_trial: Mapping[str, FrameScores]) -> Table:

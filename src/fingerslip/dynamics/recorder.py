@@ -315,17 +315,18 @@ class Recorder:
         if state.body is not None:
             deformed, finite = state.body.deformed, self._cells.finite
             values["snapshot_strain_energy_density"][number] = finite.energy_densities(deformed)
-            self._record_stresses(number, finite.stresses(deformed))
+            self._record_tensors(number, finite.stresses(deformed), finite.tensors(deformed))
             return
         cells = self._cells.recovery
         strains = cells.strains(displacement.ravel())
         cells = replace(cells, relax=functools.partial(self._remembered, state, cells))
         values["snapshot_strain_energy_density"][number] = cells.energy_densities(strains)
-        self._record_stresses(number, cells.stresses(strains))
+        self._record_tensors(number, cells.stresses(strains), cells.tensors(strains))
 
-    def _record_stresses(self, number: int, stresses: Array) -> None:
-        """Record the stresses of all cells (n_cells, 4 or 6) [Pa] in a snapshot."""
+    def _record_tensors(self, number: int, stresses: Array, strains: Array) -> None:
+        """Record stresses [Pa] and strains [-] of all cells (n_cells, 4 or 6) in a snapshot."""
         self.values["snapshot_stress"][number] = stresses
+        self.values["snapshot_strain"][number] = strains
         self.values["snapshot_von_mises"][number] = von_mises(stresses)
 
     def _remembered(

@@ -89,6 +89,7 @@ def record_type(name: str) -> type:
         "contact_iterations": np.int32,
         # For pictures and other programs: seven digits are enough, and half the memory.
         "snapshot_stress": np.float32,
+        "snapshot_strain": np.float32,
     }
     return types.get(name, np.float64)
 

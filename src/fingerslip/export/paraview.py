@@ -11,7 +11,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import ResultError
-from fingerslip.export.tensors import strain_tensors, stress_tensors
+from fingerslip.export.tensors import cell_tensors
 from fingerslip.files import write_text
 from fingerslip.history import is_solid, nearest_record, site_kinds
 from fingerslip.report.scene.snapshot import flat_faces, in_space, read_snapshot
@@ -41,7 +41,7 @@ def write_paraview(history: xr.Dataset, folder: Path) -> None:
     ``body.pvd`` has the body: on its points `displacement` and `velocity` with three components, and on those that may
     touch `contact_pressure`, `friction_traction`, `gap`, `slip_distance` and `contact_state` (0 open, 1 stick, 2 slip;
     elsewhere no number); on its cells strain energy density, von Mises stress, the tensors `stress` [Pa] and `strain`
-    [-] at their centres (:func:`~fingerslip.export.tensors.strain_tensors`), and the number of the region, whose names
+    [-] at their centres (:func:`~fingerslip.export.tensors.cell_tensors`), and the number of the region, whose names
     are in ``regions.csv``. ``counterfaces.pvd`` has the flat counterfaces, ``sites.pvd`` the recorded sites with the
     number of their kind. ``show.py``, loaded by File > Load State, shows all of them. Lengths are in metres, points are
     reference positions, and the script warps them by `displacement`.
@@ -137,11 +137,8 @@ def _body(history: xr.Dataset, number: int) -> meshio.Mesh:
 
 
 def _tensors(history: xr.Dataset, number: int) -> dict[str, Floats]:
-    """Return strain and, where it is recorded, stress of all cells, each tensor as its nine numbers row by row."""
-    tensors = {"strain": strain_tensors(history, number)}
-    if "snapshot_stress" in history:
-        tensors["stress"] = stress_tensors(history, number)
-    return {name: values.reshape(-1, 9) for name, values in tensors.items()}
+    """Return the recorded tensors of all cells, each as its nine numbers row by row."""
+    return {name: values.reshape(-1, 9) for name, values in cell_tensors(history, number).items()}
 
 
 def _faces(history: xr.Dataset, number: int) -> meshio.Mesh:

@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
-__all__ = ["assign", "is_below", "joined", "known_part", "nearest", "walk"]
+__all__ = ["assign", "flatten", "is_below", "joined", "known_part", "nearest", "walk"]
 
 
 def joined(*parts: str) -> str:
@@ -125,3 +125,21 @@ def _items(values: object) -> Iterator[tuple[object, object]]:
         yield from values.items()
     elif isinstance(values, list | tuple):
         yield from enumerate(values)
+
+
+def flatten(mapping: Mapping[str, Any]) -> dict[str, Any]:
+    """Turn nested plain data into values by dotted path.
+
+    Examples
+    --------
+    >>> flatten({"contact": {"friction_coefficient": 0.6}, "programme": [{"hold": 1}]})
+    {'contact.friction_coefficient': 0.6, 'programme.0.hold': 1}
+    """
+    flat: dict[str, Any] = {}
+    for key, value in mapping.items():
+        inner = dict(enumerate(value)) if isinstance(value, list | tuple) else value
+        if isinstance(inner, Mapping) and inner:
+            flat |= {f"{key}.{path}": leaf for path, leaf in flatten({str(k): v for k, v in inner.items()}).items()}
+        else:
+            flat[key] = value
+    return flat

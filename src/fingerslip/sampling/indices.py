@@ -111,7 +111,8 @@ def sobol_indices(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
     Raises
     ------
     InputError
-        For another design, an unknown output or too few runs, and where SALib is not installed.
+        For another design, an output that is unknown or the same in all runs, for too few runs, and where SALib is not
+        installed.
     """
     _require_design(study, "saltelli")
     return tuple(_sobol_of_runs(study, group, runs, output) for group, runs in groups_of(study.runs))
@@ -159,6 +160,8 @@ def morris_effects(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
 
 def _sobol_of_runs(study: StudyResult, group: Mapping[str, Any], runs: Sequence[RunResult], output: str) -> Sensitivity:
     known = _blocks(study, runs, output)
+    if np.ptp(known.values) == 0.0:
+        raise InputError("of", f"'{output}' is {known.values[0]:.6g} in all runs", "needs an output that differs")
     found = _sobol(known.paths, known.values)
     return _sensitivity("sobol", output, (group, runs), known, _by_index(known.paths, found))
 

@@ -131,7 +131,7 @@ def fit_surrogate(runs: Sequence[RunResult], output: str, seed: int = 1) -> Surr
     Raises
     ------
     InputError
-        For an unknown output, for too few runs, where scikit-learn is not installed.
+        For an unknown output, one that is the same in all runs, for too few runs, where scikit-learn is not installed.
     """
     inputs = inputs_of(runs)
     unit = required_output(runs[0], output).unit
@@ -144,6 +144,8 @@ def fit_surrogate(runs: Sequence[RunResult], output: str, seed: int = 1) -> Surr
     if len(known) < _LEAST_RUNS:
         raise InputError("study", f"has {len(known)} runs with {output}", f"needs {_LEAST_RUNS} or more that differ")
     columns, values = np.array([one for one, _ in known.values()]), np.array([one for _, one in known.values()])
+    if np.ptp(values) == 0.0:
+        raise InputError("of", f"'{output}' is {values[0]:.6g} {unit} in all runs", "needs an output that differs")
     process = _fitted(columns, values, None)
     return Surrogate(output, unit, inputs, _validated(columns, values, process, seed), process)
 

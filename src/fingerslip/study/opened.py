@@ -12,8 +12,10 @@ import xarray as xr
 
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
+from fingerslip.parameters.dotted import flatten
 from fingerslip.report.tables.frame import runs_frame
-from fingerslip.results import HISTORY, RUN, RunResult, StudyResult, flatten, unchecked_result
+from fingerslip.results import RunResult, StudyResult
+from fingerslip.run_folder import HISTORY, RUN, unchecked_result
 from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.yaml import read_mapping
 from fingerslip.study.storage.summary import identities, stored_manifest, stored_study

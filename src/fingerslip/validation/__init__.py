@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
+from fingerslip.validation.comparison import Comparison, compare, comparison_mapping, comparison_markdown
 from fingerslip.validation.detection import detection_rows
 from fingerslip.validation.evidence import STUDIES
-from fingerslip.validation.geometry import (
-    allowed_geometry,
-    geometry_table,
-    rows_and_geometry_mapping,
-    rows_and_geometry_markdown,
-)
+from fingerslip.validation.geometry import allowed_geometry, geometry_table
 from fingerslip.validation.pouring import pouring_rows
 from fingerslip.validation.rows import Row, rows_mapping, rows_markdown, rows_table
-from fingerslip.validation.validate import validate
+from fingerslip.validation.stored import Stored
+from fingerslip.validation.validate import PAPERS, validate
 
 __all__ = [
+    "PAPERS",
     "STUDIES",
+    "Comparison",
     "Row",
+    "Stored",
     "allowed_geometry",
+    "compare",
+    "comparison_mapping",
+    "comparison_markdown",
     "detection_rows",
     "geometry_table",
     "pouring_rows",
-    "rows_and_geometry_mapping",
-    "rows_and_geometry_markdown",
     "rows_mapping",
     "rows_markdown",
     "rows_table",

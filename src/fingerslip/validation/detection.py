@@ -5,11 +5,10 @@ The data set takes long, so the rows are stored, and read back unless they are a
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 from fingerslip.detect.classifiers import CLASSIFIERS, union_of_sets
 from fingerslip.detect.evaluation.bootstrap import Estimate
@@ -19,14 +18,13 @@ from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.onsets import NO_SLIP
 from fingerslip.detect.samples import Sampling, samples_of
-from fingerslip.detect.splits import grouped_folds
+from fingerslip.detect.splits import grouped_folds, left_out
 from fingerslip.detect.trial_set import TrialSet
-from fingerslip.errors import ResultError
-from fingerslip.files import read_json, write_json
 from fingerslip.published import PublishedValue, published
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.trials.simulate import simulate_trials
-from fingerslip.validation.rows import Row, number_row, rows_mapping, statement_row
+from fingerslip.validation.rows import Row, number_row, statement_row
+from fingerslip.validation.stored import RowFile, Stored, stored_rows
 
 __all__ = [
     "DATA_SET",
@@ -35,16 +33,24 @@ __all__ = [
     "detection_of",
     "detection_rows",
     "rows_of_detection",
-    "stored_detection",
 ]
 
 #: The study of the data set.
 DATA_SET = "bulens2023_dataset"
-#: File with the rows, in the folder of all results or in its folder `reference`.
-DETECTION_FILE = "detection.json"
+#: Where the rows are stored.
+DETECTION_FILE = RowFile(
+    "detection.json", "rows of detectors", "fingerslip validate --detection", "about an hour", (DATA_SET,), Row
+)
 
-_COMMAND = "fingerslip validate --detection"
 _FOLDS = 5
+#: Conditions that are left out, and how that is called.
+_LEFT_OUT: Mapping[str, str] = MappingProxyType(
+    {
+        "direction": "a direction not seen",
+        "indentation": "an indentation not seen",
+        "friction_coefficient": "a quarter of the frictions not seen",
+    }
+)
 _MACHINES = ("svm_linear", "svm_rbf")
 _NUMBERS, _STATEMENTS = "bulens2023_detection-numbers", "bulens2023_detection-statements"
 _CLASSES = ("no-slip", "incipient", "gross")
@@ -63,6 +69,9 @@ _RESOLUTIONS: Mapping[str, float] = MappingProxyType(
 )
 
 
+_ACCURACIES = ("forest-accuracy", "svm-accuracy")
+
+
 @dataclass(frozen=True)
 class Detection:
     """Scores on single frames, by name of the classifier.
@@ -73,10 +82,13 @@ class Detection:
         With frames split 90 to 10 whatever their trial.
     by_trial : mapping of str to FrameScores
         On trials that were not seen, in five folds.
+    left_out : mapping of str to mapping of str to FrameScores, optional
+        On trials of which not one with the same value of a condition was seen, by what is left out in words.
     """
 
     by_sample: Mapping[str, FrameScores]
     by_trial: Mapping[str, FrameScores]
+    left_out: Mapping[str, Mapping[str, FrameScores]] = field(default_factory=dict)
 
 
 def detection_rows(
@@ -86,7 +98,7 @@ def detection_rows(
     progress: StudyProgress | None = None,
     *,
     compute: bool = False,
-) -> tuple[Row, ...]:
+) -> Stored[Row]:
     """Return the rows of the detectors: computed and stored, or those that were stored last.
 
     Parameters
@@ -109,13 +121,13 @@ def detection_rows(
     ResultError
         Where results cannot be written or read back.
     """
-    if not compute:
-        return stored_detection(results)
-    study, output = Path(studies) / f"{DATA_SET}.yaml", Path(results) / f"{DATA_SET}_trials"
-    trials = simulate_trials(study, output, workers=workers, progress=progress)
-    rows = rows_of_detection(detection_of(trials, workers))
-    write_json(Path(results) / DETECTION_FILE, {"made": _COMMAND, "rows": rows_mapping(rows)})
-    return rows
+
+    def computed() -> tuple[Row, ...]:
+        study, output = Path(studies) / f"{DATA_SET}.yaml", Path(results) / f"{DATA_SET}_trials"
+        trials = simulate_trials(study, output, workers=workers, progress=progress)
+        return rows_of_detection(detection_of(trials, workers))
+
+    return stored_rows(DETECTION_FILE, studies, results, computed if compute else None)
 
 
 def detection_of(trials: TrialSet, workers: int = 2) -> Detection:
@@ -131,31 +143,43 @@ def detection_of(trials: TrialSet, workers: int = 2) -> Detection:
     candidates = [CLASSIFIERS[name] for name in ("forest", *_MACHINES)]
     motion, onsets = MotionSettings(), trials.onsets()
     samples = samples_of(trials, onsets, FeatureSettings(union_of_sets(candidates), motion), Sampling())
-    folds = grouped_folds(trials.names, _FOLDS, 0)
-    by_sample, by_trial = {}, {}
-    for one in candidates:
-        by_sample[one.name] = frame_scores_of(frames_by_sample(samples, one, workers=workers))
-        found = frames_by_trial(samples, onsets, one, folds, window=motion.window, workers=workers)
-        by_trial[one.name] = frame_scores_of(found.matrices)
-    return Detection(by_sample, by_trial)
+
+    def scored(tests: Sequence[Sequence[str]]) -> dict[str, FrameScores]:
+        found = {
+            one.name: frames_by_trial(samples, onsets, one, tests, window=motion.window, workers=workers)
+            for one in candidates
+        }
+        return {name: frame_scores_of(one.matrices) for name, one in found.items()}
+
+    by_sample = {one.name: frame_scores_of(frames_by_sample(samples, one, workers=workers)) for one in candidates}
+    by_trial = scored(grouped_folds(trials.names, _FOLDS, 0))
+    groups = {words: left_out(trials.conditions, condition) for condition, words in _LEFT_OUT.items()}
+    return Detection(by_sample, by_trial, {words: scored(tuple(one.values())) for words, one in groups.items()})
 
 
 def rows_of_detection(found: Detection) -> tuple[Row, ...]:
-    """Return a row for each published number and statement, in both splits."""
+    """Return a row for each published value in both splits, and for accuracies with conditions left out."""
     splits = {"frames split 90 to 10": found.by_sample, "trials not seen": found.by_trial}
-    return tuple(row for split, scores in splits.items() for row in _rows(split, scores))
+    return (
+        *(row for split, scores in splits.items() for row in _rows(split, scores)),
+        *(row for split, scores in found.left_out.items() for row in _number_rows(split, scores, _ACCURACIES)),
+    )
 
 
 def _rows(split: str, scores: Mapping[str, FrameScores]) -> Iterator[Row]:
-    for value in published(_NUMBERS).values:
-        for name, estimate in _estimates(value, scores):
-            yield _number_row(f"{name}, simulated slides, {split}", value, estimate)
+    yield from _number_rows(split, scores, _RESOLUTIONS)
     for value in published(_STATEMENTS).values:
         matrix = scores["forest"].matrix
         slips = matrix[NO_SLIP + 1 :]
         share = float(slips[:, NO_SLIP].sum() / slips.sum())
         row = statement_row(value, share, None, share == 0.0)
         yield Row(**{**vars(row), "quantity": f"{row.quantity}; simulated slides, {split}"})
+
+
+def _number_rows(split: str, scores: Mapping[str, FrameScores], wanted: Collection[str]) -> Iterator[Row]:
+    for value in published(_NUMBERS).values:
+        for name, estimate in _estimates(value, scores) if value.id in wanted else ():
+            yield _number_row(f"{name}, simulated slides, {split}", value, estimate)
 
 
 def _estimates(value: PublishedValue, scores: Mapping[str, FrameScores]) -> Iterator[tuple[str, Estimate]]:
@@ -174,22 +198,3 @@ def _number_row(name: str, value: PublishedValue, estimate: Estimate) -> Row:
     """Return a row whose uncertainty is half the interval over trials drawn anew."""
     half = None if estimate.low is None or estimate.high is None else (estimate.high - estimate.low) / 2.0
     return number_row(name, value, estimate.value, half, resolution=_RESOLUTIONS[value.id])
-
-
-def stored_detection(results: str | Path = "results") -> tuple[Row, ...]:
-    """Return the rows that were stored last, or else those that ship; none where nothing is stored.
-
-    Raises
-    ------
-    ResultError
-        Where the file is damaged.
-    """
-    for path in (Path(results) / DETECTION_FILE, Path(results) / "reference" / DETECTION_FILE):
-        try:
-            entries: Any = read_json(path, f"run {_COMMAND}")["rows"]
-            return tuple(Row(**entry) for entry in entries)
-        except FileNotFoundError:
-            continue
-        except (KeyError, TypeError) as error:
-            raise ResultError(f"{path}: holds no rows; run {_COMMAND}") from error
-    return ()

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
 
 from fingerslip.detect.evaluation.bootstrap import Estimate
 from fingerslip.detect.evaluation.events import EventScores
@@ -18,21 +17,21 @@ from fingerslip.detect.splits import benchmark_test_trials
 from fingerslip.detect.training import train
 from fingerslip.detect.trial_set import write_trials
 from fingerslip.detect.unseen import READINGS, Unseen, on_unseen
-from fingerslip.errors import ResultError
-from fingerslip.files import read_json, write_json
 from fingerslip.published import PublishedValue, published
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies
-from fingerslip.validation.rows import Row, number_row, rows_mapping, statement_row
+from fingerslip.validation.rows import Row, number_row, statement_row
+from fingerslip.validation.stored import RowFile, Stored, stored_rows
 
-__all__ = ["POURING", "POURING_FILE", "pouring_of", "pouring_rows", "rows_of_pouring", "stored_pouring"]
+__all__ = ["POURING", "POURING_FILE", "pouring_of", "pouring_rows", "rows_of_pouring"]
 
 #: The study to learn from, and the one to be tested on.
 POURING = ("bulens2023_section_slides", "bulens2023_pouring")
-#: File with the rows, in the folder of all results or in its folder `reference`.
-POURING_FILE = "pouring.json"
+#: Where the rows are stored.
+POURING_FILE = RowFile(
+    "pouring.json", "rows of the pouring task", "fingerslip validate --pouring", "half an hour", POURING, Row
+)
 
-_COMMAND = "fingerslip validate --pouring"
 _NUMBERS, _STATEMENTS = "bulens2023_pouring-numbers", "bulens2023_pouring-statements"
 #: Name of each published number in the scores, and one unit of its last printed digit; None where it is not judged.
 _SCORES: Mapping[str, tuple[str, float | None]] = MappingProxyType(
@@ -53,7 +52,7 @@ def pouring_rows(
     progress: StudyProgress | None = None,
     *,
     compute: bool = False,
-) -> tuple[Row, ...]:
+) -> Stored[Row]:
     """Return the rows of the pouring task: computed and stored, or those that were stored last.
 
     Parameters
@@ -76,13 +75,13 @@ def pouring_rows(
     ResultError
         Where results cannot be written or read back.
     """
-    if not compute:
-        return stored_pouring(results)
-    paths = [Path(studies) / f"{name}.yaml" for name in POURING]
-    run_studies(paths, results_dir=results, workers=workers, progress=progress)
-    rows = rows_of_pouring(pouring_of(Path(results), workers))
-    write_json(Path(results) / POURING_FILE, {"made": _COMMAND, "rows": rows_mapping(rows)})
-    return rows
+
+    def computed() -> tuple[Row, ...]:
+        paths = [Path(studies) / f"{name}.yaml" for name in POURING]
+        run_studies(paths, results_dir=results, workers=workers, progress=progress)
+        return rows_of_pouring(pouring_of(Path(results), workers))
+
+    return stored_rows(POURING_FILE, studies, results, computed if compute else None)
 
 
 def pouring_of(results: Path, workers: int = 2) -> Unseen:
@@ -144,26 +143,3 @@ def _half_width(estimate: object) -> float | None:
     if not isinstance(estimate, Estimate) or estimate.low is None or estimate.high is None:
         return None
     return (estimate.high - estimate.low) / 2.0
-
-
-def stored_pouring(results: str | Path = "results") -> tuple[Row, ...]:
-    """Return the rows that were stored last, or else those that ship; none where there are none.
-
-    Raises
-    ------
-    ResultError
-        Where the file is damaged.
-    """
-    for path in (Path(results) / POURING_FILE, Path(results) / "reference" / POURING_FILE):
-        try:
-            return tuple(_row(entry) for entry in read_json(path, f"run {_COMMAND}")["rows"])
-        except FileNotFoundError:
-            continue
-        except (KeyError, TypeError) as error:
-            raise ResultError(f"{path}: is of another version ({error}); run {_COMMAND}") from error
-    return ()
-
-
-def _row(entry: Mapping[str, Any]) -> Row:
-    values: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in entry.items()}
-    return Row(**values)

@@ -149,13 +149,21 @@ def difference_from(ours: float, span: tuple[float, float]) -> float:
     return ours - min(max(ours, span[0]), span[1])
 
 
-def rows_mapping(rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """Return the rows as plain data for JSON, with full precision; None where there is no number."""
+def rows_mapping(rows: Sequence[Any]) -> list[dict[str, Any]]:
+    """Return rows, which are dataclasses, as plain data for JSON, in full precision; None where there is no number."""
     return [dataclasses.asdict(row) for row in rows]
 
 
-def rows_table(rows: Sequence[Row]) -> Table:
-    """Put the rows into one table."""
+def rows_table(rows: Sequence[Row], *origins: str) -> Table:
+    """Put the rows into one table.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        The rows.
+    *origins : str
+        Where those that were not computed now come from, in sentences; empty ones are left out.
+    """
     columns = (
         Column("quantity"),
         Column("source"),
@@ -165,7 +173,8 @@ def rows_table(rows: Sequence[Row]) -> Table:
         Column("verdict"),
         Column("basis"),
     )
-    return Table("Validation against published values", columns, tuple(_cells(row) for row in rows), _NOTE)
+    note = " ".join([_NOTE, *filter(None, origins)])
+    return Table("Validation against published values", columns, tuple(_cells(row) for row in rows), note)
 
 
 def rows_markdown(rows: Sequence[Row]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from fingerslip.published import PublishedValue, published
@@ -15,7 +15,11 @@ from fingerslip.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, 
 from fingerslip.validation.rows import TIME_RESOLUTION, Basis, Row, number_row, statement_row
 from fingerslip.validation.sensor import sensor_rows
 
-__all__ = ["rows_of", "validate"]
+__all__ = ["PAPERS", "rows_of", "validate"]
+
+#: Papers whose values are compared: on fingers, and on a tactile sensor.
+PAPERS = ("wang2014", "bulens2023")
+
 
 # Travel of the plate in one published resolution at 3 mm/s, over a friction coefficient of 0.6 times 1.5 mm.
 _TRAVEL_RESOLUTION = TIME_RESOLUTION * 3.0 / (0.6 * 1.5)
@@ -45,6 +49,8 @@ def validate(
     results: str | Path = "results",
     workers: int = 2,
     progress: StudyProgress | None = None,
+    *,
+    papers: Sequence[str] = PAPERS,
 ) -> tuple[Row, ...]:
     """Compare the shipped studies with the published values.
 
@@ -60,6 +66,8 @@ def validate(
         How many runs are computed at once.
     progress : StudyProgress, optional
         Receives the progress.
+    papers : sequence of str, optional
+        Those of :data:`PAPERS` whose values are compared.
 
     Returns
     -------
@@ -75,8 +83,11 @@ def validate(
     ResultError
         Where results cannot be written or read back.
     """
-    rows = rows_of(gather(studies, results, workers=workers, progress=progress))
-    return (*rows, *sensor_rows(studies, results, workers, progress))
+    fingers, sensors = (paper in papers for paper in PAPERS)
+    return (
+        *(rows_of(gather(studies, results, workers=workers, progress=progress)) if fingers else ()),
+        *(sensor_rows(studies, results, workers, progress) if sensors else ()),
+    )
 
 
 def rows_of(evidence: Evidence) -> tuple[Row, ...]:

@@ -85,7 +85,7 @@ def clip(results: Path) -> Path:
     tracks = marker_tracks(history, ("internal",))
     held = phase_times(history, "hold")[0][0]
     shown: xr.Dataset = tracks.isel(time=tracks["time"].values >= held - 1e-9)
-    camera = fs.PixelCamera(Filming().internal, fs.MarkerLook(radius=0.5e-3), seed=1)
+    camera = fs.PixelCamera(Filming().cameras.internal, fs.MarkerLook(radius=0.5e-3), seed=1)
     fs.film(camera, shown.assign_coords(time=shown["time"] - held), results / "clip.mkv")
     return results / "clip.mkv"
 

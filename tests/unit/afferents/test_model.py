@@ -66,3 +66,25 @@ def test_an_unknown_stimulus_is_refused(history):
     model.stimulus = "tickle"
     with pytest.raises(fs.InputError, match="'tickle' is not known"):
         spikes_of(history, {"SA-I": model})
+
+
+def test_the_last_window_holds_what_is_left_and_a_window_has_a_length():
+    spikes = Spikes(("a",), ("SA-I",), (np.array([0.05, 0.95]),), 0.0, 1.0)
+    np.testing.assert_allclose(spikes.rates(0.3).sel(kind="SA-I"), [1.0 / 0.3, 0.0, 0.0, 1.0 / 0.3])
+    with pytest.raises(fs.InputError, match="window: got 0 s, must be above 0 s"):
+        spikes.rates(0.0)
+
+
+def test_a_stimulus_that_is_not_known_gives_no_train_without_spikes(history):
+    unknown = history.assign(strain=history.strain * np.nan)
+    with pytest.raises(fs.ResultError, match=r"history\.equivalent_strain: is not known"):
+        spikes_of(unknown, {"SA-I": Once()})
+    with pytest.raises(fs.ResultError, match="has 1 values, needs two or more"):
+        spikes_of(history.isel(time=[0]), {"SA-I": Once()})
+
+
+def test_a_model_that_forgets_a_receptor_is_refused(history):
+    model = Once()
+    model.spikes = lambda times, _: [times[:1]]
+    with pytest.raises(fs.InputError, match="gave 1 arrays, needs 2, one a receptor"):
+        spikes_of(history, {"SA-I": model})

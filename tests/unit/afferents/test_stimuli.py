@@ -68,7 +68,14 @@ def test_every_stimulus_of_a_simulation_has_units_and_is_finite():
 
 def test_missing_receptors_and_missing_strain_are_said():
     history = uniform([0.2, -0.1, -0.1, 0.0], PLANE)
-    with pytest.raises(fs.ResultError, match="no receptor of the types SA-II"):
+    with pytest.raises(
+        fs.ResultError, match=r"^history: has no receptor of the types SA-II, needs one; record receptors$"
+    ):
         receptor_stimuli(history, ("SA-II",))
     with pytest.raises(fs.ResultError, match="run the study again"):
         receptor_stimuli(history.drop_vars("strain"))
+
+
+def test_a_strain_that_is_not_known_has_no_principal_strain():
+    found = receptor_stimuli(uniform([0.2, -0.1, np.nan, 0.0], PLANE)).isel(time=-1, site=0)
+    assert np.isnan(found[["equivalent_strain", "largest_strain", "smallest_strain"]].to_array()).all()

@@ -90,7 +90,7 @@ def test_mistakes_are_one_line_and_nothing_is_written(
 
 def test_every_action_has_help(invoke: Callable[..., Any]) -> None:
     group = invoke("detect", "--help").output
-    for action in ("collect", "train", "evaluate", "inquire", "run", "score"):
+    for action in ("collect", "train", "evaluate", "inquire", "vary", "run", "score"):
         assert action in group
         assert "Usage" in invoke("detect", action, "--help").output
 

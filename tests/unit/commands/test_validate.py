@@ -11,7 +11,7 @@ import pytest
 
 from fingerslip import validation
 from fingerslip.published import published
-from fingerslip.validation import geometry
+from fingerslip.validation import Comparison, Stored
 from fingerslip.validation.geometry import GeometryRow
 from fingerslip.validation.rows import number_row
 
@@ -19,28 +19,34 @@ from fingerslip.validation.rows import number_row
 def test_rows_come_as_table_json_and_markdown(invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
     value = published("wang2014-table2").values[0]
     rows = (number_row("overall slip", value, 1.75, 0.01, resolution=0.01),)
-    asked: list[tuple[Path, Path, int]] = []
-    monkeypatch.setattr(validation, "validate", lambda *given: asked.append(given[:3]) or rows)
-    monkeypatch.setattr(validation, "pouring_rows", lambda *_, compute: rows if compute else ())
-    monkeypatch.setattr(validation, "detection_rows", lambda *_, compute: rows if compute else ())
-    allowed = (GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50),)
-    monkeypatch.setattr(geometry, "stored_geometry", lambda *_: (allowed, "Stored."))
-    monkeypatch.setattr(geometry, "run_geometry", lambda *_: allowed)
-    assert "overall slip" in invoke("validate", "--studies", "s", "--results", "r", "--workers", "1").stdout
-    assert asked == [(Path("s"), Path("r"), 1)]
-    assert json.loads(invoke("validate", "--json").stdout)[0]["ours"] == 1.75
-    assert len(json.loads(invoke("validate", "--json", "--pouring").stdout)) == 2
-    assert len(json.loads(invoke("validate", "--json", "--detection").stdout)) == 2
+    allowed = Stored((GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50),), "Stored.")
+    asked: list[tuple[Any, ...]] = []
+
+    def compare(*given: Any, **chosen: Any) -> Comparison:
+        asked.append((*given[:3], chosen))
+        return Comparison(rows, ("Rows are stored.",), allowed)
+
+    monkeypatch.setattr(validation, "compare", compare)
+    text = invoke("validate", "--studies", "s", "--results", "r", "--workers", "1").stdout
+    assert "overall slip" in text
+    assert "Rows are stored." in text
+    assert asked == [(Path("s"), Path("r"), 1, {"only": None, "computed": []})]
+    assert json.loads(invoke("validate", "--json", "--only", "wang2014", "--geometry").stdout)[0]["ours"] == 1.75
+    assert asked[-1][-1] == {"only": "wang2014", "computed": ["geometry"]}
+    invoke("validate", "--pouring", "--detection")
+    assert asked[-1][-1]["computed"] == ["pouring", "detection"]
     page = invoke("validate", "--markdown").stdout
     assert page.startswith("# Validation against published values\n")
     assert "unknown geometry" not in page
-    assert "Stored." in invoke("validate").stdout
-    both = json.loads(invoke("validate", "--geometry", "--json").stdout)
-    assert (both["rows"][0]["ours"], both["geometry"][0]["published"]) == (1.75, 1.53)
-    assert "## What the unknown geometry allows" in invoke("validate", "--geometry", "--markdown").stdout
 
 
 def test_a_missing_study_is_wrong_input(invoke: Callable[..., Any]) -> None:
     done = invoke("validate", "--studies", "nowhere")
     assert done.exit_code == 2
     assert "validate needs the studies" in done.stderr
+
+
+def test_parts_of_another_paper_are_wrong_input(invoke: Callable[..., Any]) -> None:
+    done = invoke("validate", "--only", "wang2014", "--detection")
+    assert done.exit_code == 2
+    assert "--detection: is of bulens2023" in done.stderr

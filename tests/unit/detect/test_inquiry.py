@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from fingerslip.detect.inquiry import Levels, curve_sizes, inquire, write_inquiry
+from fingerslip.detect.inquiry import Levels, curve_sizes, inquire, vary, write_inquiry
 from fingerslip.detect.session import Choices
 from fingerslip.errors import InputError
 
@@ -36,3 +36,14 @@ def test_all_trials_and_halves_of_them_make_a_curve() -> None:
 def test_levels_are_numbers(trials_folder: Path) -> None:
     with pytest.raises(InputError, match=r"--noise: got '0;1', needs numbers with commas; write --noise 0,0\.1,0\.2"):
         inquire(trials_folder, "logistic", CHOICES, Levels(noise="0;1"))
+
+
+def test_what_is_assumed_has_a_table_and_a_figure_and_conditions_have_tables(
+    trials_folder: Path, tmp_path: Path
+) -> None:
+    found = vary(trials_folder, ["time_threshold"], CHOICES, folds=2, conditions=["indentation"])
+    assert list(found.tables) == ["assumptions", "by-indentation"]
+    assert len(found.tables["assumptions"].rows) >= 9
+    assert found.tables["assumptions"].rows[0][0] == "as in the data set"
+    write_inquiry(found, tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"assumptions.csv", "assumptions.png", "by-indentation.csv"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import fingerslip as fs
 from fingerslip.dynamics.steps import snapshot_steps
@@ -80,19 +81,35 @@ def test_energy_of_the_cells_is_the_strain_energy():
     assert at[-1] > 0.0
 
 
-def test_von_mises_of_uniaxial_strain_is_in_closed_form():
-    """A block held sideways and pressed slowly: s_yy = (L + 2 G) e, s_xx = s_zz = L e, so von Mises is 2 G |e|."""
+def pressed_in_a_sleeve(strain: float, law: type = fs.Elastic, **others) -> xr.Dataset:
+    """Return the history of a block that is held sideways and pressed slowly to a uniaxial strain."""
     mesh = box("Q4", np.linspace(0.0, 2e-3, 3), np.linspace(0.0, 4e-3, 5))
     sites = (fs.Site("middle", "", (1e-3, 2e-3)),)
     model = push_and_slide(
         mesh=mesh,
-        materials={"bulk": fs.Elastic(34e3, 0.4, 1e-3)},
+        materials={"bulk": law(34e3, 0.4, 1e-3)},
         supports={"bulk": ("x",), "top": ("x", "y")},
         contacts=(fs.Contact("bottom", normal_penalty=1e12),),
-        programme=(fs.Press(0.04e-3, 1e-3),),
+        programme=(fs.Press(4e-3 * strain, 1e-3),),
         record=fs.Recording(sites, snapshots_every=0.04),
+        **others,
     )
-    history = fs.simulate(model)
+    return fs.simulate(model)
+
+
+@pytest.mark.parametrize(
+    ("kinematics", "law", "expected"), [("small", fs.Elastic, -0.1), ("finite", fs.NeoHookean, np.log(0.9))]
+)
+def test_strain_of_cells_is_small_or_logarithmic(kinematics, law, expected):
+    history = pressed_in_a_sleeve(0.1, law, kinematics=kinematics)
+    strain = history.snapshot_strain.sel(snapshot_time=history.snapshot_time[-1])
+    np.testing.assert_allclose(strain.sel(stress_component="yy"), expected, rtol=1e-4)
+    np.testing.assert_allclose(strain.drop_sel(stress_component="yy"), 0.0, atol=1e-6)
+
+
+def test_von_mises_of_uniaxial_strain_is_in_closed_form():
+    """A block held sideways and pressed slowly: s_yy = (L + 2 G) e, s_xx = s_zz = L e, so von Mises is 2 G |e|."""
+    history = pressed_in_a_sleeve(0.01)
     strain, shear = -0.01, 34e3 / 2.8
     lame = 34e3 * 0.4 / (1.4 * 0.2)
     np.testing.assert_allclose(history.snapshot_von_mises.values[-1], 2 * shear * abs(strain), rtol=1e-4)

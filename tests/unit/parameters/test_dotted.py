@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.parameters.dotted import assign, is_below, known_part, nearest, walk
+from fingerslip.parameters.dotted import assign, flatten, is_below, known_part, nearest, walk
 
 keys = st.sampled_from(["a", "b", "c"])
 plain = st.dictionaries(
@@ -72,3 +72,12 @@ def test_nearest_goes_by_the_last_part_first() -> None:
     assert nearest("phalanx.variant", known) == "fingertip.phalanx.variant"
     assert nearest("time.stp", known) == "time.step"
     assert nearest("qqq", known) is None
+
+
+def test_flatten_keeps_leaves_and_numbers_lists() -> None:
+    nested = {"contact": {"friction_coefficient": 0.6}, "programme": [{"press": {"depth": "1 mm"}}], "none": {}}
+    assert flatten(nested) == {
+        "contact.friction_coefficient": 0.6,
+        "programme.0.press.depth": "1 mm",
+        "none": {},
+    }

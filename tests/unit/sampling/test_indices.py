@@ -77,3 +77,10 @@ def test_what_does_not_fit_is_refused() -> None:
         sobol_indices(study, "z")
     with pytest.raises(InputError, match="study: has no samples"):
         sobol_indices(StudyResult(study.folder, (), study.runs), "y")
+
+
+def test_an_output_that_nothing_moves_is_refused() -> None:
+    with pytest.raises(InputError, match="of: 'y' is 2 in all runs, needs an output that differs"):
+        sobol_indices(study_of(lambda _: 2.0, 2, "saltelli", 8), "y")
+    with pytest.raises(InputError, match="of: 'y' is 2 m in all runs, needs an output that differs"):
+        surrogate_indices(study_of(lambda _: 2.0, 2, "latin_hypercube", 20), "y")

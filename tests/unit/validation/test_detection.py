@@ -8,12 +8,10 @@ import pytest
 from fingerslip.detect.evaluation.confusion import frame_scores_of
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.trial_set import write_trials
-from fingerslip.errors import DamagedError, ResultError
-from fingerslip.files import write_json
 from fingerslip.published import published
 from fingerslip.validation import detection
-from fingerslip.validation.detection import Detection, detection_rows, rows_of_detection, stored_detection
-from fingerslip.validation.rows import rows_mapping
+from fingerslip.validation.detection import Detection, detection_rows, rows_of_detection
+from places import ROOT
 
 MATRICES = np.tile([[90, 10, 0], [0, 95, 5], [0, 5, 45]], (20, 1, 1))
 
@@ -49,22 +47,34 @@ def test_rows_are_computed_stored_and_read_back(tmp_path, monkeypatch):
     trials = write_trials(slides, tmp_path / "slides", "Analytic")
     monkeypatch.setattr(detection, "simulate_trials", lambda *_, **__: trials)
     monkeypatch.setattr(detection, "detection_of", lambda *_: Detection(scores(), scores()))
-    assert detection_rows(tmp_path, tmp_path) == ()
-    rows = detection_rows(tmp_path, tmp_path, compute=True)
-    assert detection_rows(tmp_path, tmp_path) == rows
+    assert detection_rows(tmp_path, tmp_path).rows == ()
+    made = detection_rows(tmp_path, tmp_path, compute=True)
+    assert detection_rows(tmp_path, tmp_path).rows == made.rows
 
 
-def test_shipped_rows_are_read_where_none_are_stored(tmp_path):
-    rows = rows_of_detection(Detection(scores(), scores()))
-    (tmp_path / "reference").mkdir()
-    write_json(tmp_path / "reference" / "detection.json", {"rows": rows_mapping(rows)})
-    assert stored_detection(tmp_path) == rows
+def test_accuracies_have_rows_for_each_condition_that_is_left_out():
+    rows = rows_of_detection(Detection(scores(), scores(), {"a direction not seen": scores()}))
+    own = [row for row in rows if row.quantity.endswith("a direction not seen")]
+    assert [row.quantity.split(", simulated")[0] for row in own] == [
+        "accuracy, forest",
+        "accuracy, svm_linear",
+        "accuracy, svm_rbf",
+    ]
+    assert own[0].published == 0.9746
 
 
-def test_damaged_files_say_what_makes_them_again(tmp_path):
-    (tmp_path / "detection.json").write_text("{}")
-    with pytest.raises(DamagedError, match="run fingerslip validate --detection"):
-        stored_detection(tmp_path)
-    write_json(tmp_path / "detection.json", {"rows": [{"quantity": "alone"}]})
-    with pytest.raises(ResultError, match="holds no rows; run fingerslip validate --detection"):
-        stored_detection(tmp_path)
+@pytest.mark.slow
+def test_every_condition_of_the_paper_is_left_out_once(tmp_path):
+    slides = synthetic_slides((3e-3, 4e-3), directions=2, repeats=5, travel=14e-3)
+    trials = write_trials(slides, tmp_path / "slides", "Analytic")
+    found = detection.detection_of(trials, 1)
+    assert len(found.left_out) == 3
+    for by_name in found.left_out.values():
+        assert set(by_name) == {"forest", "svm_linear", "svm_rbf"}
+        assert by_name["forest"].matrix.sum() == found.by_trial["forest"].matrix.sum()
+
+
+def test_shipped_rows_are_those_of_the_study_and_have_every_split():
+    stored = detection_rows(ROOT / "studies", ROOT / "results")
+    assert "the studies are the same" in stored.origin
+    assert len(stored.rows) >= 2 * (len(published("bulens2023_detection-numbers").values) + 1 + 1)

@@ -16,12 +16,11 @@ from fingerslip.validation import geometry
 from fingerslip.validation.geometry import (
     GEOMETRY,
     GeometryRow,
-    geometry_mapping,
+    allowed_geometry,
     geometry_rows,
     geometry_table,
-    run_geometry,
-    stored_geometry,
 )
+from fingerslip.validation.rows import rows_mapping
 from places import ROOT
 from unit.sampled import study_of
 
@@ -74,39 +73,13 @@ def test_runs_in_space_are_read_at_the_reference_nodes(tmp_path: Path, monkeypat
     assert rows[0].quantity == "incipient slip, in space (accumulated slip)"
 
 
+@pytest.mark.usefixtures("ran")
 def test_computed_rows_are_stored_and_read_back(tmp_path: Path, ran: list[list[Path]]) -> None:
-    rows = run_geometry(ROOT / "studies", tmp_path)
+    made = allowed_geometry(ROOT / "studies", tmp_path, compute=True)
     assert [path.stem for path in ran[0]] == list(GEOMETRY)
-    again, origin = stored_geometry(ROOT / "studies", tmp_path)
-    assert again == rows
-    assert "the studies are the same" in origin
-
-
-@pytest.mark.usefixtures("ran")
-def test_stored_rows_say_that_the_studies_have_changed(tmp_path: Path) -> None:
-    run_geometry(ROOT / "studies", tmp_path)
-    for name in GEOMETRY:
-        (tmp_path / f"{name}.yaml").write_text("title: another\n")
-    assert "the studies have changed since" in stored_geometry(tmp_path, tmp_path)[1]
-
-
-@pytest.mark.usefixtures("ran")
-def test_own_rows_come_before_those_that_ship(tmp_path: Path) -> None:
-    (tmp_path / "reference").mkdir()
-    run_geometry(ROOT / "studies", tmp_path / "reference")
-    assert stored_geometry(ROOT / "studies", tmp_path)[1].startswith(f"Stored in {tmp_path / 'reference'}")
-    run_geometry(ROOT / "studies", tmp_path)
-    assert stored_geometry(ROOT / "studies", tmp_path)[1].startswith(f"Stored in {tmp_path / 'geometry.json'}")
-
-
-@pytest.mark.parametrize("text", [None, "{broken", "{}"])
-def test_nothing_stored_or_damaged_says_what_to_do(tmp_path: Path, text: str | None) -> None:
-    if text is not None:
-        (tmp_path / "geometry.json").write_text(text)
-    rows, origin = stored_geometry(tmp_path, tmp_path)
-    assert rows == ()
-    assert "fingerslip validate --geometry computes" in origin
-    assert geometry_table(rows, origin).note == origin
+    again = allowed_geometry(ROOT / "studies", tmp_path)
+    assert (made.rows, made.computed) == (again.rows, True)
+    assert (len(ran), again.computed) == (1, False)
 
 
 def test_table_has_a_row_for_each_published_time() -> None:
@@ -116,7 +89,7 @@ def test_table_has_a_row_for_each_published_time() -> None:
         ["incipient slip", "Table 2", "1.63 to 1.65", *["none"] * 5, "n/a", "0 of 50"],
     ]
     assert table.note.endswith("Stored.")
-    assert json.loads(json.dumps(geometry_mapping(ROWS)))[1]["published"] == [1.63, 1.65]
+    assert json.loads(json.dumps(rows_mapping(ROWS)))[1]["published"] == [1.63, 1.65]
 
 
 @pytest.mark.parametrize("name", GEOMETRY)
@@ -132,7 +105,7 @@ def test_every_range_of_the_shipped_studies_has_its_reason(name: str) -> None:
 
 
 def test_reference_intervals_and_documentation_are_the_same() -> None:
-    rows, _ = stored_geometry(ROOT / "studies", ROOT / "results" / "reference")
+    rows = allowed_geometry(ROOT / "studies", ROOT / "results").rows
     assert rows
     page = (ROOT / "docs" / "geometry.md").read_text(encoding="utf-8")
     assert to_markdown(geometry_table(rows)) in page

@@ -10,10 +10,9 @@ import pytest
 from fingerslip.detect.evaluation.events import event_scores_of
 from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.unseen import READINGS, Unseen
-from fingerslip.errors import ResultError
-from fingerslip.files import write_json
-from fingerslip.validation.pouring import POURING_FILE, pouring_rows, rows_of_pouring, stored_pouring
-from fingerslip.validation.rows import rows_mapping
+from fingerslip.validation import pouring
+from fingerslip.validation.pouring import pouring_rows, rows_of_pouring
+from places import ROOT
 
 LABELS = {name: Onsets(2.0, 6.0) for name in ("a", "b", "c")}
 
@@ -45,12 +44,15 @@ def test_gross_slip_that_is_found_contradicts_the_paper() -> None:
     assert (statement.ours, statement.verdict) == (1.0, "fails")
 
 
-def test_rows_are_stored_and_read_back(tmp_path: Path) -> None:
-    assert stored_pouring(tmp_path) == ()
-    rows = rows_of_pouring(unseen(gross=None))
-    (tmp_path / "reference").mkdir()
-    write_json(tmp_path / "reference" / POURING_FILE, {"made": "a test", "rows": rows_mapping(rows)})
-    assert pouring_rows("nowhere", tmp_path) == rows
-    write_json(tmp_path / POURING_FILE, {"made": "a test", "rows": [{"quantity": "x"}]})
-    with pytest.raises(ResultError, match="is of another version"):
-        stored_pouring(tmp_path)
+def test_shipped_rows_are_those_of_the_studies() -> None:
+    stored = pouring_rows(ROOT / "studies", ROOT / "results")
+    assert "the studies are the same" in stored.origin
+    assert len(stored.rows) == 12
+
+
+def test_rows_are_computed_stored_and_read_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert pouring_rows(tmp_path, tmp_path).rows == ()
+    monkeypatch.setattr(pouring, "run_studies", lambda *_, **__: ())
+    monkeypatch.setattr(pouring, "pouring_of", lambda *_: unseen(gross=None))
+    made = pouring_rows(tmp_path, tmp_path, compute=True)
+    assert pouring_rows(tmp_path, tmp_path).rows == made.rows == rows_of_pouring(unseen(gross=None))

@@ -105,7 +105,7 @@ def march_static(body: StaticBody, contact: Contact, programme: Sequence[Phase],
     SlipOutsideContactError
         Where a node that is no contact node has reached the counterface.
     InputError
-        Where penalties are missing, or the plane comes to no contact node.
+        Where penalties are missing, the counterface is curved, or it comes to no contact node.
     """
     setting = _setting(body, contact, contact.programme or programme)
     times = _times(setting.motion, step)
@@ -130,6 +130,8 @@ def _times(motion: Motion, step: float) -> Floats:
 def _setting(body: StaticBody, contact: Contact, programme: Sequence[Phase]) -> _Setting:
     """Return the contact nodes that a motion needs, and what stays the same in it."""
     plane = contact.counterface.placed(np.vstack([body.positions, body.watched]))
+    if not plane.is_flat:
+        raise InputError("contact.counterface", "is curved", "needs a plane", "simulate the model step by step")
     motion = counterface_motion(programme, plane)
     reach = _NEAR * largest_approach(motion, plane)
     rows = np.flatnonzero(plane.gap(body.positions) <= reach)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
-from fingerslip.report.figures.style import BLUE, GREY, ORANGE, add_legend, figure_grid, say, styled, titled
+from fingerslip.report.figures.style import BLUE, GREEN, GREY, ORANGE, add_legend, figure_grid, say, styled, titled
 
-__all__ = ["importance_figure", "learning_curve_figure", "robustness_figure"]
+__all__ = ["assumption_figure", "importance_figure", "learning_curve_figure", "robustness_figure"]
 
 #: What the amount of a disturbance of tracks means, by its name.
 _AMOUNTS = {
@@ -41,6 +42,47 @@ def learning_curve_figure(points: Sequence[tuple[int, float, float]], title: str
     axes.set_xticks(trials, [f"{one:g}" for one in trials])
     axes.minorticks_off()
     axes.set_ylim(None, 1.01)
+    add_legend(figure, keys)
+    return figure
+
+
+class Interval(Protocol):
+    """A value and the ends of its interval."""
+
+    @property
+    def value(self) -> float | None: ...
+    @property
+    def low(self) -> float | None: ...
+    @property
+    def high(self) -> float | None: ...
+
+
+@styled
+def assumption_figure(rows: Sequence[tuple[str, Mapping[str, Interval]]], title: str = "") -> Figure:
+    """Draw accuracies with their intervals for each thing that may be assumed; a line is where the first row is.
+
+    Parameters
+    ----------
+    rows : sequence of (str, mapping of str to interval)
+        What is assumed, and the accuracy of each classifier with it.
+    title : str, optional
+        What the title adds.
+    """
+    labels = ("share of right frames, trials that were not seen", "")
+    height = 0.8 + 0.27 * len(rows)
+    figure, (axes,) = figure_grid(1, 1, (7.5, height), titled("Accuracy and what is assumed", title), labels)
+    keys: dict[str, Artist] = {}
+    for number, name in enumerate(rows[0][1]):
+        colour, marker = ((BLUE, "o"), (ORANGE, "s"), (GREY, "^"), (GREEN, "D"))[number % 4]
+        shown = [(row, one[name]) for row, (_, one) in enumerate(rows) if one[name].value is not None]
+        centre = np.array([one.value for _, one in shown], dtype=float)
+        ends = np.array([(one.low, one.high) for _, one in shown], dtype=float).T
+        place = np.array([row for row, _ in shown]) + 0.12 * (number % 4)
+        axes.hlines(place, *ends, color=colour, linewidth=1.2)
+        (keys[name],) = axes.plot(centre, place, marker, color=colour, markersize=4, linestyle="none")
+        axes.axvline(centre[0], color=colour, linewidth=0.7, linestyle=":")
+    axes.set_yticks(range(len(rows)), [name for name, _ in rows])
+    axes.invert_yaxis()
     add_legend(figure, keys)
     return figure
 

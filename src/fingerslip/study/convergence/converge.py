@@ -13,7 +13,8 @@ from fingerslip.report.figures.convergence import convergence_figure
 from fingerslip.report.figures.save import save_figure
 from fingerslip.report.tables.convergence import convergence_table, series_table
 from fingerslip.report.tables.table import Table, to_csv, to_markdown
-from fingerslip.results import RunResult, quantities, stored_result
+from fingerslip.results import RunResult, quantities
+from fingerslip.run_folder import stored_result
 from fingerslip.study.convergence.levels import Level, levels_of, run_at
 from fingerslip.study.convergence.storage import (
     FOLDER,

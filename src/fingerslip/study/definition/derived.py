@@ -17,12 +17,16 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+
 from fingerslip.errors import InputError
-from fingerslip.results import Quantity, RunResult
-from fingerslip.sampling.outputs import output_of
+from fingerslip.results import REPEAT, SAMPLE, Quantity, RunResult
+from fingerslip.sampling.outputs import output_names, output_of
+from fingerslip.slip.events import Events
+from fingerslip.slip.names import READINGS, TIMES
 from fingerslip.units import si_number, si_quantity, with_unit
 
-__all__ = ["FUNCTIONS", "check_expression", "derive", "derived_of"]
+__all__ = ["FUNCTIONS", "check_expression", "check_names", "derive", "derived_of"]
 
 #: What may be called; logarithm and exponential take pure numbers.
 FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
@@ -31,8 +35,8 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
         "min": min,
         "max": max,
         "sqrt": lambda value: value**0.5,
-        "log": lambda value: math.log(_pure(value)),
-        "exp": lambda value: math.exp(_pure(value)),
+        "log": lambda value: with_unit(np.log(_pure(value)), ""),
+        "exp": lambda value: with_unit(np.exp(_pure(value)), ""),
     }
 )
 _OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = MappingProxyType(
@@ -41,14 +45,18 @@ _OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = MappingProxyType(
         ast.Sub: operator.sub,
         ast.Mult: operator.mul,
         ast.Div: operator.truediv,
-        ast.Pow: lambda base, exponent: base ** _pure(exponent),
+        ast.Pow: lambda base, exponent: _power(base, _pure(exponent)),
         ast.USub: operator.neg,
         ast.UAdd: operator.pos,
     }
 )
 # Names with dots are no names of Python; text in quotes stays as it is.
-_NAME = re.compile(r"'[^']*'|\"[^\"]*\"|(?<![\w.])[A-Za-z_]\w*(?:\.\w+)*")
-_LARGEST_EXPONENT = 20.0
+_NAME = re.compile(r"'[^']*'|\"[^\"]*\"|(?<![\w.])[^\W\d]\w*(?:\.\w+)*")
+_WORD = re.compile(r"[A-Za-z]\w*", re.ASCII)
+_COLUMNS = ("run", SAMPLE, REPEAT, "readings_recorded", "refused")
+_SEVERAL = ("min", "max")
+_LONGEST = 500  # [characters], so that no nesting is deeper than Python's stack
+_LARGEST_NUMBER, _LARGEST_EXPONENT = 1e300, 20.0
 _ALLOWED = f"needs numbers, names, + - * / **, parentheses and {', '.join(FUNCTIONS)}"
 
 
@@ -64,6 +72,30 @@ def check_expression(text: str) -> str:
     for node in ast.walk(tree):
         _check_node(node, text)
     return text
+
+
+def check_names(expressions: Mapping[str, str]) -> Mapping[str, str]:
+    """Return derived quantities whose names are words of their own: they name columns, and outputs of a run.
+
+    Raises
+    ------
+    InputError
+        For a name with other characters, or that of an event, of a measure or of a column of the summary.
+    """
+    for name in expressions:
+        if not _WORD.fullmatch(name):
+            raise InputError(name, "is no name of a column", "needs letters, digits and '_', a letter first")
+        if name in _taken():
+            raise InputError(name, "is the name of something else in the summary", "needs a name of its own")
+    return expressions
+
+
+@functools.cache
+def _taken() -> frozenset[str]:
+    """Return the names that events, measures and columns of the summary have."""
+    readings = {"" if reading == "slip" else f"_{reading}" for reading in READINGS}
+    times = {f"{time}{reading}" for time in TIMES for reading in readings}
+    return frozenset({*_COLUMNS, *FUNCTIONS, *times, *output_names(RunResult("", {}, Events()))})
 
 
 def derived_of(expressions: Mapping[str, str], result: RunResult) -> dict[str, Quantity]:
@@ -85,28 +117,37 @@ def derived_of(expressions: Mapping[str, str], result: RunResult) -> dict[str, Q
 
 
 def derive(name: str, text: str, result: RunResult) -> Quantity:
-    """Return one derived quantity [SI]; without a value where an event that it needs did not happen."""
+    """Return one derived quantity [SI]; without a value where an event that it needs did not happen.
+
+    Nor has it a value where there is none, as of a square root of a negative number; its unit is known all the same.
+    """
     tree, names = _parsed(text)
     found = {key: _looked_up(path, result, f"derived.{name}") for key, path in names.items()}
     try:
-        known = {key: with_unit(1.0 if own is None else own, unit) for key, (own, unit) in found.items()}
-        number, unit = si_number(_value(tree.body, known))
-    except (ZeroDivisionError, OverflowError):
-        return Quantity(name, "", None)
-    except (ValueError, TypeError) as error:
+        known = {key: _number_in(math.nan if own is None else own, unit) for key, (own, unit) in found.items()}
+        with np.errstate(all="ignore"):
+            number, unit = si_number(_value(tree.body, known))
+    except (ValueError, TypeError, ArithmeticError) as error:
         raise InputError(f"derived.{name}", f"'{text}': {error}", "needs units that fit together") from None
     exists = all(own is not None for own, _ in found.values()) and math.isfinite(number)
     return Quantity(name, unit, number if exists else None)
 
 
+def _number_in(value: float, unit: str) -> Any:
+    """Return a number in a unit that becomes infinite or no number where Python's own would raise or become complex."""
+    return with_unit(np.float64(value), unit)
+
+
 @functools.lru_cache(maxsize=256)
 def _parsed(text: str) -> tuple[ast.Expression, dict[str, str]]:
     """Return the tree of an expression, and its names by what stands for them in the tree."""
+    if len(text) > _LONGEST:
+        raise InputError("", f"has {len(text)} characters", f"needs {_LONGEST} or fewer", "define parts of it")
     names: dict[str, str] = {}
 
     def stand_in(match: re.Match[str]) -> str:
-        name = match[0]
-        if name[0] in "'\"" or name in FUNCTIONS:
+        name, is_called = match[0], text[match.end() :].lstrip().startswith("(")
+        if name[0] in "'\"" or (name in FUNCTIONS and is_called):
             return name
         key = f"_{len(names)}"
         names[key] = name
@@ -119,24 +160,35 @@ def _parsed(text: str) -> tuple[ast.Expression, dict[str, str]]:
 
 
 def _check_node(node: ast.AST, text: str) -> None:
-    constant = isinstance(node, ast.Constant) and not (
-        isinstance(node.value, bool) or not isinstance(node.value, int | float | str)
-    )
-    named = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS
-    call = named and not getattr(node, "keywords", ())
-    plain = isinstance(node, ast.Expression | ast.BinOp | ast.UnaryOp | ast.Name | ast.Load)
-    if not (constant or call or plain or type(node) in _OPERATORS):
-        raise InputError("", f"'{text}' holds what is not allowed ({type(node).__name__})", _ALLOWED)
-    if isinstance(node, ast.Constant) and isinstance(node.value, str) and si_quantity(node.value) is None:
-        raise InputError("", f"'{text}': '{node.value}' is no quantity", "needs a number and a unit such as '1.5 mm'")
+    match node:
+        case ast.Constant(value=value):
+            _check_constant(value, text)
+        case ast.Call(func=ast.Name(id=function), args=args, keywords=[]) if function in FUNCTIONS:
+            if len(args) < 2 if function in _SEVERAL else len(args) != 1:
+                needed = "two values or more" if function in _SEVERAL else "one value"
+                raise InputError("", f"'{text}' gives {function} {len(args)} values", f"needs {needed}")
+        case ast.Expression() | ast.BinOp() | ast.UnaryOp() | ast.Name() | ast.Load():
+            pass
+        case _ if type(node) not in _OPERATORS:
+            raise InputError("", f"'{text}' holds what is not allowed ({type(node).__name__})", _ALLOWED)
+
+
+def _check_constant(value: object, text: str) -> None:
+    if isinstance(value, str):
+        if si_quantity(value) is None:
+            raise InputError("", f"'{text}': '{value}' is no quantity", "needs a number and a unit such as '1.5 mm'")
+    elif isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError("", f"'{text}' holds what is not allowed ({type(value).__name__})", _ALLOWED)
+    elif value > _LARGEST_NUMBER:
+        raise InputError("", f"'{text}' holds a number that is too large", f"needs numbers up to {_LARGEST_NUMBER:g}")
 
 
 def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
     match node:
         case ast.Constant(value=str() as text):
-            return with_unit(*(si_quantity(text) or (0.0, "")))
+            return _number_in(*(si_quantity(text) or (0.0, "")))
         case ast.Constant(value=int() | float() as number):
-            return float(number)
+            return _number_in(number, "")
         case ast.Name(id=key):
             return names[key]
         case ast.BinOp(left=left, op=op, right=right):
@@ -148,13 +200,18 @@ def _value(node: ast.AST, names: Mapping[str, Any]) -> Any:
     raise InputError("", f"holds {type(node).__name__}", _ALLOWED)
 
 
-def _pure(value: Any) -> float:
+def _pure(value: Any) -> np.float64:
     number, unit = si_number(value)
     if unit:
         raise ValueError(f"a number in {unit} stands where a pure one is needed")
-    if abs(number) > _LARGEST_EXPONENT:
-        raise OverflowError
-    return number
+    return np.float64(number)
+
+
+def _power(base: Any, exponent: np.float64) -> Any:
+    """Return a power; a base with a unit needs an exponent that no result decides, for the unit depends on it."""
+    if si_number(base)[1] and not abs(exponent) <= _LARGEST_EXPONENT:
+        raise ValueError(f"a quantity with a unit needs a known exponent of at most {_LARGEST_EXPONENT:g}")
+    return base**exponent
 
 
 def _looked_up(name: str, result: RunResult, where: str) -> tuple[float | None, str]:

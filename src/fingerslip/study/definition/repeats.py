@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any
 
@@ -18,9 +19,11 @@ _DIGITS = 6
 
 
 def _check_scatter(scatter: Mapping[str, Any]) -> Mapping[str, Any]:
+    if not scatter:
+        raise InputError("", "is empty", "needs a standard deviation by dotted path", "all repeats are alike")
     for path, deviation in scatter.items():
         known = _quantity(deviation)
-        if known is None or known[0] <= 0.0:
+        if known is None or not 0.0 < known[0] < math.inf:
             found, allowed = f"got {shortened(repr(deviation))}", "needs a standard deviation above 0"
             raise InputError(path, found, allowed, "write a number, or a quantity such as '0.1 mm'")
     return scatter
@@ -44,7 +47,7 @@ class RepeatSettings:
         Seed of all random numbers. Each repeat has a seed of its own, which follows from this one and its number.
     """
 
-    count: Annotated[int, pydantic.Field(ge=1)]
+    count: Annotated[int, pydantic.Field(ge=1, le=100_000)]
     scatter: Scatter
     seed: Annotated[int, pydantic.Field(ge=0)] = 1
 

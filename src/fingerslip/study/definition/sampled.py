@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Annotated, Any
 
 import pydantic
@@ -11,7 +11,7 @@ from fingerslip.errors import InputError, Mistakes, shortened
 from fingerslip.parameters import parameters
 from fingerslip.parameters.dotted import is_below
 from fingerslip.results import SAMPLE
-from fingerslip.sampling.designs import Method, design_size, draw_shares, needs_power_of_two
+from fingerslip.sampling.designs import LEVELS, Method, design_size, draw_shares, needs_power_of_two
 from fingerslip.study.definition.swept import unknown_paths, with_values
 from fingerslip.units import split_quantity
 
@@ -19,6 +19,7 @@ __all__ = ["SampleSettings", "drawn", "sample_mistakes"]
 
 _GROUP, _CHOICES, _EQUAL = "sample.ranges", "sample.choices", "sample.equal"
 _DIGITS = 5
+_MOST = 100_000  # samples; planning takes 13 ms for each
 
 
 def _check_ranges(ranges: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[Any, ...]]:
@@ -40,9 +41,14 @@ def _check_range(path: str, ends: Sequence[Any], ranges: Mapping[str, Any]) -> N
         raise InputError(path, f"goes from '{ends[0]}' to '{ends[1]}'", "needs both ends in the same unit")
     if not low < high:
         raise InputError(path, f"goes from {ends[0]} to {ends[1]}", "needs the smallest value first, then the largest")
-    inside = next((group for group in ranges if path != group and is_below(path, group)), None)
+    _check_apart(path, ranges)
+
+
+def _check_apart(path: str, others: Iterable[str], group: str = "") -> None:
+    """Refuse a path inside another one: which of the two values counts would depend on their order."""
+    inside = next((other for other in others if path != other and is_below(path, other)), None)
     if inside is not None:
-        raise InputError(path, f"is a part of the sampled '{inside}'", "needs paths apart from each other")
+        raise InputError(f"{group}{path}", f"is a part of the sampled '{inside}'", "needs paths apart from each other")
 
 
 def _number_and_unit(path: str, value: object) -> tuple[float, str]:
@@ -59,6 +65,9 @@ def _check_choices(choices: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple
     for path, values in choices.items():
         if len(values) < 2:
             raise InputError(path, f"has {len(values)} values", "needs two or more")
+        repeated = next((value for number, value in enumerate(values) if value in values[:number]), None)
+        if repeated is not None:
+            raise InputError(path, f"has {shortened(repr(repeated))} twice", "needs every value once")
     return choices
 
 
@@ -86,7 +95,8 @@ class SampleSettings:
         design for sensitivities: `saltelli` for Sobol indices, `count` (a power of two) times two samples more than
         there are values, or `morris` for elementary effects, `count` times one more.
     choices : mapping of str to tuple
-        Values without order, such as words, by dotted path; each is drawn equally often.
+        Values without order, such as words, by dotted path; each is drawn equally often, but for the last of three
+        with `morris`, which has four levels, and no more choices than these: twice as often.
     equal : mapping of str to str
         Dotted paths of further values, which are the same as a sampled one, by the path of that one.
     """
@@ -103,14 +113,26 @@ class SampleSettings:
             below = 1 << (self.count.bit_length() - 1)
             repair = f"write count: {below} or count: {2 * below}"
             raise InputError("count", f"got {self.count} for a Sobol sequence", "needs a power of two", repair)
+        if self.total > _MOST:
+            raise InputError("count", f"makes {self.total} samples", f"needs {_MOST} or fewer")
         for path in self.choices:
-            if path in self.ranges:
-                raise InputError(f"choices.{path}", "has a range too", "needs a path of its own")
+            self._check_choice(path)
         for path, other in self.equal.items():
             if other not in self.paths:
                 raise InputError(f"equal.{path}", f"got '{other}'", f"needs one of {', '.join(self.paths)}")
             if path in self.paths:
                 raise InputError(f"equal.{path}", "is sampled itself", "needs the path of a value without a range")
+        for group in ("ranges", "choices", "equal"):
+            for path in getattr(self, group):
+                _check_apart(path, (*self.paths, *self.equal), f"{group}.")
+
+    def _check_choice(self, path: str) -> None:
+        values = self.choices[path]
+        if path in self.ranges:
+            raise InputError(f"choices.{path}", "has a range too", "needs a path of its own")
+        if self.method == "morris" and len(values) > LEVELS:
+            found, allowed = f"has {len(values)} values", f"may have {LEVELS}, the levels of morris"
+            raise InputError(f"choices.{path}", found, allowed, "use saltelli, or leave some out")
 
     @property
     def paths(self) -> tuple[str, ...]:

@@ -27,17 +27,16 @@ from fingerslip.parameters import (
     plain_fields,
     valid_fields,
 )
-from fingerslip.parameters.dotted import walk
+from fingerslip.parameters.dotted import flatten, walk
 from fingerslip.parameters.fields import current_path
 from fingerslip.parameters.mistakes import in_order
 from fingerslip.published import published
-from fingerslip.results import flatten
 from fingerslip.specimens.choice import SPECIMENS, SpecimenChoice
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.base import read_with_base
 from fingerslip.study.definition.camera_settings import CameraKind, CameraSettings
-from fingerslip.study.definition.derived import check_expression
+from fingerslip.study.definition.derived import check_expression, check_names
 from fingerslip.study.definition.relations import mistakes_between
 from fingerslip.study.definition.repeats import RepeatSettings
 from fingerslip.study.definition.sampled import SampleSettings, sample_mistakes
@@ -90,6 +89,7 @@ Sweep = Annotated[Mapping[str, tuple[Any, ...]], pydantic.AfterValidator(check_s
 
 
 Expression = Annotated[str, pydantic.AfterValidator(check_expression)]
+Derived = Annotated[Mapping[str, Expression], pydantic.AfterValidator(check_names)]
 
 
 @parameters
@@ -190,7 +190,7 @@ class Study(SpecimenChoice):
     sweep: Sweep = pydantic.Field(default_factory=dict)
     sample: SampleSettings | None = None
     repeats: RepeatSettings | None = None
-    derived: Mapping[str, Expression] = pydantic.Field(default_factory=dict)
+    derived: Derived = pydantic.Field(default_factory=dict)
     compare: tuple[PublishedName, ...] = ()
     converge: RefinementSettings = RefinementSettings()
     trials: TrialSettings | None = None

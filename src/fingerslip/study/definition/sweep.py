@@ -11,7 +11,8 @@ from typing import Any
 from fingerslip.errors import InputError
 from fingerslip.materials.choice import PRESET, material_of
 from fingerslip.parameters import as_mapping
-from fingerslip.results import REPEAT, SAMPLE, RefusedRun, flatten
+from fingerslip.parameters.dotted import flatten
+from fingerslip.results import REPEAT, SAMPLE, RefusedRun
 from fingerslip.specimens.protocol import Specimen
 from fingerslip.study.definition.names import run_names
 from fingerslip.study.definition.repeats import RepeatSettings, scattered

@@ -9,6 +9,7 @@ import pydantic
 from fingerslip.errors import InputError
 from fingerslip.parameters import Angle, Duration, NonNegativeLength, NonNegativeNumber, PositiveLength, parameters
 from fingerslip.units import Unit
+from fingerslip.vision.cameras.pair import PUBLISHED_FRAME_RATE
 
 __all__ = ["TrialSettings"]
 
@@ -58,7 +59,7 @@ class TrialSettings:
 
     directions: _Count = 8
     rest: Duration = 1.5
-    frame_rate: _Rate = 200.0 / 3.0
+    frame_rate: _Rate = PUBLISHED_FRAME_RATE
     distance: PositiveLength = 50e-3
     view_width: PositiveLength = 45e-3
     width: _Pixels = 640

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from fingerslip.export.formats import export_history, export_tables
 from fingerslip.history import read_history
-from fingerslip.results import HISTORY
+from fingerslip.run_folder import HISTORY
 from fingerslip.study.opened import open_study
 from fingerslip.study.storage.reporting import read_stored_run
 from fingerslip.study.storage.summary import read_manifest

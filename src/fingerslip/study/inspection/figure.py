@@ -29,7 +29,8 @@ from fingerslip.report.labels import run_title
 from fingerslip.report.page.content import MOST_RUNS
 from fingerslip.report.scene.scene import SceneOptions
 from fingerslip.report.tables.events import swept_paths
-from fingerslip.results import HISTORY, RunResult, StudyResult
+from fingerslip.results import RunResult, StudyResult
+from fingerslip.run_folder import HISTORY
 from fingerslip.study.storage.reporting import read_stored, read_stored_run
 from fingerslip.study.storage.summary import read_manifest
 from fingerslip.units import parse_quantity

@@ -14,7 +14,8 @@ from fingerslip.report.tables.events import readings_table
 from fingerslip.report.tables.measures import measures_table
 from fingerslip.report.tables.parameters import ASSUMED, COLUMNS, NOT_USED
 from fingerslip.report.tables.table import Column, Table
-from fingerslip.results import RESULT, RunResult
+from fingerslip.results import RunResult
+from fingerslip.run_folder import RESULT
 from fingerslip.specimens.choice import preset_names, presets_of
 from fingerslip.study.definition.spec import given_paths, read_study
 from fingerslip.study.definition.sweep import expand

@@ -14,7 +14,7 @@ from fingerslip.parameters import from_mapping
 from fingerslip.report.scene.scene import SceneOptions
 from fingerslip.report.scene.viewer import open_window, save_movie, save_still
 from fingerslip.report.scene.web import Served, serve
-from fingerslip.results import HISTORY, RESULT, stored_result
+from fingerslip.run_folder import HISTORY, RESULT, stored_result
 from fingerslip.slip import find_events
 from fingerslip.units import parse_quantity
 

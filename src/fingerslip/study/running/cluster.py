@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import itertools
+import re
 import sys
 import tempfile
 import threading
@@ -21,7 +22,7 @@ from typing import Any
 
 from fingerslip.errors import FingerslipError, InputError, ResultError
 from fingerslip.files import new_folder, writing
-from fingerslip.results import stored_result
+from fingerslip.run_folder import stored_result
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import build_model
 from fingerslip.study.running.compute import Job
@@ -33,6 +34,8 @@ __all__ = ["Task", "compute_on_cluster", "compute_task"]
 # Groups that wait for each core of the cluster, so that no worker waits for this process.
 _AHEAD = 2
 _SECONDS_TO_CONNECT = 20
+# Dask takes other text for a host, and leaves threads that fail when the process ends.
+_ADDRESS = re.compile(r"(?:tcp|tls|wss?|ucx)://\S+:\d+|inproc://\S+")
 # Several threads of one worker would share its logs and limits.
 _ONE_AT_A_TIME = threading.Lock()
 
@@ -73,15 +76,19 @@ def compute_task(task: Task, mesh: Any) -> _Outcome:
     InputError
         Where the worker has another version of fingerslip.
     """
-    own = metadata.version("fingerslip")
-    if own != task.version:
-        found = f"has fingerslip {own}, this process {task.version}"
-        raise InputError("worker", found, "needs the same version", "install the same environment on the cluster")
+    _check_version("worker", metadata.version("fingerslip"), task.version)
     with _ONE_AT_A_TIME, _alone(), tempfile.TemporaryDirectory(prefix="fingerslip-") as name:
         parts = zip(task.runs, task.identities, strict=True)
         jobs = [Job(run, build_model(run, mesh), identity, Path(name) / run.name) for run, identity in parts]
         failures = compute_group(jobs, lambda *_: None, 1)
         return {job.run.name: failures.get(job.run.name) or _files(job.folder) for job in jobs}
+
+
+def _check_version(worker: str, found: object, needed: str) -> None:
+    if found != needed:
+        known = f"has fingerslip {found}" if isinstance(found, str) else "has no fingerslip"
+        repair = "install the same environment on the cluster"
+        raise InputError(worker, f"{known}, this process {needed}", "needs the same version", repair)
 
 
 def _alone() -> contextlib.AbstractContextManager[Any]:
@@ -110,11 +117,12 @@ def compute_on_cluster(jobs: Sequence[Job], address: str, progress: StudyProgres
     Raises
     ------
     InputError
-        Where Dask is not installed, or no scheduler answers.
+        Where Dask is not installed, no scheduler answers, or a worker has no fingerslip, or another version of it.
     """
     progress.begin([job.run.name for job in jobs])
     failures: dict[str, FingerslipError] = {}
     with _connected(address) as client:
+        _check_workers(client, progress)
         cores = max(1, sum(client.ncores().values()))
         for part, outcome in _outcomes(client, groups(jobs, cores), cores):
             for job in part:
@@ -133,13 +141,26 @@ def _distributed() -> Any:
         raise InputError("scheduler", "needs Dask, which is not installed", "runs without it locally", repair) from None
 
 
+def _check_workers(client: Any, progress: StudyProgress) -> None:
+    """Refuse workers that cannot compute: one without fingerslip would die of its first task without a word."""
+    # A function of the standard library, for the worker has to find it.
+    versions = client.run(metadata.version, "fingerslip", on_error="return")
+    for worker, found in versions.items():
+        _check_version(f"worker {worker}", found, metadata.version("fingerslip"))
+    if not versions:
+        progress.say("the cluster has no workers yet; the study waits for them")
+
+
 @contextlib.contextmanager
 def _connected(address: str) -> Iterator[Any]:
+    allowed = "needs the address of a Dask scheduler such as tcp://host:8786"
+    if not _ADDRESS.fullmatch(address):
+        raise InputError("scheduler", f"got '{address}'", allowed)
     try:
         client = _distributed().Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
         found = f"nothing answers at '{address}' ({type(error).__name__})"
-        raise InputError("scheduler", found, "needs the address of a Dask scheduler such as tcp://host:8786") from None
+        raise InputError("scheduler", found, allowed) from None
     with client:
         yield client
 

@@ -14,7 +14,7 @@ from fingerslip.dynamics.simulation import simulate, simulate_together
 from fingerslip.errors import InputError
 from fingerslip.files import new_folder, writing
 from fingerslip.model import Model
-from fingerslip.results import LOG
+from fingerslip.run_folder import LOG
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import located
 from fingerslip.study.storage.bases import BasisFolder

@@ -22,7 +22,7 @@ from fingerslip.history import read_history
 from fingerslip.marker_tracks import filmed_tracks
 from fingerslip.parameters import as_mapping
 from fingerslip.report.page.tracking import write_tracking
-from fingerslip.results import HISTORY
+from fingerslip.run_folder import HISTORY
 from fingerslip.study.definition.camera_settings import CameraSettings
 from fingerslip.study.running.plan import Plan
 from fingerslip.study.running.progress import StudyProgress
@@ -38,7 +38,7 @@ from fingerslip.vision.cameras.look import (
 )
 from fingerslip.vision.cameras.pixel import film
 from fingerslip.vision.cameras.point import PointCamera, point_tracks
-from fingerslip.vision.cameras.presets import external_camera, internal_camera
+from fingerslip.vision.cameras.presets import aimed_camera
 from fingerslip.vision.comparison import TrackErrors, matched_tracks, track_errors
 from fingerslip.vision.tables import write_tracks_csv
 from fingerslip.vision.tracking.frames import open_frames
@@ -124,7 +124,7 @@ def film_history(history: xr.Dataset, kind: str, settings: CameraSettings, folde
 
 
 def camera_of(settings: CameraSettings, kind: str, markers: xr.Dataset) -> Camera:
-    """Return the camera of settings, aimed at markers: at their middle from inside, at the lowest one from outside.
+    """Return the camera of settings, aimed at markers as of :func:`~fingerslip.vision.cameras.presets.aimed_camera`.
 
     Parameters
     ----------
@@ -135,12 +135,11 @@ def camera_of(settings: CameraSettings, kind: str, markers: xr.Dataset) -> Camer
     markers : xarray.Dataset
         Tracks [m] of the markers that it films.
     """
-    heights = markers["position"].values[0, :, 1]
-    place = {"internal": internal_camera, "external": external_camera}[kind]
-    return place(
+    return aimed_camera(
+        kind,
+        markers["position"].values[0, :, 1],
         settings.distance,
         settings.view_width,
-        target=float(heights.mean() if kind == "internal" else heights.min()),
         size=(settings.width, settings.height),
         lens=settings.lens,
         frame_rate=settings.frame_rate,

@@ -8,7 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from fingerslip.errors import InputError, Mistakes
-from fingerslip.results import RefusedRun, RunResult, flatten, read_result
+from fingerslip.parameters.dotted import flatten
+from fingerslip.results import RefusedRun, RunResult
+from fingerslip.run_folder import read_result
 from fingerslip.slip.events import Events
 from fingerslip.study.definition.base import read_with_base
 from fingerslip.study.definition.derived import derive
@@ -95,14 +97,22 @@ def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan
 
 
 def _check_derived(study: Study, runs: Sequence[Run], source: Path) -> None:
-    """Refuse derived quantities whose names are not known, or whose units do not fit together, before anything runs."""
+    """Refuse derived quantities whose names a run does not know, or whose units do not fit, before anything runs."""
     mistakes = Mistakes()
-    for name, text in study.derived.items() if runs else ():
+    # A swept group may give runs other values than the first one has.
+    known = [RunResult(run.name, run.swept, Events(), values=flatten(run.resolved())) for run in runs if study.derived]
+    for name, text in study.derived.items():
         with mistakes.collected():
-            one = RunResult(runs[0].name, runs[0].swept, Events(), values=flatten(runs[0].resolved()))
-            derive(name, text, one)
+            _check_units(name, {derive(name, text, one).unit: one.name for one in known})
     if mistakes.found:
         raise mistakes.error().moved(lambda where: f"{source}: {where}")
+
+
+def _check_units(name: str, units: Mapping[str, str]) -> None:
+    """Refuse a quantity whose unit, the key of `units`, is another one in another run."""
+    if len(units) > 1:
+        found = ", ".join(f"'{unit}' in {run}" for unit, run in units.items())
+        raise InputError(f"derived.{name}", f"has the units {found}", "needs one unit in all runs")
 
 
 def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results") -> tuple[Plan, ...]:

@@ -9,9 +9,11 @@ from pathlib import Path
 
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
 from fingerslip.files import clean_stale, remove_empty
+from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.protocols import require_kind
 from fingerslip.report.page.pictures import RunPictures
-from fingerslip.results import RefusedRun, RunResult, StudyResult, flatten, stored_result
+from fingerslip.results import RefusedRun, RunResult, StudyResult
+from fingerslip.run_folder import stored_result
 from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.derived import derived_of
 from fingerslip.study.definition.sweep import Run

@@ -17,7 +17,8 @@ from fingerslip.report.tables.compare import compare_table
 from fingerslip.report.tables.events import events_table
 from fingerslip.report.tables.samples import sample_tables
 from fingerslip.report.tables.table import Table
-from fingerslip.results import HISTORY, RunResult, StudyResult
+from fingerslip.results import RunResult, StudyResult
+from fingerslip.run_folder import HISTORY
 from fingerslip.study.convergence.storage import read_convergences, read_uncertainties
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 from fingerslip.digest import digest
 from fingerslip.files import writing
 from fingerslip.history import write_history
-from fingerslip.results import HISTORY, RUN, RunResult, flatten, result_of, stored_result, write_result
+from fingerslip.parameters.dotted import flatten
+from fingerslip.results import RunResult, result_of
+from fingerslip.run_folder import HISTORY, RUN, stored_result, write_result
 from fingerslip.slip import measures
 from fingerslip.slip.free_edge import edge_warning
 from fingerslip.study.definition.sweep import Run

@@ -19,7 +19,7 @@ from fingerslip.study.definition.trial_settings import TrialSettings
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key
 from fingerslip.study.storage.bases import BasisFolder
 
-__all__ = ["body_key", "shared_body"]
+__all__ = ["body_key", "shared_body", "shared_key"]
 
 _VERSION = 1
 # How far above the plate skin is watched, over the deepest press.
@@ -64,12 +64,7 @@ def shared_body(runs: Sequence[Run], settings: TrialSettings, folder: Path) -> t
     InputError
         Where runs have different bodies, or none that can be condensed.
     """
-    deepest = max(map(_press, runs))
-    keys = {body_key(run, settings, deepest): run for run in runs}
-    if len(keys) > 1:
-        found = f"have {len(keys)} different sensors or meshes"
-        raise InputError("sweep, sample", found, "needs one in all trials of a data set", "make a study for each")
-    key, run = next(iter(keys.items()))
+    key, run, deepest = _one_body(runs, settings)
     store = BasisFolder(folder)
     kept: Mapping[str, Any] | None = store.load(key)
     if kept is not None:
@@ -77,6 +72,22 @@ def shared_body(runs: Sequence[Run], settings: TrialSettings, folder: Path) -> t
     made = _made(run, settings, _REACH * deepest)
     store.save(key, {field.name: getattr(made, field.name) for field in dataclasses.fields(StaticBody)})
     return key, made
+
+
+def shared_key(runs: Sequence[Run], settings: TrialSettings) -> str:
+    """Return the key of the body of all runs, without making it; see :func:`shared_body` for what is refused."""
+    return _one_body(runs, settings)[0]
+
+
+def _one_body(runs: Sequence[Run], settings: TrialSettings) -> tuple[str, Run, float]:
+    """Return the key of the body of all runs, one of these, and the deepest press of all [m]."""
+    deepest = max(map(_press, runs))
+    keys = {body_key(run, settings, deepest): run for run in runs}
+    if len(keys) > 1:
+        found = f"have {len(keys)} different sensors or meshes"
+        raise InputError("sweep, sample", found, "needs one in all trials of a data set", "make a study for each")
+    ((key, run),) = keys.items()
+    return key, run, deepest
 
 
 def _press(run: Run) -> float:

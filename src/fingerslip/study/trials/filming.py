@@ -12,16 +12,13 @@ from numpy.typing import NDArray
 from fingerslip.study.definition.trial_settings import TrialSettings
 from fingerslip.vision.cameras.camera import Camera, Pose
 from fingerslip.vision.cameras.errors import PositionErrors
-from fingerslip.vision.cameras.point import MEASURED_ERRORS, PointCamera, point_tracks
-from fingerslip.vision.cameras.presets import external_camera, internal_camera
-from fingerslip.vision.tracks import make_tracks
+from fingerslip.vision.cameras.pair import CameraPair, pair_tracks
+from fingerslip.vision.cameras.point import MEASURED_ERRORS
+from fingerslip.vision.cameras.presets import aimed_camera
 
 __all__ = ["Eyes", "drawn_eyes", "filmed"]
 
 Floats = NDArray[np.float64]
-
-# Positions are kept to this share of a pixel, far below their noise, so that files are small.
-_KEPT = 1.0 / 1024.0
 
 
 @dataclass(frozen=True)
@@ -72,46 +69,22 @@ def filmed(settings: TrialSettings, eyes: Eyes, markers: xr.Dataset) -> xr.Datas
     xarray.Dataset
         Tracks [px] of the internal, then of the external markers.
     """
-    seen = [_seen(settings, eyes, markers, kind) for kind in ("internal", "external")]
-    joined = {
-        name: np.concatenate([one[name].values for one in seen], axis=axis)
-        for name, axis in (("position", 1), ("ring", 0), ("angle", 0))
-    }
-    scale = settings.metres_per_pixel
-    return make_tracks(
-        np.round(joined["position"] / _KEPT) * _KEPT,
-        seen[0]["time"].values,
-        units="px",
-        kind=[kind for one in seen for kind in one["kind"].values.astype(str)],
-        ring=joined["ring"],
-        angle=joined["angle"],
-        attributes={
-            "frame_rate": settings.frame_rate,
-            "image_width": settings.width,
-            "image_height": settings.height,
-            "metres_per_pixel_x": scale,
-            "metres_per_pixel_y": scale,
-            "source": f"simulation, point cameras, seed {eyes.seed}",
-        },
-    )
-
-
-def _seen(settings: TrialSettings, eyes: Eyes, markers: xr.Dataset, kind: str) -> xr.Dataset:
-    own = markers.isel(marker=np.flatnonzero(markers["kind"].values == kind))
-    camera = _camera(settings, eyes, kind, own["position"].values[0, :, 1])
+    cameras = {}
+    for kind in ("internal", "external"):
+        own = markers.isel(marker=np.flatnonzero(markers["kind"].values == kind))
+        cameras[kind] = _camera(settings, eyes, kind, own["position"].values[0, :, 1])
     share = eyes.noise / MEASURED_ERRORS.noise
     errors = PositionErrors(eyes.noise, share * MEASURED_ERRORS.bias, MEASURED_ERRORS.correlation)
-    # Each camera has errors of its own.
-    return point_tracks(PointCamera(camera, errors, 2 * eyes.seed + (kind == "external")), own)
+    return pair_tracks(CameraPair(cameras["internal"], cameras["external"], errors, eyes.seed), markers)
 
 
 def _camera(settings: TrialSettings, eyes: Eyes, kind: str, heights: Floats) -> Camera:
-    """Return a camera that stands beside its place and is turned; from inside it aims at the middle of the markers."""
-    place = {"internal": internal_camera, "external": external_camera}[kind]
-    camera = place(
+    """Return a camera that stands beside its place and is turned."""
+    camera = aimed_camera(
+        kind,
+        heights,
         settings.distance,
         settings.view_width,
-        target=float(np.nanmean(heights) if kind == "internal" else np.nanmin(heights)),
         size=(settings.width, settings.height),
         frame_rate=settings.frame_rate,
         exposure=0.0,

@@ -9,11 +9,11 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-from fingerslip.detect.trial_set import MANIFEST, TrialSet, gather_trials
+from fingerslip.detect.trial_set import MANIFEST, TrialSet, gather_trials, open_trials
 from fingerslip.detect.trials import FILES, write_trial
 from fingerslip.digest import digest
 from fingerslip.dynamics.statics.body import StaticBody
-from fingerslip.errors import DamagedError, FingerslipError, InputError
+from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
 from fingerslip.files import check_replaceable, clean_stale, new_folder, read_json
 from fingerslip.linear.threads import limited_threads
 from fingerslip.parameters import as_mapping
@@ -24,7 +24,7 @@ from fingerslip.study.definition.yaml import line_numbers
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
 from fingerslip.study.running.spawning import without_main_module
 from fingerslip.study.storage.provenance import commit
-from fingerslip.study.trials.bodies import shared_body
+from fingerslip.study.trials.bodies import shared_body, shared_key
 from fingerslip.study.trials.card import card_notes
 from fingerslip.study.trials.trials import TrialPlan, simulated_trial, trial_plans
 
@@ -60,7 +60,8 @@ def simulate_trials(
     """Make the data set of a study: simulate its runs, film them, label them.
 
     Finished trials are kept beside the data set, in ``OUTPUT.unfinished``, until it is whole: an interrupted call goes
-    on where it stopped. Trials whose study has changed are computed again.
+    on where it stopped. A whole data set of the same study is read back; trials whose study has changed are computed
+    again.
 
     Parameters
     ----------
@@ -89,11 +90,14 @@ def simulate_trials(
     with line_numbers(source):
         runs = expand_samples(study, source).runs
     plans = trial_plans(runs, settings, study.sample.count if study.sample else None)
+    key = shared_key(runs, settings)
+    keys = {plan.name: _trial_key(plan, settings, key) for plan in plans}
+    if _is_whole(final, keys):
+        return open_trials(final)
     work = final.with_name(f"{final.name}.unfinished")
-    key, body = shared_body(runs, settings, work / "bodies")
+    _, body = shared_body(runs, settings, work / "bodies")
     clean_stale(work)
     origin = {"study": source.name, "commit": commit() or "", "body": key}
-    keys = {plan.name: _trial_key(plan, settings, key) for plan in plans}
     missing = [plan for plan in plans if not _is_finished(work / plan.name, keys[plan.name])]
     with progress or SilentProgress() as shown:
         _compute(missing, (settings, body, origin, keys, work), workers, shown)
@@ -114,6 +118,19 @@ def _settings(study: Study, source: Path) -> TrialSettings:
 def _trial_key(plan: TrialPlan, settings: TrialSettings, body: str) -> str:
     values = {name: value for name, value in plan.run.resolved().items() if name != "title"}
     return digest([_VERSION, body, plan.number, plan.direction, as_mapping(settings), values])
+
+
+def _is_whole(folder: Path, keys: Mapping[str, str]) -> bool:
+    """Tell whether a data set is there, undamaged, with these trials of the same inputs."""
+    try:
+        there = open_trials(folder) if (folder / MANIFEST).is_file() else None
+    except ResultError:
+        return False
+    return (
+        there is not None
+        and set(there.names) == set(keys)
+        and all(_is_finished(folder / name, key) for name, key in keys.items())
+    )
 
 
 def _is_finished(folder: Path, key: str) -> bool:

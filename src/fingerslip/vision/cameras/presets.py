@@ -7,13 +7,16 @@ heights, views, rates and exposures of real sensors are not published: all defau
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Literal
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
 
 from fingerslip.errors import InputError
 from fingerslip.vision.cameras.camera import Camera, Pose
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, fisheye_for_view, pinhole_for_view
 
-__all__ = ["external_camera", "internal_camera"]
+__all__ = ["aimed_camera", "external_camera", "internal_camera"]
 
 
 def internal_camera(
@@ -106,6 +109,29 @@ def external_camera(
     """
     pose = Pose((0.0, target - distance, 0.0), (0.0, target, 0.0), (0.0, 0.0, 1.0))
     return Camera(_lens(lens, size, view_width, distance), pose, "external", frame_rate, exposure)
+
+
+def aimed_camera(kind: str, heights: ArrayLike, distance: float, view_width: float, **more: Any) -> Camera:
+    """Return a camera that is aimed at markers: at their middle from inside, at the lowest one from outside.
+
+    Parameters
+    ----------
+    kind : {'internal', 'external'}
+        On which side it stands.
+    heights : (n_markers,) array_like
+        Heights y of its markers at rest [m]; NaN for those that it does not see.
+    distance, view_width, **more
+        As for :func:`internal_camera` and :func:`external_camera`.
+
+    Raises
+    ------
+    InputError
+        As of these.
+    """
+    seen = np.asarray(heights, dtype=np.float64)
+    if kind == "internal":
+        return internal_camera(distance, view_width, target=float(np.nanmean(seen)), **more)
+    return external_camera(distance, view_width, target=float(np.nanmin(seen)), **more)
 
 
 def _lens(kind: str, size: tuple[int, int], view_width: float, distance: float) -> Pinhole | Fisheye:

@@ -14,7 +14,7 @@ import yaml
 
 from fingerslip.history import read_history
 from fingerslip.mesh.io import write_mesh
-from fingerslip.results import stored_result
+from fingerslip.run_folder import stored_result
 from fingerslip.study.running.progress import SilentProgress
 from fingerslip.study.running.runner import run_study
 from unit.study.block import block_mesh, block_values

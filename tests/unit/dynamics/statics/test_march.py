@@ -74,3 +74,10 @@ def test_a_plate_that_touches_nothing_is_refused(body):
     far = dataclasses.replace(model.contacts[0], counterface=fs.Plane((0.0, 1.0, 0.0), offset=-1e-2))
     with pytest.raises(InputError, match="needs a press that touches"):
         march_static(body, far, model.programme, 0.1)
+
+
+def test_a_curved_counterface_is_refused(body):
+    model = pressed_dome()
+    round_one = dataclasses.replace(model.contacts[0], counterface=fs.Sphere(4e-3, (0.0, 1.0, 0.0)))
+    with pytest.raises(InputError, match=r"contact\.counterface: is curved"):
+        march_static(body, round_one, model.programme, 0.1)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -66,3 +68,9 @@ def test_repeats_and_samples_do_not_go_together(write_study: Callable[..., Path]
     sample = {"count": 2, "ranges": {"time.step": ["1 ms", "2 ms"]}}
     with pytest.raises(InputError, match=r"repeats: is given with sample"):
         parse_study(block_values() | {"repeats": REPEATS, "sample": sample}, Path("x.yaml"))
+
+
+@pytest.mark.parametrize("scatter", [{}, {"contact.friction_coefficient": math.inf}, {"depth": "nan mm"}])
+def test_repeats_that_do_not_differ_or_cannot_be_drawn_are_refused(scatter: dict[str, Any]) -> None:
+    with pytest.raises(InputError, match="scatter"):
+        RepeatSettings(count=2, scatter=scatter)

@@ -179,3 +179,27 @@ def test_a_study_with_samples_reads_back_the_same_and_gives_its_ranges(tmp_path:
 def test_a_study_that_is_wrong_in_its_samples_has_no_further_mistakes_in_them() -> None:
     known = [InputError("sample.count", "is missing", "needs a value")]
     assert sample_mistakes(block_values() | {"sample": {}}, known, {}, lambda _: []) == []
+
+
+@pytest.mark.parametrize(
+    ("sample", "said"),
+    [
+        ({"choices": {"word": ("a", "b", "a")}}, "choices.word: has 'a' twice"),
+        ({"choices": {"word": ("a", "b"), "b": (1, 2)}}, "choices.b: has a range too"),
+        ({"choices": {"b.c": (1, 2)}}, "choices.b.c: is a part of the sampled 'b'"),
+        ({"equal": {"b.c": "b"}}, "equal.b.c: is a part of the sampled 'b'"),
+        ({"method": "morris", "choices": {"word": tuple("abcde")}}, "choices.word: has 5 values, may have 4"),
+        ({"count": 10**9}, "count: makes 1000000000 samples"),
+        ({"count": 2**16, "method": "saltelli"}, "count: makes 196608 samples"),
+    ],
+)
+def test_samples_that_cannot_be_meant_are_refused(sample: dict[str, Any], said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        SampleSettings(**({"ranges": {"b": (0, 1)}, "count": 4} | sample))
+
+
+def test_every_choice_is_drawn() -> None:
+    for method, count in (("latin_hypercube", 30), ("saltelli", 16), ("morris", 30)):
+        samples = drawn(SampleSettings({"b": (0, 1)}, count=count, method=method, choices={"word": tuple("abcd")}))
+        counts = {sample["word"] for sample in samples}
+        assert counts == set("abcd"), method

@@ -9,7 +9,8 @@ import pytest
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import write_history
-from fingerslip.results import result_of, write_result
+from fingerslip.results import result_of
+from fingerslip.run_folder import write_result
 from fingerslip.study.inspection.figure import FigureChoice, film_size, kinds_text, write_figure
 from fingerslip.study.running.runner import run_study
 from fingerslip.vision.video import video_info

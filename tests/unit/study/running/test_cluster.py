@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable
+from importlib import metadata
 from pathlib import Path
 
 import pytest
 
 from fingerslip.errors import InputError, ResultError
-from fingerslip.results import stored_result
+from fingerslip.run_folder import stored_result
 from fingerslip.study.running import cluster
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.progress import SilentProgress
@@ -58,3 +59,46 @@ def test_a_scheduler_that_does_not_answer_is_named(write_study: Write, monkeypat
     with pytest.raises(InputError, match=r"scheduler: nothing answers at 'tcp://127\.0\.0\.1:9'"):
         run_study(path, results_dir=path.parent / "results", scheduler="tcp://127.0.0.1:9", progress=SilentProgress())
     assert not (path.parent / "results").exists()
+
+
+@pytest.mark.parametrize("address", ["nonsense", "", "http://x:1", "tcp://host", "tcp://:x"])
+def test_text_that_is_no_address_is_refused_at_once(address: str) -> None:
+    pytest.importorskip("distributed")
+    with (
+        pytest.raises(InputError, match=rf"scheduler: got '{address}', needs the address"),
+        cluster._connected(address),
+    ):
+        pass
+
+
+class Client:
+    """A client whose workers have these versions of fingerslip."""
+
+    def __init__(self, versions: dict[str, object]) -> None:
+        self.versions = versions
+
+    def run(self, *_: object, on_error: str) -> dict[str, object]:
+        assert on_error == "return"
+        return self.versions
+
+
+class Told(SilentProgress):
+    """Keeps what is said."""
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+
+    def say(self, message: str) -> None:
+        self.said.append(message)
+
+
+def test_workers_that_cannot_compute_are_named_before_anything_is_sent() -> None:
+    same, told = metadata.version("fingerslip"), Told()
+    cluster._check_workers(Client({"tcp://a:1": same, "tcp://b:2": same}), told)
+    with pytest.raises(InputError, match=r"worker tcp://b:2: has no fingerslip, .*needs the same version; install"):
+        cluster._check_workers(Client({"tcp://a:1": same, "tcp://b:2": metadata.PackageNotFoundError()}), told)
+    with pytest.raises(InputError, match=r"worker tcp://b:2: has fingerslip 0\.0"):
+        cluster._check_workers(Client({"tcp://b:2": "0.0"}), told)
+    assert told.said == []
+    cluster._check_workers(Client({}), told)
+    assert told.said == ["the cluster has no workers yet; the study waits for them"]

@@ -45,3 +45,31 @@ def test_mistakes_of_several_files_come_together(write_study: Write, tmp_path: P
         "other.yaml: contact.boundary",
         "gone.yaml",
     ]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("overall_slip * nothing", "'nothing' is not known"),
+        ("overall_slip + depth", "needs units that fit together"),
+        # The first run has a plane, which has no radius.
+        ("counterface.cylinder.radius / '1 mm'", "'counterface.cylinder.radius' is not known"),
+    ],
+)
+def test_derived_quantities_of_all_runs_are_checked_before_anything_runs(
+    write_study: Write, text: str, said: str
+) -> None:
+    counterfaces = [{"plane": {"normal": [0, 1]}}, {"cylinder": {"radius": "8 mm"}}]
+    contact = {"boundary": "contact", "counterface": counterfaces[0], "friction_coefficient": 0.5}
+    values = {key: own for key, own in block_values().items() if key != "contact"} | {"contacts": [contact]}
+    values |= {"sweep": {"contacts.0.counterface": counterfaces}, "derived": {"x": text}}
+    with pytest.raises(InputError, match=r"block\.yaml: derived\.x") as caught:
+        plan_study(write_study(values))
+    assert said in str(caught.value)
+
+
+def test_a_derived_quantity_has_one_unit_in_all_runs(write_study: Write) -> None:
+    values = block_values() | {"sweep": {"contact.friction_coefficient": [0.5, 1.0]}}
+    values |= {"derived": {"x": "depth ** friction_coefficient"}}
+    with pytest.raises(InputError, match=r"derived\.x.*needs one unit in all runs"):
+        plan_study(write_study(values))

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 import yaml
 
+from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.fields import unit_of
 from fingerslip.report.page.page import Report, ReportSection, render_page
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED, ShownValue, value_tables
-from fingerslip.results import flatten
 from fingerslip.specimens.fingertip import preset_table
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import expand

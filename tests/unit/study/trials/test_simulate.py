@@ -84,6 +84,19 @@ def test_finished_trials_are_kept_when_others_fail(made, tmp_path, monkeypatch):
     assert not Path(tmp_path / "again").exists()
 
 
+def test_a_whole_data_set_is_read_back_unless_it_is_damaged(made, tmp_path, monkeypatch):
+    shutil.copytree(made[0].folder, tmp_path / "small")
+
+    def body(*_):
+        raise InputError("body", "is made", "needs no such thing")
+
+    monkeypatch.setattr(simulate, "shared_body", body)
+    assert simulate_trials(STUDY, tmp_path / "small").digest == made[0].digest
+    (tmp_path / "small" / "trial-0003" / "labels.csv").unlink()
+    with pytest.raises(InputError, match="body: is made"):
+        simulate_trials(STUDY, tmp_path / "small")
+
+
 def test_a_study_without_trials_is_refused(tmp_path):
     with pytest.raises(InputError, match="trials: is missing"):
         simulate_trials(ROOT / "studies" / "tactip_slide.yaml", tmp_path / "none")

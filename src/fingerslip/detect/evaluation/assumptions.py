@@ -1,0 +1,215 @@
+"""On which values that a paper does not print accuracies depend: the same trials, labelled and read in other ways."""
+
+from __future__ import annotations
+
+import itertools
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.detect.classifiers import Candidate, union_of_sets
+from fingerslip.detect.evaluation.bootstrap import Estimate
+from fingerslip.detect.evaluation.confusion import frame_scores_of
+from fingerslip.detect.evaluation.crossval import frames_by_trial
+from fingerslip.detect.evaluation.robustness import disturbed
+from fingerslip.detect.features import FeatureSettings
+from fingerslip.detect.labels import LabelSettings, labels_from_external_markers
+from fingerslip.detect.motion import MotionSettings, motion_of
+from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.samples import Samples, Sampling, TrialSample, joined_samples, trial_sample
+from fingerslip.detect.splits import grouped_folds, left_out
+from fingerslip.detect.trial_set import TrialSet, check_labels
+from fingerslip.errors import InputError
+
+__all__ = ["Assumption", "Sensitivity", "likely_assumptions", "sensitivity_of"]
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """Values that a paper does not print, as they may be.
+
+    Parameters
+    ----------
+    quantity, value : str
+        What is assumed, in words.
+    labels : LabelSettings or str, optional
+        Thresholds on external markers, or the name of stored labels.
+    motion : MotionSettings, optional
+        How motion is read.
+    noise : float, optional
+        Standard deviation of noise that is added to all positions, in the unit of the tracks.
+    """
+
+    quantity: str
+    value: str
+    labels: LabelSettings | str = field(default_factory=LabelSettings)
+    motion: MotionSettings = field(default_factory=MotionSettings)
+    noise: float = 0.0
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """What accuracies come to with an assumption.
+
+    Parameters
+    ----------
+    assumption : Assumption
+        The assumption.
+    matrices : mapping of str to (n_trials, 3, 3) array of int
+        Confusion matrices on trials that were not seen, in the order of the data set, by name of the classifier.
+    incipient, gross : float
+        Median onsets of the labels [s].
+    """
+
+    assumption: Assumption
+    matrices: Mapping[str, NDArray[np.intp]]
+    incipient: float
+    gross: float
+
+    @property
+    def accuracies(self) -> dict[str, Estimate]:
+        """Share of right frames of each classifier."""
+        return {name: frame_scores_of(one).accuracy for name, one in self.matrices.items()}
+
+    def of_condition(self, trials: TrialSet, condition: str) -> dict[str, dict[str, Estimate]]:
+        """Return the accuracies of each classifier on the trials of each value of a condition, or quarter of its range.
+
+        Raises
+        ------
+        InputError
+            Where a trial lacks the condition, or all have one value.
+        """
+        found = {}
+        for value, names in left_out(trials.conditions, condition).items():
+            rows = np.flatnonzero(np.isin(trials.names, names))
+            found[value] = {name: frame_scores_of(one[rows]).accuracy for name, one in self.matrices.items()}
+        return found
+
+
+def likely_assumptions(
+    metres_per_pixel: float,
+    others: Sequence[float] = (0.045e-3, 0.09e-3),
+    motion: MotionSettings | None = None,
+    stored: Sequence[str] = (),
+) -> tuple[Assumption, ...]:
+    """Return what may be assumed of the trials of Cordova Bulens et al. 2023: first as they are, then one change each.
+
+    A pixel of another size makes the printed thresholds, 2 and 1 px, other lengths; that is all it does here. The noise
+    stays as it is in metres.
+
+    Parameters
+    ----------
+    metres_per_pixel : float
+        Of the trials [m].
+    others : sequence of float, optional
+        Other sizes of a pixel [m].
+    motion : MotionSettings, optional
+        How motion is read.
+    stored : sequence of str, optional
+        Labels of the trials from other sources.
+    """
+    motion = motion or MotionSettings()
+    kept = LabelSettings(rest_frames=motion.rest_frames)
+
+    def labels(incipient: float, gross: float) -> LabelSettings:
+        return replace(kept, incipient=incipient * kept.incipient, gross=gross * kept.gross)
+
+    sizes = [(size, size / metres_per_pixel) for size in others]
+    return (
+        Assumption("as in the data set", f"{1e3 * metres_per_pixel:.3g} mm a pixel", kept, motion),
+        *(Assumption("size of a pixel", f"{1e3 * size:.3g} mm", labels(share, share), motion) for size, share in sizes),
+        *(
+            Assumption("threshold of incipient slip", f"{kept.incipient * share:g} px", labels(share, 1.0), motion)
+            for share in (0.5, 2.0)
+        ),
+        *(
+            Assumption("threshold of gross slip", f"{kept.gross * share:g} px", labels(1.0, share), motion)
+            for share in (0.5, 2.0)
+        ),
+        *(Assumption("labels", name.replace("_", " "), name, motion) for name in stored),
+        *(
+            Assumption("frames in a speed", f"{frames}", kept, replace(motion, window=frames))
+            for frames in (max(2, motion.window // 3), 3 * motion.window)
+        ),
+        Assumption("noise of positions", "0.1 px more", kept, motion, 0.1),
+    )
+
+
+def sensitivity_of(
+    trials: TrialSet,
+    assumptions: Sequence[Assumption],
+    candidates: Sequence[Candidate],
+    *,
+    sampling: Sampling | None = None,
+    folds: int = 5,
+    seed: int = 0,
+    workers: int = 1,
+) -> Iterator[Sensitivity]:
+    """Yield what classifiers come to with each assumption, on trials that they have not seen.
+
+    Parameters
+    ----------
+    trials : TrialSet
+        The data set.
+    assumptions : sequence of Assumption
+        The assumptions. Trials are read once for neighbours that read motion in one way.
+    candidates : sequence of Candidate
+        The classifiers.
+    sampling : Sampling, optional
+        How many frames of each class; where a trial has fewer than published, all of them without it.
+    folds : int, optional
+        Folds, grouped by trial.
+    seed, workers : int, optional
+        Seed of what is random, and cores.
+
+    Raises
+    ------
+    InputError
+        Where a label never comes, or stored labels of that name are not there.
+    """
+    chosen, tests = sampling or Sampling(least=0.0), grouped_folds(trials.names, folds, seed)
+    sets = union_of_sets(candidates)
+    for (motion, _), group in itertools.groupby(assumptions, lambda one: (one.motion, one.noise)):
+        own = tuple(group)
+        both = _samples(trials, own, FeatureSettings(sets, motion), chosen, seed)
+        for assumption, (samples, onsets) in zip(own, both, strict=True):
+            found = {
+                one.name: frames_by_trial(samples, onsets, one, tests, window=motion.window, seed=seed, workers=workers)
+                for one in candidates
+            }
+            yield Sensitivity(assumption, {name: one.matrices for name, one in found.items()}, *_medians(onsets))
+
+
+def _samples(
+    trials: TrialSet,
+    assumptions: Sequence[Assumption],
+    settings: FeatureSettings,
+    sampling: Sampling,
+    seed: int,
+) -> list[tuple[Samples, dict[str, Onsets]]]:
+    """Return samples and labels with each of some assumptions, which read motion in one way; trials are read once."""
+    parts: list[list[TrialSample]] = [[] for _ in assumptions]
+    labels: list[dict[str, Onsets]] = [{} for _ in assumptions]
+    for name in trials.names:
+        tracks, noise = trials.tracks(name), assumptions[0].noise
+        if noise:
+            tracks = disturbed(tracks, "noise", noise, seed + zlib.crc32(name.encode()))
+        motion, stored = motion_of(tracks, settings.motion), trials.labels(name)
+        for number, assumption in enumerate(assumptions):
+            own = assumption.labels
+            if isinstance(own, str) and own not in stored:
+                raise InputError(f"{trials.folder}: {name}", f"has no labels {own!r}", f"has {', '.join(stored)}")
+            found = stored[own] if isinstance(own, str) else labels_from_external_markers(tracks, own)
+            check_labels({name: found}, [name])
+            labels[number][name] = found
+            parts[number].append(trial_sample(name, motion, found, settings, sampling))
+    return [(joined_samples(one), found) for one, found in zip(parts, labels, strict=True)]
+
+
+def _medians(onsets: Mapping[str, Onsets]) -> tuple[float, float]:
+    times = np.array([(one.incipient, one.gross) for one in onsets.values()], dtype=float)
+    incipient, gross = np.median(times, axis=0)
+    return float(incipient), float(gross)

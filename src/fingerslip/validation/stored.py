@@ -1,0 +1,129 @@
+"""Rows that take long to compute: they are stored, and read back unless they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from fingerslip.digest import digest
+from fingerslip.errors import FingerslipError, ResultError
+from fingerslip.files import read_json, write_json
+from fingerslip.study.definition.base import read_with_base
+from fingerslip.study.storage.provenance import versions
+from fingerslip.validation.rows import rows_mapping
+
+__all__ = ["RowFile", "Stored", "stored_rows"]
+
+R = TypeVar("R")
+
+
+@dataclass(frozen=True)
+class Stored(Generic[R]):
+    """Rows, and where they come from.
+
+    Parameters
+    ----------
+    rows : tuple
+        The rows; empty where nothing is stored.
+    origin : str
+        Where they come from, in a sentence; empty where they were computed.
+    computed : bool
+        Whether they were computed, or read back.
+    """
+
+    rows: tuple[R, ...]
+    origin: str = ""
+    computed: bool = False
+
+
+@dataclass(frozen=True)
+class RowFile(Generic[R]):
+    """Where rows of one kind are stored, and what makes them.
+
+    Parameters
+    ----------
+    name : str
+        Name of the file, in the folder of all results or in its folder `reference`.
+    kind : str
+        What the rows are called, such as 'intervals'.
+    command : str
+        The command that computes them.
+    effort : str
+        How long that takes, in words.
+    studies : tuple of str
+        Names of the studies that they are computed from.
+    row : type
+        Dataclass of a row.
+    """
+
+    name: str
+    kind: str
+    command: str
+    effort: str
+    studies: tuple[str, ...]
+    row: Callable[..., R]
+
+
+def stored_rows(
+    file: RowFile[R],
+    studies: str | Path,
+    results: str | Path,
+    compute: Callable[[], Sequence[R]] | None = None,
+) -> Stored[R]:
+    """Return rows that are computed and stored, or else those that were stored last, or else those that ship.
+
+    Parameters
+    ----------
+    file : RowFile
+        What the rows are.
+    studies, results : path
+        Folder of the study files, and of the results.
+    compute : callable, optional
+        Computes the rows; without it they are read.
+
+    Raises
+    ------
+    ResultError
+        Where stored rows are damaged or of another version, or rows cannot be written.
+    """
+    if compute is not None:
+        rows = tuple(compute())
+        made = {"command": file.command, "version": versions()["fingerslip"], "inputs": _inputs(file, Path(studies))}
+        write_json(Path(results) / file.name, {"made": made, "rows": rows_mapping(rows)})
+        return Stored(rows, computed=True)
+    for path in (Path(results) / file.name, Path(results) / "reference" / file.name):
+        try:
+            return _read(file, path, Path(studies))
+        except FileNotFoundError:
+            continue
+    return Stored((), f"No {file.kind} are stored; {file.command} computes them, which takes {file.effort}.")
+
+
+def _read(file: RowFile[R], path: Path, studies: Path) -> Stored[R]:
+    stored: Any = read_json(path, f"run {file.command}")
+    try:
+        rows = tuple(file.row(**_values(entry)) for entry in stored["rows"])
+        version, inputs = stored["made"]["version"], stored["made"]["inputs"]
+    except (KeyError, TypeError) as error:
+        raise ResultError(f"{path}: is of another version ({error}); run {file.command}") from error
+    state = "the studies are the same" if inputs == _inputs(file, studies) else "the studies have changed since"
+    again = f"{file.command} computes them again."
+    return Stored(rows, f"{file.kind.capitalize()} are stored in {path} by fingerslip {version}; {state}. {again}")
+
+
+def _values(entry: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of a row with tuples, which JSON has as lists."""
+    return {name: tuple(value) if isinstance(value, list) else value for name, value in entry.items()}
+
+
+def _inputs(file: RowFile[Any], studies: Path) -> dict[str, str]:
+    """Return a hash of what each study holds; of one that cannot be read none."""
+    found = {}
+    for name in file.studies:
+        try:
+            found[name] = digest([read_with_base(studies / f"{name}.yaml")])
+        except FingerslipError:
+            continue
+    return found

@@ -1,0 +1,108 @@
+"""Both cameras of a sensor at once, as trials of slip detection need them: one inside and one behind the plate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from fingerslip.errors import InputError
+from fingerslip.vision.cameras.camera import Camera, image_attributes, pixels_per_metre
+from fingerslip.vision.cameras.errors import PositionErrors
+from fingerslip.vision.cameras.point import MEASURED_ERRORS, PointCamera, point_tracks
+from fingerslip.vision.tracks import make_tracks
+
+__all__ = ["PUBLISHED_FRAME_RATE", "CameraPair", "metres_per_pixel", "pair_tracks"]
+
+#: Frames a second that follow from what Cordova Bulens et al. 2023 print: 100 frames in about 1.5 s [1/s].
+PUBLISHED_FRAME_RATE = 200.0 / 3.0
+
+# Positions are kept to this share of a pixel, far below their noise, so that files are small.
+_KEPT = 1.0 / 1024.0
+
+
+@dataclass(frozen=True)
+class CameraPair:
+    """The cameras of one trial.
+
+    Parameters
+    ----------
+    internal, external : Camera
+        Both cameras, with one frame rate.
+    errors : PositionErrors, optional
+        Errors of the positions of both.
+    seed : int, optional
+        Seed of the errors; each camera has errors of its own.
+
+    Raises
+    ------
+    InputError
+        Where the frame rates differ, or a camera sees the markers of the other one.
+    """
+
+    internal: Camera
+    external: Camera
+    errors: PositionErrors = MEASURED_ERRORS
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        """Check that both take the same frames, each of its own markers."""
+        rates = self.internal.frame_rate, self.external.frame_rate
+        if rates[0] != rates[1]:
+            found = f"got {rates[0]:g} and {rates[1]:g} frames a second"
+            raise InputError("cameras: frame_rate", found, "needs one rate of both cameras")
+        for kind in ("internal", "external"):
+            sees = getattr(self, kind).sees
+            if sees != kind:
+                raise InputError(f"cameras: {kind}", f"sees {sees} markers", f"needs a camera that sees {kind} ones")
+
+
+def pair_tracks(pair: CameraPair, markers: xr.Dataset) -> xr.Dataset:
+    """Return what both cameras and a tracker make of markers.
+
+    Parameters
+    ----------
+    pair : CameraPair
+        The cameras.
+    markers : xarray.Dataset
+        Tracks [m] of internal and external markers, each as its camera has it before it; NaN where it is not seen.
+
+    Returns
+    -------
+    xarray.Dataset
+        Tracks [px] of the internal, then of the external markers, with the length of a pixel of the external camera.
+
+    Raises
+    ------
+    InputError
+        Where the tracks are not in metres, or lack markers of a kind.
+    """
+    seen = [
+        point_tracks(PointCamera(camera, pair.errors, 2 * pair.seed + number), markers)
+        for number, camera in enumerate((pair.internal, pair.external))
+    ]
+    position = np.concatenate([one["position"].values for one in seen], axis=1)
+    more = {
+        name: np.concatenate([one[name].values for one in seen])
+        for name in ("marker", "ring", "angle")
+        if all(name in one.coords for one in seen)
+    }
+    scale = metres_per_pixel(pair.external)
+    return make_tracks(
+        np.round(position / _KEPT) * _KEPT,
+        seen[0]["time"].values,
+        units="px",
+        kind=[kind for one in seen for kind in one["kind"].values.astype(str)],
+        attributes={
+            **image_attributes(pair.external, f"simulation, point cameras, seed {pair.seed}"),
+            "metres_per_pixel_x": scale,
+            "metres_per_pixel_y": scale,
+        },
+        **more,
+    )
+
+
+def metres_per_pixel(camera: Camera) -> float:
+    """Return the length of a pixel in the middle of the image, as far away as what the camera looks at [m]."""
+    return 1.0 / float(pixels_per_metre(camera, np.asarray(camera.pose.target, dtype=np.float64)))

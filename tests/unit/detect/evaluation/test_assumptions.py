@@ -1,0 +1,71 @@
+"""Accuracies of the same trials with other assumptions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fingerslip.detect.classifiers import CLASSIFIERS
+from fingerslip.detect.evaluation.assumptions import Assumption, likely_assumptions, sensitivity_of
+from fingerslip.detect.evaluation.crossval import frames_by_trial
+from fingerslip.detect.features import FeatureSettings
+from fingerslip.detect.labels import LabelSettings
+from fingerslip.detect.samples import samples_of
+from fingerslip.detect.splits import grouped_folds
+from fingerslip.detect.trial_set import TrialSet
+from fingerslip.errors import InputError
+from unit.detect.conftest import MOTION, SAMPLING
+
+CLOCK = CLASSIFIERS["time_threshold"]
+AS_IT_IS = Assumption("as it is", "", LabelSettings(rest_frames=20), MOTION)
+
+
+def found(trials: TrialSet, *assumptions: Assumption):
+    return list(sensitivity_of(trials, assumptions, [CLOCK], sampling=SAMPLING, folds=3))
+
+
+def test_what_is_left_as_it_is_gives_the_evaluation(trials: TrialSet) -> None:
+    (one,) = found(trials, AS_IT_IS)
+    samples = samples_of(trials, trials.onsets(), FeatureSettings(CLOCK.sets, MOTION), SAMPLING)
+    tests = grouped_folds(trials.names, 3, 0)
+    same = frames_by_trial(samples, trials.onsets(), CLOCK, tests, window=MOTION.window)
+    assert np.array_equal(one.matrices["time_threshold"], same.matrices)
+
+
+def test_higher_thresholds_make_labels_late(trials: TrialSet) -> None:
+    higher = replace(AS_IT_IS, labels=LabelSettings(20.0, 1.0, rest_frames=20))
+    gross = replace(AS_IT_IS, labels=LabelSettings(2.0, 2.0, rest_frames=20))
+    base, first, second = found(trials, AS_IT_IS, higher, gross)
+    assert first.incipient > base.incipient
+    assert first.gross == base.gross
+    assert second.incipient == base.incipient
+    assert second.gross > base.gross
+
+
+def test_accuracies_are_listed_by_condition(trials: TrialSet) -> None:
+    (one,) = found(trials, AS_IT_IS)
+    by_depth = one.of_condition(trials, "indentation")
+    assert list(by_depth) == ["0.003", "0.004"]
+    parts = [part["time_threshold"].value for part in by_depth.values()]
+    assert min(parts) <= one.accuracies["time_threshold"].value <= max(parts)
+
+
+def test_labels_that_are_not_there_are_told(trials: TrialSet) -> None:
+    with pytest.raises(InputError, match="has no labels 'nails'"):
+        found(trials, replace(AS_IT_IS, labels="nails"))
+    with pytest.raises(InputError, match="has no gross slip"):
+        found(trials, replace(AS_IT_IS, labels=LabelSettings(2.0, 1e5, rest_frames=20)))
+
+
+def test_each_likely_assumption_changes_one_thing() -> None:
+    base, *others = likely_assumptions(0.07e-3, motion=MOTION, stored=("contact",))
+    assert base.labels == LabelSettings(rest_frames=20)
+    assert len({one.quantity for one in others}) == 6
+    for one in others:
+        changed = [one.labels != base.labels, one.motion != base.motion, one.noise != base.noise]
+        assert sum(changed) == 1, one
+    finer = others[0].labels
+    assert finer.incipient / finer.gross == pytest.approx(2.0)
+    assert finer.incipient == pytest.approx(2.0 * 0.045 / 0.07)

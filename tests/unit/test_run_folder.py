@@ -1,0 +1,118 @@
+"""Folders of runs: a result as JSON, and read back; damaged ones count as none."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from fingerslip.digest import file_digest
+from fingerslip.errors import ResultError
+from fingerslip.files import write_json
+from fingerslip.results import result_of
+from fingerslip.run_folder import (
+    HISTORY,
+    RESULT,
+    RUN,
+    read_result,
+    result_from_mapping,
+    result_mapping,
+    stored_result,
+    write_result,
+)
+from fingerslip.slip.free_edge import EdgeContact
+from unit.synthetic import Process, make
+
+SWEPT = {"contact.friction_coefficient": 0.6, "programme.1.slide.direction": [1, 0, 1]}
+MADE = make(Process())
+WHOLE = dataclasses.replace(
+    result_of(MADE, "run", SWEPT),
+    edge=EdgeContact("skin", 0.12, 0.3e-3),
+    identity="abc",
+    mesh_hash="def",
+    mesh_size=0.05,
+    seconds=1.5,
+    versions={"numpy": "2"},
+)
+
+
+def write(folder: Path, values: Any) -> Path:
+    (folder / HISTORY).write_text("")
+    write_json(folder / RESULT, {"files": {HISTORY: file_digest(folder / HISTORY)}, **values})
+    return folder
+
+
+def test_a_result_survives_json() -> None:
+    plain = json.loads(json.dumps(result_mapping(WHOLE)))
+    assert result_from_mapping(plain) == WHOLE
+    assert plain["swept"] == SWEPT
+    assert plain["edge_contact"] == {"boundary": "skin", "time_s": 0.12, "distance_m": 0.3e-3}
+    assert plain["numbers"]["records"] == MADE.sizes["time"]
+    away = dataclasses.replace(WHOLE, edge=None)
+    assert result_from_mapping(result_mapping(away)) == away
+
+
+def test_values_and_uncertainties_are_in_other_files() -> None:
+    known = dataclasses.replace(WHOLE, values={"depth": "1 mm"}, uncertainty={"slip.overall": 0.1})
+    assert result_mapping(known) == result_mapping(WHOLE)
+    assert known.all_values == {"depth": "1 mm", **SWEPT}
+
+
+def test_a_result_is_read_from_its_folder(tmp_path: Path) -> None:
+    assert read_result(write(tmp_path, result_mapping(WHOLE))) == WHOLE
+
+
+@pytest.mark.parametrize("text", ["", "{", "not json", "{}", "[]", "null", '{"run": "a"}', "\ud800"])
+def test_a_damaged_result_counts_as_none(tmp_path: Path, text: str) -> None:
+    (tmp_path / RESULT).write_bytes(text.encode("utf-8", "surrogatepass"))
+    (tmp_path / HISTORY).write_text("")
+    assert read_result(tmp_path) is None
+
+
+@pytest.mark.parametrize("key", sorted(result_mapping(WHOLE)))
+def test_a_result_that_lacks_anything_counts_as_none(tmp_path: Path, key: str) -> None:
+    values = {name: value for name, value in result_mapping(WHOLE).items() if name != key}
+    assert read_result(write(tmp_path, values)) is None
+
+
+@pytest.mark.parametrize("key", ["events_s", "acceleration_peaks", "numbers", "swept", "versions"])
+def test_a_result_with_other_kinds_of_data_counts_as_none(tmp_path: Path, key: str) -> None:
+    assert read_result(write(tmp_path, result_mapping(WHOLE) | {key: 3})) is None
+
+
+def test_a_result_without_its_history_counts_as_none(tmp_path: Path) -> None:
+    write(tmp_path, result_mapping(WHOLE))
+    (tmp_path / HISTORY).unlink()
+    assert read_result(tmp_path) is None
+    assert read_result(tmp_path / "nowhere") is None
+
+
+def test_what_is_written_is_read_back(tmp_path: Path) -> None:
+    (tmp_path / HISTORY).write_text("history")
+    (tmp_path / RUN).write_text("title: a")
+    write_result(WHOLE, tmp_path)
+    assert stored_result(tmp_path) == read_result(tmp_path) == WHOLE
+
+
+@pytest.mark.parametrize("name", [HISTORY, RESULT, RUN])
+@pytest.mark.parametrize("damage", ["changed", "empty", "folder", "missing"])
+def test_a_damaged_file_is_named_and_never_trusted(tmp_path: Path, name: str, damage: str) -> None:
+    (tmp_path / HISTORY).write_text("history")
+    (tmp_path / RUN).write_text("title: a")
+    write_result(WHOLE, tmp_path)
+    content = (tmp_path / name).read_text()
+    (tmp_path / name).unlink()
+    if damage == "folder":
+        (tmp_path / name).mkdir()
+    elif damage != "missing":
+        (tmp_path / name).write_text(
+            content.replace("1", "2").replace("a", "b").replace("h", "i") * (damage != "empty")
+        )
+    assert read_result(tmp_path) is None
+    lacks_all = damage == "missing" and name != RUN
+    message = "holds no finished run" if lacks_all else rf"{name}: (is damaged|has no checksum|cannot be read)"
+    with pytest.raises(ResultError, match=rf"{message}.*; run the study again$"):
+        stored_result(tmp_path)
