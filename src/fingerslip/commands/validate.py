@@ -55,8 +55,9 @@ def validate(
     from fingerslip import validation
 
     stop_on_termination()
-    asked = {"geometry": geometry, "pouring": pouring, "detection": detection}
-    computed = [part for part, wanted in asked.items() if wanted]
+    computed = [
+        part for part, wanted in (("geometry", geometry), ("pouring", pouring), ("detection", detection)) if wanted
+    ]
     found = validation.compare(studies, results, workers, screen_progress(quiet), only=only, computed=computed)
     if as_json:
         typer.echo(json.dumps(validation.comparison_mapping(found), indent=2))
