@@ -35,7 +35,7 @@ __all__ = [
     "writing",
 ]
 
-_FULL = {errno.ENOSPC, errno.EDQUOT}
+_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _FOLDER = {errno.EISDIR, errno.ENOTEMPTY}
 _DAY = 86400.0
 _CHECKSUM = "checksum"

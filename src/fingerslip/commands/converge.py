@@ -10,6 +10,7 @@ import typer
 from fingerslip.commands.shared import (
     AsJson,
     Markdown,
+    NoProgress,
     Results,
     Studies,
     Workers,
@@ -29,6 +30,7 @@ def converge(
     *,
     markdown: Markdown = False,
     as_json: AsJson = False,
+    quiet: NoProgress = False,
 ) -> None:
     """Refine studies in mesh, time step, contact stiffness and numerical damping, and give every result its error bar.
 
@@ -39,7 +41,7 @@ def converge(
     stop_on_termination()
     for study in studies:
         found = refinement.converge(
-            study, results_dir=results, only=runs or (), workers=workers, progress=screen_progress()
+            study, results_dir=results, only=runs or (), workers=workers, progress=screen_progress(quiet)
         )
         if markdown:
             typer.echo(found.markdown)

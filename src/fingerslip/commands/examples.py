@@ -7,13 +7,18 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import AsJson, print_tables
+from fingerslip.commands.shared import AsJson, print_tables, shipped_studies
 
 __all__ = ["examples"]
 
 
 def examples(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Study to copy; without it all are listed.")] = "",
+    name: Annotated[
+        str,
+        typer.Argument(
+            metavar="NAME", help="Study to copy; without it all are listed.", autocompletion=shipped_studies
+        ),
+    ] = "",
     as_json: AsJson = False,
 ) -> None:
     """List the studies that ship, or copy one of them into this folder."""

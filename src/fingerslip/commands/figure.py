@@ -7,6 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
+from fingerslip.commands.shared import cameras, fields, figure_kinds
+
 __all__ = ["figure"]
 
 
@@ -14,7 +16,9 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
     target: Annotated[
         Path, typer.Argument(metavar="RESULT", help="Folder of a study's results, or of a run.", show_default=False)
     ],
-    kind: Annotated[str, typer.Option("--kind", help="What is shown; 'list' prints all kinds.")] = "list",
+    kind: Annotated[
+        str, typer.Option("--kind", help="What is shown; 'list' prints all kinds.", autocompletion=figure_kinds)
+    ] = "list",
     form: Annotated[str, typer.Option("--format", help="pdf, svg or png.")] = "pdf",
     style: Annotated[str, typer.Option("--style", help="paper, slides or page.")] = "paper",
     run: Annotated[str, typer.Option("--run", metavar="NAME", help="The run, of a study with several.")] = "",
@@ -23,10 +27,15 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
         list[str] | None, typer.Option("--time", metavar="TIME", help="Time of a panel, such as '1.2 s'; repeatable.")
     ] = None,
     field: Annotated[
-        str, typer.Option("--field", help="von_mises, strain_energy_density, displacement, velocity or region.")
+        str,
+        typer.Option(
+            "--field", help="von_mises, strain_energy_density, displacement, velocity or region.", autocompletion=fields
+        ),
     ] = "",
     cut: Annotated[str, typer.Option("--cut", help="Cut a solid open across x, y or z.")] = "",
-    camera: Annotated[str, typer.Option("--camera", help="oblique, side, front or below.")] = "",
+    camera: Annotated[
+        str, typer.Option("--camera", help="oblique, side, front or below.", autocompletion=cameras)
+    ] = "",
     contact: Annotated[bool, typer.Option("--contact", help="Show stick and slip on a solid.")] = False,
     size: Annotated[str, typer.Option("--size", metavar="WxH", help="Of a film, in pixels.")] = "1280x720",
     rate: Annotated[float, typer.Option("--rate", help="Frames a second of a film.")] = 25.0,

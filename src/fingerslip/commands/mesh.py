@@ -7,13 +7,18 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import AsJson, print_tables
+from fingerslip.commands.shared import AsJson, print_tables, specimens
 
 __all__ = ["mesh"]
 
 
 def mesh(
-    target: Annotated[str, typer.Argument(metavar="STUDY|PRESET", help="Study (its first run) or preset to mesh.")],
+    target: Annotated[
+        str,
+        typer.Argument(
+            metavar="STUDY|PRESET", help="Study (its first run) or preset to mesh.", autocompletion=specimens
+        ),
+    ],
     output: Annotated[
         Path | None,
         typer.Option("-o", "--output", metavar="FILE", help="File to write (.msh, .vtu, .xdmf); else in meshes/."),

@@ -21,15 +21,21 @@ if TYPE_CHECKING:
 __all__ = [
     "AsJson",
     "Markdown",
+    "NoProgress",
     "Quiet",
     "Results",
     "Studies",
     "Workers",
+    "cameras",
     "exit_code",
+    "fields",
+    "figure_kinds",
     "print_error",
     "print_results",
     "print_tables",
     "screen_progress",
+    "shipped_studies",
+    "specimens",
     "stop_on_termination",
 ]
 
@@ -44,8 +50,48 @@ Markdown = Annotated[bool, typer.Option("--markdown", help="Print the tables in 
 AsJson = Annotated[bool, typer.Option("--json", help="Print the tables as JSON.")]
 
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+NoProgress = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
 
 _FILE_WIDTH = 160
+# Those of scenes, which are slow to import: a shell completes at once.
+_CAMERAS = ("oblique", "side", "front", "below")
+_FIELDS = ("von_mises", "strain_energy_density", "displacement", "velocity", "region")
+
+
+def specimens(incomplete: str) -> list[str]:
+    """Return presets and shipped materials whose names begin so, for the shell to complete."""
+    from fingerslip.materials.library import material_names
+    from fingerslip.specimens.choice import preset_names
+
+    return _beginning((*preset_names(), *material_names()), incomplete)
+
+
+def shipped_studies(incomplete: str) -> list[str]:
+    """Return shipped studies whose names begin so."""
+    from fingerslip.study.shipped import examples
+
+    return _beginning(examples(), incomplete)
+
+
+def cameras(incomplete: str) -> list[str]:
+    """Return cameras whose names begin so."""
+    return _beginning(_CAMERAS, incomplete)
+
+
+def fields(incomplete: str) -> list[str]:
+    """Return fields whose names begin so."""
+    return _beginning(_FIELDS, incomplete)
+
+
+def figure_kinds(incomplete: str) -> list[str]:
+    """Return kinds of figures whose names begin so."""
+    from fingerslip.study.inspection.figure import kinds_text
+
+    return _beginning((line.partition(":")[0] for line in kinds_text().splitlines()), incomplete)
+
+
+def _beginning(names: Iterable[str], incomplete: str) -> list[str]:
+    return [name for name in names if name.startswith(incomplete)]
 
 
 def print_tables(tables: Iterable[Table], as_json: bool = False) -> None:
@@ -92,11 +138,11 @@ def print_results(results: Iterable[StudyResult], as_json: bool = False) -> None
         typer.echo(f"report: {result.folder / 'report.html'}")
 
 
-def screen_progress() -> StudyProgress:
-    """Return the progress display of a study: bars on a terminal, lines elsewhere, both on standard error."""
-    from fingerslip.study.running.progress import progress_on_screen
+def screen_progress(quiet: bool = False) -> StudyProgress:
+    """Return the progress display of a study: bars on a terminal, lines elsewhere, both on standard error; or none."""
+    from fingerslip.study.running.progress import SilentProgress, progress_on_screen
 
-    return progress_on_screen()
+    return SilentProgress() if quiet else progress_on_screen()
 
 
 def stop_on_termination() -> None:

@@ -7,14 +7,19 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import AsJson, print_tables
+from fingerslip.commands.shared import AsJson, print_tables, specimens
 
 __all__ = ["show"]
 
 
 def show(
     target: Annotated[
-        str, typer.Argument(metavar="PRESET|STUDY|RESULT", help="What to show; without it all presets are listed.")
+        str,
+        typer.Argument(
+            metavar="PRESET|STUDY|RESULT",
+            help="What to show; without it all presets are listed.",
+            autocompletion=specimens,
+        ),
     ] = "",
     figure: Annotated[
         Path | None,

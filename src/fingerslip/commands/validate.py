@@ -7,7 +7,15 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import Markdown, Results, Workers, print_tables, screen_progress, stop_on_termination
+from fingerslip.commands.shared import (
+    Markdown,
+    NoProgress,
+    Results,
+    Workers,
+    print_tables,
+    screen_progress,
+    stop_on_termination,
+)
 
 __all__ = ["validate"]
 
@@ -33,6 +41,7 @@ def validate(
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
     markdown: Markdown = False,
+    quiet: NoProgress = False,
 ) -> None:
     """Compare with every published number: runs the shipped studies where needed and prints one table.
 
@@ -46,9 +55,10 @@ def validate(
     from fingerslip import validation
 
     stop_on_termination()
-    asked = {"geometry": geometry, "pouring": pouring, "detection": detection}
-    computed = [part for part, wanted in asked.items() if wanted]
-    found = validation.compare(studies, results, workers, screen_progress(), only=only, computed=computed)
+    computed = [
+        part for part, wanted in (("geometry", geometry), ("pouring", pouring), ("detection", detection)) if wanted
+    ]
+    found = validation.compare(studies, results, workers, screen_progress(quiet), only=only, computed=computed)
     if as_json:
         typer.echo(json.dumps(validation.comparison_mapping(found), indent=2))
     elif markdown:

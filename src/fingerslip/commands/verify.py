@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import AsJson, Markdown, print_tables
+from fingerslip.commands.shared import AsJson, Markdown, NoProgress, print_tables
 
 __all__ = ["verify"]
 
@@ -17,6 +17,8 @@ def verify(
     ] = None,
     markdown: Markdown = False,
     as_json: AsJson = False,
+    *,
+    quiet: NoProgress = False,
 ) -> None:
     """Compute problems with known answers, and show the results beside the closed forms.
 
@@ -24,7 +26,7 @@ def verify(
     """
     from fingerslip.verification.verify import verify as verify_problems
 
-    found = verify_problems(only or (), lambda line: typer.echo(line, err=True))
+    found = verify_problems(only or (), (lambda _: None) if quiet else (lambda line: typer.echo(line, err=True)))
     if markdown:
         typer.echo(found.markdown)
     else:

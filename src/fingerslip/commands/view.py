@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from fingerslip.commands.shared import cameras, fields
+
 __all__ = ["view"]
 
 
@@ -22,13 +24,20 @@ def view(  # noqa: PLR0917  the options of a command line have no order
     ] = None,
     time: Annotated[str, typer.Option("--time", metavar="TIME", help="Time, such as '1.2 s'; else the last.")] = "",
     scalar: Annotated[
-        str, typer.Option("--scalar", help="von_mises, strain_energy_density, displacement, velocity or region.")
+        str,
+        typer.Option(
+            "--scalar",
+            help="von_mises, strain_energy_density, displacement, velocity or region.",
+            autocompletion=fields,
+        ),
     ] = "von_mises",
     hide: Annotated[
         list[str] | None, typer.Option("--hide", metavar="REGION", help="Hide a region; repeatable.")
     ] = None,
     cut: Annotated[str, typer.Option("--cut", help="Cut the body open across x, y or z.")] = "none",
-    camera: Annotated[str, typer.Option("--camera", help="oblique, side, front or below.")] = "oblique",
+    camera: Annotated[
+        str, typer.Option("--camera", help="oblique, side, front or below.", autocompletion=cameras)
+    ] = "oblique",
     contact: Annotated[bool, typer.Option("--contact", help="Show stick and slip on the skin.")] = False,
     web: Annotated[bool, typer.Option("--web", help="Show it in a browser instead of a window.")] = False,
     host: Annotated[

@@ -7,6 +7,10 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
+
+from fingerslip.commands import shared
+from fingerslip.commands.app import app
 
 
 def test_exit_code_is_that_of_what_the_user_can_repair() -> None:
@@ -34,3 +38,23 @@ def test_tables_in_a_pipe_are_not_cut(invoke: Callable[..., Any], monkeypatch: p
 def test_tables_are_printed_as_json(invoke: Callable[..., Any], verb: list[str]) -> None:
     tables = json.loads(invoke(*verb, "--json").output)
     assert all(table["rows"] and len(table["rows"][0]) == len(table["columns"]) for table in tables)
+
+
+def test_shells_complete_the_names_that_commands_take() -> None:
+    from fingerslip.report.scene import scene
+
+    assert shared.specimens("wang") == ["wang2014-2d", "wang2014-3d"]
+    assert shared.shipped_studies("creep") == ["creep"]
+    assert set(shared.cameras("")) == set(scene._CAMERAS)
+    assert set(shared.fields("")) == set(scene.SCALARS)
+    assert shared.figure_kinds("lat") == ["latency"]
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh"])
+def test_a_shell_is_told_presets(shell: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    more = {"bash": {"COMP_WORDS": "fingerslip show wang", "COMP_CWORD": "2"}, "zsh": {}}[shell]
+    for name, value in {**more, "_TYPER_COMPLETE_ARGS": "fingerslip show wang"}.items():
+        monkeypatch.setenv(name, value)
+    result = CliRunner().invoke(app, [], env={"_FINGERSLIP_COMPLETE": f"complete_{shell}"}, prog_name="fingerslip")
+    assert "wang2014-2d" in result.output
+    assert "wang2014-3d" in result.output

@@ -45,3 +45,13 @@ def test_verify_goes_on_where_a_problem_cannot_be_computed(
     assert done.exit_code == 1
     assert "could not be computed" in done.stdout
     assert "1 of 2 checks passed" in done.stdout
+
+
+def test_verify_can_be_quiet(invoke: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    from fingerslip.verification import catalogue
+    from fingerslip.verification.problem import Problem, relative
+
+    found = Problem("right", "Half", "Arithmetic", slow=False, compute=lambda: (relative("half", 0.5, 0.5, 1e-3),))
+    monkeypatch.setattr(catalogue, "PROBLEMS", (found,))
+    assert invoke("verify").stderr
+    assert not invoke("verify", "--quiet").stderr

@@ -33,6 +33,7 @@ _READING_MARKS: Mapping[str, str] = MappingProxyType({"slip": "o", "displacement
 _WIDE = 4.6  # inch
 # Swept numbers that are written below an axis one by one.
 _MOST_TICKS = 8
+_MOST_PANELS = 12
 _PUBLISHED: Any = MappingProxyType({"marker": "D", "linestyle": "", "markerfacecolor": "none"})
 # The readings stand beside each other where the axis has words.
 _SHIFTS: Mapping[str, float] = MappingProxyType({"slip": -0.2, "displacement": 0.0, "acceleration": 0.2})
@@ -124,8 +125,16 @@ def latency_figure(
 def _group_panels(
     runs: Sequence[RunResult], path: str, panel: tuple[float, float], title: str, labels: tuple[str, str]
 ) -> tuple[Figure, list[tuple[Axes, list[RunResult]]]]:
-    """Make a panel for each combination of the swept values other than that at `path`, a wide one where it is alone."""
-    groups = _groups([run for run in runs if path in run.swept], path)
+    """Make a panel for each combination of the swept values other than that at `path`, a wide one where it is alone.
+
+    Of more combinations than can be read side by side some are shown, evenly from the first to the last.
+    """
+    every = _groups([run for run in runs if path in run.swept], path)
+    chosen = np.linspace(0, len(every) - 1, min(len(every), _MOST_PANELS)).round().astype(int)
+    names = list(every)
+    groups = {names[number]: every[names[number]] for number in chosen}
+    if len(groups) < len(every):
+        title += f", {len(groups)} of {len(every)} combinations of the other values"
     columns = columns_for(len(groups))
     size = panel if columns > 1 else (_WIDE, panel[1])
     figure, panels = figure_grid(len(groups), columns, size, title, labels)

@@ -179,7 +179,7 @@ def _convergence_section(content: ReportContent) -> ReportSection:
 def _side_by_side_section(content: ReportContent) -> ReportSection:
     runs = content.study.runs[:MOST_RUNS]
     tables = (measures_table(runs, [content.titles[run.name] for run in runs]),) if len(runs) > 1 else ()
-    pictures = (*swept_pictures(content)[2:], *_overview_pictures(content))
+    pictures = (*swept_pictures(content, slice(1, None)), *_overview_pictures(content))
     return ReportSection("The runs side by side", (), tables, pictures)
 
 

@@ -17,14 +17,15 @@ from fingerslip.report.labels import path_label, swept_text
 from fingerslip.report.page.content import ReportContent
 from fingerslip.report.page.page import Picture
 from fingerslip.report.tables.events import swept_paths
+from fingerslip.results import RunResult
 
 __all__ = ["are_held", "hero_pictures", "swept_pictures"]
 
 
 def hero_pictures(content: ReportContent) -> tuple[Picture, ...]:
     """Return the pictures below the answer: of the first swept value, or of the only run; none of samples."""
-    if swept := swept_pictures(content):
-        return tuple(swept[:2])
+    if swept := swept_pictures(content, slice(1)):
+        return tuple(swept)
     if not content.drawn:
         return ()
     if are_held(content.titled_histories()):
@@ -41,23 +42,37 @@ def hero_pictures(content: ReportContent) -> tuple[Picture, ...]:
     return ()
 
 
-def swept_pictures(content: ReportContent) -> list[Picture]:
-    """Draw event times from the start of the slide and latency against everything swept; nothing where nothing slid."""
+def swept_pictures(content: ReportContent, which: slice = slice(None)) -> list[Picture]:
+    """Draw event times from the start of the slide and latency against swept values; nothing where nothing slid.
+
+    Parameters
+    ----------
+    content : ReportContent
+        The study.
+    which : slice, optional
+        Which of the values that differ between runs, in the order of the study; without it all.
+    """
     if are_held(content.titled_histories()):
         return []
-    pictures, runs, reference = [], content.study.runs, _merged(content.references)
-    for path in swept_paths(runs):
-        values = list(dict.fromkeys(swept_text(run.swept[path]) for run in runs if path in run.swept))
-        if len(values) < 2:
-            continue
-        name = path.replace(".", "-").replace("_", "-")
-        words = path_label(path)
-        latency = latency_figure(runs, path, reference)
-        pictures.append(Picture(f"latency-{name}", f"Time from incipient to overall slip against {words}.", latency))
-        times = event_times_figure(runs, path, reference, content.starts or None)
-        said = f"Slip events against {words}, in seconds from the start of the slide."
-        pictures.append(Picture(f"events-{name}", said, times))
-    return pictures
+    runs = content.study.runs
+    differing = [path for path in swept_paths(runs) if len(_values(runs, path)) > 1]
+    return [picture for path in differing[which] for picture in _against(content, path)]
+
+
+def _values(runs: Sequence[RunResult], path: str) -> set[object]:
+    return {swept_text(run.swept[path]) for run in runs if path in run.swept}
+
+
+def _against(content: ReportContent, path: str) -> tuple[Picture, Picture]:
+    runs, reference = content.study.runs, _merged(content.references)
+    name, words = path.replace(".", "-").replace("_", "-"), path_label(path)
+    latency = latency_figure(runs, path, reference)
+    times = event_times_figure(runs, path, reference, content.starts or None)
+    said = f"Slip events against {words}, in seconds from the start of the slide."
+    return (
+        Picture(f"latency-{name}", f"Time from incipient to overall slip against {words}.", latency),
+        Picture(f"events-{name}", said, times),
+    )
 
 
 def are_held(histories: Mapping[str, xr.Dataset]) -> bool:

@@ -9,7 +9,7 @@ import pydantic
 from fingerslip.errors import InputError
 from fingerslip.parameters import Angle, Duration, NonNegativeLength, NonNegativeNumber, PositiveLength, parameters
 from fingerslip.units import Unit
-from fingerslip.vision.cameras.pair import PUBLISHED_FRAME_RATE
+from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
 
 __all__ = ["TrialSettings"]
 

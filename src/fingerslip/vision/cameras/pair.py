@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from fingerslip.errors import InputError
+from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
 from fingerslip.vision.cameras.camera import Camera, image_attributes, pixels_per_metre
 from fingerslip.vision.cameras.errors import PositionErrors
 from fingerslip.vision.cameras.point import MEASURED_ERRORS, PointCamera, point_tracks
@@ -15,8 +16,6 @@ from fingerslip.vision.tracks import make_tracks
 
 __all__ = ["PUBLISHED_FRAME_RATE", "CameraPair", "metres_per_pixel", "pair_tracks"]
 
-#: Frames a second that follow from what Cordova Bulens et al. 2023 print: 100 frames in about 1.5 s [1/s].
-PUBLISHED_FRAME_RATE = 200.0 / 3.0
 
 # Positions are kept to this share of a pixel, far below their noise, so that files are small.
 _KEPT = 1.0 / 1024.0

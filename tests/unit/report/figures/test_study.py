@@ -132,3 +132,19 @@ def test_a_reading_without_any_latency_has_no_key() -> None:
     shown = words(latency_figure(runs, path))
     assert "accumulated slip" in shown
     assert "acceleration peaks" not in shown
+
+
+@pytest.mark.parametrize("draw", [latency_figure, event_times_figure])
+def test_of_many_combinations_as_many_as_can_be_read_have_a_panel(draw: Callable[..., Figure]) -> None:
+    events = Events(slip=SlipEvents(incipient=1.1, overall=1.4))
+    runs = [
+        RunResult(f"{depth}-{mu}", {"contact.friction_coefficient": mu, "mesh.depth": depth}, events)
+        for depth in range(20)
+        for mu in (0.2, 0.4)
+    ]
+    figure = draw(runs, "contact.friction_coefficient")
+    titles = [axes.get_title(loc="left") for axes in panels(figure)]
+    assert len(titles) == 12
+    assert titles[0].endswith("0")
+    assert titles[-1].endswith("19")
+    assert "12 of 20 combinations of the other values" in " ".join(figure.get_suptitle().split())
