@@ -18,7 +18,7 @@ from fingerslip.detect.features import FeatureSettings, ring_of_features
 from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.samples import Samples, samples_of
 from fingerslip.detect.session import Choices
-from fingerslip.detect.splits import benchmark_test_trials
+from fingerslip.detect.splits import benchmark_test_trials, left_out
 from fingerslip.detect.tables import assumption_table, condition_table, curve_table, importance_table, robustness_table
 from fingerslip.detect.training import candidate_named, train
 from fingerslip.detect.trial_set import TrialSet, open_trials
@@ -208,6 +208,9 @@ def vary(
         Where there is no data set or classifier, trials have no scale, or a label never comes.
     """
     trials, candidates = open_trials(dataset), [candidate_named(name) for name in classifiers]
+    # A condition that is not there is told before anything is computed.
+    for condition in conditions:
+        left_out(trials.conditions, condition)
     first = trials.names[0]
     scale, stored = trials.tracks(first).attrs.get("metres_per_pixel_x"), trials.labels(first).keys() - {_OUTSIDE}
     if scale is None:

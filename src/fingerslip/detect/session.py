@@ -192,6 +192,8 @@ def evaluate_classifiers(
     trials = open_trials(dataset)
     onsets = choices.onsets(trials)
     candidates = [candidate_named(name) for name in classifiers or CLASSIFIERS]
+    # A condition that is not there is told before anything is computed.
+    groups = {key: left_out(trials.conditions, key) for key in leave_out}
     settings = FeatureSettings(union_of_sets(candidates), choices.motion)
     samples = samples_of(trials, onsets, settings, choices.sampling)
     tests = grouped_folds(trials.names, folds, choices.seed)
@@ -199,7 +201,7 @@ def evaluate_classifiers(
     results = {one.name: fit(one, tests) for one in candidates}
     tables = _frame_tables(samples, candidates, results, choices)
     tables.append(_event_table(trials, onsets, results, choices, folds))
-    return [*tables, *(_left_out_table(left_out(trials.conditions, key), key, candidates, fit) for key in leave_out)]
+    return [*tables, *(_left_out_table(one, key, candidates, fit) for key, one in groups.items())]
 
 
 def _frames(

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
-from fingerslip.detect.classifiers import CLASSIFIERS, union_of_sets
+from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, union_of_sets
 from fingerslip.detect.evaluation.bootstrap import Estimate
 from fingerslip.detect.evaluation.confusion import FrameScores, frame_scores_of
 from fingerslip.detect.evaluation.crossval import frames_by_sample, frames_by_trial
@@ -69,7 +69,7 @@ _RESOLUTIONS: Mapping[str, float] = MappingProxyType(
 )
 
 
-_ACCURACIES = ("forest-accuracy", "svm-accuracy")
+_FOREST = ("forest-accuracy",)
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Detection:
     by_trial : mapping of str to FrameScores
         On trials that were not seen, in five folds.
     left_out : mapping of str to mapping of str to FrameScores, optional
-        On trials of which not one with the same value of a condition was seen, by what is left out in words.
+        Of the forest on trials of which not one with the same value of a condition was seen, by what is left out.
     """
 
     by_sample: Mapping[str, FrameScores]
@@ -144,7 +144,7 @@ def detection_of(trials: TrialSet, workers: int = 2) -> Detection:
     motion, onsets = MotionSettings(), trials.onsets()
     samples = samples_of(trials, onsets, FeatureSettings(union_of_sets(candidates), motion), Sampling())
 
-    def scored(tests: Sequence[Sequence[str]]) -> dict[str, FrameScores]:
+    def scored(candidates: Sequence[Candidate], tests: Sequence[Sequence[str]]) -> dict[str, FrameScores]:
         found = {
             one.name: frames_by_trial(samples, onsets, one, tests, window=motion.window, workers=workers)
             for one in candidates
@@ -152,17 +152,18 @@ def detection_of(trials: TrialSet, workers: int = 2) -> Detection:
         return {name: frame_scores_of(one.matrices) for name, one in found.items()}
 
     by_sample = {one.name: frame_scores_of(frames_by_sample(samples, one, workers=workers)) for one in candidates}
-    by_trial = scored(grouped_folds(trials.names, _FOLDS, 0))
+    by_trial = scored(candidates, grouped_folds(trials.names, _FOLDS, 0))
     groups = {words: left_out(trials.conditions, condition) for condition, words in _LEFT_OUT.items()}
-    return Detection(by_sample, by_trial, {words: scored(tuple(one.values())) for words, one in groups.items()})
+    left = {words: scored([CLASSIFIERS["forest"]], tuple(one.values())) for words, one in groups.items()}
+    return Detection(by_sample, by_trial, left)
 
 
 def rows_of_detection(found: Detection) -> tuple[Row, ...]:
-    """Return a row for each published value in both splits, and for accuracies with conditions left out."""
+    """Return a row for each published value in both splits, and for the forest with conditions left out."""
     splits = {"frames split 90 to 10": found.by_sample, "trials not seen": found.by_trial}
     return (
         *(row for split, scores in splits.items() for row in _rows(split, scores)),
-        *(row for split, scores in found.left_out.items() for row in _number_rows(split, scores, _ACCURACIES)),
+        *(row for split, scores in found.left_out.items() for row in _number_rows(split, scores, _FOREST)),
     )
 
 
