@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,7 @@ import xarray as xr
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.parameters.dotted import flatten
+from fingerslip.parameters.protocols import require_kind
 from fingerslip.report.tables.frame import runs_frame
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.run_folder import HISTORY, RUN, unchecked_result
@@ -117,9 +119,12 @@ def open_study(folder: str | Path) -> OpenedStudy:
 
     Raises
     ------
+    InputError
+        For what is no path.
     ResultError
         Where the folder holds no results of a study, or one of its files is damaged.
     """
+    require_kind(folder, (str, os.PathLike), "the path of a folder", "open_study")
     folder = Path(folder)
     manifest = stored_manifest(folder)
     known = read_uncertainties(folder, identities(manifest))

@@ -75,7 +75,7 @@ class Study:
     def __post_init__(self) -> None:
         kinds = (str, os.PathLike, Mapping, Definition, Study)
         require_kind(self.base, kinds, "a path, a name, a mapping or a Study", "Study.base")
-        if self.name is not None and (not self.name or Path(self.name).name != self.name):
+        if self.name is not None and (self.name in ("", "..") or Path(self.name).name != self.name):
             raise InputError("Study.name", f"got {self.name!r}", "needs the name of a folder, without its path")
 
     @property

@@ -11,6 +11,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.errors import DamagedError, InputError, ResultError
+from fingerslip.files import read_json, write_json
 from fingerslip.results import Quantity
 from fingerslip.study.convergence.storage import RunConvergence, write_convergences
 from fingerslip.study.running.runner import run_study
@@ -86,3 +87,15 @@ def test_known_uncertainties_come_with_the_runs(folder: Path) -> None:
     first, second, _ = fs.open_study(folder).result.runs
     assert first.uncertainty == {"slip.overall": pytest.approx(1.25)}
     assert second.uncertainty == {}
+
+
+@pytest.mark.parametrize("changed", [{"compare": None}, {"runs": 3}, {"runs": {"a": {}}}, {"title": None}])
+def test_results_of_another_version_are_refused(folder: Path, changed: dict[str, object]) -> None:
+    write_json(folder / "manifest.json", read_json(folder / "manifest.json", "") | changed)
+    with pytest.raises(DamagedError, match=r"manifest\.json: is of another version; run the study again"):
+        fs.open_study(folder)
+
+
+def test_what_is_no_path_is_refused() -> None:
+    with pytest.raises(InputError, match="open_study: got 3, needs the path of a folder"):
+        fs.open_study(3)  # type: ignore[arg-type]

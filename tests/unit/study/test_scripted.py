@@ -68,6 +68,10 @@ def test_what_is_no_study_is_refused(write_study: Write) -> None:
         fs.Study(3)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="needs the name of a folder"):
         fs.Study({}, name="a/b")
+    with pytest.raises(InputError, match="needs the name of a folder"):
+        fs.Study({}, name="..")
+    with pytest.raises(InputError, match="workers: got '2', needs a whole number >= 1"):
+        fs.Study(write_study()).run(workers="2")  # type: ignore[arg-type]
     with pytest.raises(InputError, match=r"Study\.changes\.title\.x: leads nowhere"):
         fs.Study(block_values(), changes={"title.x": 1}).check()
     with pytest.raises(InputError, match=r"mine\.yaml: sweep\.contact\.x: is not known"):

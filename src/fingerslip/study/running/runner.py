@@ -137,8 +137,8 @@ def run_studies(
 
 
 def _require_workers(workers: int) -> None:
-    if workers < 1:
-        raise InputError("workers", f"got {workers}", "needs a number >= 1")
+    if not isinstance(workers, int) or workers < 1:
+        raise InputError("workers", f"got {workers!r}", "needs a whole number >= 1")
 
 
 def run_plans(

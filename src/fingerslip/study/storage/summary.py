@@ -33,6 +33,8 @@ __all__ = [
 #: Files in the folder of a study.
 MANIFEST, SUMMARY, SENSITIVITY = "manifest.json", "summary.csv", "sensitivity.csv"
 
+_REPAIR = "run the study again"
+
 
 def write_summary(study: StudyResult) -> None:
     """Write one row per run as comma-separated values, see :func:`~fingerslip.report.tables.summary.summary_table`.
@@ -156,11 +158,21 @@ def stored_manifest(folder: Path) -> dict[str, Any]:
     """
     needed = f"{folder}: holds no results of a study; needs a folder that fingerslip run wrote"
     try:
-        return read_json(folder / MANIFEST, "run the study again")
+        manifest = read_json(folder / MANIFEST, _REPAIR)
     except (FileNotFoundError, NotADirectoryError):
         raise ResultError(needed) from None
     except DamagedError as error:
         raise ResultError(f"{needed}: {error}") from None
+    if not _is_of_this_version(manifest):
+        raise DamagedError(str(folder / MANIFEST), "is of another version", _REPAIR)
+    return manifest
+
+
+def _is_of_this_version(manifest: Mapping[str, Any]) -> bool:
+    kinds = {"title": str, "compare": list, "runs": dict}
+    if not all(isinstance(manifest.get(key), kind) for key, kind in kinds.items()):
+        return False
+    return all(isinstance(run, dict) and "identity" in run for run in manifest["runs"].values())
 
 
 def identities(manifest: Mapping[str, Any]) -> dict[str, str]:
