@@ -12,9 +12,9 @@ from .contact.friction import (
     StaticKinetic as StaticKinetic,
     TimeDependent as TimeDependent,
 )
-from .dynamics.commands import Command as Command
+from .dynamics.steering.commands import Command as Command
 from .dynamics.simulation import simulate as simulate, simulate_together as simulate_together
-from .dynamics.steering import Observation as Observation, Simulation as Simulation
+from .dynamics.steering.steering import Observation as Observation, Simulation as Simulation
 from .errors import (
     ConvergenceError as ConvergenceError,
     EquilibriumError as EquilibriumError,

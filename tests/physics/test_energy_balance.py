@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.stepper import Stopwatch
-from fingerslip.dynamics.steps import step_times
+from fingerslip.dynamics.recording.steps import step_times
+from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.stepwise import make_course
-from fingerslip.dynamics.system import build_system
+from fingerslip.dynamics.system.system import build_system
 from fingerslip.linear.solver import preferred_solver
 from fingerslip.mesh.file import MeshFile
 from fingerslip.results import SAMPLE

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import fingerslip as fs
-from fingerslip.dynamics.checks import check_model
+from fingerslip.dynamics.system.checks import check_model
 from fingerslip.errors import FingerslipError
 from fingerslip.mesh.io import read_mesh, write_mesh
 from fingerslip.mesh.scan.build import SurfaceMesh, scan_cells

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.motion import counterface_motion
+from fingerslip.dynamics.system.motion import counterface_motion
 from fingerslip.parameters import from_mapping
 from fingerslip.programme import phase_duration, phase_travel
 from problems.pushed import push_and_slide

@@ -2,7 +2,7 @@
 
 A counterface moves without turning. All points are given relative to its motion: a node at x, with a counterface that
 has moved by s since the start, has the gap of the point x - s.
-Small rotations of a rigid body that it is on are added to its gaps; see :mod:`fingerslip.dynamics.bodies`.
+Small rotations of a rigid body that it is on are added to its gaps; see :mod:`fingerslip.dynamics.system.bodies`.
 """
 
 from __future__ import annotations

@@ -8,13 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.outside import OutsideCheck
-from fingerslip.dynamics.recorder import Recorder
+from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.rotations import RotationCheck
-from fingerslip.dynamics.sharing import first_alike, same_motion
-from fingerslip.dynamics.state import State, first_state
-from fingerslip.dynamics.step import advance
-from fingerslip.dynamics.stepper import Stepper, Stopwatch
-from fingerslip.dynamics.system import System
+from fingerslip.dynamics.step.sharing import first_alike, same_motion
+from fingerslip.dynamics.step.state import State, first_state
+from fingerslip.dynamics.step.step import advance
+from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
+from fingerslip.dynamics.system.system import System
 from fingerslip.linear.threads import Mapper, side_by_side
 
 __all__ = ["march"]

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.march import Inspect, march
-from fingerslip.dynamics.recorder import CellFields, Recorder
-from fingerslip.dynamics.stepper import Stepper, Stopwatch, build_steppers
-from fingerslip.dynamics.system import System
+from fingerslip.dynamics.recording.recorder import CellFields, Recorder
+from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers
+from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.linear.threads import single_dense_thread
 from fingerslip.model import Model

@@ -2,17 +2,17 @@
 
 In space the contact nodes decide what a simulation costs: memory and products grow with the square of their number,
 the inverse of their Schur complement with its cube. A boundary seldom touches further out than the counterface goes,
-while the search of :mod:`fingerslip.dynamics.checks` reaches half as far again. So the first stage searches a quarter
-further than the counterface goes. Every step tells whether a node outside reaches the counterface; if one does, the
-simulation begins again with all candidates. The motion is the same in both.
+while the search of :mod:`fingerslip.dynamics.system.checks` reaches half as far again. So the first stage searches a
+quarter further than the counterface goes. Every step tells whether a node outside reaches the counterface; if one does,
+the simulation begins again with all candidates. The motion is the same in both.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from fingerslip.dynamics.bodies import contact_motion
-from fingerslip.dynamics.motion import largest_approach
+from fingerslip.dynamics.system.bodies import contact_motion
+from fingerslip.dynamics.system.motion import largest_approach
 from fingerslip.errors import InputError
 from fingerslip.model import Contact, Model
 

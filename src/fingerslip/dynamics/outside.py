@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fingerslip.contact.candidates import check_outsiders
-from fingerslip.dynamics.state import State
-from fingerslip.dynamics.system import System
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.system.system import System
 
 __all__ = ["OutsideCheck"]
 

@@ -6,8 +6,8 @@ import logging
 
 import numpy as np
 
-from fingerslip.dynamics.state import State
-from fingerslip.dynamics.system import System
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
 
 __all__ = ["RotationCheck"]

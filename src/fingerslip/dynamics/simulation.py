@@ -16,12 +16,12 @@ from fingerslip.dynamics.finite.march import march_finite
 from fingerslip.dynamics.motions import Marched, Motions, march_motions
 from fingerslip.dynamics.narrowing import narrowed
 from fingerslip.dynamics.progress import Progress, shown_progress
-from fingerslip.dynamics.provenance import labelled_history
-from fingerslip.dynamics.reduced_march import BasisStore, march_reduced
-from fingerslip.dynamics.sharing import check_same_matrix
-from fingerslip.dynamics.stepper import Stopwatch
-from fingerslip.dynamics.steps import record_bytes, require_record_memory, step_times
-from fingerslip.dynamics.system import build_system
+from fingerslip.dynamics.recording.provenance import labelled_history
+from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory, step_times
+from fingerslip.dynamics.reduced.march import BasisStore, march_reduced
+from fingerslip.dynamics.step.sharing import check_same_matrix
+from fingerslip.dynamics.step.stepper import Stopwatch
+from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import InputError, SlipOutsideContactError
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.threads import allowed_threads, limited_threads, suitable_threads

@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.finite.course import FiniteCourse
 from fingerslip.dynamics.outside import OutsideCheck
-from fingerslip.dynamics.recorder import Recorder
+from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.rotations import RotationCheck
-from fingerslip.dynamics.state import State, first_state
-from fingerslip.dynamics.step import advance
-from fingerslip.dynamics.stepper import Stepper, Stopwatch, build_steppers
-from fingerslip.dynamics.system import System
+from fingerslip.dynamics.step.state import State, first_state
+from fingerslip.dynamics.step.step import advance
+from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers
+from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.model import Model
 

@@ -2,7 +2,7 @@
 
 A sparse symmetric positive definite matrix A = L U is factorised once. Its factors give two half substitutions,
 *forward* and *backward*, which make a solution one after the other. Between the halves the contact forces are found
-(:mod:`fingerslip.dynamics.condensation`), so that a time step costs one substitution.
+(:mod:`fingerslip.dynamics.step.condensation`), so that a time step costs one substitution.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.dynamics.simulation import step_times
-from fingerslip.dynamics.state import State
-from fingerslip.dynamics.system import System
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.system.system import System
 from fingerslip.fe.integration import Integration
 from fingerslip.linear.threads import allowed_threads, limited_threads, suitable_threads
 from fingerslip.materials.damping import RayleighDamping

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
-from fingerslip.dynamics.penalties import contact_penalties
+from fingerslip.dynamics.system.penalties import contact_penalties
 from fingerslip.model import Contact, Model, TimeStepping
 from fingerslip.programme import Press, Slide
 from fingerslip.slip import Events, find_events

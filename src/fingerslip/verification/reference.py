@@ -2,8 +2,8 @@
 
 Its contact law is the penalty law with return mapping in the displacements, not the complementarity problem in the
 forces that the condensed solver solves; and the unbalanced force is computed from its definition at every step. Which
-forces at the start of a step are dropped follows node by node from :mod:`fingerslip.dynamics.release`. It takes a plate
-below the body, with the last axis as its normal, HHT-alpha steps and Coulomb friction.
+forces at the start of a step are dropped follows node by node from :mod:`fingerslip.dynamics.step.release`. It takes a
+plate below the body, with the last axis as its normal, HHT-alpha steps and Coulomb friction.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.simulation import step_times
-from fingerslip.dynamics.state import State, first_state
-from fingerslip.dynamics.step import advance
-from fingerslip.dynamics.stepper import Stepper, Stopwatch, build_steppers
-from fingerslip.dynamics.system import build_system
+from fingerslip.dynamics.step.state import State, first_state
+from fingerslip.dynamics.step.step import advance
+from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers
+from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import ConvergenceError
 from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import mass_matrix, stiffness_matrix

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fingerslip.dynamics.bodies import RigidFreedom
+from fingerslip.dynamics.system.bodies import RigidFreedom
 
 
 def driven(face, normal=(0.0, 1.0)):

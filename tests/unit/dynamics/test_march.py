@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics import condensation, march
+from fingerslip.dynamics import march
 from fingerslip.dynamics.simulation import simulate_together
+from fingerslip.dynamics.step import condensation
 from fingerslip.linear import threads
 from problems.pushed import push_and_slide
 

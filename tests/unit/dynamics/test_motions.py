@@ -8,9 +8,9 @@ import numpy as np
 
 import fingerslip as fs
 from fingerslip.dynamics.motions import Motions, march_motions
-from fingerslip.dynamics.stepper import Stopwatch
-from fingerslip.dynamics.steps import step_times
-from fingerslip.dynamics.system import build_system
+from fingerslip.dynamics.recording.steps import step_times
+from fingerslip.dynamics.step.stepper import Stopwatch
+from fingerslip.dynamics.system.system import build_system
 from fingerslip.linear.solver import preferred_solver
 from problems.pushed import push_and_slide
 

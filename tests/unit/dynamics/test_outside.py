@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.coordinates import MeshCoordinates
 from fingerslip.dynamics.outside import OutsideCheck
-from fingerslip.dynamics.state import first_state
-from fingerslip.dynamics.system import build_system
+from fingerslip.dynamics.step.state import first_state
+from fingerslip.dynamics.system.coordinates import MeshCoordinates
+from fingerslip.dynamics.system.system import build_system
 from fingerslip.verification.reference import make_stepper
 from problems.pushed import push_and_slide
 

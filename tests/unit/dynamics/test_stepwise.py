@@ -9,11 +9,11 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.finite.course import FiniteCourse
-from fingerslip.dynamics.recorder import Recorder
-from fingerslip.dynamics.stepper import Stopwatch
-from fingerslip.dynamics.steps import step_times
+from fingerslip.dynamics.recording.recorder import Recorder
+from fingerslip.dynamics.recording.steps import step_times
+from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.stepwise import SmallCourse, Stepwise, make_course
-from fingerslip.dynamics.system import build_system
+from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import SlipOutsideContactError
 from fingerslip.linear.solver import preferred_solver
 from fingerslip.verification.meshes import box

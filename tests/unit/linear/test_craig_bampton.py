@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import linalg, sparse
 
-from fingerslip.dynamics.system import build_system
+from fingerslip.dynamics.system.system import build_system
 from fingerslip.linear.craig_bampton import (
     StaticResponses,
     Vibrations,

@@ -7,7 +7,7 @@ import os
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics import condensation
+from fingerslip.dynamics.step import condensation
 from fingerslip.linear import memory
 from fingerslip.linear.memory import available_memory, require_memory
 from problems.pushed import push_and_slide

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.dynamics.scheme import HHT
-from fingerslip.dynamics.state import State
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.system.scheme import HHT
 
 __all__ = ["Errors"]
 

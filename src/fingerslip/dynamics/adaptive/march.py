@@ -9,10 +9,10 @@ from fingerslip.dynamics.adaptive.spans import Span, spans_of
 from fingerslip.dynamics.adaptive.takers import Taker, make_taker
 from fingerslip.dynamics.motions import Marched, Motions
 from fingerslip.dynamics.outside import OutsideCheck
-from fingerslip.dynamics.recorder import Recorder
+from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.rotations import RotationCheck
-from fingerslip.dynamics.scheme import HHT
-from fingerslip.dynamics.state import State
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.system.scheme import HHT
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.threads import single_dense_thread
 from fingerslip.timing import Adaptive

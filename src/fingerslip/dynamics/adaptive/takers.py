@@ -10,10 +10,10 @@ from typing import Generic, Protocol, TypeVar
 from fingerslip.dynamics.finite.factors import Factors
 from fingerslip.dynamics.finite.newton import advance_finite
 from fingerslip.dynamics.motions import Motions
-from fingerslip.dynamics.scheme import Scheme, make_scheme
-from fingerslip.dynamics.state import State, first_state
-from fingerslip.dynamics.step import advance
-from fingerslip.dynamics.stepper import Stepper, build_stepper
+from fingerslip.dynamics.step.state import State, first_state
+from fingerslip.dynamics.step.step import advance
+from fingerslip.dynamics.step.stepper import Stepper, build_stepper
+from fingerslip.dynamics.system.scheme import Scheme, make_scheme
 from fingerslip.timing import Adaptive
 
 __all__ = ["KEPT", "Kept", "Taker", "make_taker"]

@@ -8,10 +8,10 @@ from typing import Any
 
 from fingerslip.dynamics.finite.factors import Factors
 from fingerslip.dynamics.finite.newton import advance_finite
-from fingerslip.dynamics.scheme import make_scheme
-from fingerslip.dynamics.state import State, first_state
-from fingerslip.dynamics.stepper import Stepper, Stopwatch
-from fingerslip.dynamics.system import System
+from fingerslip.dynamics.step.state import State, first_state
+from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
+from fingerslip.dynamics.system.scheme import make_scheme
+from fingerslip.dynamics.system.system import System
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.model import Model

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.finite.body import BodyState
-from fingerslip.dynamics.scheme import Scheme
-from fingerslip.dynamics.stepper import Stepper, Stopwatch, build_stepper
-from fingerslip.dynamics.system import System
+from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_stepper
+from fingerslip.dynamics.system.scheme import Scheme
+from fingerslip.dynamics.system.system import System
 from fingerslip.errors import FingerslipError, InvertedCellError
 from fingerslip.linear.solver import LinearSolver
 from fingerslip.materials.damping import RayleighDamping

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fingerslip.dynamics.motions import Marched, Motions
-from fingerslip.dynamics.recorder import Recorder
+from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.stepwise import Stepwise, make_course
 from fingerslip.linear.threads import single_dense_thread
 

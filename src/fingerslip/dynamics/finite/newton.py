@@ -18,16 +18,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.contact_step import ContactStep, solve_step
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.finite.factors import Factors
 from fingerslip.dynamics.finite.mixing import Mixing
-from fingerslip.dynamics.prediction import Prediction, predict_ends
-from fingerslip.dynamics.release import fading_forces
-from fingerslip.dynamics.scheme import Predictor
-from fingerslip.dynamics.state import State
-from fingerslip.dynamics.step import finish, weighted_forces
-from fingerslip.dynamics.stepper import Stepper, Stopwatch
+from fingerslip.dynamics.step.contact_step import ContactStep, solve_step
+from fingerslip.dynamics.step.prediction import Prediction, predict_ends
+from fingerslip.dynamics.step.release import fading_forces
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.step import finish, weighted_forces
+from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
+from fingerslip.dynamics.system.scheme import Predictor
 from fingerslip.errors import ConvergenceError, FingerslipError
 
 __all__ = ["advance_finite"]

@@ -21,7 +21,7 @@ from scipy import sparse
 
 from fingerslip.contact.candidates import node_operator
 from fingerslip.dynamics.statics.touchable import depth_in_hull, patches
-from fingerslip.dynamics.system import System, build_system
+from fingerslip.dynamics.system.system import System, build_system
 from fingerslip.errors import InputError
 from fingerslip.fe.space import carrying_nodes, nodal_areas
 from fingerslip.linear.solver import LinearSolver, preferred_solver

@@ -17,9 +17,9 @@ from fingerslip.contact.solve.newton import ContactSolution, solve_friction
 from fingerslip.contact.solve.pieces import Piece
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.contact.states import OPEN, STICK
-from fingerslip.dynamics.contact_step import GOAL, TOLERANCE
-from fingerslip.dynamics.motion import Motion, counterface_motion, largest_approach
 from fingerslip.dynamics.statics.body import StaticBody
+from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE
+from fingerslip.dynamics.system.motion import Motion, counterface_motion, largest_approach
 from fingerslip.errors import ConvergenceError, InputError
 from fingerslip.model import Contact
 from fingerslip.programme import Phase

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
-from fingerslip.dynamics.penalties import contact_penalties
+from fingerslip.dynamics.system.penalties import contact_penalties
 from fingerslip.model import Model
 from fingerslip.study.definition.settings import ContactSettings, RefinementSettings
 from fingerslip.study.definition.spec import Study

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeAlias
 
-from fingerslip.dynamics.checks import checked
+from fingerslip.dynamics.recording.steps import record_bytes
 from fingerslip.dynamics.simulation import step_times
-from fingerslip.dynamics.steps import record_bytes
+from fingerslip.dynamics.system.checks import checked
 from fingerslip.fe.space import build_space
 from fingerslip.model import Model
 from fingerslip.report.tables.table import Column, Table

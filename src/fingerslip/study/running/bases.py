@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
-from fingerslip.dynamics.checks import checked
-from fingerslip.dynamics.sharing import first_alike, material_key, same_body
-from fingerslip.dynamics.steps import step_count
+from fingerslip.dynamics.recording.steps import step_count
+from fingerslip.dynamics.step.sharing import first_alike, material_key, same_body
+from fingerslip.dynamics.system.checks import checked
 from fingerslip.model import Model
 from fingerslip.study.running.compute import Job
 from fingerslip.study.running.cost import basis_saves

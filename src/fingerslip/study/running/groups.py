@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Sequence
 
-from fingerslip.dynamics.sharing import groups_to_share
+from fingerslip.dynamics.step.sharing import groups_to_share
 from fingerslip.errors import FingerslipError
 from fingerslip.study.running.compute import Job, compute, compute_together
 

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
-from fingerslip.dynamics.checks import checked
+from fingerslip.dynamics.system.checks import checked
 from fingerslip.errors import InputError
 from fingerslip.fe.space import Space, build_space
 from fingerslip.results import RefusedRun

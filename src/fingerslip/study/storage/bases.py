@@ -28,7 +28,7 @@ _logger = logging.getLogger("fingerslip.study")
 
 @dataclass(frozen=True)
 class BasisFolder:
-    """A folder of bases: a :class:`fingerslip.dynamics.reduced_march.BasisStore`.
+    """A folder of bases: a :class:`fingerslip.dynamics.reduced.march.BasisStore`.
 
     Each file is the checksum of its arrays, then the arrays in NumPy's format. It has the key as its name.
 

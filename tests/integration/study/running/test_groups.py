@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerslip.dynamics import sharing
+from fingerslip.dynamics.step import sharing
 from fingerslip.history import read_history
 from fingerslip.study.running.runner import run_study
 from unit.study.block import FRICTIONS, block_values

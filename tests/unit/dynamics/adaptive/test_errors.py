@@ -9,7 +9,7 @@ import pytest
 from scipy import sparse
 
 from fingerslip.dynamics.adaptive.errors import Errors
-from fingerslip.dynamics.scheme import hht
+from fingerslip.dynamics.system.scheme import hht
 
 MASS = sparse.diags([1.0, 4.0]).tocsr()
 

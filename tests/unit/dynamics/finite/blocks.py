@@ -6,10 +6,10 @@ import numpy as np
 
 import fingerslip as fs
 from fingerslip.dynamics.finite.factors import Factors
-from fingerslip.dynamics.scheme import make_scheme
-from fingerslip.dynamics.state import first_state
-from fingerslip.dynamics.stepper import Stopwatch
-from fingerslip.dynamics.system import build_system
+from fingerslip.dynamics.step.state import first_state
+from fingerslip.dynamics.step.stepper import Stopwatch
+from fingerslip.dynamics.system.scheme import make_scheme
+from fingerslip.dynamics.system.system import build_system
 from fingerslip.linear.solver import preferred_solver
 from fingerslip.verification.meshes import box
 

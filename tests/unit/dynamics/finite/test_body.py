@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import fingerslip as fs
-from fingerslip.dynamics.system import build_system
+from fingerslip.dynamics.system.system import build_system
 from unit.dynamics.finite.blocks import block
 
 

@@ -9,8 +9,8 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.finite.course import FiniteCourse
-from fingerslip.dynamics.stepper import Stopwatch
-from fingerslip.dynamics.system import build_system
+from fingerslip.dynamics.step.stepper import Stopwatch
+from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import ConvergenceError
 from fingerslip.linear.solver import preferred_solver
 from fingerslip.programme import Ramp

@@ -69,5 +69,5 @@ def test_the_first_mistake_of_any_study_is_told(write_study: Write) -> None:
 
 
 def test_groups_with_one_matrix_are_told(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("fingerslip.dynamics.sharing._WORTH_SHARING", {2: 0, 3: 0})
+    monkeypatch.setattr("fingerslip.dynamics.step.sharing._WORTH_SHARING", {2: 0, 3: 0})
     assert "3 of those to do are computed in 1 group with one matrix each." in check_studies([write_study()]).note

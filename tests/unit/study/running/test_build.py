@@ -11,7 +11,7 @@ import pytest
 
 from fingerslip.contact.counterfaces import Cylinder, Plane
 from fingerslip.contact.friction import PressureDependent, StaticKinetic
-from fingerslip.dynamics.checks import check_model
+from fingerslip.dynamics.system.checks import check_model
 from fingerslip.errors import InputError, MeshError, SlipOutsideContactError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.mesh.io import write_mesh

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics import sharing
+from fingerslip.dynamics.step import sharing
 from fingerslip.study.running import groups as together
 from fingerslip.study.running.groups import compute_group, groups
 from problems.pushed import push_and_slide

@@ -1,0 +1,1 @@
+"""From states to the arrays of a history, and what a history says of its model."""

@@ -1,0 +1,123 @@
+"""What a history says of rigid bodies: their motion, and the forces and moments of contact on them."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.system.bodies import RigidFreedom, body_centres, faces_of
+from fingerslip.dynamics.system.system import System
+from fingerslip.model import Model
+
+__all__ = ["BodyRecords", "moments"]
+
+Array = NDArray[np.float64]
+
+# Variables of translations and of rotations: displacement, velocity and acceleration.
+_SHIFTS = ("rigid_body_displacement", "rigid_body_velocity", "rigid_body_acceleration")
+_TURNS = ("rigid_body_rotation", "rigid_body_angular_velocity", "rigid_body_angular_acceleration")
+
+
+class BodyRecords:
+    """The free motion of rigid bodies, kept step by step.
+
+    Parameters
+    ----------
+    model : Model
+        What is simulated.
+    system : System
+        Its discrete system.
+    times : (n_times,) array
+        Times of the steps, the start included [s].
+    """
+
+    def __init__(self, model: Model, system: System, times: Array) -> None:
+        self._system, self._times, self._at = system, times, system.coordinates.rigid
+        self._names = list(model.bodies)
+        self._faces = [faces_of(model, name) for name in model.bodies]
+        self.moved = np.zeros((3, times.size, self._at.size))
+        self._centres = body_centres(model)[1]
+
+    def part(self, steps: slice) -> BodyRecords:
+        """Return the records of some steps."""
+        found = copy.copy(self)
+        vars(found).update(_times=self._times[steps], moved=self.moved[:, steps])
+        return found
+
+    def steer(self, system: System) -> None:
+        """Go on with a system whose counterfaces move otherwise from now on."""
+        self._system = system
+
+    def record(self, step: int, state: State) -> None:
+        """Keep displacement, velocity and acceleration of a step."""
+        if self._at.size:
+            self.moved[:, step] = (
+                state.displacement[self._at],
+                state.velocity[self._at],
+                state.acceleration[self._at],
+            )
+
+    def complete_motion(self, values: dict[str, Any]) -> None:
+        """Add what bodies do to the prescribed motion of the counterfaces, and fill in their own motion."""
+        motions = self._system.motions
+        if motions:
+            values["counterface_velocity"] += np.stack([motion.velocity(self._times) for motion in motions], axis=1)
+        for column, freedom in enumerate(self._system.unknowns.rigid):
+            for name, own in zip(("displacement", "velocity"), self.moved[:2, :, column], strict=True):
+                for face in freedom.faces:
+                    values[f"counterface_{name}"][:, face] += own[:, None] * freedom.shift
+            self._add_to_body(values, freedom, self.moved[:, :, column])
+        for number, faces in enumerate(self._faces):
+            for name in ("displacement", "velocity") if faces else ():
+                values[f"rigid_body_{name}"][:, number] = values[f"counterface_{name}"][:, faces[0]]
+
+    def _add_to_body(self, values: dict[str, Any], freedom: RigidFreedom, moved: Array) -> None:
+        """Put the motion (3, n_times) in a free direction where it belongs."""
+        if freedom.body is None:
+            return
+        number = self._names.index(freedom.body)
+        # The only axis of rotation in the plane is z.
+        axis = freedom.axis if self._system.space.dim == 3 or not freedom.turns else 0
+        for name, own in zip(_TURNS if freedom.turns else _SHIFTS, moved, strict=True):
+            values[name][:, number, axis] = own
+
+    def arms(self, moved: Array) -> Array:
+        """Return the lever arms of the candidates about the centres of their bodies, (n_steps, n_c, dim) [m].
+
+        Those of bodies that may turn are the ones at the start, as in their equations of motion.
+
+        Parameters
+        ----------
+        moved : (n_steps, n_c, dim) array
+            Displacement of the candidates relative to their counterfaces [m].
+        """
+        candidates = self._system.candidates
+        turning = [face for own in self._system.unknowns.rigid if own.turns for face in own.faces]
+        moving = ~np.isin(candidates.counterface, turning)[:, None]
+        found: Array = candidates.positions - self._centres[candidates.counterface] + moving * moved
+        return found
+
+    def complete_forces(self, values: dict[str, Any]) -> None:
+        """Sum up what the contacts exert on the bodies, the opposite of what acts on the deformable ones."""
+        for number, faces in enumerate(self._faces):
+            for name in ("force", "moment"):
+                of_faces = values[f"counterface_{name}"][:, list(faces)]
+                values[f"rigid_body_{name}"][:, number] = -of_faces.sum(axis=1)
+
+
+def moments(arms: Array, forces: Array) -> Array:
+    """Return the moments of forces at the end of arms, (..., 3) in space and (..., 1) in the plane [N m].
+
+    Examples
+    --------
+    >>> moments(np.array([[2.0, 1.0]]), np.array([[0.0, 3.0]])).tolist()
+    [[6.0]]
+    """
+    if arms.shape[-1] == 3:
+        return np.cross(arms, forces)
+    found: Array = arms[..., :1] * forces[..., 1:] - arms[..., 1:] * forces[..., :1]
+    return found

@@ -1,0 +1,89 @@
+"""Histories with what made them."""
+
+from __future__ import annotations
+
+import logging
+import platform
+from collections.abc import Mapping
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.step.energy import made_energy
+from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
+from fingerslip.history import make_history
+
+__all__ = ["labelled_history"]
+
+Array = NDArray[np.float64]
+
+# Share of the largest energy that steps may make without a warning; that of the shipped studies is below 1e-4.
+_MADE_ENERGY = 0.01
+
+_logger = logging.getLogger("fingerslip.dynamics")
+
+
+def labelled_history(
+    values: Mapping[str, Any], stepper: Stepper, attributes: Mapping[str, object], watch: Stopwatch
+) -> xr.Dataset:
+    """Label records as a history, and warn where its steps have made energy.
+
+    Parameters
+    ----------
+    values : mapping of str to array
+        Completed records.
+    stepper : Stepper
+        What stayed the same from step to step.
+    attributes : mapping of str to object
+        What the history says of how it was computed.
+    watch : Stopwatch
+        The times that it took.
+    """
+    history = make_history(values, _provenance(stepper, attributes, watch))
+    _warn_of_made_energy(history)
+    return history
+
+
+def _warn_of_made_energy(history: xr.Dataset) -> None:
+    """Warn where steps have made energy, as those of a user's own scheme can."""
+    # Without inertia there is no motion that could take up energy: what is booked there is the error of a large step.
+    if not history["kinetic_energy"].values.any():
+        return
+    made, share = made_energy(history)
+    if share > _MADE_ENERGY:
+        _logger.warning(
+            "time steps have made %.3g J, %.0f %% of the largest energy: take a smaller step, softer contact "
+            "penalties, or the scheme TimeStepping, whose impacts make none",
+            *(made, 100 * share),
+        )
+
+
+def _provenance(stepper: Stepper, attributes: Mapping[str, object], watch: Stopwatch) -> dict[str, object]:
+    """Return what made the history: versions, solver, basis, sizes and seconds."""
+    system = stepper.system
+    return {
+        "title": "fingerslip history",
+        "fingerslip_version": version("fingerslip"),
+        "python_version": platform.python_version(),
+        "kinematics": "small" if system.body is None else "finite",
+        "formulation": system.materials.formulation,
+        "linear_solver": stepper.solver.name,
+        "condensation": stepper.condensed.description,
+        **attributes,
+        "element": system.space.element,
+        "regions": ", ".join(system.space.mesh.subdomains or {}),
+        "n_degrees_of_freedom": len(system.free),
+        "n_nodes": len(system.space.positions),
+        "n_contact_candidates": len(system.candidates.nodes),
+        "normal_penalty": _mean_penalty(system.candidates.normal_stiffness, system.candidates.area),
+        "tangential_penalty": _mean_penalty(system.candidates.tangential_stiffness, system.candidates.area),
+        **{f"seconds_{name}": value for name, value in watch.seconds.items()},
+        **{f"cpu_seconds_{name}": value for name, value in watch.cpu_seconds.items()},
+    }
+
+
+def _mean_penalty(stiffness: Array, area: Array) -> float:
+    return float(stiffness.sum() / area.sum()) if area.size else 0.0

@@ -1,0 +1,353 @@
+"""Record states into the arrays of a history.
+
+A step only copies what the history needs. What follows from it is computed for many steps at once.
+"""
+
+from __future__ import annotations
+
+import copy
+import functools
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.recording.body_records import BodyRecords, moments
+from fingerslip.dynamics.recording.record_coordinates import record_coordinates, rotation_axes
+from fingerslip.dynamics.recording.steps import record_type, snapshot_steps
+from fingerslip.dynamics.recording.support_records import SupportRecords
+from fingerslip.dynamics.step.memory import viscous_steps
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.system.scheme import make_scheme
+from fingerslip.dynamics.system.system import System
+from fingerslip.fe.finite.recovery import FiniteRecovery, finite_cell_recovery, finite_site_recovery
+from fingerslip.fe.recovery import Recovery, cell_recovery, site_recovery, stress_components, von_mises
+from fingerslip.fe.space import vector_dofs
+from fingerslip.history import COORDINATES, VARIABLES
+from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.viscoelastic import Relaxed, followed, in_space
+from fingerslip.model import Model
+from fingerslip.timing import Adaptive
+
+__all__ = ["CellFields", "Recorder"]
+
+Array = NDArray[np.float64]
+
+_ENERGIES = {
+    "kinetic_energy": "kinetic",
+    "strain_energy": "strain",
+    "contact_energy": "contact",
+    "friction_dissipation": "friction",
+    "damping_dissipation": "damping",
+    "viscous_dissipation": "viscous",
+    "numerical_dissipation": "numerical",
+    "external_work": "external_work",
+    "energy_imbalance": "imbalance",
+}
+# Steps whose strains are computed at once, and contact candidates times steps that are completed at once.
+_STRAINED_AT_ONCE, _AT_ONCE = 64, 50_000
+
+
+# What a recorder keeps beside its values.
+_KEPT = ("_strains", "_strained", "_limits")
+
+
+class CellFields:
+    """The recovery of strains in all cells, made when it is first needed.
+
+    Parameters
+    ----------
+    system : System
+        The discrete system.
+    """
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+
+    @functools.cached_property
+    def recovery(self) -> Recovery:
+        """The strains of all cells at small strain."""
+        return cell_recovery(self._system.space, self._system.materials)
+
+    @functools.cached_property
+    def finite(self) -> FiniteRecovery:
+        """The stresses of all cells at large strain."""
+        return finite_cell_recovery(self._system.require_body().bulk)
+
+
+class Recorder:
+    """Arrays of a history, filled step by step.
+
+    Parameters
+    ----------
+    model : Model
+        What is simulated.
+    system : System
+        Its discrete system.
+    times : (n_times,) array
+        Times of the steps, the start included [s].
+    cells : CellFields, optional
+        Recovery for snapshots; recorders of one mesh may share it.
+    """
+
+    def __init__(self, model: Model, system: System, times: Array, cells: CellFields | None = None) -> None:
+        self._system, self._times, self._next, self._is_part = system, times, 0, False
+        coordinates, space = system.coordinates, system.space
+        self._at_sites = coordinates.components(vector_dofs(system.site_nodes, space.dim).ravel())
+        self._at_candidates = coordinates.components(vector_dofs(system.candidates.nodes, space.dim).ravel())
+        regions = [site.region for site in model.record.sites]
+        body = system.body
+        self._finite = None if body is None else finite_site_recovery(body.bulk, system.site_nodes, regions)
+        # At large strain, stresses are taken from the body in every step.
+        sites, few = (system.site_nodes, regions) if body is None else (system.site_nodes[:0], [])
+        self._sites = replace(site_recovery(space, system.materials, sites, few), relax=self._relaxed)
+        self._at_strained, self._strain_map = coordinates.mapped(self._sites.strain)
+        self._strained = np.zeros((min(_STRAINED_AT_ONCE, times.size), self._strain_map.shape[1]))
+        self._strains = np.zeros((times.size, len(sites), self._sites.components))
+        self._scheme = make_scheme(model.time)
+        self._viscous = viscous_steps(system.relaxing, self._scheme.step)
+        # Dashpots follow recorded strains from step to step; where steps lie between records, states remember them.
+        self._of_states = bool(self._viscous) and isinstance(model.time, Adaptive)
+        self._supports = SupportRecords(system, self._scheme, model.damping, times.size, len(self._strained))
+        self._bodies = BodyRecords(model, system, times)
+        self._limits = np.zeros((times.size, len(system.candidates.nodes)))
+        self._cells = cells or CellFields(system)
+        snapshots = snapshot_steps(times, model.record.snapshots_every)
+        self._snapshots = {step: number for number, step in enumerate(snapshots)}
+        sizes = {
+            "time": times.size,
+            "site": len(model.record.sites),
+            "contact_node": len(system.candidates.nodes),
+            "component": system.space.dim,
+            "stress_component": len(stress_components(system.space.dim)),
+            "counterface": len(model.contacts),
+            "rotation_axis": len(rotation_axes(system.space.dim)),
+            "rigid_body": len(model.bodies),
+            "support": len(model.supports),
+            "snapshot_time": len(self._snapshots),
+            "node": len(system.space.positions),
+            "cell": system.space.mesh.nelements,
+        }
+        self.values: dict[str, Any] = {
+            name: np.zeros([sizes[dim] for dim in known.dims], dtype=record_type(name))
+            for name, known in VARIABLES.items()
+            if self._snapshots or "snapshot_time" not in known.dims
+        }
+        self.values |= record_coordinates(model, system, times, times[snapshots])
+
+    @property
+    def nbytes(self) -> int:
+        """Memory that the arrays take when they are filled [bytes]."""
+        return (
+            self._strained.nbytes
+            + self._strains.nbytes
+            + sum(array.nbytes for array in self._supports.kept.values())
+            + self._limits.nbytes
+            + sum(np.asarray(value).nbytes for value in self.values.values())
+        )
+
+    def record(self, state: State) -> None:
+        """Record the next state."""
+        step, self._next = self._next, self._next + 1
+        self._record_motion(step, state)
+        self._record_contact(step, state)
+        self._supports.record(step, state)
+        if step % len(self._strained) == len(self._strained) - 1:
+            self._complete_last()
+        if self._finite is not None and state.body is not None:
+            self.values["stress"][step] = self._finite.stresses(state.body.deformed)
+            self.values["strain"][step] = self._finite.tensors(state.body.deformed)
+            self.values["strain_energy_density"][step] = self._finite.energy_densities(state.body.deformed)
+        if self._of_states:
+            self._record_relaxed(step, state)
+        for name, attribute in _ENERGIES.items():
+            self.values[name][step] = getattr(state.energies, attribute)
+        self.values["contact_iterations"][step] = state.iterations
+        self.values["contact_residual"][step] = state.residual
+        if (snapshot := self._snapshots.get(step)) is not None:
+            self._record_snapshot(snapshot, state)
+
+    def pass_by(self, state: State) -> None:
+        """Take note of a state between two that are recorded: the inertia of what is held goes on from it."""
+        self._supports.pass_by(self._next, state)
+
+    def part(self, start: int, end: int) -> Recorder:
+        """Return a completed copy of the records from one step to before another that were made so far."""
+        self._complete_last()
+        steps = slice(start, end)
+        taken = [step for step in self._snapshots if start <= step < end]
+        shots = slice(self._snapshots[taken[0]], self._snapshots[taken[-1]] + 1) if taken else slice(0)
+        found = copy.copy(self)
+        vars(found).update(
+            values={name: self._part_of(name, value, steps, shots) for name, value in self.values.items()},
+            _times=self._times[steps],
+            _strains=self._strains[steps],
+            _supports=self._supports.part(steps),
+            _limits=self._limits[steps],
+            _bodies=self._bodies.part(steps),
+            _is_part=True,
+        )
+        found.complete()
+        return found
+
+    def _part_of(self, name: str, value: Any, steps: slice, shots: slice) -> Any:
+        """Return a copy of the records of some steps, or of snapshots."""
+        cut = {"time": steps, "snapshot_time": shots}.get(_first_dimension(name))
+        return value if cut is None else value[cut].copy()
+
+    def saved(self) -> Any:
+        """Return what :meth:`restore` needs, as plain data and arrays."""
+        arrays = {name: getattr(self, name) for name in _KEPT} | self._supports.kept
+        values = {name: value for name, value in self.values.items() if _is_over_time(name)}
+        return {"next": self._next, "values": values, "moved": self._bodies.moved, **arrays}
+
+    def restore(self, saved: Any) -> None:
+        """Go on where :meth:`saved` was called."""
+        self._next = saved["next"]
+        for name in _KEPT:
+            getattr(self, name)[...] = saved[name]
+        for name, array in self._supports.kept.items():
+            array[...] = saved[name]
+        for name, value in saved["values"].items():
+            self.values[name][...] = value
+        self._bodies.moved[...] = saved["moved"]
+
+    def steer(self, system: System) -> None:
+        """Go on with a system whose counterfaces move otherwise from now on."""
+        self._system = system
+        self._bodies.steer(system)
+
+    def complete(self) -> None:
+        """Fill in what follows from the recorded states."""
+        if not self._is_part:
+            self._complete_last()
+        if self._finite is None and not self._of_states:
+            self.values["stress"][:] = self._sites.stresses(self._strains)
+            self.values["strain"][:] = self._sites.tensors(self._strains)
+            self.values["strain_energy_density"][:] = self._sites.energy_densities(self._strains)
+        self._bodies.complete_motion(self.values)
+        self._supports.complete(self.values)
+        candidates = self._system.candidates
+        at_once = max(1, _AT_ONCE // max(1, len(candidates.nodes)))
+        for start in range(0, len(self._times), at_once):
+            self._complete_tractions(slice(start, start + at_once))
+        self._bodies.complete_forces(self.values)
+
+    def _record_motion(self, step: int, state: State) -> None:
+        values = self.values
+        fields = {"displacement": state.displacement, "velocity": state.velocity, "acceleration": state.acceleration}
+        for name, field in fields.items():
+            self._at_sites.take(field, values[name][step])
+            self._at_candidates.take(field, values[f"contact_{name}"][step])
+        row = step % len(self._strained)
+        self._at_strained.take(state.displacement, self._strained[row])
+        self._bodies.record(step, state)
+
+    def _record_contact(self, step: int, state: State) -> None:
+        """Record what the contact did; the arrays of tractions hold forces until they are completed."""
+        values, interface = self.values, state.interface
+        values["gap"][step] = interface.relative[:, 0]
+        values["normal_traction"][step] = interface.forces[:, 0]
+        values["tangential_traction"][step] = state.contact_forces
+        values["slip_distance"][step] = interface.slip_distance
+        values["contact_state"][step] = interface.state
+        values["counterface_displacement"][step] = state.counterfaces
+        self._limits[step] = interface.limit
+
+    def _record_relaxed(self, step: int, state: State) -> None:
+        """Record stresses of materials that relax, from what a state remembers."""
+        strains = self._sites.strains(self._system.coordinates.on_mesh(state.displacement))
+        sites = replace(self._sites, relax=functools.partial(self._remembered, state, self._sites))
+        self.values["stress"][step] = sites.stresses(strains)
+        self.values["strain"][step] = sites.tensors(strains)
+        self.values["strain_energy_density"][step] = sites.energy_densities(strains)
+
+    def _complete_last(self) -> None:
+        """Compute what follows from the last steps that are kept."""
+        start = (self._next - 1) // len(self._strained) * len(self._strained)
+        strains = self._strains[start : self._next]
+        strains[:] = (self._strain_map @ self._strained[: len(strains)].T).T.reshape(strains.shape)
+        self._supports.follow(slice(start, self._next))
+
+    def _relaxed(self, material: Elastic, strains: Array, _: NDArray[np.int64]) -> Relaxed:
+        """Return all strains of points (n_times, k, m) [-] with their dashpots."""
+        return followed(material, strains, self._system.materials.formulation, self._scheme.step)
+
+    def _complete_tractions(self, steps: slice) -> None:
+        """Sum up the forces in the arrays of tractions, and make tractions of them."""
+        values, candidates = self.values, self._system.candidates
+        normal, forces = values["normal_traction"][steps], values["tangential_traction"][steps]
+        moved = values["contact_displacement"][steps]
+        moved = moved - values["counterface_displacement"][steps][:, candidates.counterface]
+        about_centres = moments(self._bodies.arms(moved), forces)
+        points = (candidates.positions + moved).reshape(-1, self._system.space.dim)
+        owners = [candidates.counterface == number for number in range(len(self._system.counterfaces.shapes))]
+        for number, own in enumerate(owners):
+            values["counterface_force"][steps, number] = forces[:, own].sum(axis=1)
+            values["counterface_moment"][steps, number] = about_centres[:, own].sum(axis=1)
+        counterface = np.tile(candidates.counterface, len(normal))
+        forces -= normal[..., None] * self._system.counterfaces.normals(points, counterface).reshape(forces.shape)
+        for number, own in enumerate(owners):
+            self._complete_utilisation(steps, number, forces[:, own], self._limits[steps][:, own])
+        forces /= candidates.area[:, None]
+        normal /= candidates.area
+
+    def _complete_utilisation(self, steps: slice, number: int, friction: Array, limits: Array) -> None:
+        """Compare friction forces (n_steps, k, dim) [N] on a counterface with their limits (n_steps, k) [N]."""
+        whole, total = np.linalg.norm(friction.sum(axis=1), axis=-1), limits.sum(axis=1)
+        nodal = np.linalg.norm(friction, axis=-1)
+        shares = np.divide(nodal, limits, out=np.zeros_like(nodal), where=limits > 0.0)
+        self.values["friction_utilisation"][steps, number] = np.divide(
+            whole, total, out=np.zeros_like(whole), where=total > 0.0
+        )
+        self.values["largest_friction_utilisation"][steps, number] = shares.max(axis=1, initial=0.0)
+
+    def _nodal(self, field: Array) -> Array:
+        """Return a field on the unknowns (n,) at all nodes, shape (n_nodes, dim)."""
+        return self._system.coordinates.on_mesh(field).reshape(-1, self._system.space.dim)
+
+    def _record_snapshot(self, number: int, state: State) -> None:
+        values = self.values
+        values["snapshot_velocity"][number] = self._nodal(state.velocity)
+        displacement = self._nodal(state.displacement)
+        values["snapshot_displacement"][number] = displacement
+        if state.body is not None:
+            deformed, finite = state.body.deformed, self._cells.finite
+            values["snapshot_strain_energy_density"][number] = finite.energy_densities(deformed)
+            self._record_tensors(number, finite.stresses(deformed), finite.tensors(deformed))
+            return
+        cells = self._cells.recovery
+        strains = cells.strains(displacement.ravel())
+        cells = replace(cells, relax=functools.partial(self._remembered, state, cells))
+        values["snapshot_strain_energy_density"][number] = cells.energy_densities(strains)
+        self._record_tensors(number, cells.stresses(strains), cells.tensors(strains))
+
+    def _record_tensors(self, number: int, stresses: Array, strains: Array) -> None:
+        """Record stresses [Pa] and strains [-] of all cells (n_cells, 4 or 6) in a snapshot."""
+        self.values["snapshot_stress"][number] = stresses
+        self.values["snapshot_strain"][number] = strains
+        self.values["snapshot_von_mises"][number] = von_mises(stresses)
+
+    def _remembered(
+        self, state: State, cells: Recovery, material: Elastic, strains: Array, points: NDArray[np.int64]
+    ) -> Relaxed:
+        """Return strains of some cells (k, m) [-] with the dashpots that a state remembers."""
+        known = zip(self._viscous, state.memories, strict=True)
+        memory = next(memory for own, memory in known if own.layers.belongs_to(material))
+        on_mesh = self._system.coordinates.on_mesh
+        dashpots = np.stack([cells.strains(on_mesh(field))[points] for field in memory.dashpots[:, 0]])
+        if not memory.across.size:
+            return Relaxed(in_space(strains), in_space(dashpots))
+        fields = [memory.across[0], *memory.across_dashpots[:, 0]]
+        thinned = [-cells.strains(on_mesh(field))[points, :2].sum(axis=-1) for field in fields]
+        return Relaxed(in_space(strains, thinned[0]), in_space(dashpots, np.stack(thinned[1:])))
+
+
+def _first_dimension(name: str) -> str:
+    known = VARIABLES.get(name) or COORDINATES[name]
+    return known.dims[0] if known.dims else ""
+
+
+def _is_over_time(name: str) -> bool:
+    return name in VARIABLES and _first_dimension(name) in {"time", "snapshot_time"}

@@ -1,0 +1,100 @@
+"""What a history says of supports: the forces that they bear; see :mod:`fingerslip.dynamics.system.supports`."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.step.memory import relaxed_force, viscous_steps
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.system.scheme import Scheme
+from fingerslip.dynamics.system.system import System
+from fingerslip.materials.damping import RayleighDamping
+
+__all__ = ["SupportRecords"]
+
+Array = NDArray[np.float64]
+
+
+class SupportRecords:
+    """The motion next to what supports hold, kept step by step, and the forces that follow from it.
+
+    Parameters
+    ----------
+    system : System
+        The discrete system.
+    scheme : Scheme
+        The time integration scheme.
+    damping : RayleighDamping
+        Damping of the material.
+    n_times, at_once : int
+        Number of steps, and of steps whose forces are computed at once.
+    """
+
+    def __init__(self, system: System, scheme: Scheme, damping: RayleighDamping, n_times: int, at_once: int) -> None:
+        self._supports, self._scheme, self._damping = system.supports, scheme, damping
+        self._viscous = viscous_steps(system.relaxing, scheme.step)
+        self._is_elastic = system.body is None
+        self._near = self._supports.columns
+        self._near_maps = self._supports.stiffness[:, self._near], self._supports.mass[:, self._near]
+        self._near_fields = np.zeros((3, at_once, self._near.size))
+        self._held = np.zeros((3, n_times, self._supports.contact.shape[0]))
+        self._passed: dict[int, list[Array]] = {}
+
+    @property
+    def kept(self) -> dict[str, Array]:
+        """The arrays in which records are kept."""
+        return {"held": self._held, "near": self._near_fields}
+
+    def part(self, steps: slice) -> SupportRecords:
+        """Return the records of some steps."""
+        found = copy.copy(self)
+        vars(found).update(_held=self._held[:, steps])
+        return found
+
+    def record(self, step: int, state: State) -> None:
+        """Keep the motion next to what is held, and the loads and contact forces on it."""
+        row = step % self._near_fields.shape[1]
+        fields = state.displacement, state.velocity, state.acceleration
+        for field, near in zip(fields, self._near_fields, strict=True):
+            np.take(field, self._near, out=near[row], mode="clip")
+        supports, others = self._supports, self._held[2, step]
+        if supports.loads:
+            others -= supports.load(state.time)
+        if supports.contact.nnz:
+            others -= supports.contact @ state.contact_forces.ravel()
+        if state.body is not None:
+            others += supports.rows @ state.body.nodal
+        if state.memories:
+            others -= relaxed_force(supports.relaxing, self._viscous, state.memories)
+
+    def pass_by(self, step: int, state: State) -> None:
+        """Take note of a state before that of a step: the inertia of what is held goes on from it."""
+        if self._scheme.start_weight and self._held.shape[2]:
+            acceleration = np.take(state.acceleration, self._near, mode="clip")
+            inertia: Array = self._scheme.inertia_factor * (self._near_maps[1] @ acceleration)
+            self._passed.setdefault(step, []).append(inertia)
+
+    def follow(self, steps: slice) -> None:
+        """Compute elastic forces and inertia of the last steps that were recorded."""
+        displacement, velocity, acceleration = (near[: steps.stop - steps.start].T for near in self._near_fields)
+        stiffness, mass = self._near_maps
+        # At large strain the elastic forces are those of the states.
+        strained = displacement if self._is_elastic else 0.0
+        force = stiffness @ (strained + self._damping.stiffness * velocity)
+        self._held[0, steps] = (force + self._damping.mass * (mass @ velocity)).T
+        self._held[1, steps] = self._scheme.inertia_factor * (mass @ acceleration).T
+
+    def complete(self, values: dict[str, Any]) -> None:
+        """Fill in the forces of the supports."""
+        elastic, inertia, others = self._held
+        force = elastic + others
+        found = values["support_force"].reshape(force.shape)
+        unbalance = -inertia[0]
+        for step in range(len(force)):
+            for moved in [*self._passed.get(step, []), *([inertia[step]] if step else [])]:
+                unbalance = (self._scheme.start_weight * unbalance - moved) / self._scheme.end_weight
+            found[step] = force[step] - unbalance

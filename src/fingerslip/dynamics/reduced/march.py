@@ -1,0 +1,236 @@
+"""Motions in a reduced basis, as large as the tolerance needs, or none where the mesh is the better choice."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.digest import digest
+from fingerslip.dynamics.motions import Marched, Motions, march_motions
+from fingerslip.dynamics.reduced.reduction import (
+    further_shapes,
+    interface_unknowns,
+    observed_unknowns,
+    reduced_system,
+)
+from fingerslip.dynamics.reduced.residual import ResidualCheck
+from fingerslip.errors import FingerslipError
+from fingerslip.fe.rigid_motions import free_pieces
+from fingerslip.linear.craig_bampton import CraigBampton, StaticResponses, craig_bampton, static_responses, vibrations
+from fingerslip.linear.memory import available_memory
+from fingerslip.model import ReducedBasis
+
+__all__ = ["BasisStore", "march_reduced"]
+
+Array = NDArray[np.float64]
+
+# Vibrations of the first basis and of the largest one, and how many times as many the next one has at most.
+_FEWEST, _MOST, _MOST_TIMES = 20, 320, 8
+# Beside many static responses a step costs no more with so many vibrations, the share of them and the most.
+_BESIDE, _MOST_BESIDE = 0.125, 80
+# Square matrices of the interface's size that exist at once: static responses, eigenvectors, compliances.
+_SQUARES = 10
+_VERSION = 1
+
+_logger = logging.getLogger("fingerslip.dynamics")
+
+
+class BasisStore(Protocol):
+    """Where bases are kept."""
+
+    def load(self, key: str) -> Mapping[str, Array] | None:
+        """Return the arrays that were kept under a key, or None."""
+
+    def save(self, key: str, arrays: Mapping[str, Array]) -> None:
+        """Keep arrays under a key."""
+
+
+class _UnsuitableError(Exception):
+    """A reduced basis is not the way to compute the motions; says why."""
+
+
+@dataclass(frozen=True)
+class _Maker:
+    """Makes the bases of motions, or takes those that are kept."""
+
+    motions: Motions
+    body: StaticResponses
+    rows: NDArray[np.int64]
+    store: BasisStore | None
+
+    @classmethod
+    def of(cls, motions: Motions, store: BasisStore | None) -> _Maker:
+        system = motions.systems[0]
+        body = StaticResponses(system.stiffness, system.mass, interface_unknowns(motions.systems), motions.solver)
+        return cls(motions, body, observed_unknowns(motions.models, motions.systems), store)
+
+    def kept(self) -> CraigBampton | None:
+        """Return the basis that is kept, if any."""
+        arrays = None if self.store is None else self.store.load(self._key)
+        known: dict[str, Any] = {field.name: arrays[field.name] for field in fields(CraigBampton)} if arrays else {}
+        return CraigBampton(**known) if known else None
+
+    def keep(self, basis: CraigBampton) -> None:
+        """Keep a basis for other runs."""
+        if self.store is not None:
+            self.store.save(self._key, {field.name: getattr(basis, field.name) for field in fields(basis)})
+
+    def make(self, count: int) -> CraigBampton:
+        """Make a basis with some vibrations."""
+        further = further_shapes(self.body, self.motions.systems)
+        return craig_bampton(self.body, self._responses, vibrations(self.body, count), self.rows, further)
+
+    @cached_property
+    def _responses(self) -> tuple[Array, Array]:
+        return static_responses(self.body, self.rows)
+
+    @cached_property
+    def _key(self) -> str:
+        """What decides the basis, hashed: matrices, and with them mesh and materials, interface, loads."""
+        parts: list[Any] = [_VERSION, self.body.interface, self.rows]
+        for matrix in (self.body.stiffness, self.body.mass):
+            parts += [matrix.indptr, matrix.indices, matrix.data]
+        for system in self.motions.systems:
+            parts += [system.initial_velocity, *(load.forces for load in system.loads)]
+        return digest(*parts)
+
+
+def march_reduced(motions: Motions, wanted: ReducedBasis, store: BasisStore | None = None) -> Marched | None:
+    """Compute motions in a reduced basis.
+
+    Parameters
+    ----------
+    motions : Motions
+        What to compute.
+    wanted : ReducedBasis
+        Its tolerances.
+    store : BasisStore, optional
+        Where bases are kept from run to run.
+
+    Returns
+    -------
+    Marched or None
+        None where they have to be computed on the mesh; the log says why.
+    """
+    try:
+        _require_suitable(motions)
+        return _march(motions, wanted, store)
+    except (_UnsuitableError, FingerslipError) as reason:
+        _logger.warning("no reduced basis: %s; the motion is computed on the mesh", reason)
+        return None
+
+
+def _require_suitable(motions: Motions) -> None:
+    system = motions.systems[0]
+    if free_pieces(system.space, system.free):
+        raise _UnsuitableError("supports leave rigid motions free")
+    if system.relaxing:
+        raise _UnsuitableError("materials relax")
+    if system.moving_supports:
+        raise _UnsuitableError("supports move")
+    if system.dampers is not None:
+        raise _UnsuitableError("rigid bodies have other damping than the material")
+    interface = interface_unknowns(motions.systems)
+    if not interface.size or interface.size >= system.mass.shape[0] - 1:
+        raise _UnsuitableError(f"{interface.size} of {system.mass.shape[0]} unknowns are those of contact and sites")
+    rows = observed_unknowns(motions.models, motions.systems)
+    needed = 8 * interface.size * (_SQUARES * interface.size + 2 * rows.size)
+    available = available_memory()
+    if available is not None and needed > available:
+        raise _UnsuitableError(f"it needs about {needed / 1e9:.2g} GB, and {available / 1e9:.2g} GB are available")
+
+
+def _march(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -> Marched:
+    """March with ever more vibrations, until the estimated errors are within the tolerances.
+
+    Where there is no basis yet, the first of several motions tries it out for all.
+    """
+    maker = _Maker.of(motions, store)
+    with motions.watch.part("basis"):
+        kept = maker.kept()
+        basis = kept or maker.make(_first_count(maker.body.interface.size))
+    if kept is None and len(motions.models) > 1:
+        _, basis = _suitable(motions.first, maker, basis, wanted)
+    marched, basis = _suitable(motions, maker, basis, wanted)
+    if basis is not kept:
+        with motions.watch.part("basis"):
+            maker.keep(basis)
+    return marched
+
+
+def _suitable(
+    motions: Motions, maker: _Maker, basis: CraigBampton, wanted: ReducedBasis
+) -> tuple[Marched, CraigBampton]:
+    """March some motions from a basis on to one that suffices for them; return it, too."""
+    tried = list[tuple[int, float]]()
+    while True:
+        marched, check = _attempt(motions, maker, basis)
+        count, excess = basis.frequencies.size, _excess(check, wanted)
+        if excess <= 1.0:
+            return marched, basis
+        tried.append((count, excess))
+        found = f"{count} vibrations leave errors of {check.error:.2g} and {check.acceleration_error:.2g}"
+        _logger.info("%s", found)
+        if not _is_promising(tried):
+            allowed = f"{wanted.tolerance:g} and {wanted.acceleration_tolerance:g}"
+            raise _UnsuitableError(f"{found}, and the tolerances are {allowed}")
+        with motions.watch.part("basis"):
+            basis = maker.make(_next_count(count, excess))
+
+
+def _excess(check: ResidualCheck, wanted: ReducedBasis) -> float:
+    """Return the estimated errors over their tolerances, the larger of both."""
+    return max(check.error / wanted.tolerance, check.acceleration_error / wanted.acceleration_tolerance)
+
+
+def _is_promising(tried: Sequence[tuple[int, float]]) -> bool:
+    """Tell whether the most vibrations may bring an error to one, from the numbers tried and the errors they left."""
+    count, error = tried[-1]
+    if len(tried) < 2 or count >= _MOST:
+        return count < _MOST
+    before, larger = tried[-2]
+    order = np.log(larger / error) / np.log(count / before) if count > before else 0.0
+    return bool(error <= (_MOST / count) ** order)
+
+
+def _first_count(responses: int) -> int:
+    """Return how many vibrations to begin with beside some static responses."""
+    return max(_FEWEST, min(int(_BESIDE * responses), _MOST_BESIDE))
+
+
+def _next_count(count: int, excess: float) -> int:
+    """Return how many vibrations to try after some that left `excess` times the error: it falls about like 1/count."""
+    times = 2.0 ** np.ceil(np.log2(max(excess, 2.0)))
+    return int(min(count * min(times, _MOST_TIMES), max(_MOST, count)))
+
+
+def _attempt(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Marched, ResidualCheck]:
+    """March in a basis and look at the residual."""
+    with motions.watch.part("basis"):
+        systems = [reduced_system(system, maker.body, basis) for system in motions.systems]
+    steps = max(own.size for own in motions.times) - 1
+    coordinates: Sequence[Any] = [system.coordinates for system in systems]
+    check = ResidualCheck(motions.models, motions.systems, coordinates, steps)
+
+    def look(*step: Any) -> None:
+        with motions.watch.part("basis"):
+            check(*step)
+
+    described: dict[str, object] = {}
+    marched = march_motions(motions, systems, described, look)
+    described |= {
+        "basis": "reduced",
+        "basis_static_responses": basis.interface.size,
+        "basis_vibrations": basis.frequencies.size,
+        "basis_highest_frequency": float(basis.frequencies.max(initial=0.0)) / (2.0 * np.pi),
+        "basis_error": check.error,
+        "basis_acceleration_error": check.acceleration_error,
+        "basis_checks": check.count,
+    }
+    return marched, check

@@ -1,0 +1,120 @@
+"""The algebra of a step in the coordinates of a reduced body, in which all matrices are diagonal.
+
+A field is kept as the coordinates z (m,) with the displacement o = E z (p,) of the interface behind them, so that sites
+and contact candidates are read off as on a mesh. Matrices act on z alone. Forces may act on both: those on o do the
+work of E^T times them on z. With [1; E] in front and behind, a diagonal matrix D of z has the solution ::
+
+    x = [1; E] D^-1 [1, E^T] b
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.dynamics.step.condensation import Halfway
+from fingerslip.linear.products import add_rows
+
+__all__ = ["ByModes", "ModalFactor", "condense_modes"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ModalFactor:
+    """A diagonal matrix D of the coordinates; see :class:`fingerslip.linear.solver.Factor`.
+
+    Parameters
+    ----------
+    diagonal : (m,) array
+        D.
+    interface : (p, m) array
+        E, displacement of the interface per coordinate.
+    """
+
+    diagonal: Array
+    interface: Array
+
+    def forward(self, right_hand_side: Array) -> Array:
+        """Return b (m + p,) or (m + p, k) unchanged."""
+        return right_hand_side
+
+    def backward(self, halfway: Array) -> Array:
+        """Return the solution for b (m + p,) or (m + p, k), same shape."""
+        return self.spread(self.gather(halfway))
+
+    def transposed_backward(self, right_hand_side: Array) -> Array:
+        """Return the solution for b (m + p,) or (m + p, k): the matrix is symmetric."""
+        return self.backward(right_hand_side)
+
+    def gather(self, forces: Array) -> Array:
+        """Return the coordinates D^-1 [1, E^T] b, (m,) or (m, k)."""
+        size = self.diagonal.size
+        total, outside = forces[:size], forces[size:]
+        if forces.ndim == 1:
+            return add_rows(total, self.interface, outside) / self.diagonal
+        if outside.any():
+            total = total + self.interface.T @ outside
+        gathered: Array = total / self.diagonal[:, None]
+        return gathered
+
+    def spread(self, coordinates: Array) -> Array:
+        """Return the field [1; E] z, (m + p,) or (m + p, k), of coordinates z."""
+        return np.concatenate([coordinates, self.interface @ coordinates])
+
+
+@dataclass(frozen=True)
+class ByModes:
+    """A diagonal matrix, condensed: see :class:`fingerslip.dynamics.step.condensation.Condensed`.
+
+    Parameters
+    ----------
+    factor : ModalFactor
+        The matrix.
+    local : sparse matrix, shape (c, m + p)
+        B, local displacements of the candidates.
+    """
+
+    factor: ModalFactor
+    local: sparse.csr_matrix
+    description: ClassVar[str] = "reduced basis, two products a step"
+
+    def forward(self, right_hand_side: Array) -> Halfway:
+        """Solve for b, shape (m + p,) or (m + p, k) [N], without contact forces."""
+        solution = self.factor.backward(right_hand_side)
+        return Halfway(solution, self.local @ solution)
+
+    def backward(self, halfway: Halfway, forces: Array) -> Array:
+        """Return x for contact forces r, shape (c,) or (c, k) [N]."""
+        if not forces.any():
+            return halfway.vector
+        size = self.factor.diagonal.size
+        return self.factor.spread(halfway.vector[:size] + self.factor.gather(self.local.T @ forces))
+
+
+def condense_modes(diagonal: Array, interface: Array, local: sparse.csr_matrix) -> tuple[ByModes, Array]:
+    """Condense a diagonal matrix of the coordinates.
+
+    Parameters
+    ----------
+    diagonal : (m,) array
+        The matrix.
+    interface : (p, m) array
+        E.
+    local : sparse matrix, shape (c, m + p)
+        B; reads the interface alone.
+
+    Returns
+    -------
+    condensed : ByModes
+        The condensed matrix.
+    compliance : (c, c) array
+        B A^-1 B^T, symmetric.
+    """
+    scaled = local[:, diagonal.size :] @ interface
+    scaled /= np.sqrt(diagonal)
+    return ByModes(ModalFactor(diagonal, interface), local), scaled @ scaled.T

@@ -1,0 +1,208 @@
+"""A system in the coordinates of a reduced body, which a step treats as it treats one on a mesh.
+
+The interface of the basis holds all degrees of freedom of the contact candidates and of the sites, and those of
+rigid bodies: their static responses are exact. An unknown of the reduced system is a coordinate of the basis or the
+displacement of an interface unknown, which follows from the coordinates but is kept beside them, so that contact and
+recording read it as they do on a mesh; see :mod:`fingerslip.dynamics.reduced.modal`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.dynamics.reduced.modal import ByModes, ModalFactor, condense_modes
+from fingerslip.dynamics.system.loads import Load
+from fingerslip.dynamics.system.operators import NodalComponents, Outsiders
+from fingerslip.dynamics.system.system import System
+from fingerslip.fe.recovery import site_recovery
+from fingerslip.fe.space import vector_dofs
+from fingerslip.linear.craig_bampton import CraigBampton, StaticResponses
+from fingerslip.linear.solver import LinearSolver
+from fingerslip.model import Model
+
+__all__ = ["ReducedCoordinates", "further_shapes", "interface_unknowns", "observed_unknowns", "reduced_system"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class ReducedCoordinates:
+    """Coordinates of a reduced body with the displacement of its interface; see :class:`.coordinates.Coordinates`.
+
+    Parameters
+    ----------
+    system : System
+        The system on the mesh.
+    body : StaticResponses
+        Its body and interface.
+    basis : CraigBampton
+        The reduced basis.
+    """
+
+    system: System
+    body: StaticResponses
+    basis: CraigBampton
+    checks_at_once = 32
+
+    @property
+    def rigid(self) -> Indices:
+        """Where the free directions of rigid bodies stand: they are of the interface."""
+        return self._at(self.system.unknowns.of_rigid)
+
+    def components(self, dofs: Indices) -> NodalComponents:
+        """Find degrees of freedom (k,) of the interface."""
+        on_mesh = self.system.coordinates.components(dofs)
+        return NodalComponents(np.where(on_mesh.held, 0, self._at(on_mesh.rows, skip=on_mesh.held)), on_mesh.held)
+
+    def mapped(self, matrix: sparse.csr_matrix) -> tuple[NodalComponents, Array]:
+        """Return the coordinates of the basis, and a map (k, n_dofs) of the mesh's displacement as one of these."""
+        every = np.arange(self.basis.eigenvalues.size)
+        none = sparse.csr_matrix((matrix.shape[0], len(self.system.unknowns.rigid)))
+        of_unknowns = sparse.csr_matrix(sparse.hstack([matrix[:, self.system.free], none]))
+        return NodalComponents(every, np.zeros(every.size, dtype=bool)), self.restricted(of_unknowns)
+
+    def on_mesh(self, field: Array) -> Array:
+        """Return a field (m + p,) at all degrees of freedom of the mesh, shape (n_dofs,)."""
+        return self.system.coordinates.on_mesh(self.lifted(field))
+
+    def lifted(self, field: Array) -> Array:
+        """Return a field (m + p,) or (m + p, k) on the unknowns of the mesh, (n,) or (n, k)."""
+        return self.basis.field(self.body, field[: self.basis.eigenvalues.size])
+
+    def factorise(self, matrix: sparse.csr_matrix, solver: LinearSolver) -> ModalFactor:  # noqa: ARG002
+        """Return the factors of a matrix, which is diagonal."""
+        size = self.basis.eigenvalues.size
+        return ModalFactor(matrix.diagonal()[:size], self.basis.at_interface)
+
+    def condense(
+        self,
+        matrix: sparse.csr_matrix,
+        local: sparse.csr_matrix,
+        solver: LinearSolver,  # noqa: ARG002
+        reserved_bytes: int,  # noqa: ARG002
+    ) -> tuple[ByModes, Array]:
+        """Condense a matrix, which is diagonal."""
+        size = self.basis.eigenvalues.size
+        return condense_modes(matrix.diagonal()[:size], self.basis.at_interface, local)
+
+    def restricted(self, matrix: sparse.csr_matrix) -> Array:
+        """Return a map (k, n) of the mesh's unknowns as a map of the coordinates, shape (k, m).
+
+        It may read the interface and the further rows of the basis alone.
+        """
+        found: Array = matrix[:, self.basis.interface] @ self.basis.at_interface
+        found += matrix[:, self.basis.rows] @ self.basis.at_rows
+        return found
+
+    def _at(self, unknowns: Indices, skip: NDArray[np.bool_] | None = None) -> Indices:
+        """Return where unknowns (k,) of the mesh stand among the interface, but for some that are skipped."""
+        interface = self.basis.interface
+        position = np.minimum(np.searchsorted(interface, unknowns), interface.size - 1)
+        wanted = np.ones(unknowns.size, dtype=bool) if skip is None else ~skip
+        assert (interface[position[wanted]] == unknowns[wanted]).all(), "is no unknown of the interface"
+        return self.basis.eigenvalues.size + position
+
+
+def interface_unknowns(systems: Sequence[System]) -> Indices:
+    """Return the unknowns of contact candidates, sites and rigid bodies of systems, ascending, shape (p,)."""
+    found = [own for system in systems for own in (system.relative.indices, _of_nodes(system, system.site_nodes))]
+    rigid = systems[0].coordinates.rigid
+    return np.unique(np.concatenate([*found, rigid])).astype(np.int64)
+
+
+def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Indices:
+    """Return the unknowns that strains at sites and checks of the other boundary nodes read, ascending, shape (r,)."""
+    found: list[Indices] = []
+    for model, system in zip(models, systems, strict=True):
+        found += [sparse.csr_matrix(own.relative).indices for own in system.outsiders]
+        regions = [site.region for site in model.record.sites]
+        strained = site_recovery(system.space, system.materials, system.site_nodes, regions).strain
+        taken = system.coordinates.components(np.unique(strained.indices))
+        found.append(taken.rows[~taken.held])
+    return np.setdiff1d(np.concatenate(found), interface_unknowns(systems)).astype(np.int64)
+
+
+def further_shapes(body: StaticResponses, systems: Sequence[System]) -> list[Array]:
+    """Return what a basis has to hold beside contact and vibrations: responses to loads, and initial velocities."""
+    forces = {load.forces.tobytes(): load.forces for system in systems for load in system.loads}
+    velocities = {system.initial_velocity.tobytes(): system.initial_velocity for system in systems}
+    responses = [body.give_way(force) for force in forces.values() if force.any()]
+    moved = [velocity - body.follow(velocity[body.interface]) for velocity in velocities.values() if velocity.any()]
+    return responses + moved
+
+
+def reduced_system(system: System, body: StaticResponses, basis: CraigBampton) -> System:
+    """Return a system in the coordinates of a reduced body.
+
+    Parameters
+    ----------
+    system : System
+        The system on the mesh.
+    body : StaticResponses
+        Its body and interface.
+    basis : CraigBampton
+        The basis, with the unknowns of :func:`observed_unknowns` among its rows.
+    """
+    coordinates = ReducedCoordinates(system, body, basis)
+    behind = np.zeros(basis.interface.size)
+    velocity = system.initial_velocity
+    return replace(
+        system,
+        coordinates=coordinates,
+        stiffness=sparse.diags(np.concatenate([basis.eigenvalues, behind]), format="csr"),
+        mass=sparse.diags(np.concatenate([np.ones_like(basis.eigenvalues), behind]), format="csr"),
+        loads=tuple(_reduced_load(load, body, basis) for load in system.loads),
+        initial_velocity=_spread(basis.project(body, system.mass @ velocity), basis)
+        if velocity.any()
+        else _none(basis),
+        relative=_behind(system.relative, basis),
+        outsiders=tuple(_reduced_outsiders(own, coordinates) for own in system.outsiders),
+        supports=replace(
+            system.supports,
+            stiffness=_reduced_rows(system.supports.stiffness, body, basis),
+            mass=_reduced_rows(system.supports.mass, body, basis),
+        ),
+    )
+
+
+def _of_nodes(system: System, nodes: Indices) -> Indices:
+    """Return the unknowns of mesh nodes (k,)."""
+    found = system.coordinates.components(vector_dofs(nodes, system.space.dim).ravel())
+    return found.rows[~found.held]
+
+
+def _reduced_rows(rows: sparse.csr_matrix | Array, body: StaticResponses, basis: CraigBampton) -> Array:
+    """Return a linear map (r, n) of the mesh's unknowns as one of coordinates and interface, shape (r, m + p)."""
+    found = basis.project(body, np.asarray(sparse.csr_matrix(rows).T.todense()))
+    return np.hstack([found.T, np.zeros((rows.shape[0], basis.interface.size))])
+
+
+def _none(basis: CraigBampton) -> Array:
+    return np.zeros(basis.eigenvalues.size + basis.interface.size)
+
+
+def _spread(coordinates: Array, basis: CraigBampton) -> Array:
+    return np.concatenate([coordinates, basis.at_interface @ coordinates])
+
+
+def _reduced_load(load: Load, body: StaticResponses, basis: CraigBampton) -> Load:
+    if not load.forces.any():
+        return Load(_none(basis), load.ramp)
+    forces = basis.project(body, load.forces)
+    return Load(np.concatenate([forces, np.zeros(basis.interface.size)]), load.ramp)
+
+
+def _behind(relative: sparse.csr_matrix, basis: CraigBampton) -> sparse.csr_matrix:
+    """Return a map (c, n) that reads the interface alone as one of coordinates and interface, shape (c, m + p)."""
+    none = sparse.csr_matrix((relative.shape[0], basis.eigenvalues.size))
+    return sparse.csr_matrix(sparse.hstack([none, relative[:, basis.interface]]))
+
+
+def _reduced_outsiders(outsiders: Outsiders, coordinates: ReducedCoordinates) -> Outsiders:
+    return replace(outsiders, relative=coordinates.restricted(sparse.csr_matrix(outsiders.relative)))

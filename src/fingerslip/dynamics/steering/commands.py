@@ -1,0 +1,131 @@
+"""Commands: what changes a simulation from now on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.system.bodies import faces_of
+from fingerslip.dynamics.system.loads import Load
+from fingerslip.dynamics.system.motion import Motion
+from fingerslip.dynamics.system.system import System
+from fingerslip.errors import InputError
+from fingerslip.model import Model
+from fingerslip.parameters import Force, SignedSpeed, parameters
+from fingerslip.programme import CONSTANT
+
+__all__ = ["Command", "commanded"]
+
+Array = NDArray[np.float64]
+
+
+@parameters
+class Command:
+    """What a counterface or a rigid body does from now on.
+
+    Parameters
+    ----------
+    of : str
+        The boundary of the contact whose counterface is meant, or the name of a rigid body.
+    velocity : tuple of float, optional
+        Its prescribed velocity from now on [m/s], one value per component; without it the motion stays what it is.
+    force : tuple of float, optional
+        A force on a rigid body that is free along it [N], on top of its loads, from now on; it replaces that of an
+        earlier command. For a counterface that a drive moves, one value along its normal.
+    """
+
+    of: str
+    velocity: tuple[SignedSpeed, ...] | None = None
+    force: tuple[Force, ...] | None = None
+
+
+def commanded(system: System, model: Model, command: Command, time: float) -> System:
+    """Return a system that follows a command from a time on.
+
+    Parameters
+    ----------
+    system : System
+        The system so far.
+    model : Model
+        Its model.
+    command : Command
+        What changes.
+    time : float
+        From when on [s].
+
+    Raises
+    ------
+    InputError
+        For a name that the model lacks, a velocity along which a body is free, and a force along which none is.
+    """
+    faces = _faces(model, command)
+    if command.velocity is not None:
+        system = _moved(system, model, faces, np.array(_components(system, command.velocity, "velocity")), time)
+    if command.force is not None:
+        system = _pushed(system, faces, command)
+    return system
+
+
+def _faces(model: Model, command: Command) -> tuple[int, ...]:
+    """Return the counterfaces that a command means."""
+    if command.of in model.bodies:
+        return tuple(faces_of(model, command.of))
+    boundaries = [contact.boundary for contact in model.contacts]
+    if command.of not in boundaries:
+        known = ", ".join([*model.bodies, *boundaries]) or "none"
+        raise InputError("command.of", f"got '{command.of}'", f"the bodies and contacts are: {known}")
+    number = boundaries.index(command.of)
+    owner = model.contacts[number].rigid_body
+    return (number,) if owner is None else tuple(faces_of(model, owner))
+
+
+def _components(system: System, values: tuple[float, ...], name: str) -> tuple[float, ...]:
+    if len(values) != system.space.dim:
+        raise InputError(f"command.{name}", f"got {len(values)} components", f"needs {system.space.dim}")
+    return values
+
+
+def _moved(system: System, model: Model, faces: tuple[int, ...], velocity: Array, time: float) -> System:
+    for own in system.unknowns.rigid:
+        if set(own.faces) & set(faces) and abs(float(own.shift @ velocity)) > 0.0:
+            found = "moves along a direction in which the body is free"
+            raise InputError("command.velocity", found, "needs prescribed directions", "write a force there")
+    motions = list(system.motions)
+    for face in faces:
+        motions[face] = _continued(motions[face], velocity, time, model.end - time + model.time.step)
+    return replace(system, motions=tuple(motions))
+
+
+def _continued(motion: Motion, velocity: Array, time: float, duration: float) -> Motion:
+    """Return a motion that goes on with a velocity [m/s] from a time [s] on, for a duration [s]."""
+    past = motion.knots < time
+    here = motion.displacement(np.array([time]))[0]
+    knots = np.concatenate([motion.knots[past], [time, time + duration]])
+    positions = np.concatenate([motion.positions[past], [here, here + duration * velocity]])
+    return Motion(knots, positions)
+
+
+def _pushed(system: System, faces: tuple[int, ...], command: Command) -> System:
+    """Return a system in which a command's force takes the place of that of an earlier one."""
+    force = np.array(command.force)
+    freedoms = [
+        (at, own)
+        for at, own in zip(system.coordinates.rigid, system.unknowns.rigid, strict=True)
+        if set(own.faces) & set(faces) and not own.turns
+    ]
+    if not freedoms:
+        found = f"'{command.of}' is free along no direction"
+        raise InputError("command.force", found, "needs a rigid body that is free, or a drive")
+    added = np.zeros(system.mass.shape[0])
+    for at, own in freedoms:
+        added[at] = force[0] if own.body is None and force.size == 1 else _along(system, own.shift, command)
+    touched = np.array([at for at, _ in freedoms])
+    kept = tuple(load for load in system.commanded if not load.forces[touched].any())
+    own_load = Load(added, CONSTANT)
+    return replace(system, commanded=(*kept, own_load))
+
+
+def _along(system: System, shift: Array, command: Command) -> float:
+    return float(shift @ np.array(_components(system, command.force or (), "force")))

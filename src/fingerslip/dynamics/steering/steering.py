@@ -1,0 +1,276 @@
+"""A simulation that is taken step by step, and steered on the way: what controllers and learning code drive."""
+
+from __future__ import annotations
+
+import contextlib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from fingerslip.digest import digest
+from fingerslip.dynamics.recording.provenance import labelled_history
+from fingerslip.dynamics.recording.recorder import Recorder
+from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory, step_times
+from fingerslip.dynamics.steering.commands import Command, commanded
+from fingerslip.dynamics.steering.packing import read_packed, write_packed
+from fingerslip.dynamics.step.stepper import Stopwatch
+from fingerslip.dynamics.stepwise import Stepwise, make_course
+from fingerslip.dynamics.system.system import build_system
+from fingerslip.errors import InputError
+from fingerslip.history import VARIABLES
+from fingerslip.linear.solver import LinearSolver, preferred_solver
+from fingerslip.linear.threads import allowed_threads, limited_threads, single_dense_thread, suitable_threads
+from fingerslip.model import Model
+from fingerslip.timing import Adaptive
+
+__all__ = ["Observation", "Simulation"]
+
+Array = NDArray[np.float64]
+
+# What of an observation would need all steps before it.
+_OF_ALL_STEPS = frozenset({"support_force"})
+
+
+@dataclass(frozen=True)
+class Observation:
+    """What was recorded of one step.
+
+    Parameters
+    ----------
+    time : float
+        Time [s].
+    step : int
+        Number of the step; 0 is the start.
+    recorder : Recorder
+        The records.
+    """
+
+    time: float
+    step: int
+    recorder: Recorder
+
+    @cached_property
+    def values(self) -> Mapping[str, Any]:
+        """The variables of :data:`fingerslip.history.VARIABLES` over time, at this time, but for `support_force`."""
+        found = self.recorder.part(self.step, self.step + 1).values
+        names = (name for name, known in VARIABLES.items() if known.dims[:1] == ("time",))
+        return {name: found[name][0] for name in names if name in found and name not in _OF_ALL_STEPS}
+
+    def __getitem__(self, name: str) -> Any:
+        """Return a variable at this time."""
+        return self.values[name]
+
+
+class Simulation:
+    """A simulation that is taken step by step.
+
+    Every step may have a command, which changes how a counterface or a rigid body moves from now on, or the force on
+    it. Steps that were taken without commands are those of :func:`fingerslip.simulate`, to the last bit.
+
+    Contact candidates are chosen by the model's programme. Where commands go further, give the contacts a
+    `search_distance`.
+
+    Parameters
+    ----------
+    model : Model
+        What to compute.
+    threads : int, optional
+        As for :func:`fingerslip.simulate`.
+    solver : LinearSolver, optional
+        As for :func:`fingerslip.simulate`.
+
+    Raises
+    ------
+    InputError
+        For a model that cannot be computed, and for one with a reduced basis or with steps that control their error.
+
+    Examples
+    --------
+    A controller that stops the plate when half of the contact slips::
+
+        with fs.Simulation(model) as sim:
+            while not sim.is_finished:
+                seen = sim.step()
+                touching = seen["contact_state"] != OPEN
+                if touching.any() and (seen["contact_state"] == SLIP)[touching].mean() > 0.5:
+                    sim.step(fs.Command("skin", velocity=(0.0, 0.0)))
+                    break
+            history = sim.history()
+    """
+
+    def __init__(self, model: Model, *, threads: int | None = None, solver: LinearSolver | None = None) -> None:
+        if model.basis is not None:
+            repair = "leave basis out"
+            raise InputError("basis", "is given", "simulations that are stepped are computed on the mesh", repair)
+        if isinstance(model.time, Adaptive):
+            repair = "take TimeStepping or QuasiStatic"
+            raise InputError("time", "controls its own steps", "simulations that are stepped have a fixed step", repair)
+        self._model, self._watch = model, Stopwatch()
+        self._commands: tuple[tuple[Command, int], ...] = ()
+        self._is_closed = False
+        allowed = allowed_threads(threads)
+        with contextlib.ExitStack() as stack:
+            stack.enter_context(limited_threads(suitable_threads(model.mesh.p.size, allowed, model.mesh.dim())))
+            stack.enter_context(single_dense_thread())
+            with self._watch.part("assembly"):
+                times, self._system = step_times(model), build_system(model)
+                counts = len(self._system.space.positions), len(self._system.candidates.nodes)
+                require_record_memory(model, record_bytes(model, *counts))
+                recorder = Recorder(model, self._system, times)
+            course = make_course(model, self._system, solver or preferred_solver(), self._watch, recorder.nbytes)
+            self._steps = Stepwise(course, recorder, self._system, times, self._watch)
+            self._stack = stack.pop_all()
+
+    def __enter__(self) -> Simulation:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give the threads back; a closed simulation takes no more steps."""
+        self._is_closed = True
+        self._stack.close()
+
+    def __repr__(self) -> str:
+        return f"<Simulation at {self.time:g} s, step {self._steps.taken} of {self._steps.last}>"
+
+    @property
+    def time(self) -> float:
+        """Time that was reached [s]."""
+        return float(self._steps.times[self._steps.taken])
+
+    @property
+    def is_finished(self) -> bool:
+        """Whether the end of the model is reached."""
+        return self._steps.taken == self._steps.last
+
+    def step(self, command: Command | Sequence[Command] = ()) -> Observation:
+        """Take a step.
+
+        Parameters
+        ----------
+        command : Command or sequence of Command, optional
+            What changes from now on, over this step and all that follow.
+
+        Returns
+        -------
+        Observation
+            What was recorded at the end of the step.
+
+        Raises
+        ------
+        InputError
+            For a command that the model cannot follow, beyond the end of the model, and when it is closed.
+        ConvergenceError, SlipOutsideContactError
+            As :func:`fingerslip.simulate`.
+        """
+        if self._is_closed:
+            repair = "take the steps inside its with block, or restore a saved one"
+            raise InputError("simulation", "is closed", "takes no more steps", repair)
+        if self.is_finished:
+            found, repair = f"is reached, {self.time:g} s", "give the model a later end: time.end"
+            raise InputError("end", found, "is where a simulation ends", repair)
+        for one in (command,) if isinstance(command, Command) else tuple(command):
+            self._follow(one, self._steps.taken)
+        self._steps.step()
+        return self.observation
+
+    @property
+    def observation(self) -> Observation:
+        """What was recorded at the present time."""
+        return Observation(self.time, self._steps.taken, self._steps.recorder)
+
+    def history(self) -> xr.Dataset:
+        """Return the history so far."""
+        self._steps.check()
+        records = self._steps.recorder.part(0, self._steps.taken + 1)
+        course = self._steps.course
+        attributes = {**course.attributes, "n_simulated_together": 1}
+        return labelled_history(records.values, course.stepper, attributes, self._watch)
+
+    def save(self, path: str | Path) -> None:
+        """Write the simulation to a file, from which it goes on to the last bit, on the same machine and threads.
+
+        Parameters
+        ----------
+        path : path
+            The file; one that is there is replaced.
+        """
+        self._steps.check()
+        value = {
+            "model": _fingerprint(self._model),
+            "commands": self._commands,
+            "taken": self._steps.taken,
+            "state": self._steps.state,
+            "course": self._steps.course.saved(),
+            "recorder": self._steps.recorder.saved(),
+        }
+        write_packed(Path(path), value, self._outside())
+
+    @classmethod
+    def restore(
+        cls, path: str | Path, model: Model, *, threads: int | None = None, solver: LinearSolver | None = None
+    ) -> Simulation:
+        """Return a simulation that goes on where it was saved.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+        model : Model
+            The model that was simulated.
+        threads : int, optional
+            As for :func:`fingerslip.simulate`.
+        solver : LinearSolver, optional
+            As for :func:`fingerslip.simulate`.
+
+        Raises
+        ------
+        InputError
+            For another model.
+        DamagedError
+            For a file that holds no simulation.
+        """
+        found = cls(model, threads=threads, solver=solver)
+        with contextlib.ExitStack() as stack:
+            stack.callback(found.close)
+            saved = read_packed(Path(path), found._outside())
+            if saved["model"] != _fingerprint(model):
+                repair = "restore it with the model that was saved"
+                raise InputError("model", f"is not the one that {path} was saved from", "needs the same model", repair)
+            for command, step in saved["commands"]:
+                found._follow(command, step)
+            found._steps.course.restore(saved["course"])
+            # The factors are made anew, and with them the compliance that the last step's contact refers to.
+            again = read_packed(Path(path), found._outside())
+            found._steps.state, found._steps.taken = again["state"], again["taken"]
+            found._steps.recorder.restore(again["recorder"])
+            stack.pop_all()
+        return found
+
+    def _follow(self, command: Command, step: int) -> None:
+        """Change the system by a command that is given at a step."""
+        time = float(self._steps.times[step])
+        self._system = commanded(self._system, self._model, command, time)
+        self._commands = (*self._commands, (command, step))
+        self._steps.steer(self._system)
+
+    def _outside(self) -> Mapping[str, Array]:
+        """Return the arrays that states refer to, and that the model gives again."""
+        flat = self._system.space.dim == 2 and self._system.counterfaces.are_flat
+        return {"compliance": self._steps.course.stepper.compliance.matrix} if flat else {}
+
+
+def _fingerprint(model: Model) -> str:
+    """Return a hash of a model; objects of a user count by what they print."""
+    others = {field.name: getattr(model, field.name) for field in fields(model) if field.name != "mesh"}
+    text = re.sub(r" at 0x[0-9a-f]+", "", repr(others))
+    return digest(np.asarray(model.mesh.p), np.asarray(model.mesh.t), text)

@@ -1,0 +1,181 @@
+"""The contact of one motion in one step: from its local displacements without contact forces to these forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.frames import in_frames
+from fingerslip.contact.interface import conditions, contact_problem
+from fingerslip.contact.solve.compliance import Compliance
+from fingerslip.contact.solve.forces import solve_contact
+from fingerslip.contact.solve.newton import ContactSolution
+from fingerslip.contact.solve.pieces import Piece
+from fingerslip.contact.solve.working_set import WorkingSet
+from fingerslip.dynamics.step.prediction import Prediction
+from fingerslip.dynamics.step.release import Release, drop, fade, find_changes
+from fingerslip.dynamics.step.stepper import Stepper
+from fingerslip.errors import ConvergenceError
+
+__all__ = ["GOAL", "TOLERANCE", "ContactStep", "solve_step"]
+
+Array = NDArray[np.float64]
+
+# Relative to the largest contact force. Light nodes answer a residual force with accelerations a hundredfold as
+# large, relative to the largest: at the goal these are those of the full system to 1e-9, even where slip turns in
+# space. Where rounding keeps a step from the goal, up to the tolerance it is still far finer than what is reported.
+GOAL = 1e-12
+TOLERANCE = 1e-10
+
+
+@dataclass(frozen=True)
+class ContactStep:
+    """The contact problem of a step, and its solution.
+
+    Parameters
+    ----------
+    frames : (n_c, dim, dim) array
+        Frames of the candidates [-].
+    coefficients : (n_c,) array
+        Friction coefficients [-].
+    relative : (n_c, dim) array
+        Gap, and tangential displacement relative to the counterface, at the end of the step [m].
+    solution : ContactSolution
+        The forces in the frames.
+    working_set : WorkingSet, Piece or None
+        For the next step.
+    release : Release or None
+        Of nodes that have left, at the end of the step.
+    release_force : (n_c, dim) array or None
+        What their leaving adds to the equation of motion, in global components [N]; None where none leave.
+    """
+
+    frames: Array
+    coefficients: Array
+    relative: Array
+    solution: ContactSolution
+    working_set: WorkingSet | Piece | None
+    release: Release | None = None
+    release_force: Array | None = None
+
+    @cached_property
+    def forces(self) -> Array:
+        """Contact forces in global components, shape (n_c, dim) [N]."""
+        forces: Array = np.einsum("cij,ci->cj", self.frames, self.solution.forces)
+        return forces
+
+
+def solve_step(stepper: Stepper, start: Prediction, local: Array, *, earlier: ContactStep | None = None) -> ContactStep:
+    """Find the contact forces of a step.
+
+    The frames of curved counterfaces are those at the predicted motion, about which the gap is linear.
+
+    Parameters
+    ----------
+    stepper : Stepper
+        What stays the same.
+    start : Prediction
+        The step before its substitution.
+    local : (n_c * dim,) array
+        The candidates' part of the unknown without contact forces, in the unit of the scheme's unknown.
+    earlier : ContactStep, optional
+        Contact of an earlier iteration of the step, from which the search starts.
+
+    Raises
+    ------
+    ConvergenceError
+        Where the contact problem was not solved.
+    """
+    frames, relative = _free_motion(stepper, start, local.reshape(start.moved.shape))
+    constant = stepper.constant_frames is not None
+    compliance = stepper.compliance if constant else replace(stepper.compliance, frames=frames)
+    found = _solved(stepper, start, compliance, frames, relative, earlier=earlier)
+    marks = _changes(stepper, start, found)
+    if not marks.any():
+        return _faded(stepper, start, found)
+    before = start.before
+    forces, dropped = (before.contact_forces_before, before.contact_forces), np.zeros_like(marks)
+    while (marks > dropped).any():
+        dropped = np.maximum(dropped, marks)
+        release, release_force = drop(stepper.scheme, forces, before.release, dropped, frames[:, 0])
+        given = in_frames(frames, release_force) / stepper.scheme.end_weight
+        again = _solved(stepper, start, compliance, frames, relative + compliance.response(given), earlier=found)
+        found = replace(again, release=release, release_force=release_force)
+        marks = _changes(stepper, start, found)
+    return found
+
+
+def _changes(stepper: Stepper, start: Prediction, found: ContactStep) -> NDArray[np.int8]:
+    """Mark the candidates whose force at the start of the step must not count, shape (n_c,)."""
+    before, stiffness = start.before.interface, stepper.system.candidates.tangential_stiffness
+    if not stepper.scheme.inertia_factor:
+        return np.zeros(len(stiffness), dtype=np.int8)
+    forces, relative = (before.forces, found.solution.forces), (before.relative, found.relative)
+    return find_changes(forces, relative, stiffness, found.coefficients)
+
+
+def _faded(stepper: Stepper, start: Prediction, found: ContactStep) -> ContactStep:
+    """Return a step in which no force was dropped, with what is left of earlier ones."""
+    if start.before.release is None:
+        return found
+    return replace(found, release=fade(stepper.scheme, start.before.release))
+
+
+def _solved(
+    stepper: Stepper,
+    start: Prediction,
+    compliance: Compliance,
+    frames: Array,
+    relative: Array,
+    *,
+    earlier: ContactStep | None = None,
+) -> ContactStep:
+    """Solve the contact problem for a motion `relative` (n_c, dim) [m] without contact forces.
+
+    The search starts from an earlier solution of the step, or from the forces at its start.
+    """
+    candidates, before = stepper.system.candidates, start.before.interface
+    given = conditions(candidates, before, start.before.step, start.time)
+    coefficients = stepper.system.counterfaces.coefficients(given, candidates.counterface)
+    problem = contact_problem(candidates, before, relative)
+    old = start.before.working_set if earlier is None else earlier.working_set
+    first, origin = (before.forces, None) if earlier is None else (earlier.solution.forces, before.forces)
+    solution, working_set = solve_contact(
+        compliance, problem, coefficients, first, GOAL, working_set=old, origin=origin
+    )
+    _check_solved(stepper, start, solution)
+    response = compliance.response(solution.forces) if solution.response is None else solution.response
+    return ContactStep(frames, coefficients, relative + response, solution, working_set)
+
+
+def _free_motion(stepper: Stepper, start: Prediction, unknown: Array) -> tuple[Array, Array]:
+    """Return the frames, and gap and relative displacement in them at the end of the step without contact forces."""
+    counterfaces, candidates = stepper.system.counterfaces, stepper.system.candidates
+    moved, turned = start.moved, stepper.system.turned(start.free.displacement)
+    # The normals of a body do not turn with it: its shape is looked at as if it had not turned.
+    points = candidates.positions + (moved if turned is None else moved + turned)
+    free = moved + stepper.scheme.displacement_factor * unknown
+    frames = stepper.constant_frames
+    if frames is None:
+        frames = counterfaces.frames(points, candidates.counterface)
+    beyond = np.einsum("cij,cj->ci", frames, free - moved)
+    relative = start.before.interface.relative + np.einsum("cij,cj->ci", frames, free - start.before.moved)
+    relative[:, 0] = counterfaces.gaps(points, candidates.counterface) + beyond[:, 0]
+    if turned is not None:
+        relative[:, 0] -= np.einsum("cj,cj->c", frames[:, 0], turned)
+    return frames, relative
+
+
+def _check_solved(stepper: Stepper, start: Prediction, solution: ContactSolution) -> None:
+    if not solution.residual <= TOLERANCE:
+        nodes = stepper.system.candidates.nodes
+        raise ConvergenceError(
+            start.time,
+            int(nodes[solution.worst]) if nodes.size else -1,
+            solution.residual,
+            TOLERANCE,
+            "try a smaller time step, softer contact penalties or less friction",
+        )

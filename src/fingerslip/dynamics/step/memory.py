@@ -1,0 +1,178 @@
+"""What materials that relax remember, and what a step makes of it.
+
+Dashpots follow the displacement node by node (:mod:`fingerslip.materials.prony`), so a step needs the matrices of
+:mod:`fingerslip.fe.viscous` once: with the displacement u_1 at its end, y_1 = a u_1 + m with a = sum s_i (1 - phi_i)
+and m from the start alone. The force at the end is K_step u_1 - q with a constant matrix. Every field is kept together
+with the matrices times it, which obey the same recurrence, so that only the products with u_1 are computed, and all
+else is one pass over the nodes (:mod:`fingerslip.dynamics.step.memory_kernels`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.dynamics.step.memory_kernels import across_and_along, along, remembered_force
+from fingerslip.fe.viscous import Relaxing
+from fingerslip.materials.prony import Recurrence, recurrence
+
+__all__ = ["Memory", "Viscous", "no_memory", "relaxed_force", "stiffness_of_step", "viscous_steps"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What layers that relax alike remember; the arrays across have a size of 0 where there is no plane stress.
+
+    Parameters
+    ----------
+    given : (p, n) array
+        Displacement u [m] and S u [N], in plane stress also T u [N].
+    dashpots : (t, p, n) array
+        The same of the displacements z_i of t terms.
+    relaxed : (p, n) array
+        The same of y = sum s_i z_i.
+    across, across_dashpots, across_relaxed : (2, n), (t, 2, n) and (2, n) array
+        In plane stress w [m] and T w [N], and the same of its dashpots q_i and of sum s_i q_i.
+    stored : float
+        By how much the stored energy differs from that of the elastic stiffness [J].
+    of_dashpots : float
+        Sum of s_i z_i.D z_i with the stiffness D of the deviator of the strain [J].
+    dissipated : float
+        Energy that was dissipated in the last step [J].
+    """
+
+    given: Array
+    dashpots: Array
+    relaxed: Array
+    across: Array
+    across_dashpots: Array
+    across_relaxed: Array
+    stored: float = 0.0
+    of_dashpots: float = 0.0
+    dissipated: float = 0.0
+
+
+@dataclass(frozen=True)
+class Viscous:
+    """Layers that relax alike, for a fixed step.
+
+    Parameters
+    ----------
+    layers : Relaxing
+        Their matrices, on the unknowns of a system.
+    recurrence : Recurrence
+        How the dashpots follow.
+    """
+
+    layers: Relaxing
+    recurrence: Recurrence
+
+    @cached_property
+    def share(self) -> float:
+        """Share a of the displacement at the end of a step that the dashpots have taken by then [-]."""
+        return float(self.recurrence.shares @ self.recurrence.end)
+
+    @cached_property
+    def thinning(self) -> tuple[float, float]:
+        """Parts in w_1 of u_1, and of the dashpots that the start of the step gives [-]; none but in plane stress."""
+        return (0.0, 0.0) if self.layers.across is None else self.layers.across.of_step(self.share)
+
+    @property
+    def stiffness(self) -> sparse.csr_matrix:
+        """What the force at the end of a step adds to the elastic stiffness, shape (n, n) [N/m]."""
+        added = -self.share * self.layers.shape
+        if self.layers.across is not None and self.layers.thickness is not None:
+            added = added + ((1.0 - self.share) * self.thinning[0] - self.layers.across.along) * self.layers.thickness
+        return sparse.csr_matrix(added)
+
+    def force(self, memory: Memory) -> Array:
+        """Return q, by which the force at the end of a step is less than that of its stiffness, shape (n,) [N]."""
+        force, follow = np.empty(memory.given.shape[1]), self.recurrence
+        weights = follow.shares * follow.start, follow.shares * follow.decay
+        remembered_force(
+            *weights,
+            (1.0 - self.share) * self.thinning[1],
+            *(memory.given, memory.dashpots, memory.across, memory.across_dashpots),
+            force,
+        )
+        return force
+
+    def after(self, memory: Memory, displacement: Array) -> Memory:
+        """Return what is remembered at the end of a step with a displacement u_1 (n,) [m]."""
+        given = np.empty_like(memory.given)
+        given[0], given[1] = displacement, self.layers.shape @ displacement
+        fields = np.empty_like(memory.dashpots), np.empty_like(memory.relaxed)
+        follow, across = self.recurrence, self.layers.across
+        terms = follow.shares, follow.decay, follow.end, follow.start
+        if across is None or self.layers.thickness is None:
+            found = along(*terms, memory.given, memory.dashpots, memory.relaxed, given, *fields)
+            thinned = memory.across, memory.across_dashpots, memory.across_relaxed
+        else:
+            given[2] = self.layers.thickness @ displacement
+            before = memory.across, memory.across_dashpots, memory.across_relaxed
+            thinned = np.empty_like(before[0]), np.empty_like(before[1]), np.empty_like(before[2])
+            bulk = across.bulk if np.isfinite(across.bulk) else 0.0
+            found = across_and_along(
+                *terms,
+                (*self.thinning, across.along, bulk),
+                *(memory.given, memory.dashpots, memory.relaxed, *before),
+                *(given, *fields, *thinned),
+            )
+        stored, moved, of_dashpots = found
+        dissipated = 0.5 * (moved - (of_dashpots - memory.of_dashpots))
+        return Memory(given, *fields, *thinned, stored, of_dashpots, dissipated)
+
+    def elastic_force(self, memory: Memory) -> tuple[Array, Array | None]:
+        """Return y and, in plane stress, what T is to be multiplied with: the force is K u - S y + T of that."""
+        across = self.layers.across
+        if across is None:
+            return memory.relaxed[0], None
+        return memory.relaxed[0], memory.across[0] - across.along * memory.given[0] - memory.across_relaxed[0]
+
+
+def viscous_steps(layers: Sequence[Relaxing], step: float) -> tuple[Viscous, ...]:
+    """Return the layers that relax, for a step [s] that their model was checked for."""
+    return tuple(Viscous(own, recurrence(own.prony, step, controlled=True)) for own in layers)
+
+
+def stiffness_of_step(stiffness: sparse.csr_matrix, viscous: Sequence[Viscous]) -> sparse.csr_matrix:
+    """Return the stiffness K_step of the force at the end of a step, from the elastic stiffness, both (n, n) [N/m]."""
+    for own in viscous:
+        stiffness = sparse.csr_matrix(stiffness + own.stiffness)
+    return stiffness
+
+
+def relaxed_force(rows: Sequence[Relaxing], viscous: Sequence[Viscous], memories: Sequence[Memory]) -> Array | float:
+    """Return by how much forces are less than those of the elastic stiffness, shape (k,) [N]; 0 without layers.
+
+    Parameters
+    ----------
+    rows : sequence of Relaxing
+        Maps (k, n) of the layers.
+    viscous : sequence of Viscous
+        The layers.
+    memories : sequence of Memory
+        What they remember.
+    """
+    total: Array | float = 0.0
+    for row, own, memory in zip(rows, viscous, memories, strict=True):
+        relaxed, thinned = own.elastic_force(memory)
+        total = total + row.shape @ relaxed
+        if thinned is not None and row.thickness is not None:
+            total = total - row.thickness @ thinned
+    return total
+
+
+def no_memory(viscous: Viscous) -> Memory:
+    """Return what layers remember that have never moved."""
+    count, size = len(viscous.recurrence.shares), viscous.layers.shape.shape[0]
+    rows, thin = (3, 2) if viscous.layers.across is not None else (2, 0)
+    given, across = np.zeros((rows, size)), np.zeros((thin, size))
+    return Memory(given, np.zeros((count, rows, size)), given, across, np.zeros((count, thin, size)), across)

@@ -1,0 +1,173 @@
+"""Contact forces that a step must not count: those of nodes that leave, and friction that turns.
+
+A step counts the forces at its start and at its end. The contact force at the start would push a node that is off the
+counterface at the end, and friction at the start would drive a slip that turns round in the step: both make energy.
+Such a step is solved again without these forces, so that contact takes energy out or leaves it.
+
+With contact forces r and the weights of the scheme, the force of contact in the equation of motion is ::
+
+    q_1 = w_1 r_1 - w_0 r_0 + e_1,    impulse over the step: h [(1 - m) q_0 + m q_1]
+
+where the correction e is zero until forces are dropped. At a node that leaves, e_1 cancels r_0 and makes the impulse
+vanish; that leaves z_1 = s q_0 with s = -(1 - m)/m. This remainder fades as z_1 = s z_0, with which it gives no impulse
+in any later step. Where friction turns, the same is done with the tangential parts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.dynamics.system.scheme import Scheme
+
+__all__ = ["LEAVES", "TURNS", "Release", "drop", "fade", "fading_forces", "find_changes"]
+
+Array = NDArray[np.float64]
+Marks = NDArray[np.int8]
+
+#: Marks of candidates: their friction turns; they leave the counterface, which drops all that turning drops.
+TURNS, LEAVES = 1, 2
+
+# Both relative: to the largest force that was dropped, far below what contact is solved to; and to the friction limit.
+_FADED, _ROUNDING = 1e-16, 1e-9
+
+
+@dataclass(frozen=True)
+class Release:
+    """What dropped contact forces leave in the equation of motion, in global components.
+
+    Parameters
+    ----------
+    fading : (n_c, dim) array
+        Remainder z [N].
+    cancelled : (n_c, dim) array
+        Forces at the start of the last step, weighted, that were dropped in it, w_0 r_0 [N].
+    largest : float
+        The largest force that was dropped so far [N].
+    """
+
+    fading: Array
+    cancelled: Array
+    largest: float
+
+    @property
+    def correction(self) -> Array:
+        """Correction e of the contact force in the equation of motion, shape (n_c, dim) [N]."""
+        return self.fading + self.cancelled
+
+
+def find_changes(
+    forces: tuple[Array, Array], relative: tuple[Array, Array], stiffness: Array, friction_coefficient: Array
+) -> Marks:
+    """Mark the candidates whose force at the start of a step must not count.
+
+    Parameters
+    ----------
+    forces : tuple of two (n_c, dim) arrays
+        Contact forces in the candidates' frames at the start and at the end of the step [N].
+    relative : tuple of two (n_c, dim) arrays
+        Gap and relative tangential displacement at the start and at the end [m].
+    stiffness : (n_c,) array
+        Tangential penalty stiffness [N/m].
+    friction_coefficient : (n_c,) array
+        Friction coefficient of the step [-].
+
+    Returns
+    -------
+    (n_c,) array of int
+        LEAVES where a node leaves, TURNS where the mean friction of the step would drive its slip, else 0.
+
+    Examples
+    --------
+    The first node leaves. The second slips forwards, and friction pulled it forwards more than it resists now:
+
+    >>> start, end = np.array([[1.0, 0.0], [1.0, 0.5]]), np.array([[0.0, 0.0], [0.5, -0.25]])
+    >>> relative = np.zeros((2, 2)), np.array([[0.1, 0.0], [0.0, 3.0]])
+    >>> find_changes((start, end), relative, np.ones(2), np.full(2, 0.5)).tolist()
+    [2, 1]
+    """
+    marks: Marks = _find_changes(*forces, *relative, stiffness, friction_coefficient)
+    return marks
+
+
+@numba.njit(cache=True, nogil=True)
+def _find_changes(forces_before, forces, relative_before, relative, stiffness, friction):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    count, dim = forces.shape
+    marks = np.zeros(count, dtype=np.int8)
+    for i in range(count):
+        if forces_before[i, 0] <= 0.0:
+            continue
+        if forces[i, 0] <= 0.0:
+            marks[i] = LEAVES
+            continue
+        work = tangential = 0.0
+        for k in range(1, dim):
+            change = (forces[i, k] - forces_before[i, k]) / stiffness[i]
+            work += (relative[i, k] - relative_before[i, k] + change) * (forces[i, k] + forces_before[i, k])
+            tangential += forces[i, k] ** 2
+        limit = friction[i] * forces[i, 0]
+        if np.sqrt(tangential) >= limit * (1.0 - _ROUNDING) and work > _ROUNDING * limit**2 / stiffness[i]:
+            marks[i] = TURNS
+    return marks
+
+
+def fading_forces(scheme: Scheme, release: Release) -> Array:
+    """Return what a release at the start of a step leaves at its end, shape (n_c, dim) [N]."""
+    return _remainder(scheme) * release.fading
+
+
+def fade(scheme: Scheme, release: Release) -> Release | None:
+    """Return a release after a step in which no force was dropped; None where nothing is left of it."""
+    fading = fading_forces(scheme, release)
+    if np.abs(fading).max(initial=0.0) <= _FADED * release.largest:
+        return None
+    return Release(fading, np.zeros_like(fading), release.largest)
+
+
+def drop(
+    scheme: Scheme, forces: tuple[Array, Array], release: Release | None, marks: Marks, normals: Array
+) -> tuple[Release, Array]:
+    """Drop forces at the start of a step.
+
+    Parameters
+    ----------
+    scheme : Scheme
+        Time integration.
+    forces : tuple of two (n_c, dim) arrays
+        Contact forces one step before the start of the step, and at its start, in global components [N].
+    release : Release or None
+        At the start of the step.
+    marks : (n_c,) array of int
+        LEAVES where all of a force is dropped, TURNS where its tangential part is.
+    normals : (n_c, dim) array
+        Normals at the candidates [-].
+
+    Returns
+    -------
+    release : Release
+        At the end of the step.
+    force : (n_c, dim) array
+        What the step that counts these forces lacks in its equation of motion [N].
+    """
+    earlier = scheme.start_weight * forces[0]
+    pushing = scheme.end_weight * forces[1] - (earlier if release is None else earlier - release.cancelled)
+    cancelled = _dropped(scheme.start_weight * forces[1], marks, normals)
+    added = _dropped(_remainder(scheme) * pushing, marks, normals)
+    fading = added if release is None else added + fading_forces(scheme, release)
+    largest = max(0.0 if release is None else release.largest, float(np.abs(added).max(initial=0.0)))
+    return Release(fading, cancelled, largest), added + cancelled
+
+
+def _remainder(scheme: Scheme) -> float:
+    """Return s = -(1 - m)/m, with which a force gives no impulse over a step [-]."""
+    return -(1.0 - scheme.end_share) / scheme.end_share
+
+
+def _dropped(forces: Array, marks: Marks, normals: Array) -> Array:
+    """Return what the marks drop of forces (n_c, dim) [N]."""
+    normal = np.einsum("cd,cd->c", forces, normals) * (marks == TURNS)
+    dropped: Array = forces * (marks != 0)[:, None] - normal[:, None] * normals
+    return dropped

@@ -1,0 +1,213 @@
+"""What may be shared: a matrix by models, a compliance by systems, a motion by systems that still move alike."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+from fingerslip.dynamics.system.scheme import make_scheme
+from fingerslip.dynamics.system.system import System
+from fingerslip.errors import InputError
+from fingerslip.model import Contact, Model
+from fingerslip.timing import Adaptive, Timing
+
+__all__ = [
+    "check_same_matrix",
+    "first_alike",
+    "groups_to_share",
+    "material_key",
+    "same_body",
+    "same_compliance",
+    "same_matrix",
+    "same_motion",
+]
+
+T = TypeVar("T")
+
+# Degrees of freedom from which sharing is worth it, by the dimension of space; models whose histories are kept at once.
+# Eight frictions and depths together take 1/1.7 of the CPU time in the plane at 15,000 and 1/1.35 at 5,000.
+_WORTH_SHARING = {2: 5_000, 3: 15_000}
+_MOST = 8
+
+# What of a model decides stiffness and mass, beside its mesh.
+_OF_BODY = ("kinematics", "materials", "formulation", "depth", "supports", "support_motions", "integration")
+# What of a rigid body does.
+_OF_RIGID = ("mass", "free", "centre", "inertia", "springs", "dampers")
+
+
+def same_matrix(one: Model, other: Model) -> bool:
+    """Tell whether two models have the same effective matrix, so that they can be simulated together."""
+    return not _difference(one, other)
+
+
+def same_body(one: Model, other: Model) -> bool:
+    """Tell whether a reduced basis may serve two models: the same matrices, boundaries that may touch, and sites."""
+    return (
+        all(getattr(one, name) == getattr(other, name) for name in _OF_BODY)
+        and [contact.boundary for contact in one.contacts] == [contact.boundary for contact in other.contacts]
+        and _rigid_parts(one) == _rigid_parts(other)
+        and one.record.sites == other.record.sites
+        and _same_mesh(one.mesh, other.mesh)
+    )
+
+
+def same_compliance(one: System, other: System) -> bool:
+    """Tell whether two systems of one matrix have the same compliance at their candidates, in the same frames."""
+    frames, others = one.constant_frames(), other.constant_frames()
+    return (
+        np.array_equal(one.candidates.nodes, other.candidates.nodes)
+        and np.array_equal(one.candidates.counterface, other.candidates.counterface)
+        and (frames is None) == (others is None)
+        and (frames is None or others is None or np.array_equal(frames, others))
+    )
+
+
+def same_motion(one: System, other: System) -> bool:
+    """Tell whether two systems of one matrix move alike as long as their counterfaces do."""
+    return (
+        one.counterfaces == other.counterfaces
+        and np.array_equal(one.candidates.nodes, other.candidates.nodes)
+        and np.array_equal(one.initial_velocity, other.initial_velocity)
+        and len(one.loads) == len(other.loads)
+        and all(
+            a.ramp == b.ramp and np.array_equal(a.forces, b.forces) for a, b in zip(one.loads, other.loads, strict=True)
+        )
+    )
+
+
+def first_alike(items: Sequence[T], same: Callable[[T, T], bool], key: Callable[[T], str] = lambda _: "") -> list[int]:
+    """Return for each item the index of the first one that is the same.
+
+    Items with different keys are never the same: a key keeps thousands of items from being compared with each other.
+
+    Examples
+    --------
+    >>> first_alike(["to", "be", "To", "BE", "or"], lambda one, other: one.lower() == other.lower())
+    [0, 1, 0, 1, 4]
+    """
+    found: list[int] = []
+    kinds: dict[str, list[int]] = {}
+    for item in items:
+        known = kinds.setdefault(key(item), [])
+        first = next((number for number in known if same(items[number], item)), None)
+        if first is None:
+            known.append(first := len(found))
+        found.append(first)
+    return found
+
+
+def material_key(model: Model) -> str:
+    """Return a text that is the same for models with the same materials."""
+    return repr(sorted(model.materials.items(), key=lambda item: item[0]))
+
+
+def groups_to_share(models: Sequence[Model], at_once: int = 1) -> list[list[int]]:
+    """Return the indices of models that are best simulated together, group by group.
+
+    Small models stay apart. A large group is split evenly, so that not too many histories are kept at once.
+
+    Parameters
+    ----------
+    models : sequence of Model
+        The models.
+    at_once : int, optional
+        Groups that can be simulated at once. In the plane, where one group can use one core, there are as many.
+    """
+    first = first_alike(models, lambda one, other: _gains(other) and same_matrix(one, other), material_key)
+    alike = [[number for number, own in enumerate(first) if own == kind] for kind in dict.fromkeys(first)]
+    each = math.ceil(at_once / max(1, len(alike)))
+    return [part for group in alike for part in _even_parts(group, each if _is_plane(models[group[0]]) else 1)]
+
+
+def check_same_matrix(models: Sequence[Model]) -> None:
+    """Refuse models that cannot be simulated together.
+
+    Raises
+    ------
+    InputError
+        For no models, and for the first part of a model that differs from that of the first model.
+    """
+    if not models:
+        raise InputError("models", "got none", "needs one or more")
+    for number, model in enumerate(models):
+        part = _difference(models[0], model)
+        if part:
+            found = "differs from that of the first model"
+            allowed = "needs the same matrix to be simulated together"
+            raise InputError(f"models.{number}.{part}", found, allowed, "simulate it by itself")
+
+
+def _gains(model: Model) -> bool:
+    """Tell whether a model gains by sharing: not at large strain nor with steps of its own, whose matrix is its own."""
+    if model.mesh.p.size < _WORTH_SHARING[model.mesh.dim()]:
+        return False
+    return not (model.is_finite or isinstance(model.time, Adaptive))
+
+
+def _is_plane(model: Model) -> bool:
+    return bool(model.mesh.dim() == 2)
+
+
+def _even_parts(group: list[int], at_once: int) -> list[list[int]]:
+    """Split a group into a multiple of the parts that run at once, so that all of these end together."""
+    rounds = math.ceil(len(group) / (_MOST * at_once))
+    size = math.ceil(len(group) / (rounds * at_once))
+    return [group[start : start + size] for start in range(0, len(group), size)]
+
+
+def _difference(one: Model, other: Model) -> str:
+    """Return what keeps two models from having the same matrix; empty if nothing does."""
+    for name in (*_OF_BODY, "damping", "basis"):
+        if getattr(one, name) != getattr(other, name):
+            return name
+    if not _same_mesh(one.mesh, other.mesh):
+        return "mesh"
+    if not _same_steps(one.time, other.time):
+        return "time"
+    if len(one.contacts) != len(other.contacts):
+        return "contacts"
+    if _rigid_parts(one) != _rigid_parts(other):
+        return "bodies"
+    pairs = enumerate(zip(one.contacts, other.contacts, strict=True))
+    return next((f"contacts.{number}" for number, (a, b) in pairs if _of_matrix(a) != _of_matrix(b)), "")
+
+
+def _same_steps(one: Timing, other: Timing) -> bool:
+    return isinstance(one, Adaptive) == isinstance(other, Adaptive) and make_scheme(one) == make_scheme(other)
+
+
+def _of_matrix(contact: Contact) -> tuple[Any, ...]:
+    """Return what of a contact decides the matrix and the compliance."""
+    mass = contact.drive.mass if contact.drive else None
+    return (
+        contact.boundary,
+        contact.counterface,
+        contact.normal_penalty,
+        contact.tangential_penalty,
+        mass,
+        contact.rigid_body,
+    )
+
+
+def _rigid_parts(model: Model) -> list[tuple[Any, ...]]:
+    """Return what of the rigid bodies decides the matrix and the compliance."""
+    return [(name, *(getattr(body, part) for part in _OF_RIGID)) for name, body in model.bodies.items()]
+
+
+def _same_mesh(one: Any, other: Any) -> bool:
+    if one is other:
+        return True
+    tables: tuple[Callable[[Any], Any], ...] = (lambda mesh: mesh.boundaries, lambda mesh: mesh.subdomains)
+    return (
+        type(one) is type(other)
+        and np.array_equal(one.doflocs, other.doflocs)
+        and np.array_equal(one.t, other.t)
+        and all(_same_table(table(one) or {}, table(other) or {}) for table in tables)
+    )
+
+
+def _same_table(one: dict[str, Any], other: dict[str, Any]) -> bool:
+    return one.keys() == other.keys() and all(np.array_equal(one[name], other[name]) for name in one)

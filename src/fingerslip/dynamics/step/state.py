@@ -1,0 +1,134 @@
+"""The state of a motion, and the state at which it starts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.interface import InterfaceState, rest_state
+from fingerslip.contact.solve.pieces import Piece
+from fingerslip.contact.solve.working_set import WorkingSet
+from fingerslip.dynamics.finite.body import BodyState
+from fingerslip.dynamics.step.energy import Energies
+from fingerslip.dynamics.step.memory import Memory, no_memory
+from fingerslip.dynamics.step.release import Release
+from fingerslip.dynamics.step.stepper import Stepper, with_known
+
+__all__ = ["State", "first_state"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class State:
+    """The motion at one time, on the system's unknowns.
+
+    Parameters
+    ----------
+    time : float
+        [s].
+    displacement, velocity, acceleration : (n,) array
+        [m], [m/s], [m/s^2].
+    inertia : (n,) array
+        Mass times acceleration [N].
+    load : (n,) array
+        Forces of loads, those on rigid bodies included [N].
+    unbalance, unbalance_before : (n,) array
+        Unbalanced force C v + K u - f now and one step earlier [N].
+    counterfaces : (n_counterfaces, dim) array
+        Prescribed displacement of the counterfaces [m].
+    moved : (n_c, dim) array
+        Displacement of the candidates relative to their counterfaces [m].
+    contact_forces, contact_forces_before : (n_c, dim) array
+        Forces of the counterfaces on the candidates in global components, now and one step earlier [N].
+    interface : InterfaceState
+        The contact candidates in their frames.
+    energies : Energies
+        The balance so far.
+    step : float
+        Length of the last step [s]; 0 at the start.
+    iterations : int
+        Iterations of the contact solver in the last step.
+    residual : float
+        Its relative residual [-].
+    working_set : WorkingSet, Piece or None
+        What the contact solver keeps for the next step.
+    release : Release or None
+        What nodes that have left a counterface still feel; None where there are none.
+    memories : tuple of Memory
+        What layers that relax remember.
+    body : BodyState or None
+        The body at large strain; None at small strain.
+    """
+
+    time: float
+    displacement: Array
+    velocity: Array
+    acceleration: Array
+    inertia: Array
+    load: Array
+    unbalance: Array
+    unbalance_before: Array
+    counterfaces: Array
+    moved: Array
+    contact_forces: Array
+    contact_forces_before: Array
+    interface: InterfaceState
+    energies: Energies
+    step: float = 0.0
+    iterations: int = 0
+    residual: float = 0.0
+    working_set: WorkingSet | Piece | None = None
+    release: Release | None = None
+    memories: tuple[Memory, ...] = ()
+    body: BodyState | None = None
+
+    @property
+    def large_body(self) -> BodyState:
+        """The body at large strain, where there is one."""
+        if self.body is None:
+            raise ValueError("a state at small strain")
+        return self.body
+
+
+def first_state(stepper: Stepper) -> State:
+    """Return the state at time zero, with the acceleration that loads and damping give it; supports are at rest."""
+    system, candidates = stepper.system, stepper.system.candidates
+    velocity, load = system.initial_velocity, system.load(0.0)
+    damped, kinetic = stepper.damping_force(velocity), stepper.kinetic_energy(velocity)
+    acceleration, inertia = _acceleration(stepper, (load - damped) * stepper.scheme.inertia_factor)
+    unbalance, moving = damped - load, system.unknowns.moving
+    unbalance[moving] = -inertia[moving]
+    none = np.zeros((len(candidates.nodes), system.space.dim))
+    return State(
+        time=0.0,
+        displacement=np.zeros_like(velocity),
+        velocity=velocity,
+        acceleration=acceleration,
+        inertia=inertia,
+        load=load,
+        unbalance=unbalance,
+        unbalance_before=unbalance,
+        counterfaces=np.zeros((len(system.motions), system.space.dim)),
+        moved=none,
+        contact_forces=none,
+        contact_forces_before=none,
+        interface=rest_state(candidates, system.counterfaces.gaps(candidates.positions, candidates.counterface)),
+        energies=Energies(kinetic=kinetic, initial=kinetic),
+        memories=tuple(map(no_memory, stepper.viscous)),
+        body=None if system.body is None else system.body.at_rest(stepper.scheme.step),
+    )
+
+
+def _acceleration(stepper: Stepper, forces: Array) -> tuple[Array, Array]:
+    """Return the acceleration (n,) [m/s^2] under forces (n,) [N], and the mass times it; moving supports have none."""
+    system, moving = stepper.system, stepper.system.unknowns.moving
+    given = forces.copy()
+    given[moving] = 0.0
+    if not given.any():
+        return given, np.zeros_like(given)
+    factor = system.coordinates.factorise(with_known(system.mass, moving), stepper.solver)
+    acceleration = factor.backward(factor.forward(given))
+    return acceleration, (system.mass @ acceleration if moving.size else given)

@@ -1,0 +1,318 @@
+"""What stays the same from step to step: the condensed matrix, and the compliance of the contact nodes."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.contact.frames import tangent_lengths
+from fingerslip.contact.solve.compliance import Compliance
+from fingerslip.dynamics.finite.body import BodyState
+from fingerslip.dynamics.step.condensation import Condensed
+from fingerslip.dynamics.step.memory import Memory, Viscous, relaxed_force, stiffness_of_step, viscous_steps
+from fingerslip.dynamics.step.sharing import first_alike, same_compliance
+from fingerslip.dynamics.system.scheme import Scheme, make_scheme
+from fingerslip.dynamics.system.system import System
+from fingerslip.linear.solver import LinearSolver, preferred_solver
+from fingerslip.materials.damping import RayleighDamping
+from fingerslip.model import Timing
+
+__all__ = ["Forces", "Stepper", "Stopwatch", "build_stepper", "build_steppers", "with_known"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+# Stiffness of the springs to an anchor over that of all contact.
+_SOFT = 1e-4
+
+
+class Forces(Protocol):
+    """What of a state the forces of moving supports follow from; see :class:`fingerslip.dynamics.step.state.State`."""
+
+    @property
+    def displacement(self) -> Array:
+        """Displacement, shape (n,) [m]."""
+
+    @property
+    def velocity(self) -> Array:
+        """Velocity, shape (n,) [m/s]."""
+
+    @property
+    def load(self) -> Array:
+        """Loads, shape (n,) [N]."""
+
+    @property
+    def unbalance(self) -> Array:
+        """Unbalanced force, shape (n,) [N]."""
+
+    @property
+    def contact_forces(self) -> Array:
+        """Contact forces in global components, shape (n_c, dim) [N]."""
+
+    @property
+    def memories(self) -> tuple[Memory, ...]:
+        """What layers that relax remember."""
+
+    @property
+    def body(self) -> BodyState | None:
+        """The body at large strain; None at small strain."""
+
+
+@dataclass
+class Stopwatch:
+    """Seconds spent in each part of a simulation, by the clock and by all cores together."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+    cpu_seconds: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def part(self, name: str) -> Iterator[None]:
+        """Add the time that the block takes to `name`."""
+        start, cpu_start = clock.perf_counter(), clock.process_time()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + clock.perf_counter() - start
+            self.cpu_seconds[name] = self.cpu_seconds.get(name, 0.0) + clock.process_time() - cpu_start
+
+
+@dataclass(frozen=True)
+class Stepper:
+    """All of one motion that stays the same from step to step.
+
+    Parameters
+    ----------
+    system : System
+        Matrices and candidates.
+    scheme : Scheme
+        Time integration.
+    damping : RayleighDamping
+        Material damping.
+    solver : LinearSolver
+        What has factorised.
+    condensed : Condensed
+        The effective matrix, factorised and condensed on the candidates of all motions that share it.
+    rows : (m,) array
+        The rows among these of the system's own candidates.
+    compliance : Compliance
+        Compliance of a step on the own candidates.
+    constant_frames : (n_c, dim, dim) array or None
+        Frames of the candidates where they never turn; those of `compliance` then.
+    anchoring : float
+        Stiffness per mass of springs between the body and an anchor [1/s^2], where only contact holds it; else 0.
+    viscous : tuple of Viscous
+        The layers that relax.
+    """
+
+    system: System
+    scheme: Scheme
+    damping: RayleighDamping
+    solver: LinearSolver
+    condensed: Condensed
+    rows: Indices
+    compliance: Compliance
+    constant_frames: Array | None
+    anchoring: float = 0.0
+    viscous: tuple[Viscous, ...] = ()
+
+    @cached_property
+    def stiffness(self) -> sparse.csr_matrix:
+        """Stiffness of the force at the end of a step (n, n) [N/m]; see :mod:`fingerslip.dynamics.step.memory`."""
+        return stiffness_of_step(self.system.stiffness, self.viscous)
+
+    @cached_property
+    def stretch(self) -> Array | None:
+        """Lengths of the constant frames' tangents, shape (n_c, dim - 1) [-]; None where frames turn."""
+        return None if self.constant_frames is None else tangent_lengths(self.constant_frames)
+
+    def steered(self, system: System) -> Stepper:
+        """Return the stepper of a system with the same matrices and candidates."""
+        return replace(self, system=system)
+
+    def anchor_force(self, stretch: Array) -> Array:
+        """Return the force of springs to an anchor that are stretched by (n,) [m], shape (n,) [N]."""
+        force: Array = self.anchoring * (self.system.mass @ stretch)
+        return force
+
+    def damping_force(self, velocity: Array) -> Array:
+        """Return the damping force C v at a velocity (n,) [m/s], shape (n,) [N]."""
+        total = np.zeros_like(velocity)
+        if self.damping.mass:
+            total += self.damping.mass * (self.system.mass @ velocity)
+        if self.damping.stiffness:
+            total += self.damping.stiffness * (self.system.stiffness @ velocity)
+        if self.system.dampers is not None:
+            total += self.system.dampers * velocity
+        return total
+
+    def support_force(self, state: Forces) -> Array:
+        """Return the forces of the moving supports on the body, shape (k,) [N]: what their equations lack."""
+        system, moving = self.system, self.system.unknowns.moving
+        if state.body is None:
+            force = system.stiffness[moving] @ (state.displacement + self.damping.stiffness * state.velocity)
+        else:
+            force = state.body.force[moving] + self.damping.stiffness * (system.stiffness[moving] @ state.velocity)
+        force += -state.load[moving] - state.unbalance[moving]
+        if self.damping.mass:
+            force += self.damping.mass * (system.mass[moving] @ state.velocity)
+        if self.viscous:
+            rows = [own.layers.mapped(lambda matrix: matrix[moving]) for own in self.viscous]
+            force -= relaxed_force(rows, self.viscous, state.memories)
+        found: Array = force - (system.relative[:, moving].T @ state.contact_forces.ravel())
+        return found
+
+    def kinetic_energy(self, velocity: Array) -> float:
+        """Return the kinetic energy at a velocity (n,) [m/s], in J; none where nothing has inertia."""
+        return 0.5 * self.scheme.inertia_factor * float(velocity @ (self.system.mass @ velocity))
+
+
+def build_steppers(
+    systems: Sequence[System],
+    time: Timing,
+    damping: RayleighDamping,
+    *,
+    solver: LinearSolver | None = None,
+    reserved_bytes: int = 0,
+) -> list[Stepper]:
+    """Factorise and condense for a fixed step.
+
+    Parameters
+    ----------
+    systems : sequence of System
+        Systems with the same stiffness and mass; their candidates, programmes and loads may differ.
+    time : TimeStepping, QuasiStatic or Scheme
+        Time integration.
+    damping : RayleighDamping
+        Material damping.
+    solver : LinearSolver, optional
+        What factorises; without it the preferred solver that is available.
+    reserved_bytes : int, optional
+        Memory that must stay free for the histories [bytes].
+
+    Returns
+    -------
+    list of Stepper
+        One for each system. They share the condensed matrix, and compliances where these are the same.
+
+    Raises
+    ------
+    InputError
+        Where the memory does not suffice.
+    """
+    return _build(systems, make_scheme(time), damping, solver or preferred_solver(), reserved_bytes)
+
+
+def build_stepper(
+    system: System, scheme: Scheme, damping: RayleighDamping, *, solver: LinearSolver, reserved_bytes: int = 0
+) -> Stepper:
+    """Factorise and condense one system for the steps of a scheme; see :func:`build_steppers`."""
+    return _build([system], scheme, damping, solver, reserved_bytes)[0]
+
+
+def _build(
+    systems: Sequence[System], scheme: Scheme, damping: RayleighDamping, solver: LinearSolver, reserved_bytes: int
+) -> list[Stepper]:
+    local, rows = _joint_rows(systems)
+    anchoring = _anchoring(systems[0])
+    viscous = viscous_steps(systems[0].relaxing, scheme.step)
+    effective = _effective_matrix(systems[0], scheme, damping, viscous) + anchoring * systems[0].mass
+    matrix = with_known(sparse.csr_matrix(effective), systems[0].unknowns.moving)
+    local = _without(local, systems[0].unknowns.moving)
+    condensed, compliance = systems[0].coordinates.condense(matrix, local, solver, reserved_bytes)
+    # A force at the end of the step has the end weight, a unit of the unknown the displacement factor.
+    factor = scheme.end_weight * scheme.displacement_factor
+    first = first_alike(systems, same_compliance)
+    own = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
+    return [
+        Stepper(system, scheme, damping, solver, condensed, rows[number], *own[first[number]], anchoring, viscous)
+        for number, system in enumerate(systems)
+    ]
+
+
+def _effective_matrix(
+    system: System, scheme: Scheme, damping: RayleighDamping, viscous: Sequence[Viscous]
+) -> sparse.csr_matrix:
+    """Return the matrix A of a step, which the unknown is solved for, shape (n, n)."""
+    stiffness_part = scheme.displacement_factor + scheme.velocity_factor * damping.stiffness
+    mass_part = scheme.inertia_factor + scheme.end_weight * scheme.velocity_factor * damping.mass
+    effective = mass_part * system.mass + scheme.end_weight * stiffness_part * system.stiffness
+    if system.dampers is not None:
+        effective += sparse.diags(scheme.end_weight * scheme.velocity_factor * system.dampers)
+    for own in viscous:
+        effective = effective + scheme.end_weight * scheme.displacement_factor * own.stiffness
+    return sparse.csr_matrix(effective)
+
+
+def with_known(matrix: sparse.csr_matrix, known: Indices) -> sparse.csr_matrix:
+    """Return a matrix (n, n) in whose equations the unknowns `known` (k,) are zero."""
+    if not known.size:
+        return matrix
+    kept = np.ones(matrix.shape[0])
+    kept[known] = 0.0
+    there = sparse.diags(kept)
+    return sparse.csr_matrix(there @ matrix @ there + sparse.diags((1.0 - kept) * matrix.diagonal().mean()))
+
+
+def _without(local: sparse.csr_matrix, known: Indices) -> sparse.csr_matrix:
+    """Return a map (m, n) that does not read the unknowns `known` (k,)."""
+    if not known.size:
+        return local
+    kept = np.ones(local.shape[1])
+    kept[known] = 0.0
+    found = sparse.csr_matrix(local @ sparse.diags(kept))
+    found.eliminate_zeros()
+    return found
+
+
+def _anchoring(system: System) -> float:
+    """Return the stiffness per mass of springs that hold a body until contact does [1/s^2]; 0 where supports do.
+
+    They are soft beside the contact, so that few passes of a step carry the anchor to where they pull no more.
+    """
+    if not system.held_by_contact:
+        return 0.0
+    rigid, stiffness = system.unknowns.rigid, system.candidates.normal_stiffness
+    loose = [(at, own) for at, own in zip(system.unknowns.of_rigid, rigid, strict=True) if own.is_loose]
+    columns = system.relative[:, [at for at, _ in loose]]
+    of_contact = np.repeat(stiffness, system.space.dim) @ columns.power(2)
+    ratios = [resistance / own.mass for resistance, (_, own) in zip(of_contact, loose, strict=True)]
+    if "body" in system.held_by_contact:
+        of_mesh = system.mass.sum() - sum(own.mass for own in rigid)
+        ratios.append(stiffness.sum() / (of_mesh / system.space.dim))
+    return float(_SOFT * min(ratios))
+
+
+def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[Indices]]:
+    """Return the local displacements of all candidates of all systems, and the rows of each system's own."""
+    dim = systems[0].space.dim
+    marks = [
+        system.candidates.counterface * len(system.space.positions) + system.candidates.nodes for system in systems
+    ]
+    joint, first = np.unique(np.concatenate(marks), return_index=True)
+    rows = [_components(np.searchsorted(joint, own), dim) for own in marks]
+    if all(own.size == dim * joint.size for own in rows):
+        return systems[0].relative, rows
+    stacked = sparse.vstack([system.relative for system in systems], format="csr")
+    return stacked[_components(first, dim)], rows
+
+
+def _components(nodes: Indices, dim: int) -> Indices:
+    components: Indices = (nodes[:, None] * dim + np.arange(dim)).ravel()
+    return components
+
+
+def _own_compliance(system: System, joint: Array, rows: Indices, factor: float) -> tuple[Compliance, Array | None]:
+    """Return the compliance of a system's candidates, in their frames where these stay, and these frames."""
+    candidates = system.candidates
+    stiffness = [candidates.normal_stiffness] + [candidates.tangential_stiffness] * (system.space.dim - 1)
+    own = joint if rows.size == len(joint) else joint[np.ix_(rows, rows)]
+    frames = system.constant_frames()
+    return Compliance(own, 1.0 / np.column_stack(stiffness), frames, factor), frames

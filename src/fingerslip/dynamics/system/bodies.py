@@ -1,0 +1,268 @@
+"""The free directions of rigid bodies, each of them an unknown of the system, and what is wrong with bodies.
+
+A driven counterface is one, too: a body that is free along its normal. Small rotations make all motions of a body
+linear in its unknowns: with the displacement q_k of its centre in the direction e_k, or a turn q_k about it, a point x
+that is fixed to the body moves by ::
+
+    sum over k of q_k d_k(x),    d_k = e_k, or e_k x (x - centre) for a turn
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.counterfaces import Counterface
+from fingerslip.dynamics.system.motion import Motion, counterface_motion
+from fingerslip.dynamics.system.scheme import make_scheme
+from fingerslip.errors import InputError
+from fingerslip.materials.damping import RayleighDamping
+from fingerslip.model import Contact, Drive, Model
+from fingerslip.programme import Ramp
+from fingerslip.rigid_bodies import DIRECTIONS, Direction, RigidBody, directions_in
+
+__all__ = [
+    "RigidFreedom",
+    "body_centres",
+    "check_bodies",
+    "contact_motion",
+    "faces_of",
+    "rigid_freedoms",
+    "unheld_bodies",
+]
+
+Array = NDArray[np.float64]
+
+_ZERO = 1e-9
+
+
+@dataclass(frozen=True)
+class RigidFreedom:
+    """One free direction of a rigid body.
+
+    Parameters
+    ----------
+    body : str or None
+        Name of the body; None for the counterface that a drive moves.
+    direction : Direction or None
+        Its name; None for a drive.
+    faces : tuple of int
+        Indices of the counterfaces that move with it.
+    shift : (dim,) array
+        Displacement of the body's centre per unknown [-]; zero for a rotation.
+    turn : (dim, dim) array
+        Map from the arm of a point to its displacement per radian [-]; zero for a translation.
+    centre : (dim,) array
+        Centre of the body at the start [m].
+    mass, stiffness : float
+        Inertia [kg] or [kg m^2], and stiffness of the spring [N/m] or [N m].
+    damping : float or None
+        Coefficient of the damper [N s/m] or [N m s]; None for that of the material damping.
+    velocity : float
+        At the start [m/s] or [rad/s].
+    loads : tuple of (float, Ramp)
+        Forces [N] or moments [N m] with their factors.
+    """
+
+    body: str | None
+    direction: Direction | None
+    faces: tuple[int, ...]
+    shift: Array
+    turn: Array
+    centre: Array
+    mass: float
+    stiffness: float = 0.0
+    damping: float | None = None
+    velocity: float = 0.0
+    loads: tuple[tuple[float, Ramp], ...] = ()
+
+    @property
+    def is_loose(self) -> bool:
+        """Whether nothing but contact holds it where nothing has inertia."""
+        return not (self.stiffness or self.damping)
+
+    @property
+    def axis(self) -> int:
+        """Index of its axis among x, y and z."""
+        return 0 if self.direction is None else "xyz".index(self.direction[-1])
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is a rotation."""
+        return bool(self.turn.any())
+
+    def moved(self, points: Array) -> Array:
+        """Return the displacement of points (k, dim) [m] of the body per unknown, same shape."""
+        found: Array = self.shift + (points - self.centre) @ self.turn.T
+        return found
+
+    def viscous(self, damping: RayleighDamping) -> float:
+        """Return the damping beside what material damping makes of mass and stiffness [N s/m] or [N m s]."""
+        if self.damping is None:
+            return 0.0
+        return self.damping - damping.mass * self.mass - damping.stiffness * self.stiffness
+
+
+def rigid_freedoms(model: Model) -> tuple[RigidFreedom, ...]:
+    """Return the free directions of all rigid bodies of a checked model, those of drives first."""
+    dim = model.mesh.dim()
+    drives = [
+        _driven(number, contact.drive, contact.counterface)
+        for number, contact in enumerate(model.contacts)
+        if contact.drive
+    ]
+    bodies = [
+        _freedom(model, name, direction)
+        for name, body in model.bodies.items()
+        for direction in directions_in(dim)
+        if direction in body.free
+    ]
+    return (*drives, *bodies)
+
+
+def _driven(number: int, drive: Drive, counterface: Counterface) -> RigidFreedom:
+    dim = counterface.dim
+    return RigidFreedom(
+        body=None,
+        direction=None,
+        faces=(number,),
+        shift=counterface.unit_normal,
+        turn=np.zeros((dim, dim)),
+        centre=np.zeros(dim),
+        mass=drive.mass,
+        loads=((drive.force, drive.ramp),),
+    )
+
+
+def _freedom(model: Model, name: str, direction: Direction) -> RigidFreedom:
+    body = model.bodies[name]
+    dim, axis = model.mesh.dim(), DIRECTIONS.index(direction)
+    turns = axis >= 3
+    shift, turn = (np.zeros(dim), _turn(axis - 3, dim)) if turns else (np.eye(dim)[axis], np.zeros((dim, dim)))
+    loads = [(getattr(load, direction), load.ramp) for load in body.loads]
+    if model.gravity is not None and not turns:
+        loads.append((body.mass * model.gravity[axis], body.filling))
+    return RigidFreedom(
+        body=name,
+        direction=direction,
+        faces=faces_of(model, name),
+        shift=shift,
+        turn=turn,
+        centre=_centre(body, dim),
+        mass=body.inertia[-1 if dim == 2 else axis - 3] if turns else body.mass,
+        stiffness=body.stiffness(direction),
+        damping=body.damping(direction),
+        velocity=body.velocity(direction),
+        loads=tuple((value, ramp) for value, ramp in loads if value),
+    )
+
+
+def _turn(axis: int, dim: int) -> Array:
+    """Return the matrix of the cross product with a unit vector; in the plane that about z."""
+    unit = np.eye(3)[axis]
+    return np.cross(unit, np.eye(3)).T[:dim, :dim]
+
+
+def faces_of(model: Model, name: str) -> tuple[int, ...]:
+    """Return the indices of the counterfaces on a rigid body."""
+    return tuple(number for number, contact in enumerate(model.contacts) if contact.rigid_body == name)
+
+
+def _centre(body: RigidBody, dim: int) -> Array:
+    return np.zeros(dim) if body.centre is None else np.asarray(body.centre, dtype=float)
+
+
+def body_centres(model: Model) -> tuple[Array, Array]:
+    """Return the centres of the rigid bodies, (n_bodies, dim) [m], and of the body of each contact, else the origin."""
+    dim, names = model.mesh.dim(), list(model.bodies)
+    centres = np.reshape([_centre(body, dim) for body in model.bodies.values()], (-1, dim))
+    of_contacts = [
+        np.zeros(dim) if one.rigid_body is None else centres[names.index(one.rigid_body)] for one in model.contacts
+    ]
+    return centres, np.reshape(of_contacts, (-1, dim))
+
+
+def contact_motion(model: Model, number: int) -> Motion:
+    """Return the prescribed motion of a contact's counterface: that of the rigid body that it is on, or its own.
+
+    Raises
+    ------
+    InputError
+        For a sliding direction that has no part along the surface, and motion of a body where it is free.
+    """
+    contact, programme = model.contacts[number], model.programmes[number]
+    if contact.rigid_body is None:
+        where = "programme" if contact.programme is None else f"contacts.{number}.programme"
+        return counterface_motion(programme, contact.counterface, where)
+    first, where = model.contacts[faces_of(model, contact.rigid_body)[0]], f"bodies.{contact.rigid_body}.programme"
+    motion = counterface_motion(programme, first.counterface, where)
+    for direction in model.bodies[contact.rigid_body].free:
+        axis = DIRECTIONS.index(direction)
+        if axis < 3 and np.abs(motion.positions[:, axis]).max() > _ZERO * np.abs(motion.positions).max():
+            raise InputError(where, f"moves the body along {direction}", f"the body is free along {direction}")
+    return motion
+
+
+def check_bodies(model: Model) -> None:
+    """Refuse rigid bodies that cannot be computed.
+
+    Raises
+    ------
+    InputError
+        For another number of dimensions than the mesh has, a programme of a body that no counterface is on, a velocity
+        without inertia, and a body that nothing holds in steps without inertia.
+    """
+    for name, body in model.bodies.items():
+        where = f"bodies.{name}"
+        _check_dimensions(where, body, model.mesh.dim())
+        if body.programme and not faces_of(model, name):
+            found = "is given for a body that no counterface is on"
+            raise InputError(
+                f"{where}.programme", found, "needs the normal of one", f"write 'rigid_body: {name}' in a contact"
+            )
+        if not make_scheme(model.time).inertia_factor:
+            _check_held(where, body, [model.contacts[number] for number in faces_of(model, name)])
+
+
+def _check_dimensions(where: str, body: RigidBody, dim: int) -> None:
+    known = directions_in(dim)
+    beyond = next((direction for direction in body.free if direction not in known), None)
+    if beyond:
+        raise InputError(f"{where}.free", f"got '{beyond}' in {dim} dimensions", f"needs {', '.join(known)}")
+    if body.centre is not None and len(body.centre) != dim:
+        raise InputError(f"{where}.centre", f"got {len(body.centre)} components", f"needs {dim}")
+    needed = 1 if dim == 2 else 3
+    if body.inertia and len(body.inertia) != needed:
+        raise InputError(f"{where}.inertia", f"got {len(body.inertia)} values", f"needs {needed}")
+
+
+def _check_held(where: str, body: RigidBody, contacts: Sequence[Contact]) -> None:
+    """Refuse a body without inertia that nothing can hold, and one with a velocity."""
+    if any(map(body.velocity, body.free)):
+        found = "is given for a model without inertia"
+        raise InputError(f"{where}.initial_velocity", found, "needs steps with inertia", "take TimeStepping")
+    loose = [one for one in body.free if not _is_held(body, one) and not any(_resists(own, one) for own in contacts)]
+    if loose:
+        found = f"nothing holds the body in {', '.join(loose)}"
+        allowed = "a spring, a damper or a contact has to hold it in steps without inertia"
+        raise InputError(f"{where}.free", found, allowed, "hold it, or take TimeStepping")
+
+
+def _is_held(body: RigidBody, direction: Direction) -> bool:
+    return bool(body.stiffness(direction) or body.damping(direction))
+
+
+def _resists(contact: Contact, direction: Direction) -> bool:
+    """Tell whether a contact can resist motion of its counterface in a direction."""
+    axis, shape = DIRECTIONS.index(direction), contact.counterface
+    facing = axis >= 3 or not shape.is_flat or abs(shape.unit_normal[axis]) > _ZERO
+    return bool(facing or contact.friction.coefficient > 0.0)
+
+
+def unheld_bodies(bodies: Mapping[str, RigidBody]) -> tuple[str, ...]:
+    """Return the bodies that nothing but contact holds, each with its directions, as errors name them."""
+    loose = {name: [one for one in body.free if not _is_held(body, one)] for name, body in bodies.items()}
+    return tuple(f"rigid body '{name}' ({', '.join(found)})" for name, found in loose.items() if found)

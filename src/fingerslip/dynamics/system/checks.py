@@ -1,0 +1,347 @@
+"""Everything about a model that can be wrong without solving it."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.candidates import Candidates, find_candidates
+from fingerslip.contact.counterfaces import Counterface
+from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory
+from fingerslip.dynamics.system.bodies import check_bodies, contact_motion, unheld_bodies
+from fingerslip.dynamics.system.loads import Load, model_loads
+from fingerslip.dynamics.system.motion import Motion, largest_approach, phase_table
+from fingerslip.dynamics.system.penalties import contact_penalties
+from fingerslip.dynamics.system.scheme import make_scheme
+from fingerslip.errors import InputError
+from fingerslip.fe.cell_materials import CellMaterials, cell_materials, finite_cell_materials, small_strain_law
+from fingerslip.fe.rigid_motions import free_pieces
+from fingerslip.fe.space import Space, boundary_nodes, build_space, nodal_areas, region_nodes, vector_dofs
+from fingerslip.materials.finite import FiniteMaterial
+from fingerslip.materials.material import Material
+from fingerslip.materials.prony import recurrence
+from fingerslip.mesh.site_nodes import site_nodes
+from fingerslip.model import Contact, Model
+from fingerslip.programme import Slide
+from fingerslip.timing import shortest_step
+from fingerslip.units import coordinates, millimetres
+
+__all__ = ["CheckedModel", "check_model", "checked"]
+
+Array = NDArray[np.float64]
+
+# Candidates lie within this many times the approach of the counterface: the skin beside the contact bulges towards
+# the counterface and rolls onto it while sliding.
+_SEARCH = 1.5
+
+# Of the soft thickness. A mean strain of a half is small in no sense (the published press is less than a third); one
+# of 99 % leaves nothing that could be a body.
+_LARGEST_SHARE = 0.5
+_WHOLE_SHARE = 0.99
+
+_logger = logging.getLogger("fingerslip.dynamics")
+
+
+@dataclass(frozen=True)
+class CheckedModel:
+    """What the checks of a model have found out, before anything is assembled.
+
+    Parameters
+    ----------
+    space : Space
+        Displacement space of the mesh.
+    materials : CellMaterials
+        Material of every cell at small strain.
+    finite_materials : CellMaterials or None
+        Those at large strain; None for a model at small strain.
+    held : mapping of str to (k,) array
+        Degrees of freedom that each support holds.
+    free : (n_free,) array
+        Those that none holds.
+    held_by_contact : tuple of str
+        Bodies with a rigid motion that inertia, supports and springs leave to the contact, as errors name them.
+    loads : tuple of Load
+        Tractions and gravity on all degrees of freedom of the mesh.
+    counterfaces : tuple of Counterface
+        The counterfaces, placed at their start.
+    motions : tuple of Motion
+        Prescribed motion of each.
+    candidates : tuple of Candidates
+        Contact candidates of each.
+    site_nodes : (n_sites,) array
+        Mesh nodes of the recorded sites.
+    """
+
+    space: Space
+    materials: CellMaterials[Material]
+    finite_materials: CellMaterials[FiniteMaterial] | None
+    held: Mapping[str, NDArray[np.int64]]
+    free: NDArray[np.int64]
+    held_by_contact: tuple[str, ...]
+    loads: tuple[Load, ...]
+    counterfaces: tuple[Counterface, ...]
+    motions: tuple[Motion, ...]
+    candidates: tuple[Candidates, ...]
+    site_nodes: NDArray[np.int64]
+
+
+def check_model(model: Model) -> None:
+    """Find out whether a model can be computed, without assembling or solving.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+
+    Raises
+    ------
+    InputError
+        For names that the mesh lacks, materials that are missing or cannot be represented, a counterface that starts
+        inside the body, a slide before contact, a press through what is held, sites outside the mesh, and more
+        records than there is memory.
+    """
+    checked(model)
+
+
+def checked(model: Model, space: Space | None = None) -> CheckedModel:
+    """Check a model and return what was found out; see :func:`check_model`.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    space : Space, optional
+        Displacement space of its mesh, where it is known already.
+    """
+    space = space or build_space(model.mesh)
+    materials = cell_materials(space, model.materials, model.formulation)
+    finite = finite_cell_materials(space, model.materials, model.formulation) if model.is_finite else None
+    _check_relaxation(model)
+    _check_contacts(model, space)
+    check_bodies(model)
+    _check_initial_velocity(model, space)
+    skins = [space.positions[boundary_nodes(space, contact.boundary)] for contact in model.contacts]
+    counterfaces = tuple(
+        _placed(number, contact, skin) for number, (contact, skin) in enumerate(zip(model.contacts, skins, strict=True))
+    )
+    motions = tuple(contact_motion(model, number) for number in range(len(model.contacts)))
+    candidates = tuple(
+        _candidates(model, space, number, counterface, motion)
+        for number, (counterface, motion) in enumerate(zip(counterfaces, motions, strict=True))
+    )
+    _check_order(model, counterfaces, motions, candidates)
+    require_record_memory(model, record_bytes(model, len(space.positions), sum(len(own.nodes) for own in candidates)))
+    held = _held_dofs(model, space)
+    _check_support_motions(model, space)
+    free = _free_dofs(held, space)
+    held_by_contact = () if make_scheme(model.time).inertia_factor else _unheld(model, space, free, candidates)
+    _check_held(model, held_by_contact)
+    if not model.support_motions:
+        _check_depth(model, space, counterfaces, motions, free)
+    return CheckedModel(
+        space=space,
+        materials=materials,
+        finite_materials=finite,
+        held=held,
+        free=free,
+        held_by_contact=held_by_contact,
+        loads=model_loads(model, space, materials),
+        counterfaces=counterfaces,
+        motions=motions,
+        candidates=candidates,
+        site_nodes=site_nodes(model.mesh, model.record.sites),
+    )
+
+
+def _check_held(model: Model, held_by_contact: tuple[str, ...]) -> None:
+    """Refuse bodies without inertia at large strain that supports do not hold: their tangent is singular."""
+    if model.is_finite and held_by_contact:
+        found = f"leave it to contact alone to hold {', '.join(held_by_contact)}"
+        repair = "support it, take TimeStepping, or kinematics 'small'"
+        raise InputError("supports", found, "at large strain a body without inertia needs supports", repair)
+
+
+def _placed(number: int, contact: Contact, skin: NDArray[np.float64]) -> Counterface:
+    """Return the counterface of a contact at its start: where none is given at the clearance from `skin` (n, dim)."""
+    away = contact.clearance * contact.counterface.unit_normal
+    placed = contact.counterface.placed(skin - away)
+    if contact.clearance > 0.0 and placed is contact.counterface:
+        found = f"got {millimetres(contact.clearance)} for a counterface whose start is given"
+        repair = "leave out its offset or centre, or the clearance"
+        raise InputError(f"contacts.{number}.clearance", found, "needs a counterface without a given start", repair)
+    return placed
+
+
+def _check_relaxation(model: Model) -> None:
+    """Refuse relaxation times that are too short for the step."""
+    for name, material in model.materials.items():
+        where, terms = f"materials.{name}.prony", getattr(small_strain_law(material), "prony", ())
+        recurrence(terms, shortest_step(model.time), where)
+
+
+def _check_contacts(model: Model, space: Space) -> None:
+    """Refuse counterfaces and friction laws of another dimension than the mesh, and drives without inertia."""
+    for number, contact in enumerate(model.contacts):
+        where, law = f"contacts.{number}", contact.friction
+        if contact.counterface.dim != space.dim:
+            found = f"got {contact.counterface.dim} components"
+            raise InputError(f"{where}.counterface.normal", found, f"needs {space.dim}")
+        if space.dim not in law.dims:
+            found = f"got {type(law).__name__} in {space.dim} dimensions"
+            raise InputError(f"{where}.friction", found, f"needs {' or '.join(map(str, law.dims))}")
+        if contact.drive and not make_scheme(model.time).inertia_factor:
+            found = "got a force that drives a counterface in a model without inertia"
+            raise InputError(f"{where}.drive", found, "needs prescribed motion", "take TimeStepping")
+
+
+def _check_initial_velocity(model: Model, space: Space) -> None:
+    velocity = model.initial_velocity
+    if velocity is not None and len(velocity) != space.dim:
+        raise InputError("initial_velocity", f"got {len(velocity)} components", f"needs {space.dim}")
+    if velocity is not None and any(velocity) and not make_scheme(model.time).inertia_factor:
+        found = "is given for a model without inertia"
+        raise InputError("initial_velocity", found, "needs steps with inertia", "take TimeStepping, or leave it out")
+
+
+def _programme_name(contact: Contact, number: int) -> str:
+    """Return how errors call the programme of a contact."""
+    if contact.rigid_body is not None:
+        return f"bodies.{contact.rigid_body}.programme"
+    return "programme" if contact.programme is None else f"contacts.{number}.programme"
+
+
+def _held_dofs(model: Model, space: Space) -> dict[str, NDArray[np.int64]]:
+    held = {}
+    for name, components in model.supports.items():
+        beyond = [component for component in components if component not in "xyz"[: space.dim]]
+        if beyond:
+            raise InputError(f"supports.{name}", f"got component '{beyond[0]}'", f"needs {_axes(space.dim)}")
+        is_region = name not in (space.mesh.boundaries or {}) and name in (space.mesh.subdomains or {})
+        nodes = region_nodes(space, name) if is_region else boundary_nodes(space, name)
+        axes = ["xyz".index(component) for component in components]
+        held[name] = vector_dofs(nodes, space.dim)[:, axes].ravel()
+    return held
+
+
+def _check_support_motions(model: Model, space: Space) -> None:
+    """Refuse motion of what is no support, and in components that a support leaves free."""
+    for name, motion in model.support_motions.items():
+        where = f"support_motions.{name}"
+        if name not in model.supports:
+            known = ", ".join(model.supports) or "none"
+            raise InputError(where, "moves what is no support", f"the supports are: {known}")
+        if len(motion.displacement) != space.dim:
+            found = f"got {len(motion.displacement)} components"
+            raise InputError(f"{where}.displacement", found, f"needs {space.dim}")
+        for component, moved in zip("xyz", motion.displacement, strict=False):
+            if moved and component not in model.supports[name]:
+                found, allowed = f"moves along {component}", f"the support holds {', '.join(model.supports[name])}"
+                repair = f"hold {component} as well, or write 0 there"
+                raise InputError(f"{where}.displacement", found, allowed, repair)
+
+
+def _free_dofs(held: Mapping[str, NDArray[np.int64]], space: Space) -> NDArray[np.int64]:
+    none = np.zeros(0, dtype=np.int64)
+    free = np.setdiff1d(np.arange(space.n_dofs), np.concatenate([none, *held.values()]))
+    if not free.size:
+        raise InputError("supports", "fix every degree of freedom", "something has to be free to move")
+    return free
+
+
+def _unheld(model: Model, space: Space, free: NDArray[np.int64], candidates: tuple[Candidates, ...]) -> tuple[str, ...]:
+    """Return the bodies that only contact holds; refuse pieces of the mesh without contact."""
+    pieces = free_pieces(space, free)
+    touching = np.concatenate([np.zeros(0, dtype=np.int64), *(own.nodes for own in candidates)])
+    for piece in pieces:
+        if not np.isin(piece.nodes, touching).any():
+            found = f"leave {', '.join(piece.motions)} free"
+            repair = "support it or let it touch a counterface"
+            if len(pieces) > 1 or len(piece.nodes) < len(space.positions):
+                found = f"{found}, of the piece around {coordinates(space.positions[piece.nodes].mean(axis=0))}"
+            elif not model.contacts:
+                repair = "support it, or take TimeStepping"
+            raise InputError("supports", found, "have to hold a body without inertia", repair)
+    return (*(("body",) if pieces else ()), *unheld_bodies(model.bodies))
+
+
+def _axes(dim: int) -> str:
+    return " or ".join("xyz"[:dim]) if dim == 2 else "x, y or z"
+
+
+def _candidates(model: Model, space: Space, number: int, counterface: Counterface, motion: Motion) -> Candidates:
+    contact = model.contacts[number]
+    size = float(np.ptp(space.positions, axis=0).max())
+    automatic = np.inf if model.is_loaded else _SEARCH * largest_approach(motion, counterface) + 1e-6 * size
+    return find_candidates(
+        counterface,
+        space.positions,
+        boundary_nodes(space, contact.boundary),
+        nodal_areas(space, contact.boundary, model.depth),
+        counterface=number,
+        search_distance=automatic if contact.search_distance is None else contact.search_distance,
+        penalties=contact_penalties(model, contact),
+        where=f"contacts.{number}",
+    )
+
+
+def _check_order(
+    model: Model, counterfaces: tuple[Counterface, ...], motions: tuple[Motion, ...], candidates: tuple[Candidates, ...]
+) -> None:
+    """Refuse programmes that slide before any counterface can touch."""
+    sliding = [any(isinstance(phase, Slide) for phase in programme) for programme in model.programmes]
+    if not model.contacts or model.is_loaded or not any(sliding):
+        return
+    for programme, counterface, motion, own in zip(model.programmes, counterfaces, motions, candidates, strict=True):
+        first = next((i for i, phase in enumerate(programme) if isinstance(phase, Slide)), len(programme))
+        approach = float(np.max(motion.positions[: first + 1] @ counterface.unit_normal))
+        if approach > counterface.gap(own.positions).min():
+            return
+    kinds = ", ".join(phase_table(model.programme)[0])
+    raise InputError(
+        "programme",
+        f"slides before the counterface touches (phases: {kinds})",
+        "needs contact before the first slide",
+        "put a press before it that is deeper than the gap",
+    )
+
+
+def _check_depth(
+    model: Model,
+    space: Space,
+    counterfaces: tuple[Counterface, ...],
+    motions: tuple[Motion, ...],
+    free: NDArray[np.int64],
+) -> None:
+    """Refuse motion that brings a counterface through what is held, and warn where strains cannot be small."""
+    held = ~np.isin(vector_dofs(np.arange(len(space.positions)), space.dim), free)
+    for number, (contact, counterface, motion) in enumerate(zip(model.contacts, counterfaces, motions, strict=True)):
+        skin = boundary_nodes(space, contact.boundary)
+        stopped: NDArray[np.bool_] = np.all(held[:, np.abs(counterface.unit_normal) > 1e-9], axis=1)
+        lowest = float(counterface.gap(space.positions[skin]).min())
+        inner = stopped & ~np.isin(np.arange(len(stopped)), skin)
+        behind = space.positions[inner & (counterface.gap(space.positions) > lowest)]
+        # Where the contact is held itself, nothing gives way and the penalties take up the press.
+        if stopped[skin].all() or not len(behind):
+            continue
+        thickness = float(counterface.gap(behind).min()) - lowest
+        left = min(float(counterface.gap(behind - position).min()) for position in motion.positions)
+        _judge_depth(_programme_name(contact, number), thickness - left, thickness, is_finite=model.is_finite)
+
+
+def _judge_depth(where: str, depth: float, thickness: float, *, is_finite: bool) -> None:
+    """Refuse or warn of a press by `depth` [m] into a soft `thickness` [m]."""
+    between = f"the {thickness * 1e3:.4g} mm between the contact and what the supports hold"
+    if depth > _WHOLE_SHARE * thickness:
+        found = f"presses {depth * 1e3:.4g} mm deep"
+        allowed = f"needs less than {between}"
+        raise InputError(where, found, allowed, "press less deep")
+    if depth > _LARGEST_SHARE * thickness and not is_finite:
+        _logger.warning(
+            "%s: presses %.4g mm deep, %.0f %% of %s; strains are taken as small, so results are rough: "
+            "take kinematics 'finite'",
+            *(where, depth * 1e3, 100 * depth / thickness, between),
+        )

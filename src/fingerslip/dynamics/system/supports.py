@@ -1,0 +1,180 @@
+"""What acts on the degrees of freedom that supports hold, the forces of the supports, and their prescribed motion.
+
+A support's force follows from the equations of motion of what it holds. The scheme weights it like all other forces, so
+that the body with its supports obeys the scheme's balance of momentum. With F = C v + K u - f - B^T r and M a in these
+rows, summed up, it is ::
+
+    R = F - U,    w_1 U_1 = w_0 U_0 - M a_1
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.dynamics.system.loads import Load
+from fingerslip.fe.space import Space, vector_dofs
+from fingerslip.fe.viscous import Relaxing
+from fingerslip.model import SupportMotion
+from fingerslip.programme import Ramp
+
+__all__ = ["MovingComponent", "Supports", "held_rows", "moving_components", "supports_of"]
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Supports:
+    """What acts on the degrees of freedom that m supports hold, summed up over each support and component.
+
+    Parameters
+    ----------
+    rows : sparse matrix, shape (m * dim, n_dofs)
+        Map that sums up forces on the mesh over each support and component [-].
+    stiffness, mass : matrix, shape (m * dim, n)
+        Maps from the n unknowns to elastic forces [N/m], and from their accelerations to inertia [kg].
+    contact : sparse matrix, shape (m * dim, n_c * dim)
+        Map from the contact forces to those that act on what is held at once.
+    loads : tuple of Load
+        Loads on what is held, (m * dim,) each [N].
+    relaxing : tuple of Relaxing
+        Maps (m * dim, n) of the layers that relax.
+    """
+
+    rows: sparse.csr_matrix
+    stiffness: sparse.csr_matrix | Array
+    mass: sparse.csr_matrix | Array
+    contact: sparse.csr_matrix
+    loads: tuple[Load, ...]
+    relaxing: tuple[Relaxing, ...] = ()
+
+    @property
+    def columns(self) -> Indices:
+        """The unknowns that stiffness and mass read, shape (k,): those of the cells next to what is held."""
+        return np.union1d(*(np.flatnonzero(abs(matrix).sum(axis=0)) for matrix in (self.stiffness, self.mass)))
+
+    def load(self, time: float) -> Array:
+        """Return the loads on what is held at a time [s], shape (m * dim,) [N]."""
+        total = np.zeros(self.contact.shape[0])
+        for load in self.loads:
+            total += load.ramp.at(time) * load.forces
+        return total
+
+
+@dataclass(frozen=True)
+class MovingComponent:
+    """One component of a moving support.
+
+    Parameters
+    ----------
+    dofs : (k,) array
+        The mesh's degrees of freedom that move with it.
+    displacement : float
+        Displacement at factor one [m].
+    ramp : Ramp
+        Factor over time.
+    """
+
+    dofs: Indices
+    displacement: float
+    ramp: Ramp
+
+    def at(self, time: float) -> float:
+        """Return the displacement at a time [s], in m."""
+        return self.displacement * self.ramp.at(time)
+
+
+def moving_components(
+    motions: Mapping[str, SupportMotion], rows: sparse.csr_matrix, names: Sequence[str]
+) -> list[MovingComponent]:
+    """Return the components of moving supports.
+
+    Parameters
+    ----------
+    motions : mapping of str to SupportMotion
+        The motions by name.
+    rows : sparse matrix, shape (m * dim, n_dofs)
+        From :func:`held_rows`.
+    names : sequence of str
+        Names of the m supports.
+    """
+    found = []
+    for name, motion in motions.items():
+        dim = len(motion.displacement)
+        for axis, displacement in enumerate(motion.displacement):
+            dofs = rows[names.index(name) * dim + axis].indices.astype(np.int64)
+            if displacement and dofs.size:
+                found.append(MovingComponent(np.sort(dofs), displacement, motion.ramp))
+    return found
+
+
+def held_rows(held: Mapping[str, Indices], space: Space) -> sparse.csr_matrix:
+    """Return the map [-] that sums up forces (n_dofs,) over supports and components, shape (m * dim, n_dofs).
+
+    Parameters
+    ----------
+    held : mapping of str to (k,) array
+        Degrees of freedom that each support holds. What several hold belongs to the first of them.
+    space : Space
+        Displacement space of the mesh.
+
+    Examples
+    --------
+    A square with node 0 held by the first of two supports:
+
+    >>> import skfem
+    >>> from fingerslip.fe.space import build_space
+    >>> mesh = skfem.MeshQuad().with_subdomains({"bulk": lambda x: x[0] > -1.0})
+    >>> rows = held_rows({"corner": np.array([0, 1]), "side": np.array([0, 1, 2, 3])}, build_space(mesh))
+    >>> rows.toarray().astype(int)[:, :4].tolist()
+    [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
+    """
+    holder = np.full(space.n_dofs, -1)
+    for number, dofs in reversed(list(enumerate(held.values()))):
+        holder[dofs] = number
+    columns = np.flatnonzero(holder >= 0)
+    shape = (len(held) * space.dim, space.n_dofs)
+    return sparse.csr_matrix(
+        (np.ones(columns.size), (holder[columns] * space.dim + columns % space.dim, columns)), shape
+    )
+
+
+def supports_of(
+    rows: sparse.csr_matrix,
+    matrices: tuple[sparse.csr_matrix, sparse.csr_matrix],
+    loads: Sequence[Load],
+    candidates: Indices,
+    dim: int,
+    *,
+    relaxing: tuple[Relaxing, ...] = (),
+) -> Supports:
+    """Return what acts on what is held.
+
+    Parameters
+    ----------
+    rows : sparse matrix, shape (m * dim, n_dofs)
+        From :func:`held_rows`.
+    matrices : tuple of two sparse matrices, shape (m * dim, n)
+        Stiffness [N/m] and mass [kg] in these rows, on the unknowns.
+    loads : sequence of Load
+        Loads on all degrees of freedom of the mesh.
+    candidates : (n_c,) array
+        Nodes of the contact candidates.
+    dim : int
+        Dimension.
+    relaxing : tuple of Relaxing, optional
+        Layers that relax, in these rows, on the unknowns.
+    """
+    return Supports(
+        rows=rows,
+        stiffness=matrices[0],
+        mass=matrices[1],
+        contact=sparse.csr_matrix(rows[:, vector_dofs(candidates, dim).ravel()]),
+        loads=tuple(Load(rows @ load.forces, load.ramp) for load in loads),
+        relaxing=relaxing,
+    )

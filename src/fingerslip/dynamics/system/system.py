@@ -1,0 +1,333 @@
+"""The discrete system of a model: matrices, loads, contact candidates and their maps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.contact.candidates import Candidates, Counterfaces, join_candidates
+from fingerslip.dynamics.finite.body import Body
+from fingerslip.dynamics.system.bodies import rigid_freedoms
+from fingerslip.dynamics.system.checks import CheckedModel, checked
+from fingerslip.dynamics.system.coordinates import Coordinates, MeshCoordinates
+from fingerslip.dynamics.system.loads import Load
+from fingerslip.dynamics.system.motion import Motion
+from fingerslip.dynamics.system.operators import Outsiders, Unknowns, relative_operator
+from fingerslip.dynamics.system.supports import MovingComponent, Supports, held_rows, moving_components, supports_of
+from fingerslip.fe.cell_materials import CellMaterials
+from fingerslip.fe.finite.bulk import large_strain
+from fingerslip.fe.forms import mass_matrix, stiffness_matrix
+from fingerslip.fe.space import Space, carrying_nodes
+from fingerslip.fe.viscous import Relaxing, relaxing_layers
+from fingerslip.materials.material import Material
+from fingerslip.model import Model
+
+__all__ = ["System", "build_system"]
+
+Array = NDArray[np.float64]
+
+# Rounding of forces, relative to the largest stiffness times the size of the body.
+_ROUNDING = 1e-15
+
+
+@dataclass(frozen=True)
+class System:
+    """A model's discrete system of n unknowns: those of the mesh, or the coordinates of a reduced body.
+
+    Parameters
+    ----------
+    space : Space
+        Displacement space.
+    materials : CellMaterials
+        Material of every cell at small strain.
+    unknowns : Unknowns
+        Free degrees of freedom and free directions of rigid bodies.
+    coordinates : Coordinates
+        What the unknowns are and how fields are read from them.
+    held_by_contact : tuple of str
+        Bodies with a rigid motion that inertia, supports and springs leave to the contact, as errors name them.
+    stiffness, mass : sparse matrix, shape (n, n)
+        [N/m], [kg].
+    loads : tuple of Load
+        Forces with their factors over time.
+    initial_velocity : (n,) array
+        [m/s].
+    candidates : Candidates
+        Contact candidates of all counterfaces.
+    counterfaces : Counterfaces
+        The counterfaces and the friction on them.
+    relative : sparse matrix, shape (n_c * dim, n)
+        Map to the displacement of the candidates relative to what rigid bodies add to the counterfaces' motion.
+    outsiders : tuple of Outsiders
+        For each counterface, the nodes of its boundary that are no candidates.
+    motions : tuple of Motion
+        Prescribed motion of each counterface.
+    site_nodes : (n_sites,) array
+        Mesh nodes of the recorded sites.
+    supports : Supports
+        What acts on what supports hold.
+    moving_supports : tuple of MovingComponent
+        The components of supports that move as prescribed, the last unknowns.
+    relaxing : tuple of Relaxing
+        Matrices (n, n) of the layers that relax; none where all are elastic, and at large strain.
+    body : Body or None
+        The deformable body at large strain; None at small strain. `stiffness` is that at rest.
+    dampers : (n,) array or None
+        Damping of rigid bodies, beside what material damping makes of mass and stiffness [N s/m]; None without any.
+    commanded : tuple of Load
+        Forces that commands have added to the loads.
+    """
+
+    space: Space
+    materials: CellMaterials[Material]
+    unknowns: Unknowns
+    coordinates: Coordinates
+    held_by_contact: tuple[str, ...]
+    stiffness: sparse.csr_matrix
+    mass: sparse.csr_matrix
+    loads: tuple[Load, ...]
+    initial_velocity: Array
+    candidates: Candidates
+    counterfaces: Counterfaces
+    relative: sparse.csr_matrix
+    outsiders: tuple[Outsiders, ...]
+    motions: tuple[Motion, ...]
+    site_nodes: NDArray[np.int64]
+    supports: Supports
+    moving_supports: tuple[MovingComponent, ...] = ()
+    relaxing: tuple[Relaxing, ...] = ()
+    body: Body | None = None
+    dampers: Array | None = None
+    commanded: tuple[Load, ...] = ()
+
+    @cached_property
+    def at_candidates(self) -> sparse.csr_matrix:
+        """Map from forces of the candidates to those on the unknowns, shape (n, n_c * dim) [-]."""
+        return sparse.csr_matrix(self.relative.T)
+
+    @property
+    def free(self) -> NDArray[np.int64]:
+        """Free degrees of freedom of the mesh, shape (n_free,)."""
+        return self.unknowns.free
+
+    @cached_property
+    def rounding(self) -> float:
+        """Force that is rounding [N], from the largest stiffness and the size of the body."""
+        size = float(np.ptp(self.space.positions, axis=0).max())
+        return _ROUNDING * size * float(np.abs(self.stiffness.diagonal()).max())
+
+    def require_body(self) -> Body:
+        """Return the deformable body at large strain, where there is one."""
+        if self.body is None:
+            raise ValueError("a system at small strain")
+        return self.body
+
+    def load(self, time: float) -> Array:
+        """Return the forces at a time [s], shape (n,) [N]."""
+        total = np.zeros(self.mass.shape[0])
+        for load in (*self.loads, *self.commanded):
+            total += load.ramp.at(time) * load.forces
+        return total
+
+    def displacements(self, time: float) -> Array:
+        """Return the prescribed displacement of every counterface at a time [s], shape (n_counterfaces, dim) [m]."""
+        if not self.motions:
+            return np.zeros((0, self.space.dim))
+        return np.stack([motion.displacement(np.array([time]))[0] for motion in self.motions])
+
+    def prescribed(self, time: float) -> Array:
+        """Return the displacements of the moving supports at a time [s], the last unknowns, shape (k,) [m]."""
+        return np.array([component.at(time) for component in self.moving_supports])
+
+    def constant_frames(self) -> Array | None:
+        """Return the candidates' frames (n_c, dim, dim) [-] where they never turn; None where they do."""
+        if not self.counterfaces.are_flat:
+            return None
+        return self.counterfaces.frames(self.candidates.positions, self.candidates.counterface)
+
+    def moved(self, displacement: Array, counterfaces: Array) -> Array:
+        """Return the displacement of the candidates relative to their counterfaces, shape (n_c, dim) [m].
+
+        Parameters
+        ----------
+        displacement : (n,) array
+            Displacement of the unknowns [m].
+        counterfaces : (n_counterfaces, dim) array
+            Prescribed displacement of the counterfaces [m].
+        """
+        moved: Array = (self.relative @ displacement).reshape(-1, self.space.dim)
+        return moved - counterfaces[self.candidates.counterface] if counterfaces.size else moved
+
+    @cached_property
+    def _turns(self) -> list[tuple[int, Array]]:
+        """The unknowns that turn bodies, with the displacement of their points at the candidates, (n_c, dim) [m]."""
+        candidates = self.candidates
+        turning = zip(self.coordinates.rigid, self.unknowns.rigid, strict=True)
+        return [
+            (int(at), np.isin(candidates.counterface, own.faces)[:, None] * own.moved(candidates.positions))
+            for at, own in turning
+            if own.turns
+        ]
+
+    def turned(self, displacement: Array) -> Array | None:
+        """Return how rotations of bodies move their points at the candidates, (n_c, dim) [m]; None where none turns.
+
+        Parameters
+        ----------
+        displacement : (n,) array
+            Displacement of the unknowns [m].
+        """
+        moves: list[Array] = [displacement[at] * moved for at, moved in self._turns]
+        return np.sum(moves, axis=0) if moves else None
+
+
+def build_system(model: Model, twin: System | None = None) -> System:
+    """Check and assemble a model.
+
+    Parameters
+    ----------
+    model : Model
+        The model.
+    twin : System, optional
+        The system of a model with the same mesh, materials, supports and rigid bodies, whose matrices are taken over.
+
+    Raises
+    ------
+    InputError
+        For a model that cannot be computed; see :func:`fingerslip.dynamics.system.checks.check_model`.
+    """
+    known = checked(model, twin.space if twin else None)
+    rows = held_rows(known.held, known.space)
+    moving = tuple(moving_components(model.support_motions, rows, list(known.held)))
+    unknowns = Unknowns(known.free, rigid_freedoms(model), tuple(own.dofs for own in moving))
+    (stiffness, mass), held = _taken_over(twin) if twin else _matrices(model, known, unknowns, rows)
+    relaxing, held_relaxing = _taken_relaxing(twin) if twin else _relaxing(model, known, unknowns, rows)
+    candidates = join_candidates(list(known.candidates), known.space.dim)
+    return System(
+        space=known.space,
+        materials=known.materials,
+        unknowns=unknowns,
+        coordinates=MeshCoordinates(unknowns, known.space.n_dofs),
+        held_by_contact=known.held_by_contact,
+        stiffness=stiffness,
+        mass=mass,
+        loads=_loads(known, unknowns),
+        initial_velocity=_initial_velocity(model, known.space, unknowns),
+        candidates=candidates,
+        counterfaces=Counterfaces(known.counterfaces, tuple(contact.friction for contact in model.contacts)),
+        relative=relative_operator(known.space, unknowns, candidates.nodes, candidates.counterface),
+        outsiders=tuple(_outsiders(model, known, unknowns, number) for number in range(len(model.contacts))),
+        motions=known.motions,
+        site_nodes=known.site_nodes,
+        supports=supports_of(rows, held, known.loads, candidates.nodes, known.space.dim, relaxing=held_relaxing),
+        moving_supports=moving,
+        relaxing=relaxing,
+        body=_large_body(model, known, unknowns),
+        dampers=_dampers(model, unknowns),
+    )
+
+
+def _large_body(model: Model, known: CheckedModel, unknowns: Unknowns) -> Body | None:
+    """Return the deformable body of a model at large strain; None at small strain."""
+    if known.finite_materials is None:
+        return None
+    bulk = large_strain(known.space, known.finite_materials, model.depth, model.integration)
+    springs = np.zeros(unknowns.count)
+    springs[unknowns.of_rigid] = [own.stiffness for own in unknowns.rigid]
+    return Body(bulk, MeshCoordinates(unknowns, known.space.n_dofs), springs)
+
+
+_Pair: TypeAlias = tuple[sparse.csr_matrix, sparse.csr_matrix]
+
+
+def _taken_over(twin: System) -> tuple[_Pair, _Pair]:
+    """Return stiffness and mass of a system on the mesh, and their rows at what supports hold."""
+    held = twin.supports
+    return (twin.stiffness, twin.mass), (sparse.csr_matrix(held.stiffness), sparse.csr_matrix(held.mass))
+
+
+def _matrices(model: Model, known: CheckedModel, unknowns: Unknowns, rows: sparse.csr_matrix) -> tuple[_Pair, _Pair]:
+    """Assemble stiffness and mass of the unknowns, and their rows at what supports hold."""
+    space, free = known.space, known.free
+    springs, masses = ([getattr(own, name) for own in unknowns.rigid] for name in ("stiffness", "mass"))
+    of_mesh = (
+        stiffness_matrix(space, known.materials, model.depth, model.integration),
+        mass_matrix(space, known.materials, model.depth),
+    )
+    expansion = unknowns.expansion(space.n_dofs)
+    held = tuple(sparse.csr_matrix((rows @ matrix) @ expansion) for matrix in of_mesh)
+    if unknowns.carried:
+        stiffness, mass = (sparse.csr_matrix(expansion.T @ matrix @ expansion) for matrix in of_mesh)
+        at = unknowns.of_rigid
+        stiffness += sparse.csr_matrix((springs, (at, at)), shape=mass.shape)
+        mass += sparse.csr_matrix((masses, (at, at)), shape=mass.shape)
+        return (stiffness, mass), (held[0], held[1])
+    stiffness, mass = (matrix[free][:, free] for matrix in of_mesh)
+    drawn = (
+        sparse.block_diag([stiffness, *(_diagonal(value) for value in springs)], format="csr"),
+        sparse.block_diag([mass, *map(_diagonal, masses)], format="csr"),
+    )
+    return drawn, (held[0], held[1])
+
+
+def _diagonal(value: float) -> sparse.csr_matrix:
+    return sparse.csr_matrix([[value]]) if value else sparse.csr_matrix((1, 1))
+
+
+def _dampers(model: Model, unknowns: Unknowns) -> Array | None:
+    found = np.zeros(unknowns.count)
+    found[unknowns.of_rigid] = [own.viscous(model.damping) for own in unknowns.rigid]
+    return found if found.any() else None
+
+
+_Layers: TypeAlias = tuple[Relaxing, ...]
+
+
+def _taken_relaxing(twin: System) -> tuple[_Layers, _Layers]:
+    return twin.relaxing, twin.supports.relaxing
+
+
+def _relaxing(
+    model: Model, known: CheckedModel, unknowns: Unknowns, rows: sparse.csr_matrix
+) -> tuple[_Layers, _Layers]:
+    """Assemble the matrices of layers that relax, for the unknowns, and their rows at what supports hold.
+
+    There are none at large strain, where the body itself remembers.
+    """
+    if known.finite_materials is not None:
+        return (), ()
+    layers = relaxing_layers(known.space, known.materials, model.depth, model.integration)
+    expansion = unknowns.expansion(known.space.n_dofs)
+    return (
+        tuple(own.mapped(lambda matrix: expansion.T @ matrix @ expansion) for own in layers),
+        tuple(own.mapped(lambda matrix: rows @ matrix @ expansion) for own in layers),
+    )
+
+
+def _loads(known: CheckedModel, unknowns: Unknowns) -> tuple[Load, ...]:
+    """Return the loads on the unknowns: those on the mesh, then those on rigid bodies."""
+    on_mesh = [Load(unknowns.restrict(load.forces), load.ramp) for load in known.loads]
+    on_bodies = [
+        Load(value * np.eye(1, unknowns.count, at)[0], ramp)
+        for at, own in zip(unknowns.of_rigid, unknowns.rigid, strict=True)
+        for value, ramp in own.loads
+    ]
+    return (*on_mesh, *on_bodies)
+
+
+def _initial_velocity(model: Model, space: Space, unknowns: Unknowns) -> Array:
+    velocity = np.tile(model.initial_velocity or (0.0,) * space.dim, len(space.positions))
+    of_rigid = [own.velocity for own in unknowns.rigid]
+    return np.concatenate([velocity[unknowns.free], of_rigid, np.zeros(len(unknowns.carried))])
+
+
+def _outsiders(model: Model, known: CheckedModel, unknowns: Unknowns, number: int) -> Outsiders:
+    space = known.space
+    nodes = np.setdiff1d(carrying_nodes(space, model.contacts[number].boundary), known.candidates[number].nodes)
+    relative = relative_operator(space, unknowns, nodes, np.full(nodes.size, number))
+    return Outsiders(nodes, space.positions[nodes], relative)

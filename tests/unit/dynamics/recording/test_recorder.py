@@ -1,0 +1,172 @@
+"""What a history holds: labels, units, and values that follow from each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import fingerslip as fs
+from fingerslip.dynamics.recording.steps import snapshot_steps
+from fingerslip.history import COORDINATES, VARIABLES
+from fingerslip.verification.meshes import box
+from problems.pushed import push_and_slide
+
+SITES = (fs.Site("deep", "FA-II", (0.0, 2e-3)), fs.Site("low", "SA-I", (1e-3, 0.0), "bulk"))
+
+
+@pytest.fixture(scope="module")
+def history():
+    return fs.simulate(push_and_slide(record=fs.Recording(SITES, snapshots_every=0.05)))
+
+
+def test_every_variable_has_its_dimensions_units_and_name(history):
+    assert set(history.data_vars) == set(VARIABLES)
+    assert set(history.coords) == set(COORDINATES)
+    for name, known in (COORDINATES | VARIABLES).items():
+        assert history[name].dims == known.dims
+        assert history[name].attrs == {"units": known.units, "long_name": known.long_name}
+
+
+def test_nothing_is_infinite_or_missing(history):
+    for name in VARIABLES:
+        assert np.isfinite(history[name].values).all(), name
+
+
+def test_body_force_is_the_sum_of_the_tractions(history):
+    area = history.contact_area
+    normal = (history.normal_traction * area).sum("contact_node")
+    friction = (history.tangential_traction * area).sum("contact_node")
+    np.testing.assert_allclose(history.counterface_force.values[:, 0, 1], normal, rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(history.counterface_force.values[:, 0, 0], friction[:, 0], rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(friction[:, 1], 0.0, atol=1e-12 * float(normal[-1]))
+    assert normal[-1] > 0.0
+    assert friction[-1, 0] > 0.0, "a plate that moves along +x pulls the skin along +x"
+
+
+def test_gap_follows_from_positions_and_is_penetration_over_penalty(history):
+    height = history.contact_position[:, 1] + history.contact_displacement[:, :, 1]
+    lowest = float(history.contact_position[:, 1].min())
+    gap = (height - lowest - history.counterface_displacement[:, 0, 1]).transpose("time", "contact_node").values
+    np.testing.assert_allclose(history.gap.values, gap, atol=1e-15)
+    expected = np.maximum(-gap, 0.0) * history.attrs["normal_penalty"]
+    np.testing.assert_allclose(history.normal_traction.values, expected, atol=1e-9 * expected.max())
+
+
+def test_states_follow_from_tractions(history):
+    pressure, friction = history.normal_traction.values, np.linalg.norm(history.tangential_traction.values, axis=-1)
+    state = history.contact_state.values
+    assert ((state == 0) == (pressure == 0.0)).all()
+    np.testing.assert_allclose(friction[state == 2], 0.4 * pressure[state == 2], rtol=1e-8)
+    assert (friction[state == 1] < 0.4 * pressure[state == 1]).all()
+
+
+def test_snapshots_are_the_motion_at_their_times(history):
+    np.testing.assert_allclose(history.snapshot_time.values, [0.0, 0.05, 0.1, 0.15, 0.2, 0.22])
+    nodes = history.contact_node.values
+    at = history.sel(time=0.15, method="nearest")
+    np.testing.assert_array_equal(history.snapshot_displacement.values[3][nodes], at.contact_displacement.values)
+    np.testing.assert_array_equal(history.snapshot_velocity.values[3][nodes], at.contact_velocity.values)
+
+
+def test_energy_of_the_cells_is_the_strain_energy():
+    """Linear triangles have one strain each, so density times volume, summed over the cells, is exact."""
+    model = push_and_slide("T3", record=fs.Recording(snapshots_every=0.05))
+    history = fs.simulate(model)
+    x, y = model.mesh.p[:, model.mesh.t]
+    areas = 0.5 * np.abs(np.sum(x * np.roll(y, -1, axis=0) - y * np.roll(x, -1, axis=0), axis=0))
+    total = model.depth * history.snapshot_strain_energy_density.values @ areas
+    at = history.strain_energy.sel(time=history.snapshot_time.values, method="nearest").values
+    np.testing.assert_allclose(total, at, rtol=1e-11)
+    assert at[-1] > 0.0
+
+
+def pressed_in_a_sleeve(strain: float, law: type = fs.Elastic, **others) -> xr.Dataset:
+    """Return the history of a block that is held sideways and pressed slowly to a uniaxial strain."""
+    mesh = box("Q4", np.linspace(0.0, 2e-3, 3), np.linspace(0.0, 4e-3, 5))
+    sites = (fs.Site("middle", "", (1e-3, 2e-3)),)
+    model = push_and_slide(
+        mesh=mesh,
+        materials={"bulk": law(34e3, 0.4, 1e-3)},
+        supports={"bulk": ("x",), "top": ("x", "y")},
+        contacts=(fs.Contact("bottom", normal_penalty=1e12),),
+        programme=(fs.Press(4e-3 * strain, 1e-3),),
+        record=fs.Recording(sites, snapshots_every=0.04),
+        **others,
+    )
+    return fs.simulate(model)
+
+
+@pytest.mark.parametrize(
+    ("kinematics", "law", "expected"), [("small", fs.Elastic, -0.1), ("finite", fs.NeoHookean, np.log(0.9))]
+)
+def test_strain_of_cells_is_small_or_logarithmic(kinematics, law, expected):
+    history = pressed_in_a_sleeve(0.1, law, kinematics=kinematics)
+    strain = history.snapshot_strain.sel(snapshot_time=history.snapshot_time[-1])
+    np.testing.assert_allclose(strain.sel(stress_component="yy"), expected, rtol=1e-4)
+    np.testing.assert_allclose(strain.drop_sel(stress_component="yy"), 0.0, atol=1e-6)
+
+
+def test_von_mises_of_uniaxial_strain_is_in_closed_form():
+    """A block held sideways and pressed slowly: s_yy = (L + 2 G) e, s_xx = s_zz = L e, so von Mises is 2 G |e|."""
+    history = pressed_in_a_sleeve(0.01)
+    strain, shear = -0.01, 34e3 / 2.8
+    lame = 34e3 * 0.4 / (1.4 * 0.2)
+    np.testing.assert_allclose(history.snapshot_von_mises.values[-1], 2 * shear * abs(strain), rtol=1e-4)
+    xx, yy, zz, xy = history.stress.values[-1, 0]
+    assert (xx, yy, zz) == pytest.approx((lame * strain, (lame + 2 * shear) * strain, lame * strain), rel=1e-4)
+    assert abs(xy) < 1e-6 * abs(yy)
+    density = 0.5 * (lame + 2 * shear) * strain**2
+    assert history.strain_energy_density.values[-1, 0] == pytest.approx(density, rel=2e-4)
+
+
+def test_forces_of_an_inclined_plate_are_along_its_own_axes():
+    """The whole problem is turned by 30 degrees: forces and tractions turn with it."""
+    angle = np.radians(30.0)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    straight = push_and_slide()
+    points = np.ascontiguousarray(turn @ straight.mesh.p)
+    mesh = type(straight.mesh)(points, straight.mesh.t, _subdomains=straight.mesh.subdomains)
+    mesh = mesh.with_boundaries({name: np.asarray(facets) for name, facets in straight.mesh.boundaries.items()})
+    contact = fs.Contact("bottom", counterface=fs.Plane(normal=tuple(turn @ [0.0, 1.0])), friction=fs.Coulomb(0.4))
+    turned = fs.simulate(push_and_slide(mesh=mesh, contacts=(contact,)))
+    expected = fs.simulate(straight)
+    scale = np.abs(expected.counterface_force.values).max()
+    np.testing.assert_allclose(
+        turned.counterface_force.values[:, 0], expected.counterface_force.values[:, 0] @ turn.T, atol=1e-8 * scale
+    )
+    friction = expected["tangential_traction"].values
+    scale = np.abs(friction).max()
+    np.testing.assert_allclose(turned["tangential_traction"].values, friction @ turn.T, atol=1e-7 * scale)
+    for name in ("normal_traction", "slip_distance", "gap"):
+        values = expected[name].values
+        np.testing.assert_allclose(turned[name].values, values, atol=1e-7 * np.abs(values).max(), err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("interval", "steps"),
+    [
+        (0.0, []),
+        (0.3, [0, 3, 6, 9, 10]),
+        (0.26, [0, 3, 5, 8, 10]),
+        (0.05, list(range(11))),
+        (7.0, [0, 10]),
+        (1.0, [0, 10]),
+    ],
+)
+def test_snapshots_are_at_the_nearest_steps_with_both_ends(interval, steps):
+    assert snapshot_steps(0.1 * np.arange(11), interval) == steps
+
+
+def test_without_snapshots_there_are_no_such_variables():
+    plain = fs.simulate(push_and_slide(programme=(fs.Press(0.1e-3, 4e-3),)))
+    assert not [name for name in plain.data_vars if name.startswith("snapshot")]
+
+
+def test_a_sticking_node_gathers_no_slip_at_all(history):
+    """Not even rounding: over thousands of steps it would add up."""
+    slip, state = history.slip_distance.values, history.contact_state.values
+    stuck = state[1:] == 1
+    assert stuck.any()
+    assert (np.diff(slip, axis=0)[stuck] == 0.0).all()
+    assert (np.diff(slip, axis=0) >= 0.0).all()
