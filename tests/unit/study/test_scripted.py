@@ -70,7 +70,7 @@ def test_what_is_no_study_is_refused(write_study: Write) -> None:
         fs.Study({}, name="a/b")
     with pytest.raises(InputError, match="needs the name of a folder"):
         fs.Study({}, name="..")
-    with pytest.raises(InputError, match="workers: got '2', needs a whole number >= 1"):
+    with pytest.raises(InputError, match="workers: got '2', needs a number >= 1"):
         fs.Study(write_study()).run(workers="2")  # type: ignore[arg-type]
     with pytest.raises(InputError, match=r"Study\.changes\.title\.x: leads nowhere"):
         fs.Study(block_values(), changes={"title.x": 1}).check()

@@ -138,7 +138,7 @@ def run_studies(
 
 def _require_workers(workers: int) -> None:
     if not isinstance(workers, int) or workers < 1:
-        raise InputError("workers", f"got {workers!r}", "needs a whole number >= 1")
+        raise InputError("workers", f"got {workers!r}", "needs a number >= 1")
 
 
 def run_plans(
