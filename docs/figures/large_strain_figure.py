@@ -2,7 +2,8 @@
 
 python docs/figures/large_strain_figure.py [RESULTS]
 
-Needs the results of `fingerslip converge` of studies/finite_strain.yaml and studies/viscoelastic.yaml.
+Needs the results of `fingerslip converge` of studies/finite_strain.yaml, viscoelastic.yaml and viscoelastic_3d.yaml, of
+the last for its run at 5 mm/s alone.
 """
 
 from __future__ import annotations
@@ -30,8 +31,9 @@ from fingerslip.study.storage.store import read_run
 ROOT = Path(__file__).parents[2]
 VARIANTS = ("original", "flattened", "scaled")
 KINEMATICS = {"small": "small strain", "finite": "large strain"}
+TISSUE = "fingertip.materials.tissue"
 EVENTS = {"incipient": ("incipient slip", "o"), "overall": ("overall slip", "s")}
-BLUE, VERMILLION, BONE = "#0072b2", "#d55e00", "#c9ced3"
+BLUE, VERMILLION, GREEN, BONE = "#0072b2", "#d55e00", "#009e73", "#c9ced3"
 MOST_ENERGY = 4.0  # [kJ/m^3]
 
 
@@ -98,7 +100,16 @@ def slip_figure(results: Path) -> Figure:
     figure = Figure(figsize=(8.2, 3.6), layout="constrained")
     phalanges, speeds = figure.subplots(1, 2)
     draw_phalanges(phalanges, runs_of(results, "finite_strain"))
-    draw_speeds(speeds, runs_of(results, "viscoelastic"))
+    draw_speeds(speeds, runs_of(results, "viscoelastic"), BLUE, start=1.0)
+    relaxing = [run for run in runs_of(results, "viscoelastic_3d") if run.swept[TISSUE] == {"preset": "pulp-relaxing"}]
+    draw_speeds(speeds, relaxing, GREEN, start=0.5)
+    places = [("section", BLUE), ("in space", GREEN)]
+    speeds.legend(
+        handles=[Line2D([], [], color=colour, marker="s", linestyle="", label=words) for words, colour in places],
+        loc="center right",
+        bbox_to_anchor=(1.0, 0.68),
+        frameon=False,
+    )
     keys = [(words, BLUE if name == "small" else VERMILLION, "s", "") for name, words in KINEMATICS.items()]
     keys += [
         (words, "black", marker, "black" if name == "overall" else "white") for name, (words, marker) in EVENTS.items()
@@ -141,13 +152,13 @@ def draw_phalanges(axes: Axes, runs: Sequence[RunResult]) -> None:
     axes.set_title("a  geometrical nonlinearity", loc="left", fontsize=9)
 
 
-def draw_speeds(axes: Axes, runs: Sequence[RunResult]) -> None:
-    """Draw the travel of the plate until both events against the speed of the slide."""
+def draw_speeds(axes: Axes, runs: Sequence[RunResult], colour: str, start: float) -> None:
+    """Draw the travel of the plate until both events against the speed of the slide, which starts at a time [s]."""
     for run in runs:
         speed = float(str(run.swept["programme.1.slide.speed"]).split()[0])
-        draw_events(axes, run, speed, BLUE, lambda time, speed=speed: speed * (time - 1.0))
+        draw_events(axes, run, speed, colour, lambda time, speed=speed: speed * (time - start))
     axes.set_xscale("log")
-    axes.set(xlabel="speed of the slide [mm/s]", ylabel="travel of the plate until slip [mm]", ylim=(0.0, 2.4))
+    axes.set(xlabel="speed of the slide [mm/s]", ylabel="travel of the plate until slip [mm]", ylim=(0.0, 4.2))
     axes.set_title("b  pulp that relaxes, small strain", loc="left", fontsize=9)
 
 

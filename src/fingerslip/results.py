@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from fingerslip.errors import warn_renamed
 from fingerslip.slip import measures
@@ -17,6 +15,9 @@ from fingerslip.slip.free_edge import EdgeContact, edge_contact
 from fingerslip.slip.measures import Number
 from fingerslip.slip.names import READINGS, TIMES, event_label, is_defined
 from fingerslip.slip.peaks import Peak, acceleration_peaks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "REPEAT",

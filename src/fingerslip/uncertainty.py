@@ -16,8 +16,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Literal
 
-from scipy.optimize import brentq
-
 __all__ = ["ORDERS", "SETTINGS", "Behaviour", "Convergence", "Refinement", "Series", "Setting", "combine", "refine"]
 
 Behaviour = Literal["monotone", "slow", "oscillatory", "divergent", "unchanged", "missing"]
@@ -215,6 +213,8 @@ def _refined(sizes: Sequence[float], values: Sequence[float], formal_order: floa
 
 def _observed_order(sizes: tuple[float, float, float], ratio: float) -> float | None:
     """Solve (h1^p - h2^p) / (h2^p - h3^p) = ratio for p; None where no positive order does it."""
+    from scipy.optimize import brentq
+
     coarse, middle, fine = (math.log(size / sizes[0]) for size in sizes)
 
     def excess(order: float) -> float:

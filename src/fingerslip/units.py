@@ -43,6 +43,33 @@ _OF_MECHANICS = (
     *("m", "s", "kg", "rad", "N", "Pa", "m/s", "rad/s", "m/s^2", "m^2", "kg/m^3", "Pa/m", "N/m", "N s/m"),
     *("N m", "N m s", "kg m^2"),
 )
+# Factors of the units that most studies have, as pint computes them, which is slow to import.
+_FACTORS: Mapping[str, tuple[str, float]] = MappingProxyType(
+    {unit: (unit, 1.0) for unit in _OF_MECHANICS}
+    | {unit: ("m", factor) for unit, factor in METRES.items()}
+    | {
+        "ms": ("s", 1e-3),
+        "g": ("kg", 1e-3),
+        "mN": ("N", 1e-3),
+        "kPa": ("Pa", 1e3),
+        "MPa": ("Pa", 1e6),
+        "GPa": ("Pa", 1e9),
+        "GPa/m": ("Pa/m", 1e9),
+        "mm/s": ("m/s", 1e-3),
+        "deg": ("rad", 0.017453292519943295),
+    }
+)
+# The same of the units that tables show.
+_SHOWN: Mapping[tuple[str, str], float] = MappingProxyType(
+    {
+        ("m", "mm"): 1e3,
+        ("s", "ms"): 1e3,
+        ("Pa", "kPa"): 1e-3,
+        ("m/s", "mm/s"): 1e3,
+        ("rad", "deg"): 57.29577951308232,
+        ("1/s", "1/s"): 1.0,
+    }
+)
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 # A number and the beginning of a unit, as JSON Schema writes patterns.
 _WITH_UNIT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*(?![eE][-+]?\d)[^\s\d.]"
@@ -61,6 +88,15 @@ def _registry() -> pint.UnitRegistry[Any]:
 @functools.cache
 def _factor(unit: str, si: str) -> float | None:
     """Return the factor from `unit` to `si`; None where `unit` is unknown or of another dimension."""
+    if unit in _FACTORS and si in _OF_MECHANICS:
+        known, factor = _FACTORS[unit]
+        return factor if known == si else None
+    if (unit, si) in _SHOWN:
+        return _SHOWN[unit, si]
+    return _computed_factor(unit, si)
+
+
+def _computed_factor(unit: str, si: str) -> float | None:
     if not _UNIT.fullmatch(unit):
         return None
     import tokenize

@@ -3,6 +3,9 @@
 Both run in turns in one process, several times; the ratio of the shortest times counts. Run it with nothing beside it.
 
     python tests/benchmarks/bench_relaxing.py [--solid] [--plane-strain] [--repeat 5]
+    python tests/benchmarks/bench_relaxing.py --shipped [--repeat 1] [--end 0.2]
+
+The latter takes the fingertip of studies/viscoelastic_3d.yaml at 5 mm/s, with and without the terms of its pulp.
 """
 
 from __future__ import annotations
@@ -11,9 +14,14 @@ import argparse
 import dataclasses
 import sys
 import time
+from pathlib import Path
 
 import fingerslip as fs
+from fingerslip.study.definition.spec import read_study
+from fingerslip.study.definition.sweep import expand
+from fingerslip.study.running.build import build_mesh, build_model
 
+SHIPPED = Path(__file__).parents[2] / "studies" / "viscoelastic_3d.yaml"
 TERMS = (fs.PronyTerm(0.3, 0.02), fs.PronyTerm(0.2, 0.2), fs.PronyTerm(0.2, 2.0))
 
 
@@ -39,6 +47,17 @@ def model(solid: bool, formulation: str | None, terms: tuple[fs.PronyTerm, ...])
     )
 
 
+def shipped() -> dict[str, fs.Model]:
+    """Return the runs of the shipped study at 5 mm/s: elastic with the modulus at once, and relaxing."""
+    runs = {run.name: run for run in expand(read_study(SHIPPED), SHIPPED)}
+    names = {"elastic": "pulp-relaxing-prony-none", "relaxing": "pulp-relaxing"}
+    mesh = build_mesh(next(iter(runs.values())))
+    return {
+        words: build_model(runs[f"tissue-preset-{name}_speed-5mm-per-s_step-5ms"], mesh)
+        for words, name in names.items()
+    }
+
+
 def timed(one: fs.Model) -> tuple[float, float, float, float]:
     """Return seconds by the clock and of all cores: of everything, and of the time steps alone."""
     start, cpu = time.perf_counter(), time.process_time()
@@ -52,10 +71,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--solid", action="store_true")
     parser.add_argument("--plane-strain", action="store_true")
+    parser.add_argument("--shipped", action="store_true")
     parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--end", type=float, help="end of the runs [s]")
     given = parser.parse_args()
     formulation = "plane_strain" if given.plane_strain else None
-    models = {name: model(given.solid, formulation, terms) for name, terms in (("elastic", ()), ("relaxing", TERMS))}
+    cases = (("elastic", ()), ("relaxing", TERMS))
+    models = shipped() if given.shipped else {name: model(given.solid, formulation, terms) for name, terms in cases}
+    if given.end:
+        models = {
+            name: dataclasses.replace(one, time=dataclasses.replace(one.time, end=given.end))
+            for name, one in models.items()
+        }
     times: dict[str, list[tuple[float, float, float, float]]] = {name: [] for name in models}
     for _ in range(given.repeat):
         for name, one in models.items():

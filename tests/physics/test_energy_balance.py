@@ -29,6 +29,7 @@ CONTROLLED = [path for path in SHIPPED if read_study(path).time.step == "auto"]
 DATA_SETS = ("bulens2023_dataset", "bulens2023_dataset_small")
 OWN = {
     "viscoelastic": 1e-9,
+    "viscoelastic_3d": 1e-9,
     "finite_strain": 1e-7,
     "finite_strain_3d": 1e-7,
     "ridged_vs_smooth_large": 1e-7,

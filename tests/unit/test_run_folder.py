@@ -15,12 +15,14 @@ from fingerslip.files import write_json
 from fingerslip.results import result_of
 from fingerslip.run_folder import (
     HISTORY,
+    LOG,
     RESULT,
     RUN,
     read_result,
     result_from_mapping,
     result_mapping,
     stored_result,
+    unchecked_result,
     write_result,
 )
 from fingerslip.slip.free_edge import EdgeContact
@@ -116,3 +118,16 @@ def test_a_damaged_file_is_named_and_never_trusted(tmp_path: Path, name: str, da
     message = "holds no finished run" if lacks_all else rf"{name}: (is damaged|has no checksum|cannot be read)"
     with pytest.raises(ResultError, match=rf"{message}.*; run the study again$"):
         stored_result(tmp_path)
+
+
+def test_every_file_but_the_log_is_proven_by_its_checksum(tmp_path: Path) -> None:
+    for name in (HISTORY, RUN, "snapshots/0.vtu", "snapshots.pvd", LOG):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("written")
+    write_result(WHOLE, tmp_path)
+    (tmp_path / LOG).write_text("written until the end")
+    assert stored_result(tmp_path) == unchecked_result(tmp_path) == WHOLE
+    (tmp_path / "snapshots" / "0.vtu").write_text("writtem")
+    with pytest.raises(ResultError, match=r"0\.vtu: is damaged: its checksum is another; run the study again"):
+        stored_result(tmp_path)
+    assert unchecked_result(tmp_path) == WHOLE

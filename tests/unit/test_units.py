@@ -6,6 +6,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from fingerslip import units
 from fingerslip.errors import InputError
 from fingerslip.units import Unit, format_quantity, parse_quantity
 
@@ -112,3 +113,11 @@ def test_long_text_is_shown_cut():
         with pytest.raises(InputError) as caught:
             parse_quantity(text, "m")
         assert len(str(caught.value)) < 400
+
+
+def test_known_factors_are_those_of_pint() -> None:
+    for unit in units._FACTORS:
+        for si in units._OF_MECHANICS:
+            assert units._factor(unit, si) == units._computed_factor(unit, si), (unit, si)
+    for unit, shown in units._SHOWN:
+        assert units._factor(unit, shown) == units._computed_factor(unit, shown), (unit, shown)

@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 
 # Vibrations of the first basis and of the largest one, and how many times as many the next one has at most.
 _FEWEST, _MOST, _MOST_TIMES = 20, 320, 8
+# Beside many static responses a step costs no more with so many vibrations, the share of them and the most.
+_BESIDE, _MOST_BESIDE = 0.125, 80
 # Square matrices of the interface's size that exist at once: static responses, eigenvectors, compliances.
 _SQUARES = 10
 _VERSION = 1
@@ -70,13 +72,13 @@ class _Maker:
 
     def kept(self) -> CraigBampton | None:
         """Return the basis that is kept, if any."""
-        arrays = self.store.load(self._key) if self.store else None
+        arrays = None if self.store is None else self.store.load(self._key)
         known: dict[str, Any] = {field.name: arrays[field.name] for field in fields(CraigBampton)} if arrays else {}
         return CraigBampton(**known) if known else None
 
     def keep(self, basis: CraigBampton) -> None:
         """Keep a basis for other runs."""
-        if self.store:
+        if self.store is not None:
             self.store.save(self._key, {field.name: getattr(basis, field.name) for field in fields(basis)})
 
     def make(self, count: int) -> CraigBampton:
@@ -152,7 +154,7 @@ def _march(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -> 
     maker = _Maker.of(motions, store)
     with motions.watch.part("basis"):
         kept = maker.kept()
-        basis = kept or maker.make(_FEWEST)
+        basis = kept or maker.make(_first_count(maker.body.interface.size))
     if kept is None and len(motions.models) > 1:
         _, basis = _suitable(motions.first, maker, basis, wanted)
     marched, basis = _suitable(motions, maker, basis, wanted)
@@ -195,6 +197,11 @@ def _is_promising(tried: Sequence[tuple[int, float]]) -> bool:
     before, larger = tried[-2]
     order = np.log(larger / error) / np.log(count / before) if count > before else 0.0
     return bool(error <= (_MOST / count) ** order)
+
+
+def _first_count(responses: int) -> int:
+    """Return how many vibrations to begin with beside some static responses."""
+    return max(_FEWEST, min(int(_BESIDE * responses), _MOST_BESIDE))
 
 
 def _next_count(count: int, excess: float) -> int:

@@ -25,7 +25,7 @@ from fingerslip.dynamics.system import System
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.model import Model
 
-__all__ = ["ResidualCheck", "missing_displacement", "steps_remembered"]
+__all__ = ["ResidualCheck", "missing_displacements", "steps_remembered"]
 
 Array = NDArray[np.float64]
 
@@ -80,59 +80,78 @@ class ResidualCheck:
     def __call__(self, moving: Sequence[int], before: Sequence[State], after: Sequence[State]) -> None:
         """Look at a step of the motions `moving`, from their states before and after."""
         self._step += 1
+        wanted = []
         for number in moving:
             acceleration = after[number].acceleration
             fast = float(np.sqrt(acceleration @ after[number].inertia))
             self._inertia[number] = max(self._inertia[number], fast)
             if self._step % self._every == 0 or fast > _FASTER * self._fastest[number]:
-                self._look(number, before[number], after[number])
+                wanted.append(number)
                 self._fastest[number] = max(fast, self._fastest[number])
+        self._look(wanted, before, after)
 
-    def _look(self, number: int, before: State, after: State) -> None:
-        self.count += 1
-        displacement, missing = missing_displacement(
-            self._systems[number], self._coordinates[number], self._scheme, self._damping, (before, after)
-        )
-        self._missing[number] = max(self._missing[number], _largest(missing))
-        self._largest[number] = max(self._largest[number], _largest(displacement))
+    def _look(self, numbers: Sequence[int], before: Sequence[State], after: Sequence[State]) -> None:
+        """Look at a step of some motions, at once; motions that are still the same share their states."""
+        same: dict[int, list[int]] = {}
+        for number in numbers:
+            same.setdefault(id(after[number]), []).append(number)
+        if not same:
+            return
+        first = [members[0] for members in same.values()]
+        systems, pairs = [self._systems[own] for own in first], [(before[own], after[own]) for own in first]
+        known = missing_displacements(systems, self._coordinates[0], self._scheme, self._damping, pairs)
+        for members, system, displacement, missing in zip(same.values(), systems, *known, strict=True):
+            self._take(members, system, displacement, missing)
+
+    def _take(self, numbers: Sequence[int], system: System, displacement: Array, missing: Array) -> None:
+        self.count += len(numbers)
         per_displacement = self._scheme.inertia_factor / self._scheme.displacement_factor
-        inertia = per_displacement * float(np.sqrt(missing @ (self._systems[number].mass @ missing)))
-        self._missing_inertia[number] = max(self._missing_inertia[number], inertia)
+        inertia = per_displacement * float(np.sqrt(missing @ (system.mass @ missing)))
+        for number in numbers:
+            self._missing[number] = max(self._missing[number], _largest(missing))
+            self._largest[number] = max(self._largest[number], _largest(displacement))
+            self._missing_inertia[number] = max(self._missing_inertia[number], inertia)
 
 
-def missing_displacement(
-    system: System,
+def missing_displacements(
+    systems: Sequence[System],
     coordinates: ReducedCoordinates,
     scheme: Scheme,
     damping: RayleighDamping,
-    states: tuple[State, State],
+    states: Sequence[tuple[State, State]],
 ) -> tuple[Array, Array]:
-    """Return the displacement at the end of a step, and what the basis misses of it, both (n,) [m].
+    """Return displacements at the end of steps, and what the basis misses of them, both (k, n) [m].
 
     Parameters
     ----------
-    system : System
-        The system on the mesh.
+    systems : sequence of System
+        The systems on the mesh, of one body, of k motions.
     coordinates : ReducedCoordinates
-        Those of the reduced system.
+        Those of the reduced systems.
     scheme : Scheme
         Time integration.
     damping : RayleighDamping
         Material damping.
-    states : tuple of two State
-        The reduced states at the start and at the end of the step.
+    states : sequence of two State
+        The reduced states of each motion at the start and at the end of its step.
     """
-    first, last = states
-    fields = (first.displacement, first.velocity, last.displacement, last.velocity, last.acceleration)
-    u_0, v_0, u_1, v_1, a_1 = coordinates.lifted(np.stack(fields, axis=1)).T
+    fields = [
+        (first.displacement, first.velocity, last.displacement, last.velocity, last.acceleration)
+        for first, last in states
+    ]
+    columns = coordinates.lifted(np.concatenate(fields).T)
+    u_0, v_0, u_1, v_1, a_1 = (columns[:, which::5] for which in range(5))
     # The equations are linear in the fields at both ends, so that each matrix is read once.
     end, start = scheme.end_weight, scheme.start_weight
     velocity = end * v_1 - start * v_0
     strained = end * u_1 - start * u_0 + damping.stiffness * velocity
-    loads = end * system.load(last.time) - start * system.load(first.time)
+    loads = [
+        end * system.load(last.time) - start * system.load(first.time)
+        for system, (first, last) in zip(systems, states, strict=True)
+    ]
     inertia = scheme.inertia_factor * a_1 + damping.mass * velocity
-    residual = system.mass @ inertia + system.stiffness @ strained - loads
-    return u_1, -coordinates.body.give_way(residual) / end
+    residual = systems[0].mass @ inertia + systems[0].stiffness @ strained - np.transpose(loads)
+    return u_1.T, -coordinates.body.give_way(residual).T / end
 
 
 def steps_remembered(scheme: Scheme, damping: RayleighDamping, frequency: float) -> float:

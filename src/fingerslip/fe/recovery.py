@@ -273,22 +273,27 @@ def cells_around(space: Space, nodes: Integers, regions: Sequence[str | None]) -
     MeshError
         Where no cell of the region touches the node.
     """
-    areas = space.full.dx.sum(axis=1)
-    rows, columns, values = [], [], []
-    for site, (node, region) in enumerate(zip(nodes, regions, strict=True)):
-        cells = np.flatnonzero((space.full.element_dofs == node).any(axis=0))
-        if region is not None:
-            cells = np.intersect1d(cells, space.mesh.subdomains[region])
-        if not cells.size:
-            found = f"no cell of region '{region}' at node {node}"
-            raise MeshError(f"site {site}", found, "needs a node of that region")
-        rows.append(np.full(cells.size, site))
-        columns.append(cells)
-        values.append(areas[cells] / areas[cells].sum())
-    shape = (len(nodes), space.mesh.nelements)
-    if not rows:
-        return sparse.csr_matrix(shape)
-    return sparse.csr_matrix((np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))), shape=shape)
+    cells = sparse.csr_matrix(_incidence(space)[np.asarray(nodes, dtype=np.int64)])
+    for region in {own for own in regions if own is not None}:
+        inside = np.zeros(space.mesh.nelements)
+        inside[space.mesh.subdomains[region]] = 1.0
+        asked = np.repeat([own == region for own in regions], np.diff(cells.indptr))
+        cells.data[asked] *= inside[cells.indices[asked]]
+    cells.eliminate_zeros()
+    empty = np.flatnonzero(np.diff(cells.indptr) == 0)
+    if empty.size:
+        found = f"no cell of region '{regions[empty[0]]}' at node {nodes[empty[0]]}"
+        raise MeshError(f"site {empty[0]}", found, "needs a node of that region")
+    cells.data /= np.repeat(np.asarray(cells.sum(axis=1)).ravel(), np.diff(cells.indptr))
+    return cells
+
+
+def _incidence(space: Space) -> sparse.csr_matrix:
+    """Return the sizes [m^2 or m^3] of the cells that have a node, shape (n_nodes, n_cells)."""
+    nodes = space.full.element_dofs
+    sizes = np.broadcast_to(space.full.dx.sum(axis=1), nodes.shape).ravel()
+    columns = np.broadcast_to(np.arange(nodes.shape[1]), nodes.shape).ravel()
+    return sparse.csr_matrix((sizes, (nodes.ravel(), columns)), shape=(len(space.positions), nodes.shape[1]))
 
 
 def von_mises(stresses: Array) -> Array:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import skfem
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import skfem
 
 __all__ = ["facets_between", "outward_normals"]
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import Any, ClassVar, Self
-
-import skfem
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from fingerslip.digest import digest, file_digest
 from fingerslip.errors import InputError
-from fingerslip.mesh.io import read_mesh
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import FileName, parameters
 from fingerslip.units import LengthUnit
+
+if TYPE_CHECKING:
+    import skfem
 
 __all__ = ["MeshFile"]
 
@@ -43,6 +43,8 @@ class MeshFile(MeshSource):
 
     def build(self, _specimen: Any = None, /) -> skfem.Mesh:
         """Read the mesh [m]; see :func:`~fingerslip.mesh.io.read_mesh`."""
+        from fingerslip.mesh.io import read_mesh
+
         return read_mesh(self.file, self.length_unit or "m")
 
     def key(self, _specimen: Any = None, /) -> str:

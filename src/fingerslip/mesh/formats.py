@@ -7,13 +7,15 @@ import io
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import meshio
 import numpy as np
 
 from fingerslip.errors import MeshError, shortened
 from fingerslip.files import new_files
+
+if TYPE_CHECKING:
+    import meshio
 
 __all__ = ["read_file", "write_file"]
 
@@ -40,6 +42,8 @@ def read_file(file: Path, needed: str) -> meshio.Mesh:
     MeshError
         Where the file is missing or cannot be read, or its numbers do not fit together.
     """
+    import meshio
+
     if not file.is_file():
         raise MeshError(str(file), "no such file", needed)
     try:
@@ -74,6 +78,8 @@ def write_file(file: Path, data: meshio.Mesh, suffixes: str) -> None:
     ResultError
         Where nothing may be written there, or the disk is full.
     """
+    import meshio
+
     if not file.parent.is_dir():
         raise MeshError(str(file), "the folder does not exist", "needs an existing folder")
     try:

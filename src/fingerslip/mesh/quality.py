@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import skfem
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError
 from fingerslip.units import coordinates
 
-__all__ = ["QualityLimits", "QualityRow", "check_quality", "quality_limits", "quality_table"]
+if TYPE_CHECKING:
+    import skfem
+
+__all__ = ["QualityLimits", "QualityRow", "check_quality", "quality_limits", "quality_table", "tetrahedron_scores"]
 
 Floats = NDArray[np.float64]
 
@@ -153,9 +156,33 @@ def _cell_quality(mesh: skfem.Mesh) -> _CellQuality:
     return _tetrahedron_quality(mesh) if mesh.dim() == 3 else _plane_quality(mesh)
 
 
+def tetrahedron_scores(corners: Floats) -> Floats:
+    """Return how far tetrahedra are within the limits [-]: the worst of four measures over its limit, above 1 inside.
+
+    Parameters
+    ----------
+    corners : (n_cells, 4, 3) array
+        Corners [m], in any order.
+    """
+    found, limits = _tetrahedra(corners), _TETRAHEDRA
+    score: Floats = np.min(
+        [
+            found.scaled_jacobian / limits.scaled_jacobian,
+            found.smallest_angle / limits.smallest_angle,
+            (np.pi - found.largest_angle) / (np.pi - limits.largest_angle),
+            limits.aspect_ratio / found.aspect_ratio,
+        ],
+        axis=0,
+    )
+    return score
+
+
 def _tetrahedron_quality(mesh: skfem.Mesh3D) -> _CellQuality:
+    return _tetrahedra(mesh.p[:, mesh.t[:4]].transpose(2, 1, 0))
+
+
+def _tetrahedra(corners: Floats) -> _CellQuality:
     """Measure tetrahedra by their dihedral angles; scikit-fem sorts their corners, so their sign says nothing."""
-    corners = mesh.p[:, mesh.t[:4]].transpose(2, 1, 0)
     edges = np.stack([corners[:, b] - corners[:, a] for a, b in itertools.combinations(range(4), 2)], axis=1)
     length = np.linalg.norm(edges, axis=2)
     volume = np.abs(np.linalg.det(edges[:, :3])) / 6.0

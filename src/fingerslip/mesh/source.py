@@ -7,14 +7,15 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Literal, Protocol, Self, get_args, get_origin, get_type_hints
-
-import skfem
+from typing import TYPE_CHECKING, Any, Literal, Protocol, Self, get_args, get_origin, get_type_hints
 
 from fingerslip.digest import digest
 from fingerslip.errors import InputError
 from fingerslip.mesh.quality import quality_table
 from fingerslip.parameters import as_mapping
+
+if TYPE_CHECKING:
+    import skfem
 
 __all__ = ["InspectedMesh", "MeshSource", "MeshTable", "choose_source", "inspected", "marks", "mesh_size_note"]
 

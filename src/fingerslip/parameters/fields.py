@@ -101,7 +101,9 @@ def _without_key_mark(parts: Sequence[int | str]) -> Sequence[int | str]:
 def _inside(hint: Any, part: int | str) -> tuple[type | None, str, Any]:
     """Return the parameter set that owns the key `part`, its name, and the annotation of what it leads to."""
     if isinstance(hint, type) and dataclasses.is_dataclass(hint):
-        name = dataclasses.fields(hint)[part].name if isinstance(part, int) else part
+        fields = dataclasses.fields(hint)
+        # Of positional arguments there may be more than fields.
+        name = fields[part].name if isinstance(part, int) and part < len(fields) else str(part)
         return hint, name, type_hints(hint).get(name)
     arguments = get_args(hint)
     origin = get_origin(hint)

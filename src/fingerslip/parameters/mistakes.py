@@ -29,6 +29,8 @@ _SIGNS = MappingProxyType(
 )
 _PLAIN_NEEDS = MappingProxyType(
     {
+        "multiple_argument_values": "needs its value once, by place or by name",
+        "unexpected_positional_argument": "needs fewer values, or their names",
         "dataclass_type": "needs keys and values",
         "dict_type": "needs keys and values",
         "mapping_type": "needs keys and values",

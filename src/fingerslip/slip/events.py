@@ -19,10 +19,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.history import OPEN
 from fingerslip.parameters.protocols import require_kind
@@ -31,6 +30,9 @@ from fingerslip.slip.names import EVENTS, READINGS, TIMES
 from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
 from fingerslip.slip.settings import EventSettings, PeakSettings
 from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "Events",
@@ -153,6 +155,8 @@ def find_events(history: xr.Dataset, settings: EventSettings | None = None, slid
     InputError
         Where there are slides, but not that one.
     """
+    import xarray as xr
+
     require_kind(history, xr.Dataset, "a history, which simulate returns", "history")
     settings = settings or EventSettings()
     return Events(

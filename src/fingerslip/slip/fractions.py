@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import OPEN, SLIP
 from fingerslip.slip.counterface import split_along
 from fingerslip.slip.windows import SlideWindow
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "accumulated_slip",
@@ -127,5 +131,7 @@ def area_fraction(part: NDArray[np.bool_], whole: NDArray[np.bool_], areas: NDAr
 
 
 def _series(times: xr.DataArray, values: NDArray[np.float64], name: str, meaning: str) -> xr.DataArray:
+    import xarray as xr
+
     coordinates = {"time": times.values}
     return xr.DataArray(values, coordinates, ("time",), name, {"units": "1", "long_name": meaning})

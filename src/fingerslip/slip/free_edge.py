@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from fingerslip.history import OPEN
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["EdgeContact", "edge_contact", "edge_distance", "edge_warning"]
 
@@ -110,6 +112,8 @@ def _distances(history: xr.Dataset, nodes: NDArray[np.intp]) -> NDArray[np.float
 
 def _facet_size(history: xr.Dataset, nodes: NDArray[np.intp]) -> float:
     """Return the typical size of the facets between `nodes`: how far apart neighbours are [m]."""
+    from scipy.spatial import cKDTree
+
     if nodes.size < 2:
         return 0.0
     apart, _ = cKDTree(history["contact_position"].values[nodes]).query(history["contact_position"].values[nodes], k=2)

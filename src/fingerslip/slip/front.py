@@ -6,9 +6,9 @@ Neither takes part in the slip events or in the validation; both are there for c
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import OPEN, is_solid, sites_of_kinds
@@ -17,6 +17,9 @@ from fingerslip.slip.counterface import contact_forces, slide_tangent
 from fingerslip.slip.fractions import accumulated_slip
 from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["force_ratio_times", "front_arrivals"]
 
@@ -136,5 +139,7 @@ def _node_times(history: xr.Dataset, window: SlideWindow, settings: EventSetting
 
 
 def _arrivals(names: Sequence[str], times: Floats) -> xr.DataArray:
+    import xarray as xr
+
     attributes = {"units": "s", "long_name": "arrival of the slip front"}
     return xr.DataArray(times, {"site": list(names)}, ("site",), "front_arrival", attributes)

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.history import phase_times
 from fingerslip.slip.counterface import contact_forces
@@ -23,6 +23,9 @@ from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
 from fingerslip.slip.windows import slide_window
 from fingerslip.units import Unit
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["MEASURES", "Measure", "Number", "measure_of", "read_measures"]
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
-from scipy.spatial import Delaunay
 
 from fingerslip.errors import InputError, warn_renamed
 from fingerslip.history import OPEN, SLIP, is_solid
 from fingerslip.slip.counterface import contact_forces, counterface_normal, slide_tangent
 from fingerslip.slip.fractions import contact_area, stick_ratio
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Patch", "contact_patch", "patch_series", "surface_strain_rates", "surface_strains", "triangle_states"]
 
@@ -66,6 +68,8 @@ def contact_patch(history: xr.Dataset, counterface: int = 0) -> Patch:
     InputError
         For a history in the plane, or with fewer than three candidates.
     """
+    from scipy.spatial import Delaunay
+
     if not is_solid(history):
         raise InputError("history", "is two-dimensional", "needs a history in space")
     nodes = np.flatnonzero(history["contact_counterface"].values == counterface)
@@ -99,6 +103,8 @@ def patch_series(history: xr.Dataset, counterface: int = 0) -> xr.Dataset:
         round patch with these areas [m], ``normal_force`` and ``tangential_force`` [N] and their ``force_ratio`` [-].
         Values that do not exist without contact are missing (NaN).
     """
+    import xarray as xr
+
     area, ratio = contact_area(history), stick_ratio(history)
     stuck = (area * ratio.fillna(0.0)).rename("stick_area")
     forces = contact_forces(history, counterface)
@@ -140,6 +146,8 @@ def surface_strains(history: xr.Dataset, patch: Patch | None = None) -> xr.DataA
         Dimensions (time, triangle, strain_component) [-]; coordinates `along` and `across` of the triangles' centres
         [m] and `touching` (time, triangle), whether all corners are in contact.
     """
+    import xarray as xr
+
     patch = patch or contact_patch(history)
     reference = history["contact_position"].values[patch.nodes][patch.triangles]
     local = _local_edges(reference, patch.axes[0])

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import site_rows, sites_of_kinds
@@ -13,6 +13,9 @@ from fingerslip.slip.counterface import slide_tangent
 from fingerslip.slip.receptors import receptor_rows, tangential_acceleration
 from fingerslip.slip.settings import PeakSettings
 from fingerslip.slip.windows import SlideWindow, slide_window
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "Peak",
@@ -132,6 +135,8 @@ def peak_signal(history: xr.Dataset, settings: PeakSettings, slide: int = 0) -> 
         Largest tangential acceleration (absolute value) over the receptors during the slide, dimension time
         [m/s^2]; None where there is no slide or no such receptor.
     """
+    import xarray as xr
+
     window = slide_window(history, slide)
     rows = slide_receptors(history, window, settings) if window else np.empty(0, dtype=np.intp)
     if window is None or rows.size == 0:

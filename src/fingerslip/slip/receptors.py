@@ -9,15 +9,18 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import OPEN, site_kinds, site_rows
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip.counterface import slide_tangent
 from fingerslip.slip.windows import slide_window
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "AREAS",
@@ -135,6 +138,8 @@ def _signals(
     density: NDArray[np.float64],
     count: NDArray[np.int_],
 ) -> xr.Dataset:
+    import xarray as xr
+
     dims = ("kind", "area", "time")
     return xr.Dataset(
         {

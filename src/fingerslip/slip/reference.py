@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import site_rows
@@ -13,6 +13,9 @@ from fingerslip.slip.counterface import counterface_normal, split_along
 from fingerslip.slip.events import SlipEvents, events_of_leaving
 from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["reference_events"]
 

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import OPEN, sites_of_kinds
 from fingerslip.slip.counterface import contact_forces, split_along
 from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.windows import slide_window, sustained_crossing
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "EXTERNAL",

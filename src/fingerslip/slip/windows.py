@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.history import phase_times
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["SlideWindow", "slide_window", "sustained_crossing"]
 

@@ -10,7 +10,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.reduction import reduced_system
-from fingerslip.dynamics.residual import ResidualCheck, missing_displacement, steps_remembered
+from fingerslip.dynamics.residual import ResidualCheck, missing_displacements, steps_remembered
 from fingerslip.dynamics.scheme import make_scheme
 from fingerslip.dynamics.stepper import build_steppers
 from fingerslip.verification.reference import condensed_states
@@ -29,8 +29,9 @@ def states(model, count):
 def missing(model, count):
     system, reduced, found = states(model, count)
     scheme = make_scheme(model.time)
-    pairs = pairwise(found)
-    return [missing_displacement(system, reduced.coordinates, scheme, model.damping, pair) for pair in pairs]
+    pairs = list(pairwise(found))
+    known = missing_displacements([system] * len(pairs), reduced.coordinates, scheme, model.damping, pairs)
+    return list(zip(*known, strict=True))
 
 
 @pytest.mark.parametrize("damping", [fs.RayleighDamping(), fs.RayleighDamping(mass=5.0, stiffness=1e-3)])

@@ -75,3 +75,10 @@ def test_mistakes_of_plain_pydantic_are_told_too() -> None:
     with pytest.raises(pydantic.ValidationError) as caught:
         pydantic.TypeAdapter(ContactSettings).validate_python({"boundary": 1, "friction_coefficient": 0.5})
     assert [str(mistake) for mistake in mistakes_in(caught.value, ContactSettings)] == ["boundary: got 1, needs text"]
+
+
+def test_arguments_that_are_too_many_or_given_twice_are_named() -> None:
+    with pytest.raises(InputError, match=r"Press\.depth: got 2 mm, needs its value once, by place or by name"):
+        Press(1e-3, 1e-3, depth=2e-3)  # type: ignore[misc]
+    with pytest.raises(InputError, match=r"Press\.2: got 7, needs fewer values, or their names"):
+        Press(1e-3, 1e-3, 7)  # type: ignore[call-arg]

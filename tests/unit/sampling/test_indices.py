@@ -48,6 +48,9 @@ def test_blocks_with_a_missing_output_are_left_out() -> None:
     assert found.left_out > 0
     assert found.blocks + found.left_out == 32
     assert found.runs == 4 * found.blocks
+    values = [run.derived["y"].value for run in study.runs]
+    whole = [block for block in (values[at : at + 4] for at in range(0, len(values), 4)) if None not in block]
+    assert found.mean == pytest.approx(sum(map(sum, whole)) / found.runs)
     with pytest.raises(InputError, match="whole blocks with y, needs 4 or more"):
         sobol_indices(study_of(lambda _: None, 2, "saltelli", 32), "y")
 

@@ -50,3 +50,12 @@ def test_nothing_is_predicted_outside_the_runs() -> None:
         surrogate.predict({})
     with pytest.raises(InputError, match="has 9 runs with y, needs 10 or more"):
         fit_surrogate(study_of(lambda x: x[0], 1, "latin_hypercube", 9).runs, "y")
+
+
+def test_runs_judge_a_process_that_has_not_seen_them() -> None:
+    # One run of thirty lies far off: nobody who has not seen it can know.
+    study = study_of(lambda x: float(x[0]) + (5.0 if 0.5 < x[0] < 0.53 else 0.0), 1, "latin_hypercube", 30)
+    found = fit_surrogate(study.runs, "y").validation
+    assert found.largest > 4.5
+    assert found.error > 0.8
+    assert 0.8 < found.covered < 1.0

@@ -6,12 +6,16 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 import fingerslip as fs
 from fingerslip.errors import DamagedError, InputError, ResultError
+from fingerslip.results import Quantity
+from fingerslip.study.convergence.storage import RunConvergence, write_convergences
 from fingerslip.study.running.runner import run_study
-from unit.study.block import FRICTIONS
+from fingerslip.uncertainty import Convergence, Series
+from unit.study.block import FRICTIONS, block_values
 
 NAMES = tuple(f"friction_coefficient-{friction}" for friction in FRICTIONS)
 
@@ -57,3 +61,28 @@ def test_damaged_and_missing_results_are_refused(folder: Path) -> None:
         fs.open_study(folder)
     with pytest.raises(ResultError):
         fs.open_study(folder / "nothing")
+
+
+def test_derived_quantities_are_stored_with_the_study_and_in_its_summary(write_study: Callable[..., Path]) -> None:
+    derived = {"travel": "overall_slip * slide.speed", "never": "sqrt(-overall_slip)"}
+    path = write_study(block_values() | {"derived": derived})
+    folder = run_study(path, results_dir=path.parent / "results", workers=1).folder
+    study = fs.open_study(folder)
+    for run in study.result.runs:
+        # The slide of the study goes at 5 mm/s.
+        assert run.derived["travel"] == Quantity("travel", "m", pytest.approx(5e-3 * run.events.overall))
+        assert run.derived["never"] == Quantity("never", "s^0.5", None)
+    frame = pd.read_csv(folder / "summary.csv")
+    assert frame["travel_m"].tolist() == pytest.approx([run.derived["travel"].value for run in study.result.runs])
+    assert study.to_dataframe()["travel_m"].tolist() == pytest.approx(frame["travel_m"].tolist())
+    assert frame.filter(like="never").isna().all().all()
+
+
+def test_known_uncertainties_come_with_the_runs(folder: Path) -> None:
+    identity = fs.open_study(folder).result.runs[0].identity
+    series = {"step": Series("step", (1.0, 0.5, 0.25), (2.0, 1.25, 1.0625))}
+    found = {"slip.overall": Convergence("overall slip (accumulated slip)", "s", 2.0, series)}
+    write_convergences(folder, {NAMES[0]: RunConvergence(NAMES[0], identity, found)})
+    first, second, _ = fs.open_study(folder).result.runs
+    assert first.uncertainty == {"slip.overall": pytest.approx(1.25)}
+    assert second.uncertainty == {}

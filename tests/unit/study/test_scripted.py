@@ -20,8 +20,8 @@ from unit.study.block import FRICTIONS, block_values
 Write = Callable[..., Path]
 
 
-@pytest.mark.usefixtures("simulated", "reports")
-def test_a_study_is_checked_run_and_read_as_numbers(write_study: Write, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("reports")
+def test_a_study_is_checked_run_and_read_as_numbers(write_study: Write, tmp_path: Path, simulated: list[float]) -> None:
     study = fs.Study(write_study(), sweep={"contact.friction_coefficient": np.linspace(0.3, 0.5, 2)}, name="mine")
     checked = study.check(tmp_path)
     assert checked["state"].tolist() == ["to do"] * 2
@@ -34,6 +34,11 @@ def test_a_study_is_checked_run_and_read_as_numbers(write_study: Write, tmp_path
     assert frame["overall_s"].dtype == "float64"
     assert frame.attrs["units"]["overall_s"] == "s"
     assert study.check(tmp_path)["state"].tolist() == ["finished"] * 2
+    assert len(simulated) == 2
+    assert study.run(tmp_path, workers=1).names == opened.names
+    assert len(simulated) == 2
+    study.run(tmp_path, workers=1, force=True)
+    assert len(simulated) == 4
 
 
 def test_a_study_starts_from_a_mapping_a_file_a_read_study_or_another_study(write_study: Write) -> None:

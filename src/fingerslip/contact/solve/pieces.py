@@ -8,7 +8,8 @@ In the plane the conditions of :mod:`fingerslip.contact.solve.newton` are linear
 
 A full step of Newton's method solves the *piece* that the trial forces are in. What remains unknown are the normal
 forces of the touching nodes and the tangential ones of those that stick. The matrix of a piece is factorised once, and
-serves until a node changes its state, in later time steps too.
+serves until a node changes its state, in later time steps too. A step begins with the solution in the piece in which
+the last one ended: where no node changes its state, that is all.
 """
 
 from __future__ import annotations
@@ -113,8 +114,8 @@ def solve_by_pieces(
         return solve_friction(compliance, free, friction_coefficient, start, tolerance), None
     piece = piece if piece is not None and piece.compliance is compliance else None
     problem = _problem(compliance, free, friction_coefficient, piece)
-    found = _look(problem, start, _product(problem, start, piece))
-    for iteration in range(NEWTON_LIMIT):
+    found, begun = _first(problem, start, piece, tolerance)
+    for iteration in range(begun, NEWTON_LIMIT):
         if found.relative_residual <= tolerance:
             return found.solution(iteration), piece and replace(piece, forces=found.forces, product=found.product)
         piece = piece if piece is not None and found.is_in(piece) else _factorised(problem, found)
@@ -161,6 +162,18 @@ def _problem(compliance: Array, free: Array, friction: Array, piece: Piece | Non
     scale = step_lengths(np.diag(compliance).reshape(free.shape)) if piece is None else piece.scale
     # As in the compiled solver, the force that would undo the worst free penetration alone sets the scale of rounding.
     return _Problem(compliance, free, friction, scale, 1e-12 * float(np.max(scale * np.abs(free))))
+
+
+def _first(problem: _Problem, start: Array, piece: Piece | None, tolerance: float) -> tuple[_Look, int]:
+    """Return the forces to begin with, and the iterations that they took.
+
+    These are the last step's, or the solution in the last step's piece where that is nearer to a solution.
+    """
+    found = _look(problem, start, _product(problem, start, piece))
+    if piece is None or found.relative_residual <= tolerance:
+        return found, 0
+    solved = _look(problem, *_solve_piece(problem, piece))
+    return (solved, 1) if decreases_enough(solved.merit, found.merit, 1.0) else (found, 0)
 
 
 def _product(problem: _Problem, forces: Array, piece: Piece | None) -> Array:

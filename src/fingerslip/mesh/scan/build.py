@@ -6,24 +6,20 @@ import dataclasses
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
-import skfem
-from scipy.spatial import ConvexHull, QhullError
 
 from fingerslip.digest import digest, file_digest
 from fingerslip.errors import InputError, MeshError
-from fingerslip.mesh.scan.layered import LayerSizes, build_from_surfaces
-from fingerslip.mesh.scan.offset import decimate_surface
-from fingerslip.mesh.scan.placement import place_surface, placement_from_directions
+from fingerslip.mesh.scan.layered import LayerSizes
 from fingerslip.mesh.scan.quality import ScanMesh, deviation, layer_quality, skin_range
-from fingerslip.mesh.scan.repair import repair_surface
-from fingerslip.mesh.scan.surfaces import read_surface
-from fingerslip.mesh.scan.tables import scan_tables
 from fingerslip.mesh.source import InspectedMesh, MeshSource
 from fingerslip.parameters import Angle, FileName, PositiveLength, as_mapping, parameters
 from fingerslip.units import LengthUnit
+
+if TYPE_CHECKING:
+    import skfem
 
 __all__ = ["ScanMesh", "SurfaceMesh", "mesh_scan", "scan_cells"]
 
@@ -74,6 +70,8 @@ class SurfaceMesh(MeshSource):
 
     def inspect(self, _specimen: Any = None, /) -> InspectedMesh:
         """Return the mesh of the scan [m], with quality, distance from the scan and repairs."""
+        from fingerslip.mesh.scan.tables import scan_tables
+
         scan = mesh_scan(self)
         return InspectedMesh(scan.mesh, scan_tables(scan), suffix=".vtu")
 
@@ -127,6 +125,12 @@ def mesh_scan(settings: SurfaceMesh) -> ScanMesh:
         Where a file cannot be read, is of the wrong size for its unit or open beyond repair, the phalanx is not inside
         the skin, or no mesh comes out.
     """
+    from fingerslip.mesh.scan.layered import build_from_surfaces
+    from fingerslip.mesh.scan.offset import decimate_surface
+    from fingerslip.mesh.scan.placement import place_surface, placement_from_directions
+    from fingerslip.mesh.scan.repair import repair_surface
+    from fingerslip.mesh.scan.surfaces import read_surface
+
     files = [settings.skin] + ([settings.phalanx] if settings.phalanx else [])
     if len(set(files)) < len(files):
         raise InputError("phalanx", f"got '{settings.phalanx}', the file of the skin", "needs a file of its own")
@@ -156,6 +160,10 @@ def scan_cells(settings: SurfaceMesh) -> float:
     MeshError
         Where the skin cannot be read, or is flat.
     """
+    from scipy.spatial import ConvexHull, QhullError
+
+    from fingerslip.mesh.scan.surfaces import read_surface
+
     points = read_surface(settings.skin, settings.unit).points
     try:
         volume = float(ConvexHull(points).volume)

@@ -6,13 +6,10 @@ import contextlib
 import dataclasses
 import tempfile
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-import skfem
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from fingerslip.errors import InputError, MeshError, warn_renamed
 from fingerslip.mesh.orientation import positive_tetrahedra
@@ -22,6 +19,9 @@ from fingerslip.mesh.scan.surfaces import Surface, check_closed, contains
 from fingerslip.mesh.sizes import check_sizes
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.units import coordinates, millimetres
+
+if TYPE_CHECKING:
+    import skfem
 
 __all__ = ["LayerSizes", "build_from_surfaces"]
 
@@ -164,6 +164,7 @@ def _check_inside(phalanx: Surface, skin: Surface, cut: float) -> None:
 def _tetrahedralised(bodies: _Bodies, sizes: LayerSizes) -> skfem.MeshTet1:
     """Mesh the box around all surfaces; cells keep to every surface within the tolerance."""
     import pytetwild
+    import skfem
 
     points, triangles = _soup(bodies)
     extent = np.ptp(points, axis=0)
@@ -278,6 +279,9 @@ def _given_away(layer: Integers, crumbs: Booleans, neighbours: Integers) -> Inte
 
 def _pieces(count: int, neighbours: Integers) -> Integers:
     """Return the number of the connected piece of each of `count` cells."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
     graph = coo_matrix((np.ones(neighbours.shape[1]), tuple(neighbours)), shape=(count, count))
     found: Integers = connected_components(graph, directed=False)[1]
     return found

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.scan.surfaces import Surface, check_area, contains, outermost
@@ -155,6 +154,8 @@ def _depth(surface: Surface, grid: pyvista.ImageData, thickness: float) -> Float
 
     Nodes that are joined without coming near the surface are on the same side, so one of them is asked.
     """
+    from scipy import ndimage
+
     points = np.asarray(grid.points, dtype=float)
     depth = distances(outermost(surface), points)
     shape = tuple(reversed(grid.dimensions))

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import skfem
 from numpy.typing import NDArray
 
 from fingerslip.mesh.scan.offset import distances
 from fingerslip.mesh.scan.repair import Repairs
 from fingerslip.mesh.scan.surfaces import Surface, outermost
+
+if TYPE_CHECKING:
+    import skfem
 
 __all__ = ["Deviation", "LayerQuality", "ScanMesh", "deviation", "layer_quality", "skin_range"]
 

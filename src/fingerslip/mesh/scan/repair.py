@@ -5,14 +5,16 @@ from __future__ import annotations
 import dataclasses
 from collections import defaultdict
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import breadth_first_order, connected_components
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.scan.surfaces import Surface, boundary_loops, check_area, joined
+
+if TYPE_CHECKING:
+    from scipy.sparse import coo_matrix
 
 __all__ = ["Repairs", "closed_where", "repair_surface"]
 
@@ -103,6 +105,9 @@ def closed_where(surface: Surface, lowest: float) -> Surface:
 
 def _without_debris(surface: Surface) -> tuple[Integers, int]:
     """Return the triangles of all pieces but the tiny ones, and how many pieces were dropped."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
     triangles = surface.triangles
     first, second = triangles.T[[0, 1]].ravel(), triangles.T[[1, 2]].ravel()
     graph = coo_matrix((np.ones(len(first)), (first, second)), shape=(len(surface.points),) * 2)
@@ -115,6 +120,9 @@ def _without_debris(surface: Surface) -> tuple[Integers, int]:
 
 def _turned(surface: Surface) -> NDArray[np.bool_]:
     """Return which triangles have to be turned so that all face outwards."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
     pairs, opposed = _neighbours(surface)
     count = len(surface.triangles)
     ones = np.ones(len(pairs))
@@ -148,6 +156,8 @@ def _consistent(
     graph: coo_matrix, patch: Integers, patches: int, pairs: Integers, opposed: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
     """Turn triangles so that all of a patch face the way of its first one."""
+    from scipy.sparse.csgraph import breadth_first_order
+
     count = len(patch)
     differs = defaultdict(bool, {(int(a), int(b)): bool(o) for (a, b), o in zip(pairs, opposed, strict=True)})
     turned = np.zeros(count, dtype=bool)

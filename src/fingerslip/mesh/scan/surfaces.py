@@ -6,14 +6,17 @@ import dataclasses
 import itertools
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import meshio
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.formats import read_file, write_file
 from fingerslip.units import METRES, LengthUnit, coordinates, metres, millimetres
+
+if TYPE_CHECKING:
+    import meshio
 
 __all__ = [
     "Surface",
@@ -130,6 +133,8 @@ def write_surface(surface: Surface, path: str | Path, unit: LengthUnit = "mm") -
     MeshError
         Where the suffix is unknown or the folder does not exist.
     """
+    import meshio
+
     file = Path(path)
     data = meshio.Mesh(surface.points / METRES[unit], [("triangle", surface.triangles)])
     write_file(file, data, ".stl, .ply, .obj")

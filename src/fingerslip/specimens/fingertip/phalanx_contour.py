@@ -6,7 +6,6 @@ import dataclasses
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
@@ -165,6 +164,8 @@ def _rounded_offset(curve: Curve, offset: float, radius: float) -> Floats:
     A circle of that radius inside the curve touches it wherever its centre, deeper by the radius, has no other part
     of the outline nearer to it; the parts it cannot touch become arcs about its last centre.
     """
+    from scipy.spatial import cKDTree
+
     arc_length = curve.arc_length[:-1] if curve.closed else curve.arc_length
     centres = at_depth(curve, arc_length, offset + radius)
     distance, _ = cKDTree(curve.points).query(centres)
@@ -223,6 +224,8 @@ def _check_tissue(fingertip: FingertipNumbers, contour: Floats) -> None:
 
 def _depth_below_skin(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return the depths [m] of (n, 2) points below the outline, negative outside."""
+    from scipy.spatial import cKDTree
+
     curve = outline_curve(fingertip)
     _, nearest = cKDTree(curve.points).query(points)
     inward = inward_normal(curve, curve.arc_length[nearest])

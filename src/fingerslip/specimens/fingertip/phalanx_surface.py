@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import PchipInterpolator
 
 from fingerslip.errors import InputError
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
@@ -138,6 +137,8 @@ def _through_origin(start: float, stop: float) -> Floats:
 
 def _half_width(fingertip: FingertipNumbers, x: Floats) -> Floats:
     """Return the half width [m] of the phalanx: base, waist, tuft and end joined by a monotone curve."""
+    from scipy.interpolate import PchipInterpolator
+
     phalanx, widths = fingertip.phalanx, solid_shape(fingertip).phalanx
     places = [-fingertip.sagittal.pad_length, widths.waist_position, 0.0, phalanx.sagittal.distal_end]
     known = [widths.base_half_width, widths.waist_half_width, phalanx.transverse.half_width, widths.end_half_width]

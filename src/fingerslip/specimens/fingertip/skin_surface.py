@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
@@ -116,6 +115,8 @@ def skin_grid(fingertip: FingertipNumbers) -> Floats:
 
 def depth_below_skin(fingertip: FingertipNumbers, points: Floats) -> Floats:
     """Return the depths [m] of (n, 3) points below the outer surface, negative outside; good to some micrometres."""
+    from scipy.spatial import cKDTree
+
     surface = skin_grid(fingertip).reshape(-1, 3)
     _, nearest = cKDTree(surface).query(points)
     inward = inward_skin_normal(fingertip, surface[nearest])

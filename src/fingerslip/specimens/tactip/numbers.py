@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
 from fingerslip.materials.choice import MaterialChoice
@@ -86,6 +85,8 @@ def _check_rods(sensor: TacTipNumbers) -> None:
 
 def _check_ends(sensor: TacTipNumbers) -> None:
     """Refuse rods that reach the window or each other."""
+    from scipy.spatial import cKDTree
+
     rods, places = sensor.rods, marker_places(sensor.markers)
     found = f"markers {millimetres(sensor.marker_depth)} below the crowns"
     if sensor.marker_depth >= sensor.dome.radius:

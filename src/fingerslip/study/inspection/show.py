@@ -19,7 +19,6 @@ from fingerslip.run_folder import RESULT
 from fingerslip.specimens.choice import preset_names, presets_of
 from fingerslip.study.definition.spec import given_paths, read_study
 from fingerslip.study.definition.sweep import expand
-from fingerslip.study.inspection.draw import draw_specimen
 from fingerslip.study.storage.reporting import read_stored, read_stored_run, study_tables
 from fingerslip.study.storage.values import Specified, value_rows
 
@@ -49,6 +48,8 @@ def show(target: str = "", figure: Path | None = None) -> tuple[Table, ...]:
         Where a folder holds no results, or the picture cannot be written.
     """
     if figure is not None:
+        from fingerslip.study.inspection.draw import draw_specimen
+
         draw_specimen(target, figure)
     return _tables(target) if target else (presets_table(), materials_table())
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.files import read_json
@@ -15,6 +15,9 @@ from fingerslip.report.figures.filming import film_times
 from fingerslip.report.page.films import Film
 from fingerslip.vision.tracks import read_tracks
 from fingerslip.vision.video import read_frames
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["CAMERAS", "ERRORS", "film_keys", "read_films"]
 

@@ -6,18 +6,13 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fingerslip.digest import digest
 from fingerslip.errors import ResultError
 from fingerslip.files import new_folder, write_bytes
 from fingerslip.history import read_history, stored_phases
 from fingerslip.published import published
-from fingerslip.report.page.assemble import study_report
-from fingerslip.report.page.content import MOST_RUNS, ReportContent
-from fingerslip.report.page.notes import notes_html
-from fingerslip.report.page.page import write_page
-from fingerslip.report.page.pictures import RunPictures
 from fingerslip.report.tables.compare import compare_table
 from fingerslip.report.tables.events import events_table
 from fingerslip.report.tables.samples import sample_tables
@@ -27,11 +22,13 @@ from fingerslip.run_folder import HISTORY
 from fingerslip.study.convergence.storage import read_convergences, read_uncertainties
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
-from fingerslip.study.running.build import build_mesh
-from fingerslip.study.storage.films import read_films
 from fingerslip.study.storage.store import RUN, read_run
 from fingerslip.study.storage.summary import MANIFEST, identities, read_manifest, stored_manifest, stored_study
 from fingerslip.study.storage.values import read_specified, value_rows
+
+if TYPE_CHECKING:
+    from fingerslip.report.page.content import ReportContent
+    from fingerslip.report.page.pictures import RunPictures
 
 __all__ = [
     "REPORT",
@@ -175,6 +172,9 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
     ResultError
         Where a history cannot be read, or figures and page cannot be written.
     """
+    from fingerslip.report.page.assemble import study_report
+    from fingerslip.report.page.page import write_page
+
     report = study_report(_content(study, pictures or {}))
     with new_folder(study.folder / "figures") as folder:
         for picture in report.pictures:
@@ -183,6 +183,10 @@ def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None 
 
 
 def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportContent:
+    from fingerslip.report.page.content import MOST_RUNS, ReportContent
+    from fingerslip.report.page.notes import notes_html
+    from fingerslip.study.storage.films import read_films
+
     manifest = read_manifest(study.folder)
     found = read_convergences(study.folder, identities(manifest))
     specified = [read_specified(study.folder / run.name / RUN) for run in study.runs]
@@ -238,5 +242,7 @@ def _first_of_meshes(study: StudyResult) -> list[str]:
 
 def _mesh(study: StudyResult, name: str) -> Any:
     """Build the mesh of a run again; it is not stored."""
+    from fingerslip.study.running.build import build_mesh
+
     source = study.folder / name / RUN
     return build_mesh(expand(read_study(source), source)[0])

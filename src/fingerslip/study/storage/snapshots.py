@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import xarray as xr
-
-from fingerslip.export.paraview import snapshot_mesh, write_series
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["write_snapshots"]
 
@@ -24,6 +24,8 @@ def write_snapshots(history: xr.Dataset, folder: Path) -> None:
     folder : Path
         The folder of the run.
     """
+    from fingerslip.export.paraview import snapshot_mesh, write_series
+
     times = history["snapshot_time"].values.tolist() if "snapshot_time" in history.coords else []
     if times:
         write_series(folder, "snapshots", ((time, snapshot_mesh(history, number)) for number, time in enumerate(times)))

@@ -7,9 +7,7 @@ import logging
 from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from fingerslip.digest import digest
 from fingerslip.files import writing
@@ -24,6 +22,9 @@ from fingerslip.study.definition.yaml import read_mapping, write_mapping
 from fingerslip.study.running.build import mesh_key
 from fingerslip.study.storage.provenance import versions
 from fingerslip.study.storage.snapshots import write_snapshots
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["RESULT_FORMAT", "RUN", "identity", "mesh_hash", "mesh_size", "read_run", "write_run"]
 

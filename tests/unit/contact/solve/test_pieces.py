@@ -42,12 +42,13 @@ def test_random_problems_are_solved(problem):
     assert solution.residual * np.abs(solution.forces).max() == pytest.approx(own, rel=1e-6, abs=1e-13)
 
 
-def test_a_path_takes_no_more_iterations_than_the_compiled_solver_and_fewer_factors(monkeypatch):
+def test_no_step_of_a_path_takes_more_factors_than_the_compiled_solver_and_most_take_none(monkeypatch):
     """Pulled in small steps, most steps change no state: their matrices are those of the step before."""
     made = []
     factorise = module.factorise_dense
     monkeypatch.setattr(module, "factorise_dense", lambda matrix: made.append(len(matrix)) or factorise(matrix))
     forces, other, piece, iterations = np.zeros((60, 2)), np.zeros((60, 2)), None, 0
+    before = 0
     compliance, free, friction = pressed_row(60, 0.0)
     for slide in np.linspace(0.0, 1.0, 401):
         given_ = compliance, free + np.array([0.0, slide]), friction
@@ -55,9 +56,11 @@ def test_a_path_takes_no_more_iterations_than_the_compiled_solver_and_fewer_fact
         found, piece = solve_by_pieces(*given_, forces, 1e-12, piece=piece)
         np.testing.assert_allclose(found.forces, exact.forces, atol=1e-10 * np.abs(exact.forces).max())
         np.testing.assert_allclose(piece.product.ravel(), given_[0] @ found.forces.ravel(), rtol=1e-10, atol=1e-13)
-        assert found.iterations <= exact.iterations
-        forces, other, iterations = found.forces, exact.forces, iterations + found.iterations
-    assert len(made) < iterations
+        # The compiled solver makes a matrix in every iteration; one more solution in the last piece needs none.
+        assert len(made) - before <= exact.iterations
+        assert found.iterations <= exact.iterations + 1
+        forces, other, iterations, before = found.forces, exact.forces, iterations + exact.iterations, len(made)
+    assert len(made) < 0.2 * iterations
 
 
 def test_the_unknowns_are_the_normal_forces_and_those_that_stick():

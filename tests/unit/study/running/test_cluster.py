@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import threading
 from collections.abc import Callable
 from importlib import metadata
 from pathlib import Path
@@ -102,3 +103,16 @@ def test_workers_that_cannot_compute_are_named_before_anything_is_sent() -> None
     assert told.said == []
     cluster._check_workers(Client({}), told)
     assert told.said == ["the cluster has no workers yet; the study waits for them"]
+
+
+def test_threads_of_a_worker_compute_one_after_the_other(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = plan_study(write_study())
+    job = prepare(plan, plan.runs)[0]
+    begun = threading.Event()
+    monkeypatch.setattr(cluster, "compute_group", lambda *_: begun.set() or {job.run.name: ResultError("no")})
+    thread = threading.Thread(target=cluster.compute_task, args=(cluster._task([job]), job.model.mesh))
+    with cluster._ONE_AT_A_TIME:
+        thread.start()
+        assert not begun.wait(0.3)
+    assert begun.wait(10.0)
+    thread.join()

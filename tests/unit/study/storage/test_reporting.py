@@ -14,6 +14,7 @@ import pytest
 from fingerslip.errors import ResultError
 from fingerslip.files import write_json
 from fingerslip.report.figures import save as figures
+from fingerslip.report.page import assemble
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
 from fingerslip.study.running import runner
@@ -104,7 +105,7 @@ def test_report_has_a_picture_file_for_every_figure_and_one_section_for_the_one_
     folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(figures, "_DOTS_PER_INCH", 20)
-    monkeypatch.setattr(reporting, "study_report", _without_details(reporting.study_report))
+    monkeypatch.setattr(assemble, "study_report", _without_details(assemble.study_report))
     write_report(read_stored(folder))
     page = (folder / "report.html").read_text(encoding="utf-8")
     checker = checked(page)

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
-
-import skfem
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from fingerslip.errors import InputError
 from fingerslip.mesh.sizes import check_sizes
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import PositiveLength, parameters
-from fingerslip.specimens.tactip.meshing.section import mesh_sensor_section
-from fingerslip.specimens.tactip.meshing.solid import mesh_sensor_solid
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
+
+if TYPE_CHECKING:
+    import skfem
 
 __all__ = ["SensorSectionSizes", "SensorSolidSizes"]
 
@@ -50,6 +49,8 @@ class SensorSectionSizes(MeshSource):
 
     def build(self, specimen: TacTipNumbers, /) -> skfem.Mesh2D:
         """Build the mesh [m]: regions `skin`, `gel`, `rods`, `window`, boundaries `contact` and `window_face`."""
+        from fingerslip.specimens.tactip.meshing.section import mesh_sensor_section
+
         _check_part(specimen, ("section",), self.element)
         return mesh_sensor_section(specimen, self, self.element)
 
@@ -87,6 +88,8 @@ class SensorSolidSizes(MeshSource):
 
     def build(self, specimen: TacTipNumbers, /) -> skfem.Mesh3D:
         """Build the mesh [m]: regions and boundaries of the section, and `symmetry` of a half."""
+        from fingerslip.specimens.tactip.meshing.solid import mesh_sensor_solid
+
         _check_part(specimen, ("half", "whole"), self.element)
         return mesh_sensor_solid(specimen, self, self.element)
 

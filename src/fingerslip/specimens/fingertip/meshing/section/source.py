@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
-
-import skfem
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from fingerslip.mesh.sizes import check_sizes
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.parameters.protocols import require_kind
-from fingerslip.specimens.fingertip.meshing.section.build import mesh_section, section_cells
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
+
+if TYPE_CHECKING:
+    import skfem
 
 __all__ = ["MeshSizes", "build_section"]
 
@@ -48,10 +48,14 @@ class MeshSizes(MeshSource):
 
     def build(self, specimen: FingertipNumbers, /) -> skfem.Mesh2D:
         """Build the mesh [m]; see :func:`build_section`."""
+        from fingerslip.specimens.fingertip.meshing.section.build import mesh_section
+
         return mesh_section(specimen, self)
 
     def estimated_cells(self, specimen: FingertipNumbers, /) -> float:
         """Return about how many cells the mesh will have."""
+        from fingerslip.specimens.fingertip.meshing.section.build import section_cells
+
         return section_cells(specimen, self)
 
 
@@ -90,5 +94,7 @@ def build_section(
     MeshError
         Where no mesh of good quality comes out.
     """
+    from fingerslip.specimens.fingertip.meshing.section.build import mesh_section
+
     require_kind(fingertip, FingertipNumbers, "a fingertip, such as preset('wang2014-2d')", "fingertip")
     return mesh_section(fingertip, MeshSizes(contact_size, bulk_size, contact_reach, element))

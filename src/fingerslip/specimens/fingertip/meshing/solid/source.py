@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
-
-import skfem
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from fingerslip.mesh.sizes import check_sizes
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.parameters.protocols import require_kind
-from fingerslip.specimens.fingertip.meshing.solid.build import mesh_solid, solid_cells
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
+
+if TYPE_CHECKING:
+    import skfem
 
 __all__ = ["SolidSizes", "build_solid"]
 
@@ -48,10 +48,14 @@ class SolidSizes(MeshSource):
 
     def build(self, specimen: FingertipNumbers, /) -> skfem.Mesh3D:
         """Build the mesh [m]; see :func:`build_solid`."""
+        from fingerslip.specimens.fingertip.meshing.solid.build import mesh_solid
+
         return mesh_solid(specimen, self)
 
     def estimated_cells(self, specimen: FingertipNumbers, /) -> float:
         """Return about how many tetrahedra the mesh will have."""
+        from fingerslip.specimens.fingertip.meshing.solid.build import solid_cells
+
         return solid_cells(specimen, self)
 
 
@@ -93,5 +97,7 @@ def build_solid(
     MeshError
         Where no mesh of good quality comes out.
     """
+    from fingerslip.specimens.fingertip.meshing.solid.build import mesh_solid
+
     require_kind(fingertip, FingertipNumbers, "a fingertip, such as preset('wang2014-3d')", "fingertip")
     return mesh_solid(fingertip, SolidSizes(element, contact_size, bulk_size, contact_reach))
