@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from fingerslip.mesh.fragments import fragmented, generate, read_fragments
 from fingerslip.mesh.gmsh_session import MILLIMETRES, gmsh_session
 from fingerslip.mesh.quality import check_quality
-from fingerslip.mesh.repair import repaired
 from fingerslip.mesh.short_edges import without_short_edges
 from fingerslip.specimens.tactip.meshing.curves import polygon, smooth_curves
 from fingerslip.specimens.tactip.meshing.names import with_names
@@ -28,8 +27,6 @@ Integers = NDArray[np.int64]
 _SIDES, _UPRIGHT = 8, 1e-9
 # Shortest edge over the radius of rods.
 _SHORTEST = 0.13
-# Nodes nearer to the plane of symmetry lie on it [m].
-_ON_PLANE = 1e-9
 _TURNS = {"half": np.pi, "whole": 2.0 * np.pi}
 
 
@@ -60,10 +57,9 @@ def mesh_sensor_solid(sensor: TacTipNumbers, sizes: SensorSizes, element: str) -
         gmsh.model.mesh.optimize("Netgen")
         found = without_short_edges(read_fragments(pieces, 3, 4), _SHORTEST * sensor.rods.radius)
     half = sensor.part == "half"
-    found = repaired(found, _ON_PLANE if half else None, np.vstack([crowns, feet, ends]))
     points = found.points.copy()
     if half:
-        points[np.abs(points[:, 2]) < _ON_PLANE, 2] = 0.0
+        points[np.abs(points[:, 2]) < 1e-9, 2] = 0.0
     mesh = skfem.MeshTet1(np.ascontiguousarray(points.T), np.ascontiguousarray(found.cells.T.astype(np.int32)))
     if element == "T10":
         mesh = skfem.MeshTet2.from_mesh(mesh)
