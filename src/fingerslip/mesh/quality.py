@@ -15,7 +15,7 @@ from fingerslip.units import coordinates
 if TYPE_CHECKING:
     import skfem
 
-__all__ = ["QualityLimits", "QualityRow", "check_quality", "quality_limits", "quality_table", "tetrahedron_scores"]
+__all__ = ["QualityLimits", "QualityRow", "check_quality", "quality_limits", "quality_table"]
 
 Floats = NDArray[np.float64]
 
@@ -154,27 +154,6 @@ def _row(name: str, quality: _CellQuality, cells: NDArray[np.int64]) -> QualityR
 
 def _cell_quality(mesh: skfem.Mesh) -> _CellQuality:
     return _tetrahedron_quality(mesh) if mesh.dim() == 3 else _plane_quality(mesh)
-
-
-def tetrahedron_scores(corners: Floats) -> Floats:
-    """Return how far tetrahedra are within the limits [-]: the worst of four measures over its limit, above 1 inside.
-
-    Parameters
-    ----------
-    corners : (n_cells, 4, 3) array
-        Corners [m], in any order.
-    """
-    found, limits = _tetrahedra(corners), _TETRAHEDRA
-    score: Floats = np.min(
-        [
-            found.scaled_jacobian / limits.scaled_jacobian,
-            found.smallest_angle / limits.smallest_angle,
-            (np.pi - found.largest_angle) / (np.pi - limits.largest_angle),
-            limits.aspect_ratio / found.aspect_ratio,
-        ],
-        axis=0,
-    )
-    return score
 
 
 def _tetrahedron_quality(mesh: skfem.Mesh3D) -> _CellQuality:
