@@ -38,6 +38,7 @@ def test_levels_are_numbers(trials_folder: Path) -> None:
         inquire(trials_folder, "logistic", CHOICES, Levels(noise="0;1"))
 
 
+@pytest.mark.slow
 def test_what_is_assumed_has_a_table_and_a_figure_and_conditions_have_tables(
     trials_folder: Path, tmp_path: Path
 ) -> None:
