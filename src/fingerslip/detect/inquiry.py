@@ -22,6 +22,7 @@ from fingerslip.detect.splits import benchmark_test_trials, left_out
 from fingerslip.detect.tables import assumption_table, condition_table, curve_table, importance_table, robustness_table
 from fingerslip.detect.training import candidate_named, train
 from fingerslip.detect.trial_set import TrialSet, open_trials
+from fingerslip.detect.trials import condition_text
 from fingerslip.errors import InputError, shortened
 from fingerslip.files import write_text, writing
 from fingerslip.report.figures.detection import (
@@ -230,7 +231,7 @@ def vary(
     )
     rows = [(f"{one.assumption.quantity}: {one.assumption.value}", one.accuracies) for one in varied]
     listed = {condition: varied[0].of_condition(trials, condition) for condition in conditions}
-    rows += [(f"{key}: {value}", one) for key, found in listed.items() for value, one in found.items()]
+    rows += [(condition_text(key, value), one) for key, found in listed.items() for value, one in found.items()]
     tables = {f"by-{key}": condition_table(key, found) for key, found in listed.items()}
     return Inquiry({"assumptions": assumption_table(varied), **tables}, {"assumptions": assumption_figure(rows)})
 

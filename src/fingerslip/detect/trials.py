@@ -26,6 +26,7 @@ __all__ = [
     "FILES",
     "Trial",
     "check_conditions",
+    "condition_text",
     "layout_digest",
     "layout_text",
     "read_trial",
@@ -40,6 +41,8 @@ CONDITIONS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "speed": ("m/s", "speed of the slide"),
         "travel": ("m", "length of the slide"),
         "friction_coefficient": ("1", "static friction coefficient"),
+        "friction_decay_speed": ("m/s", "slip rate over which friction falls"),
+        "tilt": ("rad", "tilt of the plate along the slide"),
         "repeat": ("1", "number of the repeat"),
         "seed": ("1", "seed of everything random in the trial"),
         "task": ("", "slide, hold or pour"),
@@ -104,6 +107,23 @@ def check_conditions(conditions: Mapping[str, Any], where: str) -> None:
                 "needs a finite number" if name in CONDITIONS else "needs a finite number, text, true, false or null"
             )
             raise InputError(f"{where}: {name}", f"got {shortened(repr(value))}", allowed)
+
+
+def condition_text(name: str, value: str) -> str:
+    """Return a condition in words, with its unit where that is known.
+
+    Parameters
+    ----------
+    name, value : str
+        Name of the condition, and a value or range of it in SI units.
+
+    Examples
+    --------
+    >>> condition_text("friction_decay_speed", "0.0001 to 0.0003")
+    'friction decay speed: 0.0001 to 0.0003 m/s'
+    """
+    unit = CONDITIONS.get(name, ("", ""))[0]
+    return f"{name.replace('_', ' ')}: {value}{f' {unit}' if unit not in {'', '1'} else ''}"
 
 
 def layout_digest(tracks: xr.Dataset) -> str:

@@ -79,9 +79,10 @@ def assumption_figure(rows: Sequence[tuple[str, Mapping[str, Interval]]], title:
         ends = np.array([(one.low, one.high) for _, one in shown], dtype=float).T
         place = np.array([row for row, _ in shown]) + 0.12 * (number % 4)
         axes.hlines(place, *ends, color=colour, linewidth=1.2)
-        (keys[name],) = axes.plot(centre, place, marker, color=colour, markersize=4, linestyle="none")
+        (keys[name.replace("_", " ")],) = axes.plot(centre, place, marker, color=colour, markersize=4, linestyle="none")
         axes.axvline(centre[0], color=colour, linewidth=0.7, linestyle=":")
     axes.set_yticks(range(len(rows)), [name for name, _ in rows])
+    axes.margins(y=0.02)
     axes.invert_yaxis()
     add_legend(figure, keys)
     return figure
