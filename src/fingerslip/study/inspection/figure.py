@@ -31,9 +31,9 @@ from fingerslip.report.scene.scene import SceneOptions
 from fingerslip.report.tables.events import swept_paths
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.run_folder import HISTORY
+from fingerslip.study.inspection.times import time_of_run
 from fingerslip.study.storage.reporting import read_stored, read_stored_run
 from fingerslip.study.storage.summary import read_manifest
-from fingerslip.units import parse_quantity
 from fingerslip.vision.video import write_video
 
 __all__ = ["FILM", "FORMATS", "FigureChoice", "film_size", "kinds_text", "write_figure"]
@@ -204,11 +204,7 @@ def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:
     result, history = read_stored_run(folder), read_history(folder / HISTORY)
     opened = {"cut": "z", "receptors": False} if is_solid(history) and "camera" not in choice.options else {}
     options = from_mapping(SceneOptions, {"written": False, **opened, **choice.options}, "figure")
-    times = tuple(parse_quantity(time, "s", where="figure: --time") for time in choice.times)
-    end = float(history["time"].values[-1])
-    for given, time in zip(choice.times, times, strict=True):
-        if not 0.0 <= time <= end:
-            raise InputError("figure: --time", f"got {given}", f"needs a time of the run, 0 to {end:.4g} s")
+    times = tuple(time_of_run(history, given, "figure: --time") for given in choice.times)
     return RunSubject(history, result.events, options, times)
 
 

@@ -16,7 +16,7 @@ from fingerslip.report.scene.viewer import open_window, save_movie, save_still
 from fingerslip.report.scene.web import Served, serve
 from fingerslip.run_folder import HISTORY, RESULT, stored_result
 from fingerslip.slip import find_events
-from fingerslip.units import parse_quantity
+from fingerslip.study.inspection.times import time_of_run
 
 __all__ = ["view_result"]
 
@@ -56,8 +56,8 @@ def view_result(
         Where there is no such result, an option is wrong, or the picture cannot be written.
     """
     chosen = from_mapping(SceneOptions, dict(options), "view")
-    moment = parse_quantity(time, "s", where="view: --time") if time else None
     history = _stored_history(Path(target))
+    moment = time_of_run(history, time, "view: --time") if time else None
     if screenshot is not None:
         save_still(history, screenshot, moment, chosen)
     if movie is not None:
