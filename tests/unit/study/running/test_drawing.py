@@ -79,7 +79,7 @@ def only_drawn(write: Callable[..., None]) -> Callable[..., None]:
 
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("fingerslip.report.page.run._pictures", again)
-            patch.setattr("fingerslip.study.storage.reporting.build_mesh", again)
+            patch.setattr("fingerslip.study.running.build.build_mesh", again)
             write(study, pictures)
 
     return write_report
