@@ -77,7 +77,7 @@ def kept_values(values: Mapping[str, Any], changes: Mapping[str, Any]) -> Mappin
         return {}
     own = values.get("law", _DEFAULT)
     law = changes.get("law", own)
-    if law not in _LAWS or law == own:
+    if not isinstance(law, str) or law not in _LAWS or law == own:
         return values
     needed = [name for name, field in _fields(_LAWS[law]).items() if field.default is dataclasses.MISSING]
     return {name: value for name, value in values.items() if name in needed}

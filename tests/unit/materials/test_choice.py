@@ -82,6 +82,8 @@ def test_another_law_keeps_what_it_needs():
     assert kept_values(HOOKE, {"youngs_modulus": "3 kPa"}) == HOOKE
     assert kept_values(HOOKE, {"law": "neo_hookean"}) == HOOKE
     assert kept_values(HOOKE, {"law": "mooney_rivlin"}) == {"density": "1000 kg/m^3"}
+    # What is no name is told by whoever reads the values.
+    assert kept_values(HOOKE, {"law": {}}) == HOOKE
     assert kept_values({"law": "ogden", "terms": [], "density": "1 kg/m^3"}, {"law": "elastic"}) == {
         "density": "1 kg/m^3"
     }

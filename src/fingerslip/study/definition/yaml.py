@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from fingerslip.errors import InputError, Mistakes
+from fingerslip.errors import InputError, Mistakes, shortened
 from fingerslip.parameters.dotted import known_part
 from fingerslip.parameters.mistakes import in_order
 from fingerslip.parameters.yaml_text import parse_document, to_text
@@ -94,3 +94,5 @@ def _read_text(path: Path) -> str:
         raise InputError(str(path), "is a folder", "needs a study file") from None
     except UnicodeDecodeError:
         raise InputError(str(path), "is not text in UTF-8", "needs a study file") from None
+    except OSError as error:  # such as a name that is too long
+        raise InputError(shortened(str(path)), f"cannot be read ({error.strerror})", "needs a study file") from None

@@ -42,7 +42,12 @@ def test_missing_file_names_the_others(tmp_path: Path) -> None:
 
 def test_folder_and_binary_file_are_no_studies(tmp_path: Path) -> None:
     (tmp_path / "x.yaml").write_bytes(b"\xff\xfe\x00")
-    for path, message in ((tmp_path, "is a folder"), (tmp_path / "x.yaml", "is not text in UTF-8")):
+    long = tmp_path / f"{'x' * 300}.yaml"
+    for path, message in (
+        (tmp_path, "is a folder"),
+        (tmp_path / "x.yaml", "is not text in UTF-8"),
+        (long, "cannot be read"),
+    ):
         with pytest.raises(InputError, match=message):
             read_mapping(path)
 
