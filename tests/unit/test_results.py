@@ -9,22 +9,9 @@ import pytest
 from fingerslip import results
 from fingerslip.results import quantities, result_of
 from fingerslip.slip import Events, SlipEvents, acceleration_peaks, find_events, measures, read_measures
-from fingerslip.slip.free_edge import EdgeContact
 from fingerslip.slip.measures import Measure
 from fingerslip.units import Unit
-from unit.synthetic import Process, make
-
-SWEPT = {"contact.friction_coefficient": 0.6, "programme.1.slide.direction": [1, 0, 1]}
-MADE = make(Process())
-WHOLE = dataclasses.replace(
-    result_of(MADE, "run", SWEPT),
-    edge=EdgeContact("skin", 0.12, 0.3e-3),
-    identity="abc",
-    mesh_hash="def",
-    mesh_size=0.05,
-    seconds=1.5,
-    versions={"numpy": "2"},
-)
+from unit.whole_result import MADE, SWEPT, WHOLE
 
 
 def test_a_history_gives_events_peaks_numbers_and_edges() -> None:

@@ -12,7 +12,6 @@ import pytest
 from fingerslip.digest import file_digest
 from fingerslip.errors import ResultError
 from fingerslip.files import write_json
-from fingerslip.results import result_of
 from fingerslip.run_folder import (
     HISTORY,
     LOG,
@@ -25,20 +24,7 @@ from fingerslip.run_folder import (
     unchecked_result,
     write_result,
 )
-from fingerslip.slip.free_edge import EdgeContact
-from unit.synthetic import Process, make
-
-SWEPT = {"contact.friction_coefficient": 0.6, "programme.1.slide.direction": [1, 0, 1]}
-MADE = make(Process())
-WHOLE = dataclasses.replace(
-    result_of(MADE, "run", SWEPT),
-    edge=EdgeContact("skin", 0.12, 0.3e-3),
-    identity="abc",
-    mesh_hash="def",
-    mesh_size=0.05,
-    seconds=1.5,
-    versions={"numpy": "2"},
-)
+from unit.whole_result import MADE, SWEPT, WHOLE
 
 
 def write(folder: Path, values: Any) -> Path:
