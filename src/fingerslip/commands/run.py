@@ -47,7 +47,7 @@ def run(
             results_dir=results,
             workers=workers,
             force=force,
-            progress=None if quiet else screen_progress(),
+            progress=screen_progress(quiet),
             scheduler=scheduler,
         )
         if not quiet:
