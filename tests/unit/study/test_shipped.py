@@ -14,7 +14,7 @@ from fingerslip.study.definition.schema import study_schema
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.inspection.check import check_studies
-from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study
+from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study, studies_folder
 from fingerslip.verification.meshes import box
 from places import ROOT
 
@@ -50,6 +50,13 @@ def test_templates_can_be_run_as_they_are(tmp_path: Path, template: str) -> None
     write_mesh(body, tmp_path / "body.msh")
     rows = check_studies([written], tmp_path / "results").rows
     assert {row[2] for row in rows} == {"to do"}
+
+
+def test_studies_are_those_beside_or_those_that_ship(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert (studies_folder() / "wang2014_table2.yaml").is_file()
+    (tmp_path / "studies").mkdir()
+    assert studies_folder() == Path("studies")
 
 
 def test_an_example_is_copied_as_it_is(tmp_path: Path) -> None:
