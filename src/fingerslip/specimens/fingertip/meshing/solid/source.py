@@ -22,7 +22,8 @@ _Element = Literal["T4", "T10"]
 class SolidSizes(MeshSource):
     """Element sizes and element type of a fingertip in space.
 
-    Linear tetrahedra lock near incompressibility, so overall slip comes late on them; quadratic ones, the default, do not.
+    Linear tetrahedra lock near incompressibility, so overall slip comes late on them; quadratic
+    ones, the default, do not.
 
     Parameters
     ----------
