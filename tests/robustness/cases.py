@@ -49,6 +49,14 @@ def unfinished(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.rglob(".*") if path.suffix == ".old" or ".partial" in path.name)
 
 
+def newcomers(folder: Path) -> Callable[[], list[str]]:
+    """Return what tells the names in a folder that are there now and not before, but for the damaged files."""
+    before = set(folder.iterdir())
+    return lambda: sorted(
+        path.name for path in folder.iterdir() if path not in before and not path.name.startswith("mutant.")
+    )
+
+
 def _fault(case: Callable[[random.Random], None], chance: random.Random) -> str:
     try:
         with _limited_time():
