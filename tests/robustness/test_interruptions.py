@@ -14,7 +14,7 @@ import pytest
 from robustness.cases import SEED, unfinished
 from robustness.interruptions import begin, differences, write_study
 
-_KILLS, _PARTS, _IN_A_ROW = 200, 4, 5
+_KILLS, _PARTS, _IN_A_ROW = 200, 8, 5
 _ENDINGS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 
 
