@@ -27,6 +27,17 @@ def test_every_study_ships_with_what_it_shows() -> None:
     assert all(row[1] for row in table.rows)
 
 
+@pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("wang2014*.yaml")), ids=lambda path: path.stem)
+def test_studies_of_the_paper_move_the_plate_towards_the_palm(path: Path) -> None:
+    runs = expand(read_study(path), path)
+    slides = [entry.slide for run in runs for entry in run.study.programme if entry.slide is not None]
+    directions = {slide.direction[0] for slide in slides}
+    assert len(slides) == len(runs)
+    # The direction that the studies had at first is kept beside the published one, in one study.
+    assert directions == ({-1.0, 1.0} if path.stem == "wang2014_direction" else {-1.0})
+    assert all(not any(slide.direction[1:]) for slide in slides)
+
+
 def test_the_wheel_holds_the_studies() -> None:
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     assert '"studies" = "fingerslip/data/studies"' in project
