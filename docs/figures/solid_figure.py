@@ -18,7 +18,8 @@ from matplotlib.patches import Patch as Swatch
 from fingerslip.history import OPEN, SLIP, STICK, read_history
 from fingerslip.report.figures.cut import cropped
 from fingerslip.report.figures.onset import slip_onset_figure
-from fingerslip.report.scene.scene import COLOUR_MAP, SCALARS, SceneOptions, field_limits
+from fingerslip.report.scene.options import SCALARS, SceneOptions
+from fingerslip.report.scene.scene import COLOUR_MAP, field_limits
 from fingerslip.report.scene.viewer import still
 from fingerslip.slip import contact_patch
 from fingerslip.slip.patch import triangle_states

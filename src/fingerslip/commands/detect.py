@@ -58,13 +58,14 @@ def simulate(
     quiet: NoProgress = False,
 ) -> None:
     """Make a data set of simulated trials; an interrupted one goes on where it stopped."""
-    from fingerslip.detect.trial_table import write_parquet
     from fingerslip.study.trials.simulate import simulate_trials
 
     stop_on_termination()
     made = simulate_trials(study, output, workers=workers, progress=screen_progress(quiet))
     typer.echo(f"{output}: {len(made.names)} trials")
     if parquet is not None:
+        from fingerslip.detect.trial_table import write_parquet
+
         write_parquet(made, parquet)
         typer.echo(f"{parquet}: a row for each frame")
 

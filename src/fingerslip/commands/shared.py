@@ -12,6 +12,7 @@ import typer
 from rich.console import Console
 
 from fingerslip.errors import FingerslipError, InputError, ResultError
+from fingerslip.report.scene.names import CAMERAS, FIELDS
 
 if TYPE_CHECKING:
     from fingerslip.report.tables.table import Table
@@ -53,9 +54,6 @@ Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but er
 NoProgress = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
 
 _FILE_WIDTH = 160
-# Those of scenes, which are slow to import: a shell completes at once.
-_CAMERAS = ("oblique", "side", "front", "below")
-_FIELDS = ("von_mises", "strain_energy_density", "displacement", "velocity", "region")
 
 
 def specimens(incomplete: str) -> list[str]:
@@ -75,12 +73,12 @@ def shipped_studies(incomplete: str) -> list[str]:
 
 def cameras(incomplete: str) -> list[str]:
     """Return cameras whose names begin so."""
-    return _beginning(_CAMERAS, incomplete)
+    return _beginning(CAMERAS, incomplete)
 
 
 def fields(incomplete: str) -> list[str]:
     """Return fields whose names begin so."""
-    return _beginning(_FIELDS, incomplete)
+    return _beginning(FIELDS, incomplete)
 
 
 def figure_kinds(incomplete: str) -> list[str]:

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fingerslip.commands.shared import cameras, fields
+from fingerslip.report.scene.names import CAMERAS, FIELDS, alternatives
 
 __all__ = ["view"]
 
@@ -27,7 +28,7 @@ def view(  # noqa: PLR0917  the options of a command line have no order
         str,
         typer.Option(
             "--scalar",
-            help="von_mises, strain_energy_density, displacement, velocity or region.",
+            help=f"{alternatives(FIELDS)}.",
             autocompletion=fields,
         ),
     ] = "von_mises",
@@ -36,7 +37,7 @@ def view(  # noqa: PLR0917  the options of a command line have no order
     ] = None,
     cut: Annotated[str, typer.Option("--cut", help="Cut the body open across x, y or z.")] = "none",
     camera: Annotated[
-        str, typer.Option("--camera", help="oblique, side, front or below.", autocompletion=cameras)
+        str, typer.Option("--camera", help=f"{alternatives(CAMERAS)}.", autocompletion=cameras)
     ] = "oblique",
     contact: Annotated[bool, typer.Option("--contact", help="Show stick and slip on the skin.")] = False,
     web: Annotated[bool, typer.Option("--web", help="Show it in a browser instead of a window.")] = False,
@@ -50,7 +51,7 @@ def view(  # noqa: PLR0917  the options of a command line have no order
 
     Pictures and films need no display. The run needs snapshots: record: {snapshots_every: 50 ms}.
     """
-    from fingerslip.report.scene.web import Served
+    from fingerslip.report.scene.served import Served
     from fingerslip.study.inspection.view import view_result
 
     options = {"scalar": scalar, "hidden": list(hide or ()), "cut": cut, "camera": camera, "contact": contact}

@@ -7,9 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from fingerslip.report.page.tracking import write_tracking
 from fingerslip.vision.tracking.frames import open_frames
-from fingerslip.vision.tracking.quality import seen_share
 from fingerslip.vision.tracking.track import TrackingWarning, track_markers
 
 __all__ = ["track_video"]
@@ -31,6 +29,10 @@ def track_video(video: Path, out: Path | None, options: Mapping[str, Any]) -> It
         # The lines below say the same.
         warnings.simplefilter("ignore", TrackingWarning)
         tracks = track_markers(video, **options)
+    # Figures are slow to load: what is wrong with a video is said before.
+    from fingerslip.report.page.tracking import write_tracking
+    from fingerslip.vision.tracking.quality import seen_share
+
     frames = open_frames(video, options.get("frame_rate"), options.get("channel", "grey"))
     folder = write_tracking(tracks, frames, out or video.with_name(f"{video.stem}_tracks"))
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):

@@ -6,49 +6,25 @@ import contextlib
 import logging
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fingerslip.dynamics.simulation import simulate, simulate_together
 from fingerslip.errors import InputError
 from fingerslip.files import new_folder, writing
-from fingerslip.model import Model
 from fingerslip.run_folder import LOG
-from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import located
+from fingerslip.study.running.jobs import Job
 from fingerslip.study.storage.bases import BasisFolder
 from fingerslip.study.storage.store import write_run
 
-__all__ = ["BASES", "Job", "compute", "compute_together"]
+__all__ = ["BASES", "compute", "compute_together"]
 
 #: Folder of the reduced bases in the results of a study.
 BASES = ".bases"
 
 _LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 _logger = logging.getLogger("fingerslip.study")
-
-
-@dataclass(frozen=True)
-class Job:
-    """A run with its model, ready to be computed.
-
-    Parameters
-    ----------
-    run : Run
-        The run.
-    model : Model
-        Its model.
-    identity : str
-        Hash of its inputs.
-    folder : Path
-        Where its results go.
-    """
-
-    run: Run
-    model: Model
-    identity: str
-    folder: Path
 
 
 def compute(job: Job, progress: Callable[[float], None], threads: int | None = None) -> None:
