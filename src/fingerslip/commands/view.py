@@ -44,7 +44,7 @@ def view(  # noqa: PLR0917  the options of a command line have no order
     host: Annotated[
         str, typer.Option("--host", help="Address for --web; others than this machine can look where it is 0.0.0.0.")
     ] = "127.0.0.1",
-    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port for --web; 0 takes a free one.")] = 0,
+    port: Annotated[int, typer.Option("--port", help="Port for --web; 0 takes a free one.")] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open a browser with --web.")] = True,
 ) -> None:
     """Look at a result: layers, a field on them, plate and receptors, in a window, a browser, or as picture or film.

@@ -12,7 +12,7 @@ import pyvista
 from numpy.typing import NDArray
 from PIL import Image
 
-from fingerslip.errors import InputError, ResultError
+from fingerslip.errors import InputError
 from fingerslip.files import new_file
 from fingerslip.history import nearest_snapshot
 from fingerslip.report.colours import BLUE, EVENT_COLOURS
@@ -184,8 +184,11 @@ def open_window(
     options = options or SceneOptions()
     check_options(history, options)
     if not has_display():
-        raise ResultError(
-            "there is no display to open a window on; use --web for a browser, --screenshot FILE or --movie FILE"
+        raise InputError(
+            "view",
+            "found no display to open a window on",
+            "needs one that answers",
+            "write --web for a browser, --screenshot FILE for a picture or --movie FILE for a film",
         )
     plotter: Any = pyvista.Plotter(title=title)
     _add_controls(SceneControl(plotter, history, options), events)

@@ -17,7 +17,7 @@ from fingerslip.report.scene.names import CAMERAS, CUTS
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.rendering import prepare_rendering
 from fingerslip.report.scene.scene import check_options, region_names
-from fingerslip.report.scene.served import Served
+from fingerslip.report.scene.served import Served, require_free
 from fingerslip.slip import Events, slide_window
 from fingerslip.slip.names import EVENTS
 
@@ -51,6 +51,7 @@ def serve(history: xr.Dataset, events: Events, options: SceneOptions, title: str
         Where the history cannot be shown so, nothing can be drawn on this machine, or trame is not installed.
     """
     served = served or Served()
+    require_free(served)
     check_options(history, options)
     prepare_rendering()
     server = _server()

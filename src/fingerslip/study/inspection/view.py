@@ -10,7 +10,7 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.history import read_history
 from fingerslip.parameters import from_mapping
 from fingerslip.report.scene.options import SceneOptions
-from fingerslip.report.scene.served import Served
+from fingerslip.report.scene.served import Served, require_free
 from fingerslip.run_folder import HISTORY, RESULT, stored_result
 from fingerslip.slip import find_events
 from fingerslip.study.inspection.times import time_of_run
@@ -56,6 +56,8 @@ def view_result(
         Where there is no such result, an option is wrong, or the picture cannot be written.
     """
     chosen = from_mapping(SceneOptions, dict(options), "view")
+    if served is not None:
+        require_free(served)
     history = _stored_history(Path(target))
     moment = time_of_run(history, time, "view: --time") if time else None
     # Libraries that draw are slow to load: what is wrong with the result is said before.

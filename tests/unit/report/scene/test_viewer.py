@@ -64,7 +64,7 @@ def test_a_folder_that_is_not_there_is_an_error(history: xr.Dataset, tmp_path: P
 
 def test_without_a_display_no_window_opens(history: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(viewer, "has_display", lambda: False)
-    with pytest.raises(ResultError, match="--screenshot"):
+    with pytest.raises(InputError, match="--screenshot"):
         open_window(history)
 
 
