@@ -10,7 +10,7 @@ import typer
 from fingerslip.commands.shared import (
     AsJson,
     Markdown,
-    NoProgress,
+    Quiet,
     Results,
     Studies,
     Workers,
@@ -30,7 +30,7 @@ def converge(
     *,
     markdown: Markdown = False,
     as_json: AsJson = False,
-    quiet: NoProgress = False,
+    quiet: Quiet = False,
 ) -> None:
     """Refine studies in mesh, time step, contact stiffness and numerical damping, and give every result its error bar.
 

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 __all__ = [
     "AsJson",
     "Markdown",
-    "NoProgress",
     "Quiet",
     "Results",
     "Studies",
@@ -50,8 +49,7 @@ Markdown = Annotated[bool, typer.Option("--markdown", help="Print the tables in 
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print the tables as JSON.")]
 
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
-NoProgress = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress; the answer is printed all the same.")]
 
 _FILE_WIDTH = 160
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,9 @@ from fingerslip.vision.tracking.track import TrackingWarning, track_markers
 __all__ = ["track_video"]
 
 
-def track_video(video: Path, out: Path | None, options: Mapping[str, Any]) -> Iterator[str]:
+def track_video(
+    video: Path, out: Path | None, options: Mapping[str, Any], tell: Callable[[str], object] = lambda _: None
+) -> Iterator[str]:
     """Track a video, write the folder, and yield lines that say what came out.
 
     Parameters
@@ -24,7 +26,10 @@ def track_video(video: Path, out: Path | None, options: Mapping[str, Any]) -> It
         The folder to write; None is a folder beside the video, of its name and ``_tracks``.
     options : mapping
         Keyword arguments of :func:`fingerslip.track_markers`.
+    tell : callable, optional
+        Gets lines that say what is being done.
     """
+    tell(f"{video}: following its markers")
     with warnings.catch_warnings():
         # The lines below say the same.
         warnings.simplefilter("ignore", TrackingWarning)
@@ -33,6 +38,7 @@ def track_video(video: Path, out: Path | None, options: Mapping[str, Any]) -> It
     from fingerslip.report.page.tracking import write_tracking
     from fingerslip.vision.tracking.quality import seen_share
 
+    tell(f"{video}: writing {tracks.sizes['time']} frames, overlay and page")
     frames = open_frames(video, options.get("frame_rate"), options.get("channel", "grey"))
     folder = write_tracking(tracks, frames, out or video.with_name(f"{video.stem}_tracks"))
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
