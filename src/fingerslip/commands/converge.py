@@ -39,13 +39,16 @@ def converge(
     from fingerslip.study.convergence import converge as refinement
 
     stop_on_termination()
+    tables = []
     for study in studies:
         found = refinement.converge(
             study, results_dir=results, only=runs or (), workers=workers, progress=screen_progress(quiet)
         )
+        tables += found.tables
         if markdown:
             typer.echo(found.markdown)
-            continue
-        print_tables(found.tables, as_json)
-        if not as_json:
+        elif not as_json:
+            print_tables(found.tables)
             typer.echo(f"figures: {found.figures}")
+    if as_json and not markdown:
+        print_tables(tables, as_json)

@@ -103,14 +103,14 @@ def print_tables(tables: Iterable[Table], as_json: bool = False) -> None:
     from fingerslip.report.tables.table import to_mapping, to_rich
 
     if as_json:
-        typer.echo(json.dumps([to_mapping(table) for table in tables], indent=2, ensure_ascii=False))
+        typer.echo(json.dumps([to_mapping(table) for table in tables], indent=2, ensure_ascii=False, allow_nan=False))
         return
     screen = Console()
     if not screen.is_terminal:
         # A pipe or file has no width: nothing may be cut there.
         screen.width = max(screen.width, _FILE_WIDTH)
     for table in tables:
-        screen.print(to_rich(table))
+        screen.print(to_rich(table, screen.width))
 
 
 def print_results(results: Iterable[StudyResult], as_json: bool = False) -> None:

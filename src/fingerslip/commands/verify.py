@@ -30,5 +30,5 @@ def verify(
     if markdown:
         typer.echo(found.markdown)
     else:
-        print_tables([found.table], as_json)
+        print_tables([found.numbers if as_json else found.table], as_json)
     raise typer.Exit(0 if found.passed else 1)
