@@ -88,12 +88,21 @@ def _simulate(jobs: Sequence[Job], progress: Callable[[float], None], threads: i
         raise located(error, jobs[0].run.where, jobs[0].run.study) from None
 
 
+class _LogFile(logging.FileHandler):
+    """A log that ends the run where it cannot be written, as on a full disk; logging itself prints a traceback."""
+
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: ARG002, N802  the name is that of logging
+        """Raise what went wrong."""
+        with writing(Path(self.baseFilename)):
+            raise  # noqa: PLE0704  called while an error is handled
+
+
 @contextlib.contextmanager
 def _log(path: Path) -> Iterator[None]:
     """Write what the package logs to a file."""
     logger = logging.getLogger("fingerslip")
     with writing(path):
-        handler = logging.FileHandler(path, encoding="utf-8")
+        handler = _LogFile(path, encoding="utf-8")
     handler.setFormatter(logging.Formatter(_LOG_FORMAT))
     level = logger.level
     logger.addHandler(handler)
@@ -103,4 +112,5 @@ def _log(path: Path) -> Iterator[None]:
     finally:
         logger.setLevel(level)
         logger.removeHandler(handler)
-        handler.close()
+        with writing(path):
+            handler.close()
