@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -18,6 +18,9 @@ from fingerslip.commands.shared import (
     screen_progress,
     stop_on_termination,
 )
+
+if TYPE_CHECKING:
+    from fingerslip.report.tables.table import Table
 
 __all__ = ["converge"]
 
@@ -39,7 +42,7 @@ def converge(
     from fingerslip.study.convergence import converge as refinement
 
     stop_on_termination()
-    tables = []
+    tables: list[Table] = []
     for study in studies:
         found = refinement.converge(
             study, results_dir=results, only=runs or (), workers=workers, progress=screen_progress(quiet)

@@ -195,7 +195,10 @@ def number_table(outcomes: tuple[Outcome, ...]) -> Table:
         (
             outcome.problem.name,
             check.quantity,
-            *(float(number) for number in (check.expected, check.got, check.error, check.allowed)),
+            float(check.expected),
+            float(check.got),
+            float(check.error),
+            float(check.allowed),
             check.kind,
             check.passed,
         )

@@ -209,16 +209,19 @@ def _widths(table: Table, width: int) -> list[int] | None:
         _measured(column.heading, cells, is_numeric(table, index))
         for index, (column, cells) in enumerate(zip(table.columns, columns, strict=True))
     ]
-    floors, wanted, natural = (list(one) for one in zip(*measured, strict=True))
+    floors, *stages = (list(one) for one in zip(*measured, strict=True))
     # Between any two columns, and at both ends, there is one space.
     room = width - len(floors) - 1
     if sum(floors) > room:
         return None
-    return _filled(_filled(floors, wanted, room), natural, room)
+    widths = floors
+    for wanted in stages:
+        widths = _filled(widths, wanted, room)
+    return widths
 
 
-def _measured(heading: str, cells: Sequence[str], numeric: bool) -> tuple[int, int, int]:
-    """Return the least width of a column, one that leaves usual words whole, and one that breaks nothing."""
+def _measured(heading: str, cells: Sequence[str], numeric: bool) -> tuple[int, int, int, int]:
+    """Return the least width of a column, those that leave usual and all words whole, and one that breaks no line."""
     lines = (*heading.replace(" [", "\n[").split("\n"), *cells)
     words = [cell_len(word) for line in lines for word in line.split()]
     # A number is never broken.
@@ -227,16 +230,18 @@ def _measured(heading: str, cells: Sequence[str], numeric: bool) -> tuple[int, i
     return (
         max(kept, min(longest, _NARROWEST)),
         max(kept, min(longest, _WIDEST_WORD)),
+        max(kept, longest),
         max(kept, *map(cell_len, lines)),
     )
 
 
 def _filled(widths: Sequence[int], wanted: Sequence[int], room: int) -> list[int]:
-    """Widen columns as far as they want and there is room, each time the one that lacks the largest share."""
-    found = list(widths)
-    while sum(found) < min(room, sum(wanted)):
-        narrowest = max(range(len(found)), key=lambda index: wanted[index] / found[index])
-        found[narrowest] += 1
+    """Widen columns as far as they want and there is room, first those that lack least."""
+    found, left = list(widths), room - sum(widths)
+    for index in sorted(range(len(found)), key=lambda index: wanted[index] - found[index]):
+        more = min(max(wanted[index] - found[index], 0), left)
+        found[index] += more
+        left -= more
     return found
 
 
