@@ -156,7 +156,9 @@ def test_a_file_is_not_replaced_by_a_folder(tmp_path: Path) -> None:
 def test_processes_are_let_in_one_by_one(tmp_path: Path) -> None:
     """The lock of a process that is killed goes with it."""
     mark = tmp_path / "made" / ".mark"
-    code = f"from pathlib import Path; from fingerslip.files import alone\nwith alone(Path({str(mark)!r})): input(print())"
+    code = (
+        f"from pathlib import Path; from fingerslip.files import alone\nwith alone(Path({str(mark)!r})): input(print())"
+    )
     with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
         assert other.stdout is not None
         other.stdout.readline()
