@@ -118,4 +118,6 @@ def _add_columns(starts, rows, values, weights, total):  # type: ignore[no-untyp
 def _add_rows(matrix, weights, total):  # type: ignore[no-untyped-def]
     for row in range(weights.size):
         if weights[row] != 0.0:
-            total += weights[row] * matrix[row]
+            weight = weights[row]
+            for column in range(total.size):
+                total[column] += weight * matrix[row, column]

@@ -53,8 +53,12 @@ class ModalFactor:
 
     def gather(self, forces: Array) -> Array:
         """Return the coordinates D^-1 [1, E^T] b, (m,) or (m, k)."""
-        size = self.diagonal.size
-        return self.divide(_with_rows(forces[:size], self.interface, forces[size:]))
+        total, outside = forces[: self.diagonal.size], forces[self.diagonal.size :]
+        if forces.ndim == 1:
+            return self.divide(add_rows(total, self.interface, outside))
+        # Forces of nodes that have left act on the interface: on few of its unknowns, if any.
+        there = np.flatnonzero(outside.any(axis=1))
+        return self.divide(total + self.interface[there].T @ outside[there] if there.size else total)
 
     def divide(self, forces: Array) -> Array:
         """Return D^-1 b for forces on the coordinates, (m,) or (m, k)."""
@@ -90,15 +94,11 @@ class ByModes:
 
     def backward(self, halfway: Halfway, forces: Array) -> Array:
         """Return x for contact forces r, shape (c,) or (c, k) [N]."""
-        added = _with_rows(np.zeros_like(halfway.vector), self.local, forces)
+        if forces.ndim == 1:
+            added = add_rows(np.zeros_like(halfway.vector), self.local, forces)
+        else:
+            added = self.local.T @ forces
         return self.factor.spread(halfway.vector + self.factor.divide(added))
-
-
-def _with_rows(forces: Array, rows: Array, weights: Array) -> Array:
-    """Return forces (m,) or (m, k) plus weights (p,) or (p, k) times rows (p, m)."""
-    if weights.ndim == 1:
-        return add_rows(forces, rows, weights)
-    return forces + rows.T @ weights if weights.any() else forces
 
 
 def condense_modes(diagonal: Array, interface: Array, local: sparse.csr_matrix) -> tuple[ByModes, Array]:
