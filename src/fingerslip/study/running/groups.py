@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from fingerslip.dynamics.step.sharing import groups_to_share
 from fingerslip.errors import FingerslipError
 from fingerslip.study.running.compute import Job, compute, compute_together
+from fingerslip.study.running.cost import most_together
 
 __all__ = ["compute_group", "groups"]
 
@@ -24,11 +25,12 @@ def groups(jobs: Sequence[Job], at_once: int = 1) -> list[list[Job]]:
     at_once : int, optional
         Groups that can be computed at once.
     """
-    return [[jobs[number] for number in group] for group in groups_to_share([job.model for job in jobs], at_once)]
+    found = groups_to_share([job.model for job in jobs], at_once, most_together)
+    return [[jobs[number] for number in group] for group in found]
 
 
 def compute_group(jobs: Sequence[Job], tell: Tell, threads: int) -> dict[str, FingerslipError | MemoryError]:
-    """Compute jobs together, or one by one where that fails, so that only those fail that would fail alone.
+    """Compute jobs together, or in halves where that fails, so that only those fail that would fail alone.
 
     Parameters
     ----------
@@ -44,20 +46,24 @@ def compute_group(jobs: Sequence[Job], tell: Tell, threads: int) -> dict[str, Fi
     dict
         The error of each job that failed, by the name of the run.
     """
+    if len(jobs) == 1:
+        return _compute_one(jobs[0], tell, threads)
 
     def tell_all(fraction: float) -> None:
         for job in jobs:
             tell(job.run.name, fraction)
 
-    if len(jobs) > 1:
-        with contextlib.suppress(FingerslipError, MemoryError):
-            compute_together(jobs, tell_all, threads)
-            return {}
-    failures: dict[str, FingerslipError | MemoryError] = {}
-    for job in jobs:
-        name = job.run.name
-        try:
-            compute(job, lambda fraction, name=name: tell(name, fraction), threads)  # type: ignore[misc]
-        except (FingerslipError, MemoryError) as error:
-            failures[name] = error
-    return failures
+    with contextlib.suppress(FingerslipError, MemoryError):
+        compute_together(jobs, tell_all, threads)
+        return {}
+    half = len(jobs) // 2
+    return compute_group(jobs[:half], tell, threads) | compute_group(jobs[half:], tell, threads)
+
+
+def _compute_one(job: Job, tell: Tell, threads: int) -> dict[str, FingerslipError | MemoryError]:
+    """Compute a job; return its error, if any, under the name of its run."""
+    try:
+        compute(job, lambda fraction: tell(job.run.name, fraction), threads)
+    except (FingerslipError, MemoryError) as error:
+        return {job.run.name: error}
+    return {}

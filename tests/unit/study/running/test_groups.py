@@ -12,6 +12,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.step import sharing
+from fingerslip.study.running import cost
 from fingerslip.study.running import groups as together
 from fingerslip.study.running.groups import compute_group, groups
 from problems.pushed import push_and_slide
@@ -44,8 +45,15 @@ def test_runs_that_share_a_matrix_make_a_group() -> None:
 @pytest.mark.parametrize(
     ("together_are", "parts"), [("abcdefgh", ["abcdefgh"]), ("abcdefghij", ["abcde", "fghij"]), ("a", ["a"])]
 )
-def test_no_group_is_too_large(together_are: str, parts: list[str]) -> None:
+def test_no_group_is_too_large(together_are: str, parts: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cost, "_BYTES_TOGETHER", 1.0)
     assert names(groups([job(name) for name in together_are])) == parts
+
+
+@pytest.mark.usefixtures("all_are_large")
+def test_runs_with_small_records_make_a_larger_group() -> None:
+    assert names(groups([job(name) for name in "abcdefghij"])) == ["abcdefghij"]
+    assert {len(part) for part in groups([job("a") for _ in range(40)])} == {20}
 
 
 @pytest.mark.usefixtures("all_are_large")
@@ -61,12 +69,12 @@ NOT_SOLVED = fs.ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
 
 
 @pytest.mark.parametrize("error", [NOT_SOLVED, MemoryError()])
-def test_where_a_group_fails_its_runs_are_computed_one_by_one(
-    monkeypatch: pytest.MonkeyPatch, error: Exception
-) -> None:
+def test_where_a_group_fails_its_halves_are_computed(monkeypatch: pytest.MonkeyPatch, error: Exception) -> None:
     alone: list[str] = []
+    failed: list[str] = []
 
-    def failing(*_: object) -> None:
+    def failing(jobs: Sequence[Any], *_: object) -> None:
+        failed.append("".join(one.run.name for one in jobs))
         raise error
 
     def compute(one: Any, progress: Callable[[float], None], threads: int) -> None:
@@ -80,5 +88,5 @@ def test_where_a_group_fails_its_runs_are_computed_one_by_one(
     told: list[tuple[str, float]] = []
     found = compute_group([job(name) for name in "abc"], lambda name, fraction: told.append((name, fraction)), 1)
     assert found == {"b": error}
-    assert alone == ["a", "b", "c"]
+    assert (failed, alone) == (["abc", "bc"], ["a", "b", "c"])
     assert told == [("a", 1.0), ("b", 1.0), ("c", 1.0)]
