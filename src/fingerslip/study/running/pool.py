@@ -12,22 +12,24 @@ from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fingerslip.errors import FingerslipError, ResultError
-from fingerslip.report.page.pictures import RunPictures
 from fingerslip.study.running.compute import Job
 from fingerslip.study.running.drawing import Drawing, draw_runs
 from fingerslip.study.running.groups import compute_group, groups
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.spawning import without_main_module
 
+if TYPE_CHECKING:
+    from fingerslip.report.page.pictures import RunPictures
+
 __all__ = ["Computed", "WorkerLostError", "compute_all"]
 
 _SECONDS_BETWEEN_LOOKS = 0.1
 
 Failures = dict[str, FingerslipError]
-_Found = tuple[Mapping[str, Exception], Mapping[str, RunPictures]]
+_Found = tuple[Mapping[str, Exception], Mapping[str, Any]]
 
 
 class WorkerLostError(FingerslipError):
