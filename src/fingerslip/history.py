@@ -234,7 +234,7 @@ def _has_zeros(values: NDArray[Any]) -> bool:
     Where nodes are open or at rest they are zero, and a third of the bytes is left. Most bytes of other numbers look
     random: two thirds are left.
     """
-    return values.dtype.kind == "f" and np.count_nonzero(values) < (1.0 - _ZEROS) * values.size
+    return values.dtype.kind == "f" and bool(np.count_nonzero(values) < (1.0 - _ZEROS) * values.size)
 
 
 def read_history(path: str | Path) -> xr.Dataset:

@@ -145,11 +145,8 @@ class Recorder:
     @property
     def nbytes(self) -> int:
         """Memory that the arrays take when they are filled [bytes]."""
-        return (
-            sum(getattr(self, name).nbytes for name in _KEPT)
-            + sum(array.nbytes for array in self._supports.kept.values())
-            + sum(np.asarray(value).nbytes for value in self.values.values())
-        )
+        kept: list[Array] = [*(getattr(self, name) for name in _KEPT), *self._supports.kept.values()]
+        return sum(array.nbytes for array in kept) + sum(np.asarray(value).nbytes for value in self.values.values())
 
     def record(self, state: State) -> None:
         """Record the next state."""

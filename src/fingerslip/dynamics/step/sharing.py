@@ -123,11 +123,7 @@ def groups_to_share(
     first = first_alike(models, lambda one, other: _gains(other) and same_matrix(one, other), material_key)
     alike = [[number for number, own in enumerate(first) if own == kind] for kind in dict.fromkeys(first)]
     each = math.ceil(at_once / max(1, len(alike)))
-    return [
-        part
-        for group in alike
-        for part in _even_parts(group, each if _is_plane(models[group[0]]) else 1, max(_FULL, most(models[group[0]])))
-    ]
+    return [part for group in alike for part in _even_parts([models[own] for own in group], group, each, most)]
 
 
 def check_same_matrix(models: Sequence[Model]) -> None:
@@ -159,9 +155,13 @@ def _is_plane(model: Model) -> bool:
     return bool(model.mesh.dim() == 2)
 
 
-def _even_parts(group: list[int], at_once: int, most: int) -> list[list[int]]:
-    """Split a group into a multiple of the parts that run at once, so that all of these end together."""
-    rounds = math.ceil(len(group) / (most * at_once))
+def _even_parts(
+    models: Sequence[Model], group: list[int], at_once: int, most: Callable[[Model], int]
+) -> list[list[int]]:
+    """Split a group of models into a multiple of the parts that run at once, so that all of these end together."""
+    at_once = at_once if _is_plane(models[0]) else 1
+    few = len(group) <= _FULL * at_once
+    rounds = 1 if few else math.ceil(len(group) / (max(_FULL, most(models[0])) * at_once))
     size = math.ceil(len(group) / (rounds * at_once))
     return [group[start : start + size] for start in range(0, len(group), size)]
 
