@@ -20,7 +20,13 @@ from typing import Any
 from fingerslip.digest import digest
 from fingerslip.errors import DamagedError, InputError, ResultError
 
+try:
+    import fcntl
+except ImportError:  # not on Windows
+    fcntl = None  # type: ignore[assignment]
+
 __all__ = [
+    "alone",
     "check_replaceable",
     "clean_stale",
     "json_text",
@@ -121,6 +127,29 @@ def new_folder(final: Path) -> Iterator[Path]:
             _replace(partial, final)
     finally:
         shutil.rmtree(partial, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def alone(mark: Path) -> Iterator[None]:
+    """Let one process at a time into the block, so that what one makes there, the others find.
+
+    Whoever waits is let in when the process inside leaves, or ends for whatever reason. Where the system or the folder
+    allows no lock, nobody waits.
+
+    Parameters
+    ----------
+    mark : Path
+        An empty file that is there meanwhile; its folder is made.
+    """
+    with contextlib.ExitStack() as stack:
+        with contextlib.suppress(OSError):
+            mark.parent.mkdir(parents=True, exist_ok=True)
+            stack.callback(remove_empty, mark.parent)
+            file = stack.enter_context(mark.open("ab"))
+            stack.callback(mark.unlink, missing_ok=True)
+            if fcntl is not None:
+                fcntl.flock(file, fcntl.LOCK_EX)
+        yield
 
 
 def check_replaceable(folder: Path, mark: str) -> None:

@@ -11,7 +11,16 @@ from pathlib import Path
 import pytest
 
 from fingerslip.errors import DamagedError, InputError, ResultError
-from fingerslip.files import check_replaceable, clean_stale, new_folder, read_json, write_json, write_text, writing
+from fingerslip.files import (
+    alone,
+    check_replaceable,
+    clean_stale,
+    new_folder,
+    read_json,
+    write_json,
+    write_text,
+    writing,
+)
 
 
 def dead_process() -> int:
@@ -142,3 +151,20 @@ def test_a_file_is_not_replaced_by_a_folder(tmp_path: Path) -> None:
     (tmp_path / "study.yaml").write_text("title: mine", encoding="utf-8")
     with pytest.raises(InputError, match="is a file, needs a folder"):
         check_replaceable(tmp_path / "study.yaml", "mark")
+
+
+def test_processes_are_let_in_one_by_one(tmp_path: Path) -> None:
+    """The lock of a process that is killed goes with it."""
+    mark = tmp_path / "made" / ".mark"
+    code = (
+        f"from pathlib import Path; from fingerslip.files import alone\nwith alone(Path({str(mark)!r})): input(print())"
+    )
+    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
+        assert other.stdout is not None
+        other.stdout.readline()
+        assert mark.exists()
+        other.kill()
+        other.wait()
+        with alone(mark):
+            assert mark.exists()
+    assert not mark.parent.exists()

@@ -15,6 +15,7 @@ from fingerslip.errors import FingerslipError
 from fingerslip.model import Model
 from fingerslip.results import RefusedRun
 from fingerslip.study.definition.sweep import Run
+from fingerslip.study.running.cost import most_together
 
 if TYPE_CHECKING:
     from fingerslip.report.page.pictures import RunPictures
@@ -86,4 +87,5 @@ def groups(jobs: Sequence[Job], at_once: int = 1) -> list[list[Job]]:
     at_once : int, optional
         Groups that can be computed at once.
     """
-    return [[jobs[number] for number in group] for group in groups_to_share([job.model for job in jobs], at_once)]
+    found = groups_to_share([job.model for job in jobs], at_once, most_together)
+    return [[jobs[number] for number in group] for group in found]

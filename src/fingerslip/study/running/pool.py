@@ -14,7 +14,6 @@ from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
 from fingerslip.errors import FingerslipError, ResultError
-from fingerslip.report.page.pictures import RunPictures
 from fingerslip.study.running.drawing import Drawing, draw_runs
 from fingerslip.study.running.jobs import Computed, Job, groups
 from fingerslip.study.running.progress import StudyProgress
@@ -26,7 +25,7 @@ __all__ = ["WorkerLostError", "compute_all"]
 _SECONDS_BETWEEN_LOOKS = 0.1
 
 Failures = dict[str, FingerslipError]
-_Found = tuple[Mapping[str, Exception], Mapping[str, RunPictures]]
+_Found = tuple[Mapping[str, Exception], Mapping[str, Any]]
 
 
 class WorkerLostError(FingerslipError):

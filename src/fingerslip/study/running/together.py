@@ -1,4 +1,4 @@
-"""Runs of a study are computed together, or one by one where that fails."""
+"""Runs of a study are computed together, or in halves where that fails."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Tell = Callable[[str, float], None]
 
 
 def compute_group(jobs: Sequence[Job], tell: Tell, threads: int) -> dict[str, FingerslipError | MemoryError]:
-    """Compute jobs together, or one by one where that fails, so that only those fail that would fail alone.
+    """Compute jobs together, or in halves where that fails, so that only those fail that would fail alone.
 
     Parameters
     ----------
@@ -31,20 +31,24 @@ def compute_group(jobs: Sequence[Job], tell: Tell, threads: int) -> dict[str, Fi
     dict
         The error of each job that failed, by the name of the run.
     """
+    if len(jobs) == 1:
+        return _compute_one(jobs[0], tell, threads)
 
     def tell_all(fraction: float) -> None:
         for job in jobs:
             tell(job.run.name, fraction)
 
-    if len(jobs) > 1:
-        with contextlib.suppress(FingerslipError, MemoryError):
-            compute_together(jobs, tell_all, threads)
-            return {}
-    failures: dict[str, FingerslipError | MemoryError] = {}
-    for job in jobs:
-        name = job.run.name
-        try:
-            compute(job, lambda fraction, name=name: tell(name, fraction), threads)  # type: ignore[misc]
-        except (FingerslipError, MemoryError) as error:
-            failures[name] = error
-    return failures
+    with contextlib.suppress(FingerslipError, MemoryError):
+        compute_together(jobs, tell_all, threads)
+        return {}
+    half = len(jobs) // 2
+    return compute_group(jobs[:half], tell, threads) | compute_group(jobs[half:], tell, threads)
+
+
+def _compute_one(job: Job, tell: Tell, threads: int) -> dict[str, FingerslipError | MemoryError]:
+    """Compute a job; return its error, if any, under the name of its run."""
+    try:
+        compute(job, lambda fraction: tell(job.run.name, fraction), threads)
+    except (FingerslipError, MemoryError) as error:
+        return {job.run.name: error}
+    return {}

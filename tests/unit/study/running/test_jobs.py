@@ -11,6 +11,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.step import sharing
+from fingerslip.study.running import cost
 from fingerslip.study.running.jobs import groups
 from problems.pushed import push_and_slide
 
@@ -40,8 +41,15 @@ def test_runs_that_share_a_matrix_make_a_group() -> None:
 @pytest.mark.parametrize(
     ("together_are", "parts"), [("abcdefgh", ["abcdefgh"]), ("abcdefghij", ["abcde", "fghij"]), ("a", ["a"])]
 )
-def test_no_group_is_too_large(together_are: str, parts: list[str]) -> None:
+def test_no_group_is_too_large(together_are: str, parts: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cost, "_BYTES_TOGETHER", 1.0)
     assert names(groups([job(name) for name in together_are])) == parts
+
+
+@pytest.mark.usefixtures("all_are_large")
+def test_runs_with_small_records_make_a_larger_group() -> None:
+    assert names(groups([job(name) for name in "abcdefghij"])) == ["abcdefghij"]
+    assert {len(part) for part in groups([job("a") for _ in range(40)])} == {20}
 
 
 @pytest.mark.usefixtures("all_are_large")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,8 +13,6 @@ from fingerslip.study.running import together
 from fingerslip.study.running.together import compute_group
 from problems.pushed import push_and_slide
 
-Write = Callable[..., Path]
-
 
 def job(name: str, model: Any = None) -> Any:
     return SimpleNamespace(run=SimpleNamespace(name=name), model=model or push_and_slide())
@@ -25,12 +22,12 @@ NOT_SOLVED = fs.ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
 
 
 @pytest.mark.parametrize("error", [NOT_SOLVED, MemoryError()])
-def test_where_a_group_fails_its_runs_are_computed_one_by_one(
-    monkeypatch: pytest.MonkeyPatch, error: Exception
-) -> None:
+def test_where_a_group_fails_its_halves_are_computed(monkeypatch: pytest.MonkeyPatch, error: Exception) -> None:
     alone: list[str] = []
+    failed: list[str] = []
 
-    def failing(*_: object) -> None:
+    def failing(jobs: Sequence[Any], *_: object) -> None:
+        failed.append("".join(one.run.name for one in jobs))
         raise error
 
     def compute(one: Any, progress: Callable[[float], None], threads: int) -> None:
@@ -44,5 +41,5 @@ def test_where_a_group_fails_its_runs_are_computed_one_by_one(
     told: list[tuple[str, float]] = []
     found = compute_group([job(name) for name in "abc"], lambda name, fraction: told.append((name, fraction)), 1)
     assert found == {"b": error}
-    assert alone == ["a", "b", "c"]
+    assert (failed, alone) == (["abc", "bc"], ["a", "b", "c"])
     assert told == [("a", 1.0), ("b", 1.0), ("c", 1.0)]
