@@ -134,7 +134,7 @@ def evaluate(
     classifier: Annotated[
         list[str] | None, typer.Option("--classifier", help="Only this one; repeatable.", show_default="all")
     ] = None,
-    output: Annotated[Path | None, typer.Option("--output", metavar="DIR", help="Folder for tables.")] = None,
+    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables.")] = Path("evaluation"),
     folds: Annotated[int, typer.Option("--folds", min=2, help="Folds, grouped by trial.")] = 5,
     leave_out: Annotated[
         list[str] | None, typer.Option("--leave-out", metavar="CONDITION", help="Leave out by this too; repeatable.")
@@ -149,14 +149,20 @@ def evaluate(
     markdown: Markdown = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compare classifiers on trials that they have not seen, beside the published split by sample."""
+    """Compare classifiers on trials that they have not seen, beside the published split by sample.
+
+    Finished parts are kept in DIR.unfinished until the tables are written, so that an interrupted evaluation goes on.
+    Each value of a condition that is left out takes as long as a fold.
+    """
     from fingerslip.detect.session import Choices, evaluate_classifiers, output_tables
 
+    stop_on_termination()
     choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
-    tables = evaluate_classifiers(dataset, classifier or (), choices, folds=folds, leave_out=leave_out or ())
-    text = output_tables(tables, output)
+    tables = evaluate_classifiers(
+        dataset, classifier or (), choices, folds=folds, leave_out=leave_out or (), output=output
+    )
     if markdown:
-        typer.echo(text, nl=False)
+        typer.echo(output_tables(tables), nl=False)
     else:
         print_tables(tables, as_json)
 

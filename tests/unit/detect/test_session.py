@@ -53,7 +53,7 @@ def test_an_evaluation_has_its_tables(trials_folder: Path, tmp_path: Path) -> No
         "Accuracy where indentation was not seen",
     ]
     assert "Too few trials for a guaranteed threshold" in tables[4].note
-    assert [row[1] for row in tables[5].rows] == ["0.003", "0.004"] * 2
+    assert [row[1] for row in tables[5].rows] == ["0.003", "0.004", "all"] * 2
     text = output_tables(tables, tmp_path / "tables")
     assert text.count("## ") == 6
     assert len(list((tmp_path / "tables").glob("*.csv"))) == 6
