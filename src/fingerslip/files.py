@@ -21,6 +21,7 @@ from fingerslip.digest import digest
 from fingerslip.errors import DamagedError, InputError, ResultError
 
 __all__ = [
+    "check_empty",
     "check_replaceable",
     "clean_stale",
     "json_text",
@@ -143,6 +144,19 @@ def check_replaceable(folder: Path, mark: str) -> None:
     if folder.is_dir() and any(folder.iterdir()) and not (folder / mark).is_file():
         found, allowed = f"holds files, but no {mark}", "needs a new folder, or one of the same kind to replace"
         raise InputError(str(folder), found, allowed, "give another name")
+
+
+def check_empty(folder: Path) -> None:
+    """Refuse a folder that holds anything, or is a file: for forms in which others keep recordings of their own.
+
+    Raises
+    ------
+    InputError
+        Where it holds files or is one.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        found = "holds files" if folder.is_dir() else "is a file"
+        raise InputError(str(folder), found, "needs a new or an empty folder", "give another name")
 
 
 def write_text(path: Path, text: str) -> None:

@@ -11,7 +11,16 @@ from pathlib import Path
 import pytest
 
 from fingerslip.errors import DamagedError, InputError, ResultError
-from fingerslip.files import check_replaceable, clean_stale, new_folder, read_json, write_json, write_text, writing
+from fingerslip.files import (
+    check_empty,
+    check_replaceable,
+    clean_stale,
+    new_folder,
+    read_json,
+    write_json,
+    write_text,
+    writing,
+)
 
 
 def dead_process() -> int:
@@ -142,3 +151,13 @@ def test_a_file_is_not_replaced_by_a_folder(tmp_path: Path) -> None:
     (tmp_path / "study.yaml").write_text("title: mine", encoding="utf-8")
     with pytest.raises(InputError, match="is a file, needs a folder"):
         check_replaceable(tmp_path / "study.yaml", "mark")
+
+
+def test_a_folder_in_the_form_of_others_has_to_be_empty(tmp_path: Path) -> None:
+    check_empty(tmp_path / "new")
+    check_empty(tmp_path)
+    (tmp_path / "targets.csv").write_text("theirs")
+    with pytest.raises(InputError, match="holds files, needs a new or an empty folder; give another name"):
+        check_empty(tmp_path)
+    with pytest.raises(InputError, match="is a file, needs a new or an empty folder"):
+        check_empty(tmp_path / "targets.csv")

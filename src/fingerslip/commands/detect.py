@@ -214,6 +214,10 @@ def vary(
     by: Annotated[
         list[str] | None, typer.Option("--by", metavar="CONDITION", help="List accuracies by this too; repeatable.")
     ] = None,
+    each: Annotated[
+        list[str] | None,
+        typer.Option("--each", metavar="CONDITION", help="Take the trials of each value alone too; repeatable."),
+    ] = None,
     rest_frames: RestFrames = 100,
     window: Window = 11,
     samples: Samples = "50,50,50,50",
@@ -221,14 +225,17 @@ def vary(
     workers: Cores = 2,
     as_json: AsJson = False,
 ) -> None:
-    """Ask on which values that no paper prints accuracies depend: pixels, thresholds, labels, speeds, noise."""
+    """Ask on which values that no paper prints accuracies depend: pixels, thresholds, labels, speeds, noise, moduli.
+
+    Finished parts are kept in DIR.unfinished until tables and figure are written: what is interrupted goes on.
+    """
     from fingerslip.detect.inquiry import vary as varied
-    from fingerslip.detect.inquiry import write_inquiry
     from fingerslip.detect.session import Choices
 
+    stop_on_termination()
     choices = Choices("external_markers", rest_frames, window, samples, seed, workers)
-    found = varied(dataset, classifier or ("forest",), choices, folds=folds, conditions=by or ())
-    write_inquiry(found, output)
+    names, by, each = classifier or ("forest",), by or [], each or []
+    found = varied(dataset, names, choices, folds=folds, conditions=by, each=each, output=output)
     print_tables(found.tables.values(), as_json)
 
 

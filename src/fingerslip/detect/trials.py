@@ -43,6 +43,8 @@ CONDITIONS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "friction_coefficient": ("1", "static friction coefficient"),
         "friction_decay_speed": ("m/s", "slip rate over which friction falls"),
         "tilt": ("rad", "tilt of the plate along the slide"),
+        "skin_youngs_modulus": ("Pa", "Young's modulus of the skin"),
+        "gel_youngs_modulus": ("Pa", "Young's modulus of the gel"),
         "repeat": ("1", "number of the repeat"),
         "seed": ("1", "seed of everything random in the trial"),
         "task": ("", "slide, hold or pour"),

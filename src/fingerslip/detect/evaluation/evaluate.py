@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.detect.classifiers import Candidate, union_of_sets
+from fingerslip.detect.classifiers import Candidate, described, union_of_sets
 from fingerslip.detect.evaluation.crossval import (
     Fold,
     FoldFrames,
@@ -136,9 +136,8 @@ class Evaluation:
         )
 
     def _described(self, candidate: Candidate, test: Sequence[str] = ()) -> list[Any]:
-        """Return what a part is computed from, beside what all share: the classifier, its parameters, the trials."""
-        grid = {} if candidate.grid is None else candidate.grid(1)
-        return [candidate.sets, repr(candidate.make(self.seed)), {**grid}, list(test)]
+        """Return what a part is computed from, beside what all share: the classifier and the trials left out."""
+        return [*described(candidate, self.seed), list(test)]
 
 
 def begun_evaluation(

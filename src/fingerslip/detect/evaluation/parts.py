@@ -102,7 +102,8 @@ def parts_beside(output: Path | None, *inputs: Any) -> Parts:
 def _read(path: Path) -> Arrays | None:
     """Read a part; one that is damaged counts as none, and is computed again."""
     try:
-        with np.load(path, allow_pickle=False) as stored:
+        # numpy itself leaves a file open that is no whole archive.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as stored:
             arrays: Arrays = {name: stored[name] for name in stored.files}
     except (OSError, ValueError, EOFError, zipfile.BadZipFile):
         return None
