@@ -48,6 +48,7 @@ def fits(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return names
 
 
+@pytest.mark.slow
 def test_folds_give_what_all_folds_at_once_give(trials: TrialSet, begun: Begun) -> None:
     made, tests = begun(), grouped_folds(trials.names, 3, 0)
     made.check(tests)
@@ -78,6 +79,7 @@ def test_an_interrupted_evaluation_goes_on(trials: TrialSet, begun: Begun, tmp_p
     assert len(fits) == count  # frames of a fold are those of a group
 
 
+@pytest.mark.slow
 def test_other_labels_are_not_taken_for_the_same(trials: TrialSet, tmp_path: Path) -> None:
     later = {name: Onsets(one.incipient, (one.gross or 0.0) + 0.05) for name, one in trials.onsets().items()}
     output = tmp_path / "tables"
