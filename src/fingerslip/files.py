@@ -22,6 +22,7 @@ from fingerslip.errors import DamagedError, InputError, ResultError
 
 __all__ = [
     "check_empty",
+    "check_folder",
     "check_replaceable",
     "clean_stale",
     "json_text",
@@ -139,11 +140,22 @@ def check_replaceable(folder: Path, mark: str) -> None:
     InputError
         Where the folder holds files, but not that one, and where it is a file.
     """
-    if folder.exists() and not folder.is_dir():
-        raise InputError(str(folder), "is a file", "needs a folder", "give another name")
+    check_folder(folder)
     if folder.is_dir() and any(folder.iterdir()) and not (folder / mark).is_file():
         found, allowed = f"holds files, but no {mark}", "needs a new folder, or one of the same kind to replace"
         raise InputError(str(folder), found, allowed, "give another name")
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse a file where a folder is to be written, before anything is computed for it.
+
+    Raises
+    ------
+    InputError
+        Where it is a file.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(str(folder), "is a file", "needs a folder", "give another name")
 
 
 def check_empty(folder: Path) -> None:
@@ -154,9 +166,9 @@ def check_empty(folder: Path) -> None:
     InputError
         Where it holds files or is one.
     """
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        found = "holds files" if folder.is_dir() else "is a file"
-        raise InputError(str(folder), found, "needs a new or an empty folder", "give another name")
+    check_folder(folder)
+    if folder.is_dir() and any(folder.iterdir()):
+        raise InputError(str(folder), "holds files", "needs a new or an empty folder", "give another name")
 
 
 def write_text(path: Path, text: str) -> None:

@@ -159,5 +159,5 @@ def test_a_folder_in_the_form_of_others_has_to_be_empty(tmp_path: Path) -> None:
     (tmp_path / "targets.csv").write_text("theirs")
     with pytest.raises(InputError, match="holds files, needs a new or an empty folder; give another name"):
         check_empty(tmp_path)
-    with pytest.raises(InputError, match="is a file, needs a new or an empty folder"):
+    with pytest.raises(InputError, match="is a file, needs a folder"):
         check_empty(tmp_path / "targets.csv")

@@ -194,7 +194,9 @@ def inquire(
     from fingerslip.detect.inquiry import Levels, write_inquiry
     from fingerslip.detect.inquiry import inquire as asked
     from fingerslip.detect.session import Choices
+    from fingerslip.files import check_folder
 
+    check_folder(output)
     choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
     found = asked(dataset, classifier, choices, Levels(lost, noise, slower))
     write_inquiry(found, output)
@@ -250,7 +252,10 @@ def transfer(
 ) -> None:
     """Test a detector on all trials of another data set than it learned from, such as pouring after slides."""
     from fingerslip.detect.session import judge_detector, output_tables
+    from fingerslip.files import check_folder
 
+    if output is not None:
+        check_folder(output)
     tables = judge_detector(detector, dataset, labels)
     text = output_tables(tables, output)
     if markdown:

@@ -40,7 +40,7 @@ from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
 from fingerslip.detect.unseen import on_unseen, unseen_tables
 from fingerslip.detect.videos import readers
 from fingerslip.errors import InputError, shortened
-from fingerslip.files import write_text
+from fingerslip.files import write_text, writing
 from fingerslip.report.tables.table import Table, to_csv, to_markdown
 from fingerslip.vision.tracking.stream import open_markers
 from fingerslip.vision.tracking.topology import LayoutName
@@ -338,8 +338,9 @@ def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
 def output_tables(tables: Sequence[Table], folder: Path | None = None) -> str:
     """Return tables in Markdown, and write each as a CSV file where a folder is given."""
     if folder is not None:
+        with writing(folder):
+            folder.mkdir(parents=True, exist_ok=True)
         for number, table in enumerate(tables, start=1):
             name = "-".join(table.title.lower().replace(",", "").split())
-            folder.mkdir(parents=True, exist_ok=True)
             write_text(folder / f"{number}-{name}.csv", to_csv(table))
     return "\n".join(f"## {table.title}\n\n{to_markdown(table)}\n{table.note}\n" for table in tables)

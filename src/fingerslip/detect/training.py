@@ -18,7 +18,7 @@ from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, samples_of
 from fingerslip.detect.smoothing import ForwardFilter, Smoother, Thresholds, onsets_from
 from fingerslip.detect.splits import held_out
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trial_set import TrialSet, check_labels
 from fingerslip.detect.trials import layout_digest, layout_text
 from fingerslip.errors import InputError
 
@@ -152,6 +152,7 @@ def train(
     settings = FeatureSettings(candidate.sets, motion or MotionSettings())
     chosen = tuple(trials.names if names is None else names)
     kept = held_out(chosen, calibration_count(len(chosen), share), seed)
+    check_labels(onsets, kept, needed=())
     samples = samples_of(trials, onsets, settings, sampling, names=[name for name in chosen if name not in kept])
     estimator = fit(candidate, samples.values, samples.classes, samples.trial, seed=seed, workers=workers)
     inside = markers_of(trials.tracks(chosen[0]), "internal")

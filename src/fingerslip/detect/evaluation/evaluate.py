@@ -171,12 +171,12 @@ def begun_evaluation(
     Raises
     ------
     InputError
-        Where a trial lacks a label, or has fewer frames of a class than are asked for.
+        Where a trial lacks a label, or has fewer frames of a class than are asked for; where `output` is a file.
     """
-    samples = samples_of(trials, onsets, FeatureSettings(union_of_sets(candidates), motion), sampling)
     labels = {name: [one.incipient, one.gross] for name, one in onsets.items()}
     settings = [dataclasses.asdict(motion), dataclasses.asdict(sampling)]
     parts = parts_beside(output, trials.digest, labels, settings, seed)
+    samples = samples_of(trials, onsets, FeatureSettings(union_of_sets(candidates), motion), sampling)
     return Evaluation(trials, onsets, samples, motion, seed, workers, parts)
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from fingerslip.detect.optional import optional
 from fingerslip.digest import digest
-from fingerslip.files import clean_stale, new_file, writing
+from fingerslip.files import check_folder, clean_stale, new_file, writing
 from fingerslip.version import __version__
 
 __all__ = ["Parts", "parts_beside"]
@@ -91,9 +91,15 @@ def parts_beside(output: Path | None, *inputs: Any) -> Parts:
         The folder; without one nothing is kept.
     *inputs : plain data
         What all parts are computed from.
+
+    Raises
+    ------
+    InputError
+        Where `output` is a file.
     """
     if output is None:
         return Parts()
+    check_folder(output)
     folder = output.with_name(f"{output.name}.unfinished")
     clean_stale(folder)
     return Parts(folder, digest(*inputs))

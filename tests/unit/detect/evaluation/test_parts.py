@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from fingerslip.detect.evaluation.parts import Parts, parts_beside
+from fingerslip.errors import InputError
 
 ONE = {"rows": np.arange(5), "chances": np.linspace(0.0, 1.0, 6).reshape(2, 3)}
 
@@ -69,3 +70,9 @@ def test_without_a_folder_nothing_is_kept(tmp_path: Path, monkeypatch: pytest.Mo
     assert parts.kept("forest", 1) is None
     parts.remove()
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_is_no_folder_for_what_is_to_be_written(tmp_path: Path) -> None:
+    (tmp_path / "tables").write_text("mine")
+    with pytest.raises(InputError, match="is a file, needs a folder"):
+        parts_beside(tmp_path / "tables")
