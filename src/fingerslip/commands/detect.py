@@ -25,6 +25,13 @@ __all__ = [
 ]
 
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
+Classifier = Annotated[
+    str,
+    typer.Option("--classifier", metavar="NAME[:SET+...]", help="Its name, and sets of features other than its own."),
+]
+Classifiers = Annotated[
+    list[str] | None, typer.Option("--classifier", metavar="NAME[:SET+...]", help="Only this one; repeatable.")
+]
 Labels = Annotated[
     str,
     typer.Option("--labels", metavar="SOURCE|CSV", help="Source of the labels, or a CSV file of onset times."),
@@ -112,7 +119,7 @@ def train(
     dataset: DataSet,
     *,
     output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the detector.")] = Path("detector"),
-    classifier: Annotated[str, typer.Option("--classifier", help="Its name.")] = "forest",
+    classifier: Classifier = "forest",
     labels: Labels = "external_markers",
     rest_frames: RestFrames = 100,
     window: Window = 11,
@@ -131,9 +138,7 @@ def train(
 def evaluate(
     dataset: DataSet,
     *,
-    classifier: Annotated[
-        list[str] | None, typer.Option("--classifier", help="Only this one; repeatable.", show_default="all")
-    ] = None,
+    classifier: Classifiers = None,
     output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables.")] = Path("evaluation"),
     folds: Annotated[int, typer.Option("--folds", min=2, help="Folds, grouped by trial.")] = 5,
     leave_out: Annotated[
@@ -149,7 +154,7 @@ def evaluate(
     markdown: Markdown = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compare classifiers on trials that they have not seen, beside the published split by sample.
+    """Compare classifiers, all without --classifier, on trials that they have not seen, and on a split by sample.
 
     Finished parts are kept in DIR.unfinished until the tables are written, so that an interrupted evaluation goes on.
     Each value of a condition that is left out takes as long as a fold.
@@ -170,7 +175,7 @@ def evaluate(
 def inquire(
     dataset: DataSet,
     *,
-    classifier: Annotated[str, typer.Option("--classifier", help="Its name.")] = "forest",
+    classifier: Classifier = "forest",
     output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and figures.")] = Path(
         "inquiry"
     ),
@@ -206,9 +211,7 @@ def inquire(
 def vary(
     dataset: DataSet,
     *,
-    classifier: Annotated[
-        list[str] | None, typer.Option("--classifier", help="Only this one; repeatable.", show_default="forest")
-    ] = None,
+    classifier: Classifiers = None,
     output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and a figure.")] = Path(
         "assumptions"
     ),

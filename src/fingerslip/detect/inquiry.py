@@ -228,12 +228,12 @@ def vary(
     # A condition that is not there is told before anything is computed.
     for condition in (*conditions, *each):
         left_out(trials.conditions, condition)
-    first = trials.names[0]
-    scale, stored = trials.tracks(first).attrs.get("metres_per_pixel_x"), trials.labels(first).keys() - {_OUTSIDE}
+    scale = trials.tracks(trials.names[0]).attrs.get("metres_per_pixel_x")
     if scale is None:
         found = "have no metres_per_pixel"
         raise InputError(str(dataset), found, "needs tracks in pixels with a scale", "write it to the tracks")
-    assumptions = likely_assumptions(float(scale), motion=choices.motion, stored=sorted(stored))
+    stored, missing = _label_sources(trials)
+    assumptions = likely_assumptions(float(scale), motion=choices.motion, stored=stored)
     assumptions += each_alone(trials, each, assumptions[0])
     parts = parts_beside(output, trials.digest)
     sampling = dataclasses.replace(choices.sampling, least=0.0)
@@ -244,19 +244,34 @@ def vary(
         # A label that never comes may be one of the last assumption: nothing is left of the others.
         parts.remove()
         raise
-    inquiry = _varied(trials, varied, conditions)
+    inquiry = _varied(trials, varied, conditions, missing)
     if output is not None:
         write_inquiry(inquiry, output)
     parts.remove()
     return inquiry
 
 
-def _varied(trials: TrialSet, varied: Sequence[Sensitivity], conditions: Sequence[str]) -> Inquiry:
+def _label_sources(trials: TrialSet) -> tuple[list[str], dict[str, int]]:
+    """Return other sources of labels with both onsets in all trials, and in how many trials the rest lacks one."""
+    labels = [trials.labels(name) for name in trials.names]
+    sources = sorted(set().union(*labels) - {_OUTSIDE})
+    lacking = {
+        source: sum(source not in one or None in vars(one[source]).values() for one in labels) for source in sources
+    }
+    return [source for source in sources if not lacking[source]], {name: one for name, one in lacking.items() if one}
+
+
+def _varied(
+    trials: TrialSet, varied: Sequence[Sensitivity], conditions: Sequence[str], missing: Mapping[str, int]
+) -> Inquiry:
     rows = [(f"{one.assumption.quantity}: {one.assumption.value}", one.accuracies) for one in varied]
     listed = {condition: varied[0].of_condition(trials, condition) for condition in conditions}
     rows += [(condition_text(key, value), one) for key, found in listed.items() for value, one in found.items()]
     tables = {f"by-{key}": condition_table(key, found) for key, found in listed.items()}
-    return Inquiry({"assumptions": assumption_table(varied), **tables}, {"assumptions": assumption_figure(rows)})
+    table = assumption_table(varied)
+    left = [f"Labels {name} lack an onset in {count} trials and are left out." for name, count in missing.items()]
+    table = dataclasses.replace(table, note=" ".join([table.note, *left]))
+    return Inquiry({"assumptions": table, **tables}, {"assumptions": assumption_figure(rows)})
 
 
 def write_inquiry(inquiry: Inquiry, folder: Path) -> None:

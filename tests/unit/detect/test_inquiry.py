@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from fingerslip.detect import inquiry
-from fingerslip.detect.evaluation.assumptions import Sensitivity
+from fingerslip.detect.evaluation.assumptions import Assumption, Sensitivity
 from fingerslip.detect.evaluation.parts import Parts
 from fingerslip.detect.inquiry import Levels, curve_sizes, inquire, vary, write_inquiry
+from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.session import Choices
+from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
 
 CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")
@@ -70,3 +72,20 @@ def test_a_label_that_never_comes_leaves_nothing(
     with pytest.raises(InputError, match="has no gross slip"):
         vary(trials_folder, ["time_threshold"], CHOICES, output=tmp_path / "tables")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_labels_that_do_not_come_in_every_trial_are_no_assumption(
+    trials: TrialSet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def noted(_trials: TrialSet, assumptions: tuple[Assumption, ...], *_: object, **__: object) -> None:
+        asked.extend(one.labels for one in assumptions)
+        raise InputError("trials", "are not asked here")
+
+    monkeypatch.setattr(inquiry, "sensitivity_of", noted)
+    for labels in (trials.labels(trials.names[0]), {"contact": Onsets(1.0, None)}):
+        monkeypatch.setattr(TrialSet, "labels", lambda *_, found=labels: found)
+        with pytest.raises(InputError, match="are not asked here"):
+            vary(trials.folder, ["time_threshold"], CHOICES)
+    assert asked.count("contact") == 1

@@ -80,7 +80,7 @@ class Evaluation:
         def made() -> dict[str, NDArray[Any]]:
             return {"matrices": frames_by_sample(self.samples, candidate, seed=self.seed, workers=self.workers)}
 
-        name = f"{candidate.name}-by-sample"
+        name = _name(candidate, "by-sample")
         return self.parts.part(name, self._described(candidate), made)["matrices"]
 
     def by_group(self, candidate: Candidate, groups: Groups) -> list[FoldFrames]:
@@ -105,17 +105,17 @@ class Evaluation:
         def made() -> dict[str, NDArray[Any]]:
             return vars(self._fitted(candidate, test)[1])
 
-        return FoldFrames(**self.parts.part(f"{candidate.name}-frames", self._described(candidate, test), made))
+        return FoldFrames(**self.parts.part(_name(candidate, "frames"), self._described(candidate, test), made))
 
     def _of_fold(
         self, candidates: Sequence[Candidate], test: Sequence[str]
     ) -> dict[str, tuple[FoldFrames, dict[str, Onsets]]]:
         """Return frames and events of the trials of a fold, of which those that are kept are not computed again."""
-        events = {one.name: self.parts.kept(_events(one), self._described(one, test)) for one in candidates}
+        events = {one.name: self.parts.kept(_name(one, "events"), self._described(one, test)) for one in candidates}
         fitted = {one.name: self._fitted(one, test) for one in candidates if events[one.name] is None}
         for one in candidates:
             if one.name in fitted:
-                self.parts.keep(f"{one.name}-frames", self._described(one, test), vars(fitted[one.name][1]))
+                self.parts.keep(_name(one, "frames"), self._described(one, test), vars(fitted[one.name][1]))
         alone = [joined_folds(self.samples, [part], (fold,)) for fold, part in fitted.values()]
         made = events_by_trial(self.trials, self.onsets, alone, self.motion, workers=self.workers) if alone else []
         new = dict(zip(fitted, made, strict=True))
@@ -123,7 +123,9 @@ class Evaluation:
         for one in candidates:
             kept = events[one.name]
             if kept is None:
-                self.parts.keep(_events(one), self._described(one, test), {"onsets": _as_array(new[one.name], test)})
+                self.parts.keep(
+                    _name(one, "events"), self._described(one, test), {"onsets": _as_array(new[one.name], test)}
+                )
                 found[one.name] = fitted[one.name][1], new[one.name]
             else:
                 found[one.name] = self._of_group(one, test), _as_onsets(kept["onsets"], test)
@@ -180,8 +182,9 @@ def begun_evaluation(
     return Evaluation(trials, onsets, samples, motion, seed, workers, parts)
 
 
-def _events(candidate: Candidate) -> str:
-    return f"{candidate.name}-events"
+def _name(candidate: Candidate, kind: str) -> str:
+    """Return the name of a part; a colon is none that every file system takes."""
+    return f"{candidate.name.replace(':', '.')}-{kind}"
 
 
 def _as_array(events: Mapping[str, Onsets], test: Sequence[str]) -> NDArray[np.float64]:
