@@ -19,6 +19,7 @@ from fingerslip.detect.onsets import Onsets
 from fingerslip.digest import digest
 from fingerslip.errors import InputError, shortened
 from fingerslip.files import read_json, write_json
+from fingerslip.units import format_quantity
 from fingerslip.vision.tracks import check_tracks, read_tracks, write_tracks
 
 __all__ = [
@@ -123,9 +124,13 @@ def condition_text(name: str, value: str) -> str:
     --------
     >>> condition_text("friction_decay_speed", "0.0001 to 0.0003")
     'friction decay speed: 0.0001 to 0.0003 m/s'
+    >>> condition_text("gel_youngs_modulus", "2500")
+    "gel Young's modulus: 2.5 kPa"
     """
-    unit = CONDITIONS.get(name, ("", ""))[0]
-    return f"{name.replace('_', ' ')}: {value}{f' {unit}' if unit not in {'', '1'} else ''}"
+    unit, words = CONDITIONS.get(name, ("", ""))[0], name.replace("_", " ").replace("youngs", "Young's")
+    if unit == "Pa" and value.replace(".", "").replace("e+", "").isdecimal():
+        return f"{words}: {format_quantity(float(value), unit, 'kPa')}"
+    return f"{words}: {value}{f' {unit}' if unit not in {'', '1'} else ''}"
 
 
 def layout_digest(tracks: xr.Dataset) -> str:

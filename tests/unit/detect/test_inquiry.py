@@ -81,7 +81,7 @@ def test_labels_that_do_not_come_in_every_trial_are_no_assumption(
 
     def noted(_trials: TrialSet, assumptions: tuple[Assumption, ...], *_: object, **__: object) -> None:
         asked.extend(one.labels for one in assumptions)
-        raise InputError("trials", "are not asked here")
+        raise InputError("trials", "are not asked here", "needs nothing")
 
     monkeypatch.setattr(inquiry, "sensitivity_of", noted)
     for labels in (trials.labels(trials.names[0]), {"contact": Onsets(1.0, None)}):
