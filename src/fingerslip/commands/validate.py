@@ -21,9 +21,12 @@ __all__ = ["validate"]
 
 
 def validate(
-    studies: Annotated[Path, typer.Option("--studies", metavar="DIR", help="Folder of the shipped studies.")] = Path(
-        "studies"
-    ),
+    studies: Annotated[
+        Path | None,
+        typer.Option(
+            "--studies", metavar="DIR", help="Folder of the shipped studies: studies, or that of the package."
+        ),
+    ] = None,
     results: Results = Path("results"),
     workers: Workers = 2,
     *,

@@ -123,8 +123,8 @@ def simulate_together(
     check_same_matrix(models)
     times = [step_times(model) for model in models]
     allowed = allowed_threads(threads)
-    dim = models[0].mesh.dim()
-    threads_of_algebra = suitable_threads(dim * models[0].mesh.nvertices, allowed, dim)
+    mesh = models[0].mesh
+    threads_of_algebra = suitable_threads(mesh.p.size, allowed, mesh.dim())
     with limited_threads(threads_of_algebra), shown_progress(progress) as told:
         run = functools.partial(_simulate, times=times, progress=told, threads=allowed, solver=solver, bases=bases)
         return _in_two_stages(models, run)
