@@ -27,6 +27,8 @@ except ImportError:  # not on Windows
 
 __all__ = [
     "alone",
+    "check_empty",
+    "check_folder",
     "check_replaceable",
     "clean_stale",
     "json_text",
@@ -167,11 +169,35 @@ def check_replaceable(folder: Path, mark: str) -> None:
     InputError
         Where the folder holds files, but not that one, and where it is a file.
     """
-    if folder.exists() and not folder.is_dir():
-        raise InputError(str(folder), "is a file", "needs a folder", "give another name")
+    check_folder(folder)
     if folder.is_dir() and any(folder.iterdir()) and not (folder / mark).is_file():
         found, allowed = f"holds files, but no {mark}", "needs a new folder, or one of the same kind to replace"
         raise InputError(str(folder), found, allowed, "give another name")
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse a file where a folder is to be written, before anything is computed for it.
+
+    Raises
+    ------
+    InputError
+        Where it is a file.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(str(folder), "is a file", "needs a folder", "give another name")
+
+
+def check_empty(folder: Path) -> None:
+    """Refuse a folder that holds anything, or is a file: for forms in which others keep recordings of their own.
+
+    Raises
+    ------
+    InputError
+        Where it holds files or is one.
+    """
+    check_folder(folder)
+    if folder.is_dir() and any(folder.iterdir()):
+        raise InputError(str(folder), "holds files", "needs a new or an empty folder", "give another name")
 
 
 def write_text(path: Path, text: str) -> None:

@@ -13,6 +13,7 @@ import pytest
 from fingerslip.errors import DamagedError, InputError, ResultError
 from fingerslip.files import (
     alone,
+    check_empty,
     check_replaceable,
     clean_stale,
     new_folder,
@@ -168,3 +169,13 @@ def test_processes_are_let_in_one_by_one(tmp_path: Path) -> None:
         with alone(mark):
             assert mark.exists()
     assert not mark.parent.exists()
+
+
+def test_a_folder_in_the_form_of_others_has_to_be_empty(tmp_path: Path) -> None:
+    check_empty(tmp_path / "new")
+    check_empty(tmp_path)
+    (tmp_path / "targets.csv").write_text("theirs")
+    with pytest.raises(InputError, match="holds files, needs a new or an empty folder; give another name"):
+        check_empty(tmp_path)
+    with pytest.raises(InputError, match="is a file, needs a folder"):
+        check_empty(tmp_path / "targets.csv")

@@ -211,6 +211,8 @@ def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:
             found["repeat"] = int(value)
         elif name == "mass":
             found["mass"] = parse_quantity(value, "kg", where=path)
+        elif name == "youngs_modulus":
+            found[f"{path.split('.')[-2]}_{name}"] = parse_quantity(value, "Pa", where=path)
         elif isinstance(value, int | float):
             found[name] = value
     return found
