@@ -94,30 +94,30 @@ def fragmented(shapes: Mapping[str, Sequence[int]], points: Floats, dim: int) ->
 
 def _without_inner_faces(volumes: Sequence[int]) -> list[int]:
     """Make one volume of those that touch, as faces between them would leave slivers; return the tags."""
-    # Where faces that lie side by side became one, the neighbours would lose those that they share with them.
-    gmsh.option.setNumber("Geometry.OCCUnionUnify", 0)
-    joined: list[int] = []
-    for first, *others in _touching(volumes):
-        if not others:
-            joined.append(first)
-            continue
-        made, _ = gmsh.model.occ.fuse([(3, first)], [(3, tag) for tag in others])
-        joined += [tag for _, tag in made]
+    faces = [[face for _, face in gmsh.model.getBoundary([(3, tag)], oriented=False)] for tag in volumes]
+    joined = [_joined([(volumes[row], faces[row]) for row in group]) for group in _touching(faces)]
     gmsh.model.occ.synchronize()
     return sorted(joined)
 
 
-def _touching(volumes: Sequence[int]) -> list[list[int]]:
-    """Return volumes in groups, each of which hangs together by common faces."""
-    beside: dict[int, int] = {}
-    links = []
-    for row, tag in enumerate(volumes):
-        for _, face in gmsh.model.getBoundary([(3, tag)], oriented=False):
-            links.append((beside.setdefault(face, row), row))
-    first, second = np.array(links).reshape(-1, 2).T
-    graph = coo_array((np.ones(len(links)), (first, second)), shape=(len(volumes),) * 2)
-    count, group = connected_components(graph, directed=False)
-    return [[volumes[row] for row in np.flatnonzero(group == number)] for number in range(count)]
+def _joined(pieces: Sequence[tuple[int, list[int]]]) -> int:
+    """Make one volume of pieces and their faces; it keeps the faces that it shares with others, as they are."""
+    if len(pieces) == 1:
+        return pieces[0][0]
+    faces, uses = np.unique(np.concatenate([own for _, own in pieces]), return_counts=True)
+    gmsh.model.occ.remove([(3, tag) for tag, _ in pieces])
+    joined: int = gmsh.model.occ.addVolume([gmsh.model.occ.addSurfaceLoop(faces[uses == 1].tolist())])
+    gmsh.model.occ.remove([(2, face) for face in faces[uses > 1].tolist()], recursive=True)
+    return joined
+
+
+def _touching(faces: Sequence[Sequence[int]]) -> list[list[int]]:
+    """Return rows in groups, each of which hangs together by common faces."""
+    count = len(faces)
+    face, row = np.concatenate(faces), np.repeat(np.arange(count), [len(own) for own in faces])
+    of_face = coo_array((np.ones(len(face)), (row, np.unique(face, return_inverse=True)[1]))).tocsr()
+    number, group = connected_components(of_face @ of_face.T, directed=False)
+    return [np.flatnonzero(group == own).tolist() for own in range(number)]
 
 
 def _without_overlap(shapes: Mapping[str, list[_Entity]]) -> dict[str, list[_Entity]]:
