@@ -3,8 +3,8 @@
     OMP_NUM_THREADS=1 python tests/benchmarks/bench_sensor.py [--cases section meshes] [--sizes coarse shipped fine]
                                                               [--depths 2 3] [--deepest 3]
 
-`section` is the slide of 47 s in the plane. `meshes` slides the ridged half in space over 14 mm on meshes of which all sizes
-have a common factor, with the surface in the same patches; memory is that of the largest so far.
+`section` is the slide of 47 s in the plane. `meshes` slides the ridged half in space over 14 mm on meshes of which all
+sizes have a common factor, with the surface in patches of one size; memory is that of the largest so far.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def body_of(run: Run, sizes: tuple[float, ...], deepest: float) -> tuple[StaticB
 
 
 def slide(run: Run, body: StaticBody, depth: float) -> list[object]:
-    """Return what a slide came to: forces of the whole sensor, markers at some travels, when ring 1 and the centre slip."""
+    """Return what a slide came to: forces of the whole sensor, markers at some travels, slip of ring 1 and centre."""
     study = run.study
     press, hold, along = (entry.phase for entry in study.programme)
     programme = (dataclasses.replace(press, depth=depth), hold, along)
@@ -101,7 +101,8 @@ def slide(run: Run, body: StaticBody, depth: float) -> list[object]:
     rows = np.searchsorted(along.speed * elapsed, np.array(TRAVELS) - 1e-9)
     force = 2.0 * motion.force[start:]
     outer = places.ring == places.ring.max()
-    markers = [[1e3 * moved[row, 0, 0], 1e3 * moved[row, :count][outer, 0] @ weight[outer] / weight[outer].sum()] for row in rows]
+    share = 1e3 * weight[outer] / weight[outer].sum()
+    markers = [[1e3 * moved[row, 0, 0], share @ moved[row, :count][outer, 0]] for row in rows]
     return [1e3 * depth, force[0, 1], force[:, 0].max(), *np.ravel(markers).tolist(), slips[1], slips[0], seconds]
 
 

@@ -58,7 +58,8 @@ def repaired(found: Fragments, kept: Floats) -> Fragments:
 
     At each refused cell the best of several changes is made, if the worst cell around it gets better and none is turned
     inside out: an edge becomes one of its ends, or a node inside a region moves towards its neighbours. A node on
-    the border of regions, on the outside or on the plane z = 0 gives way only to one that lies on all of these, and regions keep their volumes but for 5 % of that around the node.
+    the border of regions, on the outside or on the plane z = 0 gives way only to one that lies on all of these, and
+    regions keep their volumes but for 5 % of that around the node.
 
     Parameters
     ----------

@@ -131,9 +131,7 @@ def _without_overlap(shapes: Mapping[str, list[_Entity]]) -> dict[str, list[_Ent
     return dict(reversed(list(own.items())))
 
 
-def generate(
-    dim: int, size: SizeAt, *, quadrilaterals: bool = False, segments: float = _SEGMENTS_OF_A_CIRCLE
-) -> None:
+def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False, segments: float = _SEGMENTS_OF_A_CIRCLE) -> None:
     """Mesh what was cut, with element sizes given point by point.
 
     Parameters

@@ -36,8 +36,8 @@ def test_a_region_that_is_covered_is_refused():
 
 def test_pieces_of_a_region_in_space_become_one_volume_without_faces_inside():
     with gmsh_session():
-        box = gmsh.model.occ.addBox
-        shapes = {"under": [box(0, 0, 0, 4, 4, 2)], "over": [box(0, 0, 1, 4, 4, 3)], "rod": [box(1.5, 1.5, 0.5, 1, 1, 2)]}
+        boxes = {"under": (0, 0, 0, 4, 4, 2), "over": (0, 0, 1, 4, 4, 3), "rod": (1.5, 1.5, 0.5, 1, 1, 2)}
+        shapes = {name: [gmsh.model.occ.addBox(*own)] for name, own in boxes.items()}
         pieces = fragmented(shapes, np.array([[2e-3, 2e-3, 2.5e-3]]), 3)
         assert {name: len(own) for name, own in pieces.items()} == {"under": 1, "over": 1, "rod": 1}
         generate(3, lambda *_: 0.5e-3)

@@ -223,7 +223,7 @@ def _of_light(name: str, rest: Exposure) -> Iterator[str]:
     if rest.mean < _DARK:
         yield f"{name}: is dark, mean grey level {rest.mean:.0f} of 255 at rest; noise is large: add light or exposure"
     if rest.saturated > _SATURATED:
-        yield f"{name}: is overexposed, {100 * rest.saturated:.0f} % of the pixels are saturated at rest; take less light"
+        yield f"{name}: is overexposed, {100 * rest.saturated:.0f} % of the pixels are saturated at rest; less light"
 
 
 def _moved(position: Floats) -> float:

@@ -152,7 +152,10 @@ def test_odd_frames_are_said_and_marked(change: Callable[[list[np.ndarray]], Non
     ("light", "words"),
     [
         (lambda frame: frame // 20, r"is dark, mean grey level \d of 255 at rest"),
-        (lambda frame: np.clip(2 * frame.astype(int), 0, 255).astype(np.uint8), r"is overexposed, \d\d % of the pixels"),
+        (
+            lambda frame: np.clip(2 * frame.astype(int), 0, 255).astype(np.uint8),
+            r"is overexposed, \d\d % of the pixels",
+        ),
     ],
 )
 def test_bad_light_from_the_start_is_said(light: Callable[[np.ndarray], np.ndarray], words: str) -> None:
