@@ -17,6 +17,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fingerslip.history import OPEN, read_history
+from fingerslip.report.colours import EVENT_COLOURS
 from fingerslip.slip import (
     EventSettings,
     acceleration_peaks,
@@ -80,7 +81,7 @@ def accidents_figure(study: Path) -> Figure:
             found = acceleration_peaks(history_of(study / f"contact_size-{size}mm_variant-{variant}"))
             assert found.largest is not None
             times = [peak.time for peak in found.peaks]
-            axis.plot(times[:-1], np.full(len(times) - 1, float(size)), "|", color=colour, markersize=11)
+            axis.plot(times[:-1], np.full(len(times) - 1, float(size)), "|", color=colour, markersize=9)
             axis.plot(times[-1], float(size), "o", color=colour, markersize=4)
         for moment in (PUBLISHED_INCIPIENT[variant], PUBLISHED_OVERALL[variant]):
             axis.axvline(moment, color="0.3", linewidth=0.8, linestyle="--", zorder=0)
@@ -141,15 +142,17 @@ def friction_figure(study: Path) -> Figure:
     figure = Figure(figsize=(8.0, 2.8), layout="constrained")
     moments, latency = figure.subplots(1, 2)
     events = [find_events(history_of(study / f"friction_coefficient-{friction}")) for friction in FRICTIONS]
-    for name, colour in zip(("incipient", "three_quarter", "overall"), COLOURS, strict=True):
-        moments.plot(
-            FRICTIONS, [getattr(one, name) for one in events], "o-", color=colour, label=name.replace("_", "-")
-        )
-    moments.plot([0.6, 0.6], [1.53, 1.71], "kx", label="published, at 0.6")
+    for name, mark in (("incipient", "o"), ("three_quarter", "^"), ("overall", "s")):
+        times = [getattr(one, name) for one in events]
+        moments.plot(FRICTIONS, times, f"{mark}-", color=EVENT_COLOURS[name], label=name.replace("_", "-"))
+    published = {"incipient": 1.53, "overall": 1.71}
+    for name, time in published.items():
+        look = {"markersize": 9, "markerfacecolor": "none", "color": EVENT_COLOURS[name]}
+        moments.plot(0.6, time, "D", label=f"published, {name}", linestyle="none", **look)
     moments.set(xlabel="friction coefficient", ylabel="time [s]", xticks=FRICTIONS)
     moments.legend(frameon=False, fontsize=8)
     latency.plot(FRICTIONS, [1e3 * (one.latency or 0.0) for one in events], "o-", color=COLOURS[0], label="ours")
-    latency.plot([0.6], [180.0], "kx", label="published, at 0.6")
+    latency.plot(0.6, 180.0, "kD", markersize=9, markerfacecolor="none", linestyle="none", label="published, at 0.6")
     latency.set(xlabel="friction coefficient", ylabel="latency [ms]", xticks=FRICTIONS, ylim=(0.0, None))
     latency.legend(frameon=False, fontsize=8)
     return figure

@@ -15,18 +15,18 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch as Swatch
 
-from fingerslip.history import OPEN, SLIP, STICK, read_history
+from fingerslip.history import read_history
+from fingerslip.report.colours import STATE_COLOURS, STATE_NAMES
 from fingerslip.report.figures.cut import cropped
 from fingerslip.report.figures.onset import slip_onset_figure
-from fingerslip.report.scene.scene import COLOUR_MAP, SCALARS, SceneOptions, field_limits
+from fingerslip.report.scene.options import SCALARS, SceneOptions
+from fingerslip.report.scene.scene import COLOUR_MAP, field_limits
 from fingerslip.report.scene.viewer import still
 from fingerslip.slip import contact_patch
 from fingerslip.slip.patch import triangle_states
 
 TIME = 0.9
-LOOKS = {STICK: ("sticks", "#1f5a8c"), SLIP: ("slips", "#f0a202"), OPEN: ("open", "#e9edf0")}
-
-
+DOTS_PER_INCH = 150
 NAMES = {
     "1_0_0": "towards the tip",
     "1_0_1": "obliquely to the tip, +z",
@@ -44,7 +44,7 @@ def main(results: Path) -> None:
     draw_finger(results / "wang2014_3d" / "run")
     folder = results / "directions_3d"
     directions = {name: read_history(folder / f"direction-{way}" / "history.nc") for way, name in NAMES.items()}
-    slip_onset_figure(directions).savefig(Path(__file__).with_name("solid-directions.png"), dpi=110)
+    slip_onset_figure(directions).savefig(Path(__file__).with_name("solid-directions.png"), dpi=DOTS_PER_INCH)
 
 
 def draw_finger(run: Path) -> None:
@@ -59,7 +59,7 @@ def draw_finger(run: Path) -> None:
     colours = ScalarMappable(Normalize(*field_limits(history, options)), COLOUR_MAP)
     figure.colorbar(colours, cax=bar, label=SCALARS[options.scalar][0], orientation="horizontal", extend="max")
     draw_contact(right, history)
-    figure.savefig(Path(__file__).with_name("solid.png"), dpi=110)
+    figure.savefig(Path(__file__).with_name("solid.png"), dpi=DOTS_PER_INCH)
 
 
 def draw_contact(axes, history) -> None:
@@ -67,12 +67,13 @@ def draw_contact(axes, history) -> None:
     patch = contact_patch(history)
     states = triangle_states(history, patch, int(abs(history["time"].values - TIME).argmin()))
     corners = 1e3 * patch.points[patch.triangles]
-    colours = [LOOKS[int(state)][1] for state in states]
+    colours = [STATE_COLOURS[int(state)] for state in states]
     axes.add_collection(PolyCollection(list(corners), facecolors=colours, edgecolors="face", linewidths=0.2))
     axes.set(xlim=(-6.5, 12.0), ylim=(-6.0, 7.5), xticks=range(-5, 11, 5), aspect="equal")
     axes.set(xlabel="along the slide [mm]", ylabel="across the slide [mm]")
     axes.set_title(f"contact from below, t = {TIME:g} s", fontsize=10)
-    axes.legend(handles=[Swatch(color=colour, label=name) for name, colour in LOOKS.values()], ncols=3, fontsize=8)
+    keys = [Swatch(color=colour, label=STATE_NAMES[state]) for state, colour in STATE_COLOURS.items()]
+    axes.legend(handles=keys, ncols=3, fontsize=8)
 
 
 if __name__ == "__main__":

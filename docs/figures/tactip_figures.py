@@ -17,6 +17,7 @@ from matplotlib.collections import PolyCollection
 
 from fingerslip.history import nearest_snapshot, phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
+from fingerslip.report.figures.markers import ring_colours
 from fingerslip.specimens.choice import presets_of
 from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes, SensorSolidSizes
 
@@ -28,7 +29,7 @@ REAL = {0.5: 0.46, 1.5: 0.97, 2.5: 1.47, 3.5: 3.7, 4.5: 4.8}
 
 
 def main() -> None:
-    """Draw all figures; those in space need no results."""
+    """Draw all figures; those of meshes need no results."""
     results = Path(sys.argv[1] if len(sys.argv) > 1 else "results")
     draw_sections()
     draw_states(read_history(results / "tactip_slide" / "run" / "history.nc"))
@@ -83,6 +84,7 @@ def draw_states(history: xr.Dataset) -> None:
         ]
         one.axhline(1e3 * plate[1], color="#d55e00", linewidth=1.5)
         level(one, f"{title}, {float(history['snapshot_time'].values[row]):.1f} s")
+        one.set(xlim=(-19.0, 21.0), ylim=(-1.5, 24.0))
     axes[0].set_ylabel("y [mm]")
     figure.savefig(HERE / "tactip-states.png", dpi=110)
 
@@ -94,12 +96,13 @@ def ring_lines(axes: plt.Axes, history: xr.Dataset) -> None:
     slide = (tracks["time"].values >= start - 1e-9) & (tracks["time"].values <= end + 1e-9)
     x = 1e3 * tracks["position"].values[slide, :, 0]
     rings = tracks["ring"].values
-    colours = plt.get_cmap("viridis")(rings / max(1, rings.max()))
+    colours = ring_colours(int(rings.max()) + 1)
     for number, ring in enumerate(rings):
-        label = f"ring {ring}" if number == np.flatnonzero(rings == ring)[0] else None
+        name = f"ring {ring}" if ring else "centre"
+        label = name if number == np.flatnonzero(rings == ring)[0] else None
         style = "-" if tracks["position"].values[0, number, 0] >= 0 else "--"
         travel = 0.3 * (tracks["time"].values[slide] - start)
-        axes.plot(travel, x[:, number] - x[0, number], style, color=colours[number], label=label, linewidth=1)
+        axes.plot(travel, x[:, number] - x[0, number], style, color=colours[ring], label=label, linewidth=1)
 
 
 def draw_tracks(folder: Path) -> None:
@@ -159,14 +162,15 @@ def draw_solid() -> None:
     """Draw the ridged sensor in space, cut open along its plane of symmetry."""
     sensor = presets_of("tactip-ridged-3d").read("tactip-ridged-3d")
     mesh = SensorSolidSizes(contact_size=1e-3, bulk_size=3e-3).build(sensor)
-    plotter = pyvista.Plotter(off_screen=True, window_size=(1100, 800))
+    plotter = pyvista.Plotter(off_screen=True, window_size=(1100, 760))
     plotter.set_background("white")
     for name, colour in COLOURS.items():
         own = mesh.t[:, mesh.subdomains[name]].T
         grid = pyvista.UnstructuredGrid({pyvista.CellType.TETRA: own}, mesh.p.T * 1e3)
-        opacity = 0.35 if name == "gel" else 1.0
+        opacity = 0.25 if name == "gel" else 1.0
         plotter.add_mesh(grid, color=colour, show_edges=name != "gel", line_width=0.3, opacity=opacity)
     plotter.view_vector((0.35, -0.35, -1.0), viewup=(0.0, 1.0, 0.0))
+    plotter.camera.zoom(1.3)
     plotter.screenshot(HERE / "tactip-solid.png")
     plotter.close()
 

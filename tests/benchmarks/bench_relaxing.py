@@ -28,7 +28,7 @@ TERMS = (fs.PronyTerm(0.3, 0.02), fs.PronyTerm(0.2, 0.2), fs.PronyTerm(0.2, 2.0)
 def model(solid: bool, formulation: str | None, terms: tuple[fs.PronyTerm, ...]) -> fs.Model:
     """Return a push and slide of the fingertip of a preset."""
     finger = fs.preset("wang2014-3d" if solid else "wang2014-2d")
-    mesh = fs.build_solid(finger) if solid else fs.build_section(finger)
+    mesh = fs.SolidSizes("T4", 0.45e-3, 0.55e-3).build(finger) if solid else fs.build_section(finger)
     materials = {
         name: own if name == "phalanx" else dataclasses.replace(own, prony=terms)
         for name, own in finger.materials.items()

@@ -1,12 +1,12 @@
 """Time press and slide in space: the shipped fingertip, a fine contact, eight directions, eight friction coefficients.
 
 Run it as it is: ``python tests/benchmarks/bench_solid.py [--nodes 34000] [--steps 300] [--cases shipped ...]``. The
-cases `shipped`, `fine`, `coarse` and `eight` run on the fingertip of the preset: on the mesh of
-studies/wang2014_3d.yaml, on one with thousands of touching nodes, and in one and in eight directions on that of
-studies/directions_3d.yaml. The others run on a stand-in of any number of nodes. Every case runs in a process of its
-own, after a short run for the compiled code, so that its peak memory is its own. Below the seconds by the clock stand
-those of the processor, of all threads, which say more where other programs run beside; then both as they were before,
-where ``results/reference/benchmark_solid.json`` has the case. ``--write FILE`` writes such a file.
+cases `shipped`, `fine`, `coarse` and `eight` run on the fingertip of the preset: on the linear tetrahedra of
+studies/wang2014_3d_tetrahedra.yaml, on a mesh with thousands of touching nodes, and in one and in eight directions on
+that of studies/directions_3d.yaml. The others run on a stand-in of any number of nodes. Every case runs in a process of
+its own, after a short run for the compiled code, so that its peak memory is its own. Below the seconds by the clock
+stand those of the processor, of all threads, which say more where other programs run beside; then both as they were
+before, where ``results/reference/benchmark_solid.json`` has the case. ``--write FILE`` writes such a file.
 """
 
 from __future__ import annotations

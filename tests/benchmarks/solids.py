@@ -32,7 +32,8 @@ def finger_mesh(contact_size: float, bulk_size: float, contact_reach: float) -> 
     import fingerslip as fs
 
     finger = fs.preset("wang2014-3d")
-    return fs.build_solid(finger, contact_size=contact_size, bulk_size=bulk_size, contact_reach=contact_reach)
+    sizes = fs.SolidSizes("T4", contact_size, bulk_size, contact_reach)
+    return sizes.build(finger)
 
 
 def model(

@@ -18,7 +18,8 @@ import yaml
 from fingerslip.files import write_text
 from fingerslip.history import read_history
 from fingerslip.mesh.io import write_mesh
-from fingerslip.report.scene.scene import SceneOptions, check_options
+from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.scene import check_options
 from fingerslip.report.scene.snapshot import read_snapshot
 from fingerslip.run_folder import read_result
 from fingerslip.study.convergence import converge as refining

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from robustness.cases import faults, unfinished
+from robustness.cases import faults, newcomers
 from robustness.files import mesh_cases, surface_cases
 
 _CASES, _PARTS = 1600, 2
@@ -15,11 +15,13 @@ _KINDS = pytest.mark.parametrize("kind", [mesh_cases, surface_cases])
 
 @_KINDS
 def test_a_few_damaged_files(tmp_path: Path, kind) -> None:
-    assert faults(kind(tmp_path), range(40), lambda: unfinished(tmp_path)) == []
+    cases = kind(tmp_path)
+    assert faults(cases, range(40), newcomers(tmp_path)) == []
 
 
 @pytest.mark.slow
 @_KINDS
 @pytest.mark.parametrize("part", range(_PARTS))
 def test_damaged_files(tmp_path: Path, kind, part: int) -> None:
-    assert faults(kind(tmp_path), range(part, _CASES, _PARTS), lambda: unfinished(tmp_path)) == []
+    cases = kind(tmp_path)
+    assert faults(cases, range(part, _CASES, _PARTS), newcomers(tmp_path)) == []

@@ -6,17 +6,19 @@ from pathlib import Path
 
 import pytest
 
-from robustness.cases import faults, unfinished
+from robustness.cases import faults, newcomers
 from robustness.studies import study_cases
 
 _CASES, _PARTS = 5000, 8
 
 
 def test_a_few_damaged_studies(tmp_path: Path) -> None:
-    assert faults(study_cases(tmp_path), range(25), lambda: unfinished(tmp_path)) == []
+    cases = study_cases(tmp_path)
+    assert faults(cases, range(25), newcomers(tmp_path)) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(_PARTS))
 def test_damaged_studies(tmp_path: Path, part: int) -> None:
-    assert faults(study_cases(tmp_path), range(part, _CASES, _PARTS), lambda: unfinished(tmp_path)) == []
+    cases = study_cases(tmp_path)
+    assert faults(cases, range(part, _CASES, _PARTS), newcomers(tmp_path)) == []

@@ -28,7 +28,7 @@ def coarse_solid(variant: str = "original") -> Any:
     """Return a coarse mesh of the preset in space."""
     from fingerslip.specimens.fingertip.meshing.solid.source import build_solid
 
-    return build_solid(change_solid(phalanx={"variant": variant}), contact_size=0.8e-3, bulk_size=1.6e-3)
+    return build_solid(change_solid(phalanx={"variant": variant}), contact_size=0.8e-3, bulk_size=1.6e-3, element="T4")
 
 
 def volumes(mesh: Any) -> np.ndarray:

@@ -18,7 +18,8 @@ __all__ = ["app", "command_line"]
 
 _HELP = """When does a surface that a fingertip holds begin to slip, and how long is there to react?
 
-Start with: fingerslip show wang2014-2d; then: fingerslip run studies/wang2014_table2.yaml."""
+Start with: fingerslip new mine.yaml; then: fingerslip check mine.yaml; fingerslip run mine.yaml.
+Studies that ship: fingerslip examples."""
 
 _EPILOG = (
     "Exit codes: 0 success; 1 a run did not converge or lost its process; 2 wrong input, or results that cannot be "

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from fingerslip.commands.shared import AsJson, Markdown, NoProgress, print_tables, screen_progress, stop_on_termination
+from fingerslip.commands.shared import AsJson, Markdown, Quiet, print_tables, screen_progress, stop_on_termination
 
 __all__ = [
     "ACTIONS",
@@ -55,16 +55,17 @@ def simulate(
         Path | None, typer.Option("--parquet", metavar="FILE", help="Write one table of all frames too.")
     ] = None,
     workers: Cores = 2,
-    quiet: NoProgress = False,
+    quiet: Quiet = False,
 ) -> None:
     """Make a data set of simulated trials; an interrupted one goes on where it stopped."""
-    from fingerslip.detect.trial_table import write_parquet
     from fingerslip.study.trials.simulate import simulate_trials
 
     stop_on_termination()
     made = simulate_trials(study, output, workers=workers, progress=screen_progress(quiet))
     typer.echo(f"{output}: {len(made.names)} trials")
     if parquet is not None:
+        from fingerslip.detect.trial_table import write_parquet
+
         write_parquet(made, parquet)
         typer.echo(f"{parquet}: a row for each frame")
 

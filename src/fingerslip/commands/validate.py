@@ -9,7 +9,7 @@ import typer
 
 from fingerslip.commands.shared import (
     Markdown,
-    NoProgress,
+    Quiet,
     Results,
     Workers,
     print_tables,
@@ -21,9 +21,12 @@ __all__ = ["validate"]
 
 
 def validate(
-    studies: Annotated[Path, typer.Option("--studies", metavar="DIR", help="Folder of the shipped studies.")] = Path(
-        "studies"
-    ),
+    studies: Annotated[
+        Path | None,
+        typer.Option(
+            "--studies", metavar="DIR", help="Folder of the shipped studies: studies, or that of the package."
+        ),
+    ] = None,
     results: Results = Path("results"),
     workers: Workers = 2,
     *,
@@ -41,7 +44,7 @@ def validate(
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
     markdown: Markdown = False,
-    quiet: NoProgress = False,
+    quiet: Quiet = False,
 ) -> None:
     """Compare with every published number: runs the shipped studies where needed and prints one table.
 

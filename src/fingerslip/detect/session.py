@@ -23,13 +23,11 @@ from fingerslip.detect.evaluation.crossval import (
 from fingerslip.detect.evaluation.events import event_scores_of
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.labels import LabelSettings
-from fingerslip.detect.live import run_on_markers, run_on_tracks
 from fingerslip.detect.model_file import read_detector, write_detector
 from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.onsets import Onsets, read_onsets
 from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks, recorded_trials
 from fingerslip.detect.samples import Samples, Sampling, samples_of
-from fingerslip.detect.simulated import film_results
 from fingerslip.detect.splits import benchmark_test_trials, grouped_folds, left_out
 from fingerslip.detect.tables import (
     accuracy_table,
@@ -48,7 +46,6 @@ from fingerslip.detect.videos import readers
 from fingerslip.errors import InputError, shortened
 from fingerslip.files import write_text
 from fingerslip.report.tables.table import Table, to_csv, to_markdown
-from fingerslip.vision.tracking.stream import open_markers
 from fingerslip.vision.tracking.topology import LayoutName
 
 __all__ = [
@@ -281,6 +278,10 @@ def run_detector(detector: Path, source: Path, n_markers: int | None = None, lay
         Arrangement of the markers of a video, as of those that the detector learned from.
     """
     made = read_detector(detector)
+    # The tracker is slow to load, and nothing else here needs it.
+    from fingerslip.detect.live import run_on_markers, run_on_tracks
+    from fingerslip.vision.tracking.stream import open_markers
+
     title = f"{source.name} with {made.classifier}"
     with threadpool_limits(1):
         if source.suffix in TRACK_FILES:
@@ -295,6 +296,8 @@ def run_detector(detector: Path, source: Path, n_markers: int | None = None, lay
 def film_runs(results: Path, output: Path, title: str, seed: int) -> str:
     """Write the data set of the runs of a study of a sensor and return what was done."""
     notes = "Simulated; labels and cameras as fingerslip.detect.simulated has them."
+    from fingerslip.detect.simulated import film_results
+
     made = write_trials(film_results(results, seed=seed), output, title, notes)
     return f"{output}: {len(made.names)} trials"
 

@@ -7,9 +7,9 @@ import io
 import math
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.detect.recordings import EXTERNAL
 from fingerslip.detect.synthetic import CENTRE
@@ -20,6 +20,9 @@ from fingerslip.vision.cameras.intrinsics import pinhole_for_view
 from fingerslip.vision.cameras.look import MarkerLook, PixelCamera
 from fingerslip.vision.cameras.pixel import film
 from fingerslip.vision.tracks import make_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["film_trials"]
 

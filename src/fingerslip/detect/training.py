@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, columns_of, fit, probabilities
@@ -21,6 +20,9 @@ from fingerslip.detect.splits import held_out
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.detect.trials import layout_digest, layout_text
 from fingerslip.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "Calibration",

@@ -9,10 +9,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.detect.labels import read_labels, write_labels
 from fingerslip.detect.onsets import Onsets
@@ -20,6 +19,9 @@ from fingerslip.digest import digest
 from fingerslip.errors import InputError, shortened
 from fingerslip.files import read_json, write_json
 from fingerslip.vision.tracks import check_tracks, read_tracks, write_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "CONDITIONS",

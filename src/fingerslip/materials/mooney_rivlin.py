@@ -12,34 +12,20 @@ part of the volume.
 from __future__ import annotations
 
 from dataclasses import field
-from functools import cached_property
 from typing import Annotated, Literal
 
-import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.isochoric import (
-    check_stability,
-    chosen_bulk_modulus,
-    deviator,
-    isochoric_tangent,
-    linearised,
-    summed,
-    volumetric_energy,
-)
-from fingerslip.materials.prony import Prony, check_prony
+from fingerslip.materials.powers import Power, PowersOfStretches
+from fingerslip.materials.prony import Prony
 from fingerslip.parameters import Density, Number, Pressure, SignedPressure, parameters
 
 __all__ = ["MooneyRivlin"]
 
-Array = NDArray[np.float64]
-
 
 @parameters
-class MooneyRivlin:
+class MooneyRivlin(PowersOfStretches):
     """Mooney-Rivlin elasticity, nearly incompressible; the neo-Hookean law without `c01`.
 
     Parameters
@@ -75,47 +61,9 @@ class MooneyRivlin:
         if self.shear_modulus <= 0.0:
             found = f"got c10 + c01 = {self.c10 + self.c01:.6g} Pa, half the shear modulus"
             raise InputError("c10", found, "needs a sum > 0")
-        check_stability(self.kirchhoff_tangent, self.stable_between)
-        check_prony(self.prony)
+        self.check_stable()
 
     @property
-    def shear_modulus(self) -> float:
-        """Shear modulus at rest [Pa]."""
-        return 2.0 * (self.c10 + self.c01)
-
-    @cached_property
-    def bulk(self) -> float:
-        """Bulk modulus [Pa], given or from Poisson's ratio."""
-        return chosen_bulk_modulus(self.shear_modulus, self.bulk_modulus, self.poisson_ratio)
-
-    @property
-    def stiffness(self) -> float:
-        """Young's modulus at rest [Pa], from which contact penalties are estimated."""
-        return self.at_rest().youngs_modulus
-
-    def at_rest(self) -> Elastic:
-        """Return the law at small strain."""
-        return linearised(self.shear_modulus, self.bulk, self.poisson_ratio, self.density, self.prony)
-
-    def stored_energy(self, log_strain: Array) -> Array:
-        """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""
-        twice = 2.0 * deviator(log_strain)
-        energy = self.c10 * summed(np.expm1(twice)) + self.c01 * summed(np.expm1(-twice))
-        return energy + self.volumetric(summed(log_strain))[0]
-
-    def kirchhoff_stress(self, log_strain: Array) -> Array:
-        """Return the principal Kirchhoff stresses [Pa], shape (n, 3), of logarithmic strains (n, 3)."""
-        squares = np.exp(2.0 * deviator(log_strain))
-        stress = deviator(2.0 * self.c10 * squares - 2.0 * self.c01 / squares)
-        return stress + (self.bulk * summed(log_strain))[:, None]
-
-    def kirchhoff_tangent(self, log_strain: Array) -> Array:
-        """Return the derivative of the stresses [Pa], shape (n, 3, 3), at logarithmic strains (n, 3)."""
-        squares = np.exp(2.0 * deviator(log_strain))
-        tangent = isochoric_tangent(4.0 * self.c10 * squares + 4.0 * self.c01 / squares)
-        tangent += self.bulk
-        return tangent
-
-    def volumetric(self, log_volume: Array) -> tuple[Array, Array, Array]:
-        """Return K/2 (ln J)^2 and its two derivatives [Pa], each (n,), at ln J (n,)."""
-        return volumetric_energy(self.bulk, log_volume)
+    def powers(self) -> tuple[Power, Power]:
+        """The squares of the stretches and of their reciprocals, each with its factor [Pa]."""
+        return (2.0 * self.c10, 2.0), (-2.0 * self.c01, -2.0)

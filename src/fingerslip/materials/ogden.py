@@ -12,30 +12,16 @@ codes print other moduli for the same law: those of Abaqus are mu_p alpha_p/2, t
 from __future__ import annotations
 
 from dataclasses import field
-from functools import cached_property
 from typing import Annotated, Literal
 
-import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.isochoric import (
-    check_stability,
-    chosen_bulk_modulus,
-    deviator,
-    isochoric_tangent,
-    linearised,
-    summed,
-    volumetric_energy,
-)
-from fingerslip.materials.prony import Prony, check_prony
+from fingerslip.materials.powers import Power, PowersOfStretches
+from fingerslip.materials.prony import Prony
 from fingerslip.parameters import Density, Number, Pressure, SignedPressure, parameters
 
 __all__ = ["Ogden", "OgdenTerm"]
-
-Array = NDArray[np.float64]
 
 
 @parameters
@@ -59,7 +45,7 @@ class OgdenTerm:
 
 
 @parameters
-class Ogden:
+class Ogden(PowersOfStretches):
     """Ogden elasticity, nearly incompressible.
 
     Parameters
@@ -94,49 +80,9 @@ class Ogden:
         if self.shear_modulus <= 0.0:
             found = f"has a sum of modulus times exponent of {2.0 * self.shear_modulus:.6g} Pa"
             raise InputError("terms", found, "needs a sum > 0, twice the shear modulus")
-        check_stability(self.kirchhoff_tangent, self.stable_between)
-        check_prony(self.prony)
+        self.check_stable()
 
     @property
-    def shear_modulus(self) -> float:
-        """Shear modulus at rest [Pa]."""
-        return 0.5 * sum(term.modulus * term.exponent for term in self.terms)
-
-    @cached_property
-    def bulk(self) -> float:
-        """Bulk modulus [Pa], given or from Poisson's ratio."""
-        return chosen_bulk_modulus(self.shear_modulus, self.bulk_modulus, self.poisson_ratio)
-
-    @property
-    def stiffness(self) -> float:
-        """Young's modulus at rest [Pa], from which contact penalties are estimated."""
-        return self.at_rest().youngs_modulus
-
-    def at_rest(self) -> Elastic:
-        """Return the law at small strain."""
-        return linearised(self.shear_modulus, self.bulk, self.poisson_ratio, self.density, self.prony)
-
-    def stored_energy(self, log_strain: Array) -> Array:
-        """Return the strain energy per reference volume [J/m^3], shape (n,), of logarithmic strains (n, 3)."""
-        shape, energy = deviator(log_strain), self.volumetric(summed(log_strain))[0]
-        for term in self.terms:
-            energy += term.modulus / term.exponent * summed(np.expm1(term.exponent * shape))
-        return energy
-
-    def kirchhoff_stress(self, log_strain: Array) -> Array:
-        """Return the principal Kirchhoff stresses [Pa], shape (n, 3), of logarithmic strains (n, 3)."""
-        shape = deviator(log_strain)
-        powers = sum(term.modulus * np.exp(term.exponent * shape) for term in self.terms)
-        return deviator(np.asarray(powers)) + (self.bulk * summed(log_strain))[:, None]
-
-    def kirchhoff_tangent(self, log_strain: Array) -> Array:
-        """Return the derivative of the stresses [Pa], shape (n, 3, 3), at logarithmic strains (n, 3)."""
-        shape = deviator(log_strain)
-        rates = sum(term.modulus * term.exponent * np.exp(term.exponent * shape) for term in self.terms)
-        tangent = isochoric_tangent(np.asarray(rates))
-        tangent += self.bulk
-        return tangent
-
-    def volumetric(self, log_volume: Array) -> tuple[Array, Array, Array]:
-        """Return K/2 (ln J)^2 and its two derivatives [Pa], each (n,), at ln J (n,)."""
-        return volumetric_energy(self.bulk, log_volume)
+    def powers(self) -> tuple[Power, ...]:
+        """The factor [Pa] and the exponent [-] of every term."""
+        return tuple((term.modulus, term.exponent) for term in self.terms)

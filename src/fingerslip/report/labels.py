@@ -8,6 +8,10 @@ from fingerslip.results import RunResult
 
 __all__ = ["path_label", "path_labels", "run_title", "short_labels", "swept_text"]
 
+_NAMES = {"youngs modulus": "Young's modulus", "poisson ratio": "Poisson's ratio"}
+# What these groups hold is named with them: a speed is that of the slide.
+_NAMED_WITH = ("press", "hold", "slide", "lift")
+
 
 def path_label(path: str) -> str:
     """Return a dotted path in words.
@@ -17,7 +21,7 @@ def path_label(path: str) -> str:
     >>> path_label("fingertip.phalanx.variant"), path_label("contact.friction_coefficient")
     ('phalanx', 'friction coefficient')
     """
-    return path.removesuffix(".enabled").removesuffix(".variant").rsplit(".", 1)[-1].replace("_", " ")
+    return _ending(_subject(path), 1)
 
 
 def path_labels(paths: Sequence[str]) -> dict[str, str]:
@@ -33,17 +37,27 @@ def short_labels(paths: Sequence[str]) -> dict[str, str]:
     --------
     >>> list(short_labels(["a.sagittal.half_height", "a.bone.half_width", "a.skin.half_width"]).values())
     ['half height', 'bone half width', 'skin half width']
+    >>> list(short_labels(["programme.1.slide.speed", "fingertip.phalanx.variant"]).values())
+    ['slide speed', 'phalanx']
     """
-    count = dict.fromkeys(paths, 1)
+    count = {path: 2 if set(path.split(".")[-2:-1]) & set(_NAMED_WITH) else 1 for path in paths}
     for _ in range(max((path.count(".") for path in paths), default=0)):
-        labels = {path: _ending(path, count[path]) for path in paths}
+        labels = {path: _ending(_subject(path), count[path]) for path in paths}
         twins = [path for path in paths if list(labels.values()).count(labels[path]) > 1]
         count |= {path: count[path] + 1 for path in twins}
-    return {path: _ending(path, count[path]) for path in paths}
+    return {path: _ending(_subject(path), count[path]) for path in paths}
+
+
+def _subject(path: str) -> str:
+    """Return a path without the last part that only says which of several, or whether at all."""
+    return path.removesuffix(".enabled").removesuffix(".variant")
 
 
 def _ending(path: str, count: int) -> str:
-    return " ".join(path.split(".")[-count:]).replace("_", " ")
+    words = " ".join(path.split(".")[-count:]).replace("_", " ")
+    for plain, name in _NAMES.items():
+        words = words.replace(plain, name)
+    return words
 
 
 def swept_text(value: object) -> str | float | int | bool | None:

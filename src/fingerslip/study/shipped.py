@@ -14,7 +14,7 @@ from fingerslip.files import write_text
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.report.tables.table import Column, Table
 
-__all__ = ["TEMPLATES", "copy_example", "example_path", "examples", "examples_table", "new_study"]
+__all__ = ["TEMPLATES", "copy_example", "example_path", "examples", "examples_table", "new_study", "studies_folder"]
 
 _SCHEMA = "study.schema.json"
 
@@ -36,6 +36,12 @@ def _named(folder: Traversable) -> dict[str, Traversable]:
 
 #: The templates of new study files, by name.
 TEMPLATES: Mapping[str, Traversable] = _named(_data("templates"))
+
+
+def studies_folder() -> Path:
+    """Return the folder `studies` of the current folder, as in a checkout, or else that of the shipped studies."""
+    own = Path("studies")
+    return own if own.is_dir() else Path(str(_studies_folder()))
 
 
 def examples() -> dict[str, Traversable]:

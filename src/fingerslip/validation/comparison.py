@@ -11,6 +11,7 @@ from typing import Any
 from fingerslip.errors import InputError, shortened
 from fingerslip.report.tables.table import Table, to_markdown
 from fingerslip.study.running.progress import StudyProgress
+from fingerslip.study.shipped import studies_folder
 from fingerslip.validation.detection import detection_rows
 from fingerslip.validation.geometry import GeometryRow, allowed_geometry, geometry_table
 from fingerslip.validation.pouring import pouring_rows
@@ -55,7 +56,7 @@ class Comparison:
 
 
 def compare(
-    studies: str | Path = "studies",
+    studies: str | Path | None = None,
     results: str | Path = "results",
     workers: int = 2,
     progress: StudyProgress | None = None,
@@ -67,8 +68,10 @@ def compare(
 
     Parameters
     ----------
-    studies, results : path, optional
-        Folder of the study files, and of the results.
+    studies : path, optional
+        Folder of the study files; without it `studies` of the current folder, or else that of the package.
+    results : path, optional
+        Folder of the results.
     workers : int, optional
         How many runs are computed at once.
     progress : StudyProgress, optional
@@ -86,7 +89,7 @@ def compare(
         Where runs or trials fail, or results cannot be written or read back.
     """
     papers = _papers(only, computed)
-    given = studies, results, workers, progress
+    given = studies_folder() if studies is None else studies, results, workers, progress
     # Stored rows first: a damaged file is told before anything is computed.
     geometry = allowed_geometry(*given, compute="geometry" in computed) if "wang2014" in papers else None
     parts = [rows(*given, compute=part in computed) for part, rows in _ROWS.items() if PARTS[part] in papers]

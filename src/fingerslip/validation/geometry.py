@@ -6,7 +6,7 @@ The samples of the geometry studies take long, so their intervals are stored, an
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import MappingProxyType
 
@@ -15,10 +15,12 @@ from fingerslip.report.tables.samples import INTERVAL_COLUMNS
 from fingerslip.report.tables.table import Cell, Column, Missing, Table
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.sampling import PublishedInterval, published_intervals
+from fingerslip.slip import EventSettings, PeakSettings
 from fingerslip.slip.names import READINGS, event_label
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies
 from fingerslip.validation.evidence import VARIANT, solid_measures
+from fingerslip.validation.measures import NODE_TOLERANCES, REFERENCE_NODES, SOLID_READINGS
 from fingerslip.validation.stored import RowFile, Stored, stored_rows
 
 __all__ = [
@@ -70,7 +72,18 @@ class GeometryRow:
 
 #: Where their intervals are stored.
 GEOMETRY_FILE = RowFile(
-    "geometry.json", "intervals", "fingerslip validate --geometry", "about an hour", tuple(GEOMETRY), GeometryRow
+    "geometry.json",
+    "intervals",
+    "fingerslip validate --geometry",
+    "about an hour",
+    tuple(GEOMETRY),
+    GeometryRow,
+    {
+        "sites in space": REFERENCE_NODES,
+        "tolerances in space [m]": NODE_TOLERANCES,
+        "events": asdict(EventSettings()),
+        "peaks": asdict(PeakSettings()),
+    },
 )
 
 
@@ -151,6 +164,7 @@ def _read_in_space(study: StudyResult, run: RunResult) -> RunResult:
 def _geometry_row(one: PublishedInterval, model: str) -> GeometryRow:
     value, interval = one.value, one.interval
     variant = f"{value.conditions[VARIANT]}, " if model == "section" else ""
+    readings = READINGS if model == "section" else SOLID_READINGS
     numbers = None
     if interval is not None:
         numbers = (
@@ -159,7 +173,7 @@ def _geometry_row(one: PublishedInterval, model: str) -> GeometryRow:
             interval.largest,
         )
     return GeometryRow(
-        quantity=f"{event_label(value.quantity)}, {variant}{model} ({READINGS[one.reading]})",
+        quantity=f"{event_label(value.quantity)}, {variant}{model} ({readings[one.reading]})",
         source=value.source,
         published=value.span or value.value or 0.0,
         interval=None if numbers is None else tuple(round(number, 6) for number in numbers),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -17,6 +17,7 @@ from fingerslip.validation.rows import rows_mapping
 __all__ = ["RowFile", "Stored", "stored_rows"]
 
 R = TypeVar("R")
+_READING = "reading"
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,8 @@ class RowFile(Generic[R]):
         Names of the studies that they are computed from.
     row : type
         Dataclass of a row.
+    reading : mapping of str to plain data, optional
+        How numbers are read from the runs, as far as the rows depend on it.
     """
 
     name: str
@@ -64,6 +67,7 @@ class RowFile(Generic[R]):
     effort: str
     studies: tuple[str, ...]
     row: Callable[..., R]
+    reading: Mapping[str, Any] = field(default_factory=dict)
 
 
 def stored_rows(
@@ -108,9 +112,17 @@ def _read(file: RowFile[R], path: Path, studies: Path) -> Stored[R]:
         version, inputs = stored["made"]["version"], stored["made"]["inputs"]
     except (KeyError, TypeError) as error:
         raise ResultError(f"{path}: is of another version ({error}); run {file.command}") from error
-    state = "the studies are the same" if inputs == _inputs(file, studies) else "the studies have changed since"
+    state = _state(inputs, _inputs(file, studies))
     again = f"{file.command} computes them again."
     return Stored(rows, f"{file.kind.capitalize()} are stored in {path} by fingerslip {version}; {state}. {again}")
+
+
+def _state(then: Mapping[str, str], now: Mapping[str, str]) -> str:
+    """Tell whether what rows were computed from is the same."""
+    if {**then, _READING: now.get(_READING)} != {**now, _READING: now.get(_READING)}:
+        return "the studies have changed since"
+    is_read_alike = then.get(_READING) == now.get(_READING)
+    return "the studies are the same" if is_read_alike else "how their runs are read has changed since"
 
 
 def _values(entry: Mapping[str, Any]) -> dict[str, Any]:
@@ -119,8 +131,8 @@ def _values(entry: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _inputs(file: RowFile[Any], studies: Path) -> dict[str, str]:
-    """Return a hash of what each study holds; of one that cannot be read none."""
-    found = {}
+    """Return a hash of what each study holds, of one that cannot be read none, and of how the runs are read."""
+    found = {_READING: digest(file.reading)} if file.reading else {}
     for name in file.studies:
         try:
             found[name] = digest([read_with_base(studies / f"{name}.yaml")])

@@ -12,6 +12,7 @@ from fingerslip.slip.names import READINGS
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.validation.checks import CHECKS, PHALANX_CHECKS, Finding
 from fingerslip.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, VARIANT, Evidence, gather
+from fingerslip.validation.measures import SOLID_READINGS
 from fingerslip.validation.rows import TIME_RESOLUTION, Basis, Row, number_row, statement_row
 from fingerslip.validation.sensor import sensor_rows
 
@@ -24,11 +25,6 @@ PAPERS = ("wang2014", "bulens2023")
 # Travel of the plate in one published resolution at 3 mm/s, over a friction coefficient of 0.6 times 1.5 mm.
 _TRAVEL_RESOLUTION = TIME_RESOLUTION * 3.0 / (0.6 * 1.5)
 _TRAVEL_PER_SECOND = _TRAVEL_RESOLUTION / TIME_RESOLUTION
-_SOLID_READINGS = {
-    "slip": "slip map: accumulated slip of a tenth and of all of the area",
-    "displacement": "eight reference nodes leave the plate's line by 50 um",
-    "acceleration": "acceleration peaks at the eight reference nodes",
-}
 # Statements on the phalanges that do not rest on acceleration peaks, of which large strain shows no other ones.
 _AT_LARGE_STRAIN = (
     "overall-order",
@@ -155,7 +151,7 @@ def _solid_rows(evidence: Evidence) -> Iterator[Row]:
     """Yield the times of the fingertip in space, each in the reading of the paper."""
     (measures,) = evidence.measured[SOLID]
     for value in published("wang2014-solid").values:
-        name = f"{_words(value.quantity)}, fingertip in space ({_SOLID_READINGS[value.reading]})"
+        name = f"{_words(value.quantity)}, fingertip in space ({SOLID_READINGS[value.reading]})"
         ours = measures.run.events.reading(value.reading).time(value.quantity)
         uncertainty = _solid_uncertainty(evidence, value)
         yield number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION)

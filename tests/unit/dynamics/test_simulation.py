@@ -7,10 +7,12 @@ from typing import ClassVar
 
 import numpy as np
 import pytest
+import skfem
 
 import fingerslip as fs
 from fingerslip.contact.friction import ISOTROPIC
 from fingerslip.contact.states import OPEN, SLIP
+from fingerslip.dynamics import simulation
 from fingerslip.dynamics.simulation import step_times
 from fingerslip.history import VARIABLES
 from problems.pushed import pad, push_and_slide
@@ -282,3 +284,20 @@ def test_a_press_first_closes_the_clearance():
     forces = [history["counterface_force"].values[:, 0, 1] for history in (apart, touching)]
     np.testing.assert_allclose(forces[0][:6], 0.0, atol=1e-12)
     np.testing.assert_allclose(forces[0][5:], forces[1], rtol=1e-6, atol=1e-9)
+
+
+def test_threads_follow_all_nodes_those_in_the_middle_of_edges_too(monkeypatch):
+    class SeenError(Exception):
+        pass
+
+    def seen(n_dofs, allowed, dim):
+        raise SeenError(n_dofs, dim)
+
+    monkeypatch.setattr(simulation, "suitable_threads", seen)
+    mesh = skfem.MeshTet2.from_mesh(skfem.MeshTet1.init_tensor(*[np.linspace(0.0, 1e-3, 3)] * 3)).with_defaults()
+    block = mesh.with_subdomains({"bulk": np.arange(mesh.nelements)})
+    contact = fs.Contact("bottom", fs.Plane((0.0, 1.0, 0.0)))
+    values = {"formulation": "solid", "depth": 1.0, "contacts": (contact,), "supports": {"top": ("x", "y", "z")}}
+    with pytest.raises(SeenError) as raised:
+        fs.simulate(push_and_slide(mesh=block, **values))
+    assert raised.value.args == (3 * 5**3, 3)

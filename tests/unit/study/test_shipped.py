@@ -5,13 +5,17 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
+from fingerslip.mesh.io import write_mesh
 from fingerslip.study.definition.schema import study_schema
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
-from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study
+from fingerslip.study.inspection.check import check_studies
+from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study, studies_folder
+from fingerslip.verification.meshes import box
 from places import ROOT
 
 
@@ -21,6 +25,17 @@ def test_every_study_ships_with_what_it_shows() -> None:
     table = examples_table()
     assert [row[0] for row in table.rows] == names
     assert all(row[1] for row in table.rows)
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "studies").glob("wang2014*.yaml")), ids=lambda path: path.stem)
+def test_studies_of_the_paper_move_the_plate_towards_the_palm(path: Path) -> None:
+    runs = expand(read_study(path), path)
+    slides = [entry.slide for run in runs for entry in run.study.programme if entry.slide is not None]
+    directions = {slide.direction[0] for slide in slides}
+    assert len(slides) == len(runs)
+    # The direction that the studies had at first is kept beside the published one, in one study.
+    assert directions == ({-1.0, 1.0} if path.stem == "wang2014_direction" else {-1.0})
+    assert all(not any(slide.direction[1:]) for slide in slides)
 
 
 def test_the_wheel_holds_the_studies() -> None:
@@ -35,6 +50,24 @@ def test_templates_are_studies_that_editors_can_check(tmp_path: Path, template: 
     assert expand(read_study(written), written)
     assert "THIS_FILE" not in written.read_text(encoding="utf-8")
     assert json.loads((tmp_path / "study.schema.json").read_text(encoding="utf-8")) == study_schema()
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_templates_can_be_run_as_they_are(tmp_path: Path, template: str) -> None:
+    written = new_study(tmp_path / "mine", template)
+    body = box(
+        "Q4", np.linspace(0.0, 8e-3, 9), np.linspace(0.0, 4e-3, 5), regions={"body": lambda centre: centre[0] > -1}
+    )
+    write_mesh(body, tmp_path / "body.msh")
+    rows = check_studies([written], tmp_path / "results").rows
+    assert {row[2] for row in rows} == {"to do"}
+
+
+def test_studies_are_those_beside_or_those_that_ship(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert (studies_folder() / "wang2014_table2.yaml").is_file()
+    (tmp_path / "studies").mkdir()
+    assert studies_folder() == Path("studies")
 
 
 def test_an_example_is_copied_as_it_is(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from fingerslip.validation.geometry import (
     geometry_rows,
     geometry_table,
 )
+from fingerslip.validation.measures import SOLID_READINGS
 from fingerslip.validation.rows import rows_mapping
 from places import ROOT
 from unit.sampled import study_of
@@ -70,7 +71,7 @@ def test_runs_in_space_are_read_at_the_reference_nodes(tmp_path: Path, monkeypat
     study = dataclasses.replace(study_of(compare="wang2014-solid"), folder=tmp_path / "wang2014_geometry_3d")
     rows = geometry_rows(study)
     assert read == [study.folder / run.name for run in study.runs]
-    assert rows[0].quantity == "incipient slip, in space (accumulated slip)"
+    assert rows[0].quantity == f"incipient slip, in space ({SOLID_READINGS['slip']})"
 
 
 @pytest.mark.usefixtures("ran")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,6 +39,17 @@ def test_rows_say_that_studies_have_changed(tmp_path: Path) -> None:
     stored_rows(FILE, ROOT / "studies", tmp_path, lambda: ROWS)
     (tmp_path / "wang2014_friction.yaml").write_text("title: another\n")
     assert "the studies have changed since" in stored_rows(FILE, tmp_path, tmp_path).origin
+
+
+def test_rows_say_that_runs_are_read_in_another_way(tmp_path: Path) -> None:
+    read = dataclasses.replace(FILE, reading={"tolerance [m]": 50e-6})
+    stored_rows(read, ROOT / "studies", tmp_path, lambda: ROWS)
+    assert "the studies are the same" in stored_rows(read, ROOT / "studies", tmp_path).origin
+    for reading in ({"tolerance [m]": 20e-6}, {}):
+        other = dataclasses.replace(FILE, reading=reading)
+        assert "how their runs are read has changed since" in stored_rows(other, ROOT / "studies", tmp_path).origin
+    (tmp_path / "wang2014_friction.yaml").write_text("title: another\n")
+    assert "the studies have changed since" in stored_rows(read, tmp_path, tmp_path).origin
 
 
 def test_own_rows_come_before_those_that_ship(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -94,6 +95,18 @@ def test_reference_tables_and_documentation_have_the_same_rows() -> None:
     page = (ROOT / "results" / "reference" / "validation.md").read_text(encoding="utf-8")
     assert rows_markdown(rows) == page
     assert page[page.index("| quantity") :] in (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
+
+
+def test_documentation_counts_the_verdicts() -> None:
+    stored = json.loads((ROOT / "results" / "reference" / "validation.json").read_text(encoding="utf-8"))
+    counts = Counter((entry["verdict"], entry["basis"]) for entry in stored)
+    page = (ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
+    (header,) = (line for line in page.splitlines() if line.startswith("| verdict |"))
+    bases = [cell.strip() for cell in header.split("|")[2:-1]]
+    for verdict in {verdict for verdict, _ in counts}:
+        numbers = " | ".join(str(counts[verdict, basis]) for basis in bases)
+        assert f"\n| {verdict} | {numbers} |\n" in page
+    assert {basis for _, basis in counts} == set(bases)
 
 
 def test_large_strain_has_the_times_of_table_2_and_the_statements_on_the_phalanges(evidence: Evidence) -> None:

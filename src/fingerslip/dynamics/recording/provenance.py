@@ -6,15 +6,18 @@ import logging
 import platform
 from collections.abc import Mapping
 from importlib.metadata import version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.step.energy import made_energy
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
+from fingerslip.dynamics.system.scheme import HHT
 from fingerslip.history import make_history
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["labelled_history"]
 
@@ -43,11 +46,11 @@ def labelled_history(
         The times that it took.
     """
     history = make_history(values, _provenance(stepper, attributes, watch))
-    _warn_of_made_energy(history)
+    _warn_of_made_energy(history, stepper)
     return history
 
 
-def _warn_of_made_energy(history: xr.Dataset) -> None:
+def _warn_of_made_energy(history: xr.Dataset, stepper: Stepper) -> None:
     """Warn where steps have made energy, as those of a user's own scheme can."""
     # Without inertia there is no motion that could take up energy: what is booked there is the error of a large step.
     if not history["kinetic_energy"].values.any():
@@ -55,10 +58,19 @@ def _warn_of_made_energy(history: xr.Dataset) -> None:
     made, share = made_energy(history)
     if share > _MADE_ENERGY:
         _logger.warning(
-            "time steps have made %.3g J, %.0f %% of the largest energy: take a smaller step, softer contact "
-            "penalties, or the scheme TimeStepping, whose impacts make none",
-            *(made, 100 * share),
+            "time steps have made %.3g J, %.0f %% of the largest energy: take %s",
+            *(made, 100 * share, " or ".join(_remedies(stepper))),
         )
+
+
+def _remedies(stepper: Stepper) -> list[str]:
+    """Return what may keep the steps from making energy, of what the model does not have already."""
+    remedies = ["a smaller step"]
+    if stepper.system.candidates.nodes.size:
+        remedies.append("softer contact penalties")
+    if not isinstance(stepper.scheme, HHT):
+        remedies.append("the scheme TimeStepping, whose impacts make none")
+    return remedies
 
 
 def _provenance(stepper: Stepper, attributes: Mapping[str, object], watch: Stopwatch) -> dict[str, object]:

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from fingerslip.dynamics.system.scheme import make_scheme
-from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
 from fingerslip.model import Contact, Model
 from fingerslip.timing import Adaptive, Timing
+
+if TYPE_CHECKING:
+    from fingerslip.dynamics.system.system import System
 
 __all__ = [
     "check_same_matrix",

@@ -16,7 +16,7 @@ from fingerslip.report.page.content import MOST_RUNS
 from fingerslip.report.page.pictures import RunPictures, RunToDraw
 from fingerslip.report.page.run import draw_ahead
 from fingerslip.run_folder import HISTORY
-from fingerslip.study.running.compute import Job
+from fingerslip.study.running.jobs import Job
 from fingerslip.study.running.plan import Plan
 from fingerslip.study.storage.store import read_run
 

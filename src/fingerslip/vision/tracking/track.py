@@ -7,9 +7,9 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import FingerslipError
@@ -20,6 +20,9 @@ from fingerslip.vision.tracking.lens import lens_of, undistorted
 from fingerslip.vision.tracking.stream import MarkerStream, SeenMarkers, open_markers
 from fingerslip.vision.tracking.topology import LayoutName
 from fingerslip.vision.tracks import make_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["TrackingWarning", "track_markers"]
 

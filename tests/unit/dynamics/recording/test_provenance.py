@@ -45,6 +45,7 @@ def test_steps_that_make_energy_are_warned_of(caplog: pytest.LogCaptureFixture) 
         assert not caplog.records
         made(np.array([0.0, 10.0, 5.0]))
     assert "time steps have made 5 J" in caplog.text
+    assert caplog.messages[-1].endswith("take a smaller step"), "there is no contact, and the scheme is the best one"
 
 
 def test_errors_of_large_steps_without_inertia_are_no_energy_made(caplog: pytest.LogCaptureFixture) -> None:

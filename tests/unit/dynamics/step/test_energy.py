@@ -83,6 +83,7 @@ def test_steps_that_make_energy_are_warned_of(caplog):
     energy = (history.kinetic_energy + history.strain_energy + history.contact_energy).values
     assert made >= energy.max() - energy[0] > 0.1 * energy[0]
     assert "time steps have made" in caplog.text
+    assert "softer contact penalties or the scheme TimeStepping" in caplog.text
     assert "TimeStepping" in caplog.text
 
 

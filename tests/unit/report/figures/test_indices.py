@@ -20,7 +20,7 @@ def test_bars_are_the_numbers(method: str, keys: set[str], axis: str) -> None:
     figure = indices_figure([one(method)])
     (axes,) = panels(figure)
     assert [bar.get_width() for bar in axes.patches] == [0.3, 0.6, 0.2, 0.5]
-    assert [label.get_text() for label in axes.get_yticklabels()] == ["depth", "friction coefficient"]
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["press depth", "friction coefficient"]
     assert keys <= words(figure)
     assert axes.get_xlabel() == axis
 

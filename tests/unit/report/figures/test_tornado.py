@@ -19,7 +19,7 @@ def test_bars_go_from_the_time_at_the_smallest_to_that_at_the_largest_value() ->
     bars = [(bar.get_x(), bar.get_x() + bar.get_width(), bar.get_y() + 0.5 * bar.get_height()) for bar in axes.patches]
     smallest, largest = bars[2:5], bars[5:8]
     labels = [label.get_text() for label in axes.get_yticklabels()]
-    assert [label.partition(",")[0] for label in labels] == ["poisson ratio", "half height", "clearance"]
+    assert [label.partition(",")[0] for label in labels] == ["Poisson's ratio", "half height", "clearance"]
     assert labels[2] == "clearance, 0 to 0.4 mm"
     # Overall slip is at 1.8 s without clearance and at 1.6 s with 0.4 mm of it.
     assert smallest[2] == (pytest.approx(1.7), pytest.approx(1.8), pytest.approx(2.0))

@@ -441,9 +441,9 @@ def test_examples_of_the_documentation_are_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("preset", "mesh", "element"),
     [
-        ("wang2014-3d", None, "T4"),
-        ("wang2014-3d", {"contact_size": "1 mm", "bulk_size": "2 mm"}, "T4"),
-        ("wang2014-3d", {"element": "T10"}, "T10"),
+        ("wang2014-3d", None, "T10"),
+        ("wang2014-3d", {"contact_size": "1 mm", "bulk_size": "2 mm"}, "T10"),
+        ("wang2014-3d", {"element": "T4"}, "T4"),
         ("wang2014-3d", {"element": "Q4"}, "Q4"),
         ("wang2014-2d", None, "Q4"),
         ("wang2014-2d", {"element": "T3"}, "T3"),

@@ -15,8 +15,9 @@ from fingerslip.report.page.content import MOST_RUNS
 from fingerslip.study.running import drawing, runner
 from fingerslip.study.running.drawing import Drawing, draw_runs, drawings_of
 from fingerslip.study.running.plan import plan_study
+from fingerslip.study.running.prepare import prepare
 from fingerslip.study.running.progress import SilentProgress
-from fingerslip.study.running.runner import compute_jobs, prepare, write_up
+from fingerslip.study.running.runner import compute_jobs, write_up
 from fingerslip.study.storage.reporting import report_again
 from unit.study.block import FRICTIONS, block_values
 

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, shortened
@@ -26,6 +25,7 @@ from fingerslip.vision.tracks import check_tracks, make_tracks
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
 __all__ = ["BristolSet", "bristol_tracks", "read_bristol", "write_bristol"]
 

@@ -14,6 +14,8 @@ from fingerslip.mesh.quality import check_quality, quality_table
 from fingerslip.specimens.fingertip import depth_below_skin, outline_curve, preset
 from fingerslip.specimens.fingertip.meshing.solid.build import mesh_solid, solid_cells
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes, build_solid
+from fingerslip.study.definition.spec import read_study
+from places import STUDIES
 from unit.fingers import VARIANTS, change_solid, coarse_solid, volumes
 
 COARSE = {"contact_size": 0.8e-3, "bulk_size": 1.6e-3}
@@ -100,7 +102,7 @@ def test_quadratic_mesh_has_the_names_and_the_shape_of_the_linear_one():
 @pytest.mark.slow
 def test_finger_at_an_angle_with_a_nail():
     finger = change_solid(solid={"angle": "0.35 rad", "nail": NAIL}, materials={"nail": KERATIN})
-    mesh = build_solid(finger, **COARSE)
+    mesh = build_solid(finger, **COARSE, element="T4")
     assert list(mesh.subdomains)[-1] == "nail"
     assert set(mesh.subdomains) == set(finger.materials)
     lowest = mesh.p[:, mesh.p[1].argmin()]
@@ -124,8 +126,9 @@ def test_number_of_tetrahedra_is_foreseen():
 
 
 @pytest.mark.slow
-def test_default_mesh_has_the_size_of_the_published_one():
-    mesh = build_solid(preset("wang2014-3d"))
+def test_linear_mesh_of_the_replication_has_the_size_of_the_published_one():
+    sizes = read_study(STUDIES / "wang2014_3d_tetrahedra.yaml").mesh
+    mesh = mesh_solid(preset("wang2014-3d"), sizes)
     assert mesh.t.shape[1] == pytest.approx(130492, rel=0.03)
     assert 22000 < mesh.p.shape[1] < 34000
     for row in quality_table(mesh):
@@ -168,7 +171,7 @@ def random_finger(seed):
 def test_random_fingers_are_meshed_or_refused_clearly(seed):
     try:
         fingertip = random_finger(seed)
-        mesh = build_solid(fingertip, contact_size=0.5e-3, bulk_size=1.2e-3)
+        mesh = build_solid(fingertip, contact_size=0.5e-3, bulk_size=1.2e-3, element="T4")
     except FingerslipError as error:
         # Only a shape whose phalanx or layers do not fit may be refused, not one that the mesher fails on.
         assert isinstance(error, InputError)  # noqa: PT017

@@ -14,7 +14,7 @@ RIPPLED = change_solid(fingerprint={"enabled": True})
 
 
 def test_fingerprint_is_on_the_contact_and_leaves_the_dermis_alone():
-    sizes = SolidSizes(contact_size=0.117e-3, bulk_size=1.6e-3, contact_reach=0.12e-3)
+    sizes = SolidSizes("T4", contact_size=0.117e-3, bulk_size=1.6e-3, contact_reach=0.12e-3)
     skin = sweep_solid_skin(RIPPLED, sizes, phalanx_surface(RIPPLED).points.reshape(-1, 3))
     depth = depth_below_skin(RIPPLED, skin.points[0])
     low = skin.points[0][:, 1] < -6.5e-3 + 0.09e-3

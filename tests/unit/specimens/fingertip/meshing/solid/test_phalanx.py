@@ -16,7 +16,7 @@ from unit.fingers import change_solid
 
 
 def test_triangles_are_fine_near_the_contact_and_never_wider_than_the_tissue(monkeypatch: pytest.MonkeyPatch) -> None:
-    finger, sizes = change_solid(), SolidSizes(contact_size=0.4e-3, bulk_size=2e-3)
+    finger, sizes = change_solid(), SolidSizes("T4", contact_size=0.4e-3, bulk_size=2e-3)
     given = {}
 
     def keep(grid, is_open, divide_at, wanted):

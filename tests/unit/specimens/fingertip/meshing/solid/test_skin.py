@@ -16,7 +16,7 @@ from fingerslip.specimens.fingertip.meshing.solid.skin import (
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
 from unit.fingers import change_solid
 
-COARSE = SolidSizes(contact_size=0.8e-3, bulk_size=1.6e-3)
+COARSE = SolidSizes("T4", contact_size=0.8e-3, bulk_size=1.6e-3)
 RIPPLED = change_solid(fingerprint={"enabled": True})
 
 

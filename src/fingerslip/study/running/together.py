@@ -1,30 +1,17 @@
-"""Runs of a study that share a matrix are computed together, where that saves factorising a large one."""
+"""Runs of a study are computed together, or one by one where that fails."""
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Sequence
 
-from fingerslip.dynamics.step.sharing import groups_to_share
 from fingerslip.errors import FingerslipError
-from fingerslip.study.running.compute import Job, compute, compute_together
+from fingerslip.study.running.compute import compute, compute_together
+from fingerslip.study.running.jobs import Job
 
-__all__ = ["compute_group", "groups"]
+__all__ = ["compute_group"]
 
 Tell = Callable[[str, float], None]
-
-
-def groups(jobs: Sequence[Job], at_once: int = 1) -> list[list[Job]]:
-    """Put jobs into groups that are computed together.
-
-    Parameters
-    ----------
-    jobs : sequence of Job
-        What to compute.
-    at_once : int, optional
-        Groups that can be computed at once.
-    """
-    return [[jobs[number] for number in group] for group in groups_to_share([job.model for job in jobs], at_once)]
 
 
 def compute_group(jobs: Sequence[Job], tell: Tell, threads: int) -> dict[str, FingerslipError | MemoryError]:
