@@ -19,7 +19,8 @@ from fingerslip.history import read_history
 from fingerslip.report.colours import STATE_COLOURS, STATE_NAMES
 from fingerslip.report.figures.cut import cropped
 from fingerslip.report.figures.onset import slip_onset_figure
-from fingerslip.report.scene.scene import COLOUR_MAP, SCALARS, SceneOptions, field_limits
+from fingerslip.report.scene.options import SCALARS, SceneOptions
+from fingerslip.report.scene.scene import COLOUR_MAP, field_limits
 from fingerslip.report.scene.viewer import still
 from fingerslip.slip import contact_patch
 from fingerslip.slip.patch import triangle_states

@@ -20,7 +20,15 @@ from typing import Any
 from fingerslip.digest import digest
 from fingerslip.errors import DamagedError, InputError, ResultError
 
+try:
+    import fcntl
+except ImportError:  # not on Windows
+    fcntl = None  # type: ignore[assignment]
+
 __all__ = [
+    "alone",
+    "check_empty",
+    "check_folder",
     "check_replaceable",
     "clean_stale",
     "json_text",
@@ -123,6 +131,29 @@ def new_folder(final: Path) -> Iterator[Path]:
         shutil.rmtree(partial, ignore_errors=True)
 
 
+@contextlib.contextmanager
+def alone(mark: Path) -> Iterator[None]:
+    """Let one process at a time into the block, so that what one makes there, the others find.
+
+    Whoever waits is let in when the process inside leaves, or ends for whatever reason. Where the system or the folder
+    allows no lock, nobody waits.
+
+    Parameters
+    ----------
+    mark : Path
+        An empty file that is there meanwhile; its folder is made.
+    """
+    with contextlib.ExitStack() as stack:
+        with contextlib.suppress(OSError):
+            mark.parent.mkdir(parents=True, exist_ok=True)
+            stack.callback(remove_empty, mark.parent)
+            file = stack.enter_context(mark.open("ab"))
+            stack.callback(mark.unlink, missing_ok=True)
+            if fcntl is not None:
+                fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
 def check_replaceable(folder: Path, mark: str) -> None:
     """Refuse a folder for results that holds something else, or is a file, which would be lost.
 
@@ -138,11 +169,35 @@ def check_replaceable(folder: Path, mark: str) -> None:
     InputError
         Where the folder holds files, but not that one, and where it is a file.
     """
-    if folder.exists() and not folder.is_dir():
-        raise InputError(str(folder), "is a file", "needs a folder", "give another name")
+    check_folder(folder)
     if folder.is_dir() and any(folder.iterdir()) and not (folder / mark).is_file():
         found, allowed = f"holds files, but no {mark}", "needs a new folder, or one of the same kind to replace"
         raise InputError(str(folder), found, allowed, "give another name")
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse a file where a folder is to be written, before anything is computed for it.
+
+    Raises
+    ------
+    InputError
+        Where it is a file.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise InputError(str(folder), "is a file", "needs a folder", "give another name")
+
+
+def check_empty(folder: Path) -> None:
+    """Refuse a folder that holds anything, or is a file: for forms in which others keep recordings of their own.
+
+    Raises
+    ------
+    InputError
+        Where it holds files or is one.
+    """
+    check_folder(folder)
+    if folder.is_dir() and any(folder.iterdir()):
+        raise InputError(str(folder), "holds files", "needs a new or an empty folder", "give another name")
 
 
 def write_text(path: Path, text: str) -> None:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.history import sites_of_kinds
 from fingerslip.vision.tracks import KINDS, make_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["ROD_FOOT", "filmed_tracks", "marker_tracks", "seen_with_plate"]
 
@@ -91,6 +94,8 @@ def filmed_tracks(history: xr.Dataset, kind: str, rest: float = 0.0) -> xr.Datas
     InputError
         Where no such marker was recorded.
     """
+    import xarray as xr
+
     tracks = marker_tracks(history, (kind,))
     if history.sizes.get("counterface", 0):
         tracks = seen_with_plate(tracks, history["counterface_displacement"].values[:, 0])
@@ -141,6 +146,8 @@ def _feet(history: xr.Dataset, names: NDArray[np.str_]) -> Rows:
 
 
 def _directions(history: xr.Dataset, tracks: xr.Dataset, feet: Rows) -> xr.Variable:
+    import xarray as xr
+
     along = tracks["position"].values - _positions(history, feet)
     along[:, feet < 0] = np.nan
     length = np.linalg.norm(along, axis=2, keepdims=True)

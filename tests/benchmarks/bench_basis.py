@@ -18,7 +18,7 @@ import numpy as np
 
 import fingerslip as fs
 from fingerslip.study.running.plan import plan_study
-from fingerslip.study.running.runner import prepare
+from fingerslip.study.running.prepare import prepare
 
 STUDIES = Path(__file__).parents[2] / "studies"
 CASES = {"plane": "wang2014_friction", "sweep": "wang2014_friction", "solid": "wang2014_3d"}

@@ -1,8 +1,18 @@
-"""Time the start of every verb of the command line, up to where its own work begins: what it imports.
+"""Time the start of every verb of the command line, apart from its own work.
 
-Run it as it is: ``python tests/benchmarks/bench_start.py [--repeat 3]``. Each verb is started with ``--help``, and some
-with arguments that need next to no work, each time in a process of its own, after one start that compiles. The table
-has the least seconds of the clock and of the CPU, and how many modules are loaded at the end.
+Run it as it is: ``python tests/benchmarks/bench_start.py [--repeat 3] [--only check]``. A small study is run first, in
+a folder that is removed again. Each verb then gets arguments that give it something to do, in a process of its own,
+after one start that compiles. The columns are CPU seconds, the least of all repeats:
+
+start
+    Until the verb opens the first file that it was given: the interpreter, the command line and what is imported by
+    then. Of verbs that are given none, until they end.
+imports
+    All of the interpreter's start and everything that is imported up to the end, wherever that is.
+work
+    The rest: what the verb itself does.
+
+Behind them the seconds of the clock, start to end, and how many modules are loaded at the end.
 """
 
 from __future__ import annotations
@@ -11,45 +21,131 @@ import argparse
 import os
 import subprocess
 import sys
-import time
+import tempfile
 from dataclasses import dataclass
+from pathlib import Path
 
+# Counted in the process itself: threads that libraries start are part of it, what it starts is not.
+START = """
+import sys, time, importlib._bootstrap as bootstrap
+cpu, find, began = time.process_time, bootstrap._find_and_load, time.perf_counter()
+seen = {"start": None, "imports": cpu(), "depth": 0}
+
+def timed(*arguments):
+    if seen["depth"]:
+        return find(*arguments)
+    seen["depth"], before = 1, cpu()
+    try:
+        return find(*arguments)
+    finally:
+        seen["depth"] = 0
+        seen["imports"] += cpu() - before
+
+def opened(event, arguments):
+    if event == "open" and seen["start"] is None and GIVEN and str(arguments[0]).startswith(GIVEN):
+        seen["start"] = cpu()
+
+GIVEN = sys.argv.pop(1)
+bootstrap._find_and_load = timed
+sys.addaudithook(opened)
 from fingerslip.commands.app import app
+try:
+    app(sys.argv[1:], prog_name="fingerslip")
+except SystemExit:
+    pass
+start = cpu() if seen["start"] is None else seen["start"]
+found = start, seen["imports"], cpu() - seen["imports"], time.perf_counter() - began, len(sys.modules)
+sys.stderr.write(f"\\nmeasured {found}")
+"""
 
-COUNT = "import sys, atexit; atexit.register(lambda: sys.stderr.write(f'modules {len(sys.modules)}'))"
-START = f"{COUNT}; from fingerslip.commands.app import app; app(sys.argv[1:], prog_name='fingerslip')"
-SMALL = (["examples"], ["schema"], ["show"], ["show", "wang2014-2d"], ["check", "studies/wang2014_table2.yaml"])
+STUDY = """
+title: Two slides
+fingertip: {preset: wang2014-2d}
+mesh: {contact_size: 0.15 mm, bulk_size: 1 mm}
+contact: {friction_coefficient: 0.5}
+programme:
+  - press: {depth: 0.5 mm, speed: 10 mm/s}
+  - slide: {distance: 1 mm, speed: 10 mm/s}
+time: {step: 5 ms}
+record: {receptors: [SA-I, FA-I], snapshots_every: 50 ms}
+sweep: {contact.friction_coefficient: [0.3, 0.4, 0.5, 0.6]}
+"""
+
+#: Arguments by the verb; the study, its results and one of its runs are written as S, R and R/RUN.
+VERBS = (
+    *(["--version"], ["--help"], ["run", "--help"], ["examples"], ["schema"], ["new", "made.yaml"], ["show"]),
+    *(["show", "wang2014-2d"], ["show", "S"], ["show", "R/RUN"], ["check", "S"], ["run", "S"], ["report", "R"]),
+    *(
+        ["diff", "R/RUN", "R/OTHER"],
+        ["sensitivity", "R"],
+        ["predict", "R", "--at", "contact.friction_coefficient=0.45"],
+    ),
+    *(["figure", "R", "--kind", "latency"], ["figure", "R/RUN", "--kind", "slip-map"], ["figure", "R"]),
+    *(["view", "R/RUN", "--screenshot", "p.png"], ["mesh", "S"]),
+    *(["export", "R/RUN"], ["export", "R"], ["export", "R/RUN", "--format", "vtu"], ["verify", "--only", "missing"]),
+    *(["converge", "missing.yaml"], ["validate", "--studies", "missing"], ["track", "missing.mp4"]),
+    *(["detect", "train", "missing"], ["detect", "run", "missing.csv"], ["detect", "evaluate", "missing"]),
+    *(["detect", "simulate", "missing.yaml"], ["detect", "score", "missing", "missing.csv"]),
+)
 
 
 @dataclass(frozen=True)
-class Start:
-    """Seconds of the clock and of the CPU, and loaded modules."""
+class Measured:
+    """CPU seconds up to the first file, of imports, and of the rest; seconds of the clock; loaded modules."""
 
+    start: float
+    imports: float
+    work: float
     clock: float
-    cpu: float
     modules: int
 
 
-def started(arguments: list[str]) -> Start:
+def measured(arguments: list[str], given: str) -> Measured:
     """Start a command in a process of its own."""
-    before, start = os.times(), time.perf_counter()
-    done = subprocess.run([sys.executable, "-c", START, *arguments], capture_output=True, text=True, check=False)
-    after = os.times()
-    cpu = after.children_user + after.children_system - before.children_user - before.children_system
-    return Start(time.perf_counter() - start, cpu, int(done.stderr.rpartition(" ")[2]))
+    done = subprocess.run(
+        [sys.executable, "-c", START, given, *arguments], capture_output=True, text=True, check=False, encoding="utf-8"
+    )
+    found = done.stderr.rpartition("measured (")[2].rstrip(")").split(", ")
+    return Measured(*map(float, found[:4]), int(found[4]))
+
+
+def placed(arguments: list[str]) -> list[str]:
+    """Put the small study, its results and its runs in the place of S, R, RUN and OTHER."""
+    first, second, *_ = sorted(path.parent for path in Path("results/small").glob("*/events.json"))
+    names = {"S": "small.yaml", "R": "results/small", "R/RUN": str(first), "R/OTHER": str(second)}
+    return [names.get(argument, argument) for argument in arguments]
+
+
+def table(repeat: int, only: str | None) -> None:
+    """Print what each verb takes."""
+    sys.stdout.write(f"{'command':<34}{'start':>7}{'imports':>9}{'work':>7}{'clock':>7}{'modules':>9}\n")
+    for verb in VERBS:
+        if only in {None, verb[0]}:
+            given = next((one for one in placed(verb)[1:] if one.startswith(("small", "results", "missing"))), "")
+            measured(placed(verb), given)
+            found = [measured(placed(verb), given) for _ in range(repeat)]
+            start, imports, work, clock = (
+                min(getattr(one, name) for one in found) for name in ("start", "imports", "work", "clock")
+            )
+            line = f"{start:7.2f}{imports:9.2f}{work:7.2f}{clock:7.2f}{found[0].modules:9d}\n"
+            sys.stdout.write(f"{' '.join(verb):<34.34}{line}")
+            sys.stdout.flush()
 
 
 def main() -> None:
+    """Run the small study, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--only", metavar="VERB")
     options = parser.parse_args()
-    verbs = sorted(filter(None, (one.name or getattr(one.callback, "__name__", "") for one in app.registered_commands)))
-    sys.stdout.write(f"{'command':<36}{'clock [s]':>10}{'CPU [s]':>10}{'modules':>9}\n")
-    for arguments in (*([verb, "--help"] for verb in verbs), *SMALL):
-        started(arguments)
-        found = [started(arguments) for _ in range(options.repeat)]
-        clock, cpu = min(one.clock for one in found), min(one.cpu for one in found)
-        sys.stdout.write(f"{' '.join(arguments):<36}{clock:10.2f}{cpu:10.2f}{found[0].modules:9d}\n")
+    before = Path.cwd()
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        Path("small.yaml").write_text(STUDY, encoding="utf-8")
+        run = [sys.executable, "-m", "fingerslip", "run", "small.yaml"]
+        subprocess.run(run, check=True, capture_output=True)
+        table(options.repeat, options.only)
+        os.chdir(before)
 
 
 if __name__ == "__main__":

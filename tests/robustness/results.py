@@ -18,7 +18,9 @@ import yaml
 from fingerslip.files import write_text
 from fingerslip.history import read_history
 from fingerslip.mesh.io import write_mesh
-from fingerslip.report.scene.scene import SceneOptions, check_options
+from fingerslip.report.figures import convergence, save
+from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.scene import check_options
 from fingerslip.report.scene.snapshot import read_snapshot
 from fingerslip.run_folder import read_result
 from fingerslip.study.convergence import converge as refining
@@ -148,8 +150,8 @@ def _nothing_drawn() -> Iterator[None]:
 
     with (
         patch.object(runner, "write_report", write_report),
-        patch.object(refining, "save_figure", lambda *_: None),
-        patch.object(refining, "convergence_figure", lambda *_: None),
+        patch.object(save, "save_figure", lambda *_: None),
+        patch.object(convergence, "convergence_figure", lambda *_: None),
         warnings.catch_warnings(),
     ):
         yield

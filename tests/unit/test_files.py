@@ -11,7 +11,17 @@ from pathlib import Path
 import pytest
 
 from fingerslip.errors import DamagedError, InputError, ResultError
-from fingerslip.files import check_replaceable, clean_stale, new_folder, read_json, write_json, write_text, writing
+from fingerslip.files import (
+    alone,
+    check_empty,
+    check_replaceable,
+    clean_stale,
+    new_folder,
+    read_json,
+    write_json,
+    write_text,
+    writing,
+)
 
 
 def dead_process() -> int:
@@ -142,3 +152,30 @@ def test_a_file_is_not_replaced_by_a_folder(tmp_path: Path) -> None:
     (tmp_path / "study.yaml").write_text("title: mine", encoding="utf-8")
     with pytest.raises(InputError, match="is a file, needs a folder"):
         check_replaceable(tmp_path / "study.yaml", "mark")
+
+
+def test_processes_are_let_in_one_by_one(tmp_path: Path) -> None:
+    """The lock of a process that is killed goes with it."""
+    mark = tmp_path / "made" / ".mark"
+    code = (
+        f"from pathlib import Path; from fingerslip.files import alone\nwith alone(Path({str(mark)!r})): input(print())"
+    )
+    with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as other:
+        assert other.stdout is not None
+        other.stdout.readline()
+        assert mark.exists()
+        other.kill()
+        other.wait()
+        with alone(mark):
+            assert mark.exists()
+    assert not mark.parent.exists()
+
+
+def test_a_folder_in_the_form_of_others_has_to_be_empty(tmp_path: Path) -> None:
+    check_empty(tmp_path / "new")
+    check_empty(tmp_path)
+    (tmp_path / "targets.csv").write_text("theirs")
+    with pytest.raises(InputError, match="holds files, needs a new or an empty folder; give another name"):
+        check_empty(tmp_path)
+    with pytest.raises(InputError, match="is a file, needs a folder"):
+        check_empty(tmp_path / "targets.csv")

@@ -11,6 +11,10 @@ __all__ = ["check"]
 
 def check(studies: Studies, results: Results = Path("results"), as_json: AsJson = False) -> None:
     """Check studies without computing them: the runs, their size and about how long they take."""
-    from fingerslip.study.inspection.check import check_studies
+    from fingerslip.study.running.plan import plan_studies
 
-    print_tables([check_studies(studies, results)], as_json)
+    plans = plan_studies(studies, results)
+    # What builds meshes and models is slow to load: mistakes in the files are said before.
+    from fingerslip.study.inspection.check import check_plans
+
+    print_tables([check_plans(plans)], as_json)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fingerslip.commands.shared import (
     AsJson,
     Markdown,
-    NoProgress,
+    Quiet,
     Results,
     Studies,
     Workers,
@@ -18,6 +18,9 @@ from fingerslip.commands.shared import (
     screen_progress,
     stop_on_termination,
 )
+
+if TYPE_CHECKING:
+    from fingerslip.report.tables.table import Table
 
 __all__ = ["converge"]
 
@@ -30,7 +33,7 @@ def converge(
     *,
     markdown: Markdown = False,
     as_json: AsJson = False,
-    quiet: NoProgress = False,
+    quiet: Quiet = False,
 ) -> None:
     """Refine studies in mesh, time step, contact stiffness and numerical damping, and give every result its error bar.
 
@@ -39,13 +42,16 @@ def converge(
     from fingerslip.study.convergence import converge as refinement
 
     stop_on_termination()
+    tables: list[Table] = []
     for study in studies:
         found = refinement.converge(
             study, results_dir=results, only=runs or (), workers=workers, progress=screen_progress(quiet)
         )
+        tables += found.tables
         if markdown:
             typer.echo(found.markdown)
-            continue
-        print_tables(found.tables, as_json)
-        if not as_json:
+        elif not as_json:
+            print_tables(found.tables)
             typer.echo(f"figures: {found.figures}")
+    if as_json and not markdown:
+        print_tables(tables, as_json)

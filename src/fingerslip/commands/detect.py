@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from fingerslip.commands.shared import AsJson, Markdown, NoProgress, print_tables, screen_progress, stop_on_termination
+from fingerslip.commands.shared import AsJson, Markdown, Quiet, print_tables, screen_progress, stop_on_termination
 
 __all__ = [
     "ACTIONS",
@@ -25,6 +25,13 @@ __all__ = [
 ]
 
 DataSet = Annotated[Path, typer.Argument(metavar="DATASET", help="Folder of trials.", show_default=False)]
+Classifier = Annotated[
+    str,
+    typer.Option("--classifier", metavar="NAME[:SET+...]", help="Its name, and sets of features other than its own."),
+]
+Classifiers = Annotated[
+    list[str] | None, typer.Option("--classifier", metavar="NAME[:SET+...]", help="Only this one; repeatable.")
+]
 Labels = Annotated[
     str,
     typer.Option("--labels", metavar="SOURCE|CSV", help="Source of the labels, or a CSV file of onset times."),
@@ -55,16 +62,17 @@ def simulate(
         Path | None, typer.Option("--parquet", metavar="FILE", help="Write one table of all frames too.")
     ] = None,
     workers: Cores = 2,
-    quiet: NoProgress = False,
+    quiet: Quiet = False,
 ) -> None:
     """Make a data set of simulated trials; an interrupted one goes on where it stopped."""
-    from fingerslip.detect.trial_table import write_parquet
     from fingerslip.study.trials.simulate import simulate_trials
 
     stop_on_termination()
     made = simulate_trials(study, output, workers=workers, progress=screen_progress(quiet))
     typer.echo(f"{output}: {len(made.names)} trials")
     if parquet is not None:
+        from fingerslip.detect.trial_table import write_parquet
+
         write_parquet(made, parquet)
         typer.echo(f"{parquet}: a row for each frame")
 
@@ -112,7 +120,7 @@ def train(
     dataset: DataSet,
     *,
     output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder of the detector.")] = Path("detector"),
-    classifier: Annotated[str, typer.Option("--classifier", help="Its name.")] = "forest",
+    classifier: Classifier = "forest",
     labels: Labels = "external_markers",
     rest_frames: RestFrames = 100,
     window: Window = 11,
@@ -131,10 +139,8 @@ def train(
 def evaluate(
     dataset: DataSet,
     *,
-    classifier: Annotated[
-        list[str] | None, typer.Option("--classifier", help="Only this one; repeatable.", show_default="all")
-    ] = None,
-    output: Annotated[Path | None, typer.Option("--output", metavar="DIR", help="Folder for tables.")] = None,
+    classifier: Classifiers = None,
+    output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables.")] = Path("evaluation"),
     folds: Annotated[int, typer.Option("--folds", min=2, help="Folds, grouped by trial.")] = 5,
     leave_out: Annotated[
         list[str] | None, typer.Option("--leave-out", metavar="CONDITION", help="Leave out by this too; repeatable.")
@@ -149,14 +155,20 @@ def evaluate(
     markdown: Markdown = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compare classifiers on trials that they have not seen, beside the published split by sample."""
+    """Compare classifiers, all without --classifier, on trials that they have not seen, and on a split by sample.
+
+    Finished parts are kept in DIR.unfinished until the tables are written, so that an interrupted evaluation goes on.
+    Each value of a condition that is left out takes as long as a fold.
+    """
     from fingerslip.detect.session import Choices, evaluate_classifiers, output_tables
 
+    stop_on_termination()
     choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
-    tables = evaluate_classifiers(dataset, classifier or (), choices, folds=folds, leave_out=leave_out or ())
-    text = output_tables(tables, output)
+    tables = evaluate_classifiers(
+        dataset, classifier or (), choices, folds=folds, leave_out=leave_out or (), output=output
+    )
     if markdown:
-        typer.echo(text, nl=False)
+        typer.echo(output_tables(tables), nl=False)
     else:
         print_tables(tables, as_json)
 
@@ -164,7 +176,7 @@ def evaluate(
 def inquire(
     dataset: DataSet,
     *,
-    classifier: Annotated[str, typer.Option("--classifier", help="Its name.")] = "forest",
+    classifier: Classifier = "forest",
     output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and figures.")] = Path(
         "inquiry"
     ),
@@ -188,7 +200,9 @@ def inquire(
     from fingerslip.detect.inquiry import Levels, write_inquiry
     from fingerslip.detect.inquiry import inquire as asked
     from fingerslip.detect.session import Choices
+    from fingerslip.files import check_folder
 
+    check_folder(output)
     choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
     found = asked(dataset, classifier, choices, Levels(lost, noise, slower))
     write_inquiry(found, output)
@@ -198,15 +212,17 @@ def inquire(
 def vary(
     dataset: DataSet,
     *,
-    classifier: Annotated[
-        list[str] | None, typer.Option("--classifier", help="Only this one; repeatable.", show_default="forest")
-    ] = None,
+    classifier: Classifiers = None,
     output: Annotated[Path, typer.Option("--output", metavar="DIR", help="Folder for tables and a figure.")] = Path(
         "assumptions"
     ),
     folds: Annotated[int, typer.Option("--folds", min=2, help="Folds, grouped by trial.")] = 5,
     by: Annotated[
         list[str] | None, typer.Option("--by", metavar="CONDITION", help="List accuracies by this too; repeatable.")
+    ] = None,
+    each: Annotated[
+        list[str] | None,
+        typer.Option("--each", metavar="CONDITION", help="Take the trials of each value alone too; repeatable."),
     ] = None,
     rest_frames: RestFrames = 100,
     window: Window = 11,
@@ -215,14 +231,17 @@ def vary(
     workers: Cores = 2,
     as_json: AsJson = False,
 ) -> None:
-    """Ask on which values that no paper prints accuracies depend: pixels, thresholds, labels, speeds, noise."""
+    """Ask on which values that no paper prints accuracies depend: pixels, thresholds, labels, speeds, noise, moduli.
+
+    Finished parts are kept in DIR.unfinished until tables and figure are written: what is interrupted goes on.
+    """
     from fingerslip.detect.inquiry import vary as varied
-    from fingerslip.detect.inquiry import write_inquiry
     from fingerslip.detect.session import Choices
 
+    stop_on_termination()
     choices = Choices("external_markers", rest_frames, window, samples, seed, workers)
-    found = varied(dataset, classifier or ("forest",), choices, folds=folds, conditions=by or ())
-    write_inquiry(found, output)
+    names, by, each = classifier or ("forest",), by or [], each or []
+    found = varied(dataset, names, choices, folds=folds, conditions=by, each=each, output=output)
     print_tables(found.tables.values(), as_json)
 
 
@@ -237,7 +256,10 @@ def transfer(
 ) -> None:
     """Test a detector on all trials of another data set than it learned from, such as pouring after slides."""
     from fingerslip.detect.session import judge_detector, output_tables
+    from fingerslip.files import check_folder
 
+    if output is not None:
+        check_folder(output)
     tables = judge_detector(detector, dataset, labels)
     text = output_tables(tables, output)
     if markdown:

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from fingerslip.commands.shared import cameras, fields, figure_kinds
+from fingerslip.report.scene.names import CAMERAS, FIELDS, alternatives
 
 __all__ = ["figure"]
 
@@ -28,14 +29,10 @@ def figure(  # noqa: PLR0917  the options of a command line have no order
     ] = None,
     field: Annotated[
         str,
-        typer.Option(
-            "--field", help="von_mises, strain_energy_density, displacement, velocity or region.", autocompletion=fields
-        ),
+        typer.Option("--field", help=f"{alternatives(FIELDS)}.", autocompletion=fields),
     ] = "",
     cut: Annotated[str, typer.Option("--cut", help="Cut a solid open across x, y or z.")] = "",
-    camera: Annotated[
-        str, typer.Option("--camera", help="oblique, side, front or below.", autocompletion=cameras)
-    ] = "",
+    camera: Annotated[str, typer.Option("--camera", help=f"{alternatives(CAMERAS)}.", autocompletion=cameras)] = "",
     contact: Annotated[bool, typer.Option("--contact", help="Show stick and slip on a solid.")] = False,
     size: Annotated[str, typer.Option("--size", metavar="WxH", help="Of a film, in pixels.")] = "1280x720",
     rate: Annotated[float, typer.Option("--rate", help="Frames a second of a film.")] = 25.0,

@@ -25,14 +25,15 @@ def report(
 
     Nothing is computed. Notes in notes.md and figures in notes/ beside the results become part of the report.
     """
-    from fingerslip.study.storage.comparing import compare_studies
-    from fingerslip.study.storage.reporting import report_again
-
     if other is not None:
+        from fingerslip.study.storage.comparing import compare_studies
+
         typer.echo(str(compare_studies(folder, other, output)))
         return
     if output is not None:
         raise InputError(
             "report: --output", f"got {output} with one folder", "needs two: it is where a comparison goes"
         )
+    from fingerslip.study.storage.reporting import report_again
+
     print_tables(report_again(folder), as_json)

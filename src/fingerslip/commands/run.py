@@ -50,8 +50,7 @@ def run(
             progress=screen_progress(quiet),
             scheduler=scheduler,
         )
-        if not quiet:
-            print_results(results_of_all, as_json)
+        print_results(results_of_all, as_json)
     except StudyFailedError as error:
         print_results(error.results, as_json)
         raise

@@ -12,6 +12,7 @@ import typer
 from rich.console import Console
 
 from fingerslip.errors import FingerslipError, InputError, ResultError
+from fingerslip.report.scene.names import CAMERAS, FIELDS
 
 if TYPE_CHECKING:
     from fingerslip.report.tables.table import Table
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
 __all__ = [
     "AsJson",
     "Markdown",
-    "NoProgress",
     "Quiet",
     "Results",
     "Studies",
@@ -49,13 +49,9 @@ Markdown = Annotated[bool, typer.Option("--markdown", help="Print the tables in 
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print the tables as JSON.")]
 
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
-NoProgress = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Show no progress; the answer is printed all the same.")]
 
 _FILE_WIDTH = 160
-# Those of scenes, which are slow to import: a shell completes at once.
-_CAMERAS = ("oblique", "side", "front", "below")
-_FIELDS = ("von_mises", "strain_energy_density", "displacement", "velocity", "region")
 
 
 def specimens(incomplete: str) -> list[str]:
@@ -75,12 +71,12 @@ def shipped_studies(incomplete: str) -> list[str]:
 
 def cameras(incomplete: str) -> list[str]:
     """Return cameras whose names begin so."""
-    return _beginning(_CAMERAS, incomplete)
+    return _beginning(CAMERAS, incomplete)
 
 
 def fields(incomplete: str) -> list[str]:
     """Return fields whose names begin so."""
-    return _beginning(_FIELDS, incomplete)
+    return _beginning(FIELDS, incomplete)
 
 
 def figure_kinds(incomplete: str) -> list[str]:
@@ -107,14 +103,14 @@ def print_tables(tables: Iterable[Table], as_json: bool = False) -> None:
     from fingerslip.report.tables.table import to_mapping, to_rich
 
     if as_json:
-        typer.echo(json.dumps([to_mapping(table) for table in tables], indent=2, ensure_ascii=False))
+        typer.echo(json.dumps([to_mapping(table) for table in tables], indent=2, ensure_ascii=False, allow_nan=False))
         return
     screen = Console()
     if not screen.is_terminal:
         # A pipe or file has no width: nothing may be cut there.
         screen.width = max(screen.width, _FILE_WIDTH)
     for table in tables:
-        screen.print(to_rich(table))
+        screen.print(to_rich(table, screen.width))
 
 
 def print_results(results: Iterable[StudyResult], as_json: bool = False) -> None:

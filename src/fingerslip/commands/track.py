@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from fingerslip.commands.shared import Quiet, screen_progress
+
 __all__ = ["track"]
 
 
@@ -35,6 +37,7 @@ def track(  # noqa: PLR0917  the options of a command line have no order
         float | None, typer.Option("--frame-rate", metavar="HZ", help="Frames a second, where the video does not say.")
     ] = None,
     channel: Annotated[str, typer.Option("--channel", help="Of colour frames: grey, blue, green or red.")] = "grey",
+    quiet: Quiet = False,
 ) -> None:
     """Follow the markers of an optical tactile sensor: tracks as netCDF and CSV, an overlay video, a quality page.
 
@@ -44,5 +47,6 @@ def track(  # noqa: PLR0917  the options of a command line have no order
 
     options = {"mask": mask, "calibration": calibration, "bright": bright, "frame_rate": frame_rate, "channel": channel}
     chosen = {"n_markers": markers, "rest_frames": rest, "layout": layout, **options}
-    for line in track_video(video, out, chosen):
-        typer.echo(line)
+    with screen_progress(quiet) as progress:
+        lines = list(track_video(video, out, chosen, progress.say))
+    typer.echo("\n".join(lines))

@@ -9,7 +9,7 @@ import typer
 
 from fingerslip.commands.shared import (
     Markdown,
-    NoProgress,
+    Quiet,
     Results,
     Workers,
     print_tables,
@@ -44,7 +44,7 @@ def validate(
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the rows as JSON.")] = False,
     markdown: Markdown = False,
-    quiet: NoProgress = False,
+    quiet: Quiet = False,
 ) -> None:
     """Compare with every published number: runs the shipped studies where needed and prints one table.
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from fingerslip.commands.shared import AsJson, Markdown, NoProgress, print_tables
+from fingerslip.commands.shared import AsJson, Markdown, Quiet, print_tables
 
 __all__ = ["verify"]
 
@@ -18,7 +18,7 @@ def verify(
     markdown: Markdown = False,
     as_json: AsJson = False,
     *,
-    quiet: NoProgress = False,
+    quiet: Quiet = False,
 ) -> None:
     """Compute problems with known answers, and show the results beside the closed forms.
 
@@ -30,5 +30,5 @@ def verify(
     if markdown:
         typer.echo(found.markdown)
     else:
-        print_tables([found.table], as_json)
+        print_tables([found.numbers if as_json else found.table], as_json)
     raise typer.Exit(0 if found.passed else 1)

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fingerslip.commands.shared import cameras, fields
+from fingerslip.report.scene.names import CAMERAS, FIELDS, alternatives
 
 __all__ = ["view"]
 
@@ -27,7 +28,7 @@ def view(  # noqa: PLR0917  the options of a command line have no order
         str,
         typer.Option(
             "--scalar",
-            help="von_mises, strain_energy_density, displacement, velocity or region.",
+            help=f"{alternatives(FIELDS)}.",
             autocompletion=fields,
         ),
     ] = "von_mises",
@@ -36,21 +37,21 @@ def view(  # noqa: PLR0917  the options of a command line have no order
     ] = None,
     cut: Annotated[str, typer.Option("--cut", help="Cut the body open across x, y or z.")] = "none",
     camera: Annotated[
-        str, typer.Option("--camera", help="oblique, side, front or below.", autocompletion=cameras)
+        str, typer.Option("--camera", help=f"{alternatives(CAMERAS)}.", autocompletion=cameras)
     ] = "oblique",
     contact: Annotated[bool, typer.Option("--contact", help="Show stick and slip on the skin.")] = False,
     web: Annotated[bool, typer.Option("--web", help="Show it in a browser instead of a window.")] = False,
     host: Annotated[
         str, typer.Option("--host", help="Address for --web; others than this machine can look where it is 0.0.0.0.")
     ] = "127.0.0.1",
-    port: Annotated[int, typer.Option("--port", min=0, max=65535, help="Port for --web; 0 takes a free one.")] = 0,
+    port: Annotated[int, typer.Option("--port", help="Port for --web; 0 takes a free one.")] = 0,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open a browser with --web.")] = True,
 ) -> None:
     """Look at a result: layers, a field on them, plate and receptors, in a window, a browser, or as picture or film.
 
     Pictures and films need no display. The run needs snapshots: record: {snapshots_every: 50 ms}.
     """
-    from fingerslip.report.scene.web import Served
+    from fingerslip.report.scene.served import Served
     from fingerslip.study.inspection.view import view_result
 
     options = {"scalar": scalar, "hidden": list(hide or ()), "cut": cut, "camera": camera, "contact": contact}

@@ -90,7 +90,7 @@ class Counterfaces:
         """Return the gaps, shape (n,) [m]."""
         gaps = np.zeros(len(points))
         for number, shape in enumerate(self.shapes):
-            own = counterface == number
+            own = self._own(counterface, number)
             gaps[own] = shape.gap(points[own])
         return gaps
 
@@ -98,7 +98,7 @@ class Counterfaces:
         """Return the outward unit normals, shape (n, dim) [-]."""
         normals = np.zeros_like(points)
         for number, shape in enumerate(self.shapes):
-            own = counterface == number
+            own = self._own(counterface, number)
             normals[own] = shape.normals(points[own])
         return normals
 
@@ -106,7 +106,7 @@ class Counterfaces:
         """Return the frames that the friction laws ask for, shape (n, dim, dim) [-]; rows normal, then tangents."""
         frames = np.zeros((len(points), points.shape[1], points.shape[1]))
         for number, (shape, law) in enumerate(zip(self.shapes, self.friction, strict=True)):
-            own, wanted = counterface == number, law.frame
+            own, wanted = self._own(counterface, number), law.frame
             direction = sliding_direction(shape.unit_normal) if wanted.direction is None else wanted.direction
             frames[own] = contact_frames(shape.normals(points[own]), np.asarray(direction))
             frames[own, 2:] *= wanted.stretch
@@ -116,9 +116,13 @@ class Counterfaces:
         """Return the friction coefficient of every node under the given conditions, shape (n,) [-]."""
         values = np.zeros(len(counterface))
         for number, law in enumerate(self.friction):
-            own = counterface == number
+            own = self._own(counterface, number)
             values[own] = law.coefficients(conditions.at(own))
         return values
+
+    def _own(self, counterface: Indices, number: int) -> NDArray[np.bool_] | slice:
+        """Return which points belong to a counterface; to the only one all do, which needs no mask."""
+        return slice(None) if len(self.shapes) == 1 else counterface == number
 
 
 def node_operator(nodes: Indices, dim: int, n_dofs: int) -> sparse.csr_matrix:

@@ -16,7 +16,16 @@ from fingerslip.detect.features import PUBLISHED
 from fingerslip.detect.optional import optional
 from fingerslip.errors import InputError, shortened
 
-__all__ = ["CLASSIFIERS", "SVM_GRID", "Candidate", "columns_of", "fit", "probabilities", "union_of_sets"]
+__all__ = [
+    "CLASSIFIERS",
+    "SVM_GRID",
+    "Candidate",
+    "columns_of",
+    "described",
+    "fit",
+    "probabilities",
+    "union_of_sets",
+]
 
 Values = NDArray[np.float32]
 
@@ -71,6 +80,12 @@ def columns_of(names: Sequence[str], sets: Sequence[str]) -> NDArray[np.intp]:
 def union_of_sets(candidates: Sequence[Candidate]) -> tuple[str, ...]:
     """Return all sets of features that some classifiers need, each once."""
     return tuple(dict.fromkeys(name for one in candidates for name in one.sets))
+
+
+def described(candidate: Candidate, seed: int) -> list[Any]:
+    """Return as plain data what a classifier sees and is, with its parameters: fits are the same where this is."""
+    grid = {} if candidate.grid is None else dict(candidate.grid(1))
+    return [candidate.sets, repr(candidate.make(seed)), grid]
 
 
 def fit(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,8 +12,9 @@ from typing import TYPE_CHECKING
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import Candidate
-from fingerslip.detect.evaluation.assumptions import likely_assumptions, sensitivity_of
+from fingerslip.detect.evaluation.assumptions import Sensitivity, each_alone, likely_assumptions, sensitivity_of
 from fingerslip.detect.evaluation.inquiries import importance_by_ring, learning_curve
+from fingerslip.detect.evaluation.parts import parts_beside
 from fingerslip.detect.evaluation.robustness import robustness_of
 from fingerslip.detect.features import FeatureSettings, ring_of_features
 from fingerslip.detect.onsets import Onsets
@@ -184,7 +186,14 @@ def _robustness(
 
 
 def vary(
-    dataset: Path, classifiers: Sequence[str], choices: Choices, *, folds: int = 5, conditions: Sequence[str] = ()
+    dataset: Path,
+    classifiers: Sequence[str],
+    choices: Choices,
+    *,
+    folds: int = 5,
+    conditions: Sequence[str] = (),
+    each: Sequence[str] = (),
+    output: Path | None = None,
 ) -> Inquiry:
     """Return on which values that no paper prints the accuracy of classifiers depends.
 
@@ -202,38 +211,67 @@ def vary(
         Folds, grouped by trial.
     conditions : sequence of str, optional
         Conditions of the trials by which accuracies are listed too.
+    each : sequence of str, optional
+        Conditions whose trials of each value, or combination of values, are learned from and tested on alone too.
+    output : path, optional
+        Folder to which tables and figure are written. What is finished is kept in ``OUTPUT.unfinished`` until they are
+        there, and what was interrupted goes on with it.
 
     Raises
     ------
     InputError
         Where there is no data set or classifier, trials have no scale, or a label never comes.
+    ResultError
+        Where the folder cannot be written.
     """
     trials, candidates = open_trials(dataset), [candidate_named(name) for name in classifiers]
     # A condition that is not there is told before anything is computed.
-    for condition in conditions:
+    for condition in (*conditions, *each):
         left_out(trials.conditions, condition)
-    first = trials.names[0]
-    scale, stored = trials.tracks(first).attrs.get("metres_per_pixel_x"), trials.labels(first).keys() - {_OUTSIDE}
+    scale = trials.tracks(trials.names[0]).attrs.get("metres_per_pixel_x")
     if scale is None:
         found = "have no metres_per_pixel"
         raise InputError(str(dataset), found, "needs tracks in pixels with a scale", "write it to the tracks")
-    assumptions = likely_assumptions(float(scale), motion=choices.motion, stored=sorted(stored))
-    varied = list(
-        sensitivity_of(
-            trials,
-            assumptions,
-            candidates,
-            sampling=dataclasses.replace(choices.sampling, least=0.0),
-            folds=folds,
-            seed=choices.seed,
-            workers=choices.workers,
-        )
-    )
+    stored, missing = _label_sources(trials)
+    assumptions = likely_assumptions(float(scale), motion=choices.motion, stored=stored)
+    assumptions += each_alone(trials, each, assumptions[0])
+    parts = parts_beside(output, trials.digest)
+    sampling = dataclasses.replace(choices.sampling, least=0.0)
+    ask = functools.partial(sensitivity_of, sampling=sampling, folds=folds, seed=choices.seed, workers=choices.workers)
+    try:
+        varied = list(ask(trials, assumptions, candidates, parts=parts))
+    except InputError:
+        # A label that never comes may be one of the last assumption: nothing is left of the others.
+        parts.remove()
+        raise
+    inquiry = _varied(trials, varied, conditions, missing)
+    if output is not None:
+        write_inquiry(inquiry, output)
+    parts.remove()
+    return inquiry
+
+
+def _label_sources(trials: TrialSet) -> tuple[list[str], dict[str, int]]:
+    """Return other sources of labels with both onsets in all trials, and in how many trials the rest lacks one."""
+    labels = [trials.labels(name) for name in trials.names]
+    sources = sorted(set().union(*labels) - {_OUTSIDE})
+    lacking = {
+        source: sum(source not in one or None in vars(one[source]).values() for one in labels) for source in sources
+    }
+    return [source for source in sources if not lacking[source]], {name: one for name, one in lacking.items() if one}
+
+
+def _varied(
+    trials: TrialSet, varied: Sequence[Sensitivity], conditions: Sequence[str], missing: Mapping[str, int]
+) -> Inquiry:
     rows = [(f"{one.assumption.quantity}: {one.assumption.value}", one.accuracies) for one in varied]
     listed = {condition: varied[0].of_condition(trials, condition) for condition in conditions}
     rows += [(condition_text(key, value), one) for key, found in listed.items() for value, one in found.items()]
     tables = {f"by-{key}": condition_table(key, found) for key, found in listed.items()}
-    return Inquiry({"assumptions": assumption_table(varied), **tables}, {"assumptions": assumption_figure(rows)})
+    table = assumption_table(varied)
+    left = [f"Labels {name} lack an onset in {count} trials and are left out." for name, count in missing.items()]
+    table = dataclasses.replace(table, note=" ".join([table.note, *left]))
+    return Inquiry({"assumptions": table, **tables}, {"assumptions": assumption_figure(rows)})
 
 
 def write_inquiry(inquiry: Inquiry, folder: Path) -> None:

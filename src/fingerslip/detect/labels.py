@@ -7,9 +7,9 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.detect.motion import markers_of, rest_positions
@@ -18,6 +18,9 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.files import write_text
 from fingerslip.report.tables.table import Column, Missing, Table
 from fingerslip.vision.tracks import seen, tracks_in_metres
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "LabelSettings",

@@ -7,9 +7,9 @@ import time as clock
 from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.detect.classifiers import probabilities
@@ -19,6 +19,9 @@ from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.training import Detector, check_tracks_fit
 from fingerslip.errors import InputError
 from fingerslip.vision.tracking.stream import MarkerStream
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "Finding",

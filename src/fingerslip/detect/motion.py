@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.vision.tracks import seen
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Motion", "MotionSettings", "markers_of", "motion_of", "neighbour_weights", "rest_positions", "velocities"]
 

@@ -7,19 +7,20 @@ import io
 import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.detect.labels import LabelSettings, labels_from_external_markers
 from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError, shortened
 from fingerslip.units import parse_quantity
-from fingerslip.vision.cameras.camera import interpolated
 from fingerslip.vision.tables import read_tracks_csv
 from fingerslip.vision.tracks import make_tracks, read_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["EXTERNAL", "TRACK_FILES", "read_any_tracks", "read_conditions", "recorded_trials", "with_external"]
 
@@ -177,6 +178,8 @@ def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external"
         raise InputError(where, found, "needs two recordings that begin and end together", "cut them to one length")
     if tracks["position"].attrs["units"] != outer["position"].attrs["units"]:
         raise InputError(where, f"is in {outer['position'].attrs['units']}", "needs the unit of the inner camera")
+    from fingerslip.vision.cameras.camera import interpolated
+
     seen = interpolated(outer, time - time[0] + other[0])
     count, first = outer.sizes["marker"], int(tracks["marker"].max()) + 1
     ring = tracks["ring"].values if "ring" in tracks.variables else np.zeros(tracks.sizes["marker"], dtype=np.int64)

@@ -2,34 +2,26 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
-from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, union_of_sets
+from fingerslip.detect.classifiers import CLASSIFIERS, Candidate
 from fingerslip.detect.evaluation.benchmark import rest_ends, score_submission
 from fingerslip.detect.evaluation.bootstrap import Estimate
 from fingerslip.detect.evaluation.calibration import reliability_of
 from fingerslip.detect.evaluation.confusion import frame_scores_of
-from fingerslip.detect.evaluation.crossval import (
-    FrameResult,
-    events_by_trial,
-    frames_by_sample,
-    frames_by_trial,
-)
+from fingerslip.detect.evaluation.crossval import FoldFrames, joined_folds
+from fingerslip.detect.evaluation.evaluate import Evaluation, begun_evaluation
 from fingerslip.detect.evaluation.events import event_scores_of
-from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.labels import LabelSettings
-from fingerslip.detect.live import run_on_markers, run_on_tracks
 from fingerslip.detect.model_file import read_detector, write_detector
 from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.onsets import Onsets, read_onsets
 from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks, recorded_trials
-from fingerslip.detect.samples import Samples, Sampling, samples_of
-from fingerslip.detect.simulated import film_results
+from fingerslip.detect.samples import Sampling
 from fingerslip.detect.splits import benchmark_test_trials, grouped_folds, left_out
 from fingerslip.detect.tables import (
     accuracy_table,
@@ -46,9 +38,8 @@ from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
 from fingerslip.detect.unseen import on_unseen, unseen_tables
 from fingerslip.detect.videos import readers
 from fingerslip.errors import InputError, shortened
-from fingerslip.files import write_text
+from fingerslip.files import write_text, writing
 from fingerslip.report.tables.table import Table, to_csv, to_markdown
-from fingerslip.vision.tracking.stream import open_markers
 from fingerslip.vision.tracking.topology import LayoutName
 
 __all__ = [
@@ -186,42 +177,71 @@ def train_detector(dataset: Path, output: Path, classifier: str, choices: Choice
 
 
 def evaluate_classifiers(
-    dataset: Path, classifiers: Sequence[str], choices: Choices, *, folds: int = 5, leave_out: Sequence[str] = ()
+    dataset: Path,
+    classifiers: Sequence[str],
+    choices: Choices,
+    *,
+    folds: int = 5,
+    leave_out: Sequence[str] = (),
+    output: Path | None = None,
 ) -> list[Table]:
-    """Return the tables of an evaluation: frames, calibration, events, and accuracies with a condition left out."""
+    """Return the tables of an evaluation: frames, calibration, events, and accuracies with a condition left out.
+
+    Parameters
+    ----------
+    dataset : path
+        Folder of the trials.
+    classifiers : sequence of str
+        Names of the classifiers; all where there are none.
+    choices : Choices
+        Labels, sampling and seed.
+    folds : int, optional
+        Folds, grouped by trial.
+    leave_out : sequence of str, optional
+        Conditions that are left out too.
+    output : path, optional
+        Folder to which the tables are written. What is finished is kept in ``OUTPUT.unfinished`` until they are there,
+        and an interrupted evaluation goes on with it.
+
+    Raises
+    ------
+    InputError
+        For mistakes in the data set or the choices, before anything is fitted or written.
+    ResultError
+        Where the folder cannot be written.
+    """
     trials = open_trials(dataset)
     onsets = choices.onsets(trials)
     candidates = [candidate_named(name) for name in classifiers or CLASSIFIERS]
-    # A condition that is not there is told before anything is computed.
-    groups = {key: left_out(trials.conditions, key) for key in leave_out}
-    settings = FeatureSettings(union_of_sets(candidates), choices.motion)
-    samples = samples_of(trials, onsets, settings, choices.sampling)
     tests = grouped_folds(trials.names, folds, choices.seed)
-    fit = functools.partial(_frames, samples, onsets, choices)
-    results = {one.name: fit(one, tests) for one in candidates}
-    tables = _frame_tables(samples, candidates, results, choices)
-    tables.append(_event_table(trials, onsets, results, choices, folds))
-    return [*tables, *(_left_out_table(one, key, candidates, fit) for key, one in groups.items())]
-
-
-def _frames(
-    samples: Samples,
-    onsets: Mapping[str, Onsets],
-    choices: Choices,
-    candidate: Candidate,
-    tests: Sequence[Sequence[str]],
-) -> FrameResult:
-    return frames_by_trial(
-        samples, onsets, candidate, tests, window=choices.window, seed=choices.seed, workers=choices.workers
+    groups = {key: left_out(trials.conditions, key) for key in leave_out}
+    begun = begun_evaluation(
+        trials,
+        onsets,
+        candidates,
+        choices.motion,
+        choices.sampling,
+        seed=choices.seed,
+        workers=choices.workers,
+        output=output,
     )
+    begun.check([*tests, *(names for group in groups.values() for names in group.values())])
+    tables = _evaluation_tables(begun, candidates, tests, choices)
+    tables += [_left_out_table(begun, key, one, candidates) for key, one in groups.items()]
+    if output is not None:
+        output_tables(tables, output)
+    begun.parts.remove()
+    return tables
 
 
-def _frame_tables(
-    samples: Samples, candidates: Sequence[Candidate], results: Mapping[str, FrameResult], choices: Choices
+def _evaluation_tables(
+    begun: Evaluation, candidates: Sequence[Candidate], tests: Sequence[Sequence[str]], choices: Choices
 ) -> list[Table]:
-    scores = {name: frame_scores_of(one.matrices, seed=choices.seed) for name, one in results.items()}
-    split = {one.name: frames_by_sample(samples, one, seed=choices.seed, workers=choices.workers) for one in candidates}
+    frames, events = begun.by_fold(candidates, tests)
+    scores = {name: frame_scores_of(one.matrices, seed=choices.seed) for name, one in frames.items()}
+    split = {one.name: begun.by_sample(one) for one in candidates}
     mixed: dict[str, Estimate] = {name: frame_scores_of(one, seed=choices.seed).accuracy for name, one in split.items()}
+    samples = begun.samples
     note = (
         f"{len(samples.trials)} trials, {len(samples.classes)} samples; {samples.filled} positions were not seen and "
         f"filled, {samples.unusable} frames had too few markers."
@@ -230,22 +250,16 @@ def _frame_tables(
         accuracy_table(scores, mixed, note),
         frame_table(scores),
         confusion_table({name: one.matrix for name, one in scores.items()}),
-        calibration_table({name: reliability_of(one.chances, one.classes) for name, one in results.items()}),
+        calibration_table({name: reliability_of(one.chances, one.classes) for name, one in frames.items()}),
+        _event_table(begun, events, choices, len(tests)),
     ]
 
 
-def _event_table(
-    trials: TrialSet,
-    onsets: Mapping[str, Onsets],
-    results: Mapping[str, FrameResult],
-    choices: Choices,
-    folds: int,
-) -> Table:
-    events = events_by_trial(trials, onsets, list(results.values()), choices.motion, workers=choices.workers)
+def _event_table(begun: Evaluation, events: Mapping[str, Mapping[str, Onsets]], choices: Choices, folds: int) -> Table:
+    trials = begun.trials
     ends, frame = rest_ends(trials, trials.names, choices.rest_frames)
     scores = {
-        name: event_scores_of(one, onsets, ends, frame=frame, seed=choices.seed)
-        for name, one in zip(results, events, strict=True)
+        name: event_scores_of(one, begun.onsets, ends, frame=frame, seed=choices.seed) for name, one in events.items()
     }
     kept = calibration_count(len(trials.names) - len(trials.names) // folds, 0.05)
     note = f"Thresholds from {kept} other trials of each fold, for at most 5 % that raise an alarm before slip."
@@ -253,17 +267,20 @@ def _event_table(
 
 
 def _left_out_table(
-    groups: Mapping[str, tuple[str, ...]],
-    key: str,
-    candidates: Sequence[Candidate],
-    fit: Callable[[Candidate, Sequence[Sequence[str]]], FrameResult],
+    begun: Evaluation, key: str, groups: Mapping[str, tuple[str, ...]], candidates: Sequence[Candidate]
 ) -> Table:
-    rows = [
-        (candidate.name, value, len(names), frame_scores_of(fit(candidate, [names]).matrices).accuracy)
-        for candidate in candidates
-        for value, names in groups.items()
-    ]
+    """Return accuracies on the trials of each value of a condition that was not seen, and on all of them together."""
+    rows = []
+    for candidate in candidates:
+        parts = begun.by_group(candidate, list(groups.values()))
+        for (value, names), part in zip(groups.items(), parts, strict=True):
+            rows.append((candidate.name, value, len(names), _accuracy(begun, [part])))
+        rows.append((candidate.name, "all", sum(map(len, groups.values())), _accuracy(begun, parts)))
     return left_out_table(key, rows)
+
+
+def _accuracy(begun: Evaluation, parts: Sequence[FoldFrames]) -> Estimate:
+    return frame_scores_of(joined_folds(begun.samples, parts).matrices, seed=begun.seed).accuracy
 
 
 def run_detector(detector: Path, source: Path, n_markers: int | None = None, layout: LayoutName = "rings") -> Table:
@@ -281,6 +298,10 @@ def run_detector(detector: Path, source: Path, n_markers: int | None = None, lay
         Arrangement of the markers of a video, as of those that the detector learned from.
     """
     made = read_detector(detector)
+    # The tracker is slow to load, and nothing else here needs it.
+    from fingerslip.detect.live import run_on_markers, run_on_tracks
+    from fingerslip.vision.tracking.stream import open_markers
+
     title = f"{source.name} with {made.classifier}"
     with threadpool_limits(1):
         if source.suffix in TRACK_FILES:
@@ -295,6 +316,8 @@ def run_detector(detector: Path, source: Path, n_markers: int | None = None, lay
 def film_runs(results: Path, output: Path, title: str, seed: int) -> str:
     """Write the data set of the runs of a study of a sensor and return what was done."""
     notes = "Simulated; labels and cameras as fingerslip.detect.simulated has them."
+    from fingerslip.detect.simulated import film_results
+
     made = write_trials(film_results(results, seed=seed), output, title, notes)
     return f"{output}: {len(made.names)} trials"
 
@@ -318,8 +341,9 @@ def score_onsets(dataset: Path, submission: Path, choices: Choices) -> Table:
 def output_tables(tables: Sequence[Table], folder: Path | None = None) -> str:
     """Return tables in Markdown, and write each as a CSV file where a folder is given."""
     if folder is not None:
+        with writing(folder):
+            folder.mkdir(parents=True, exist_ok=True)
         for number, table in enumerate(tables, start=1):
             name = "-".join(table.title.lower().replace(",", "").split())
-            folder.mkdir(parents=True, exist_ok=True)
             write_text(folder / f"{number}-{name}.csv", to_csv(table))
     return "\n".join(f"## {table.title}\n\n{to_markdown(table)}\n{table.note}\n" for table in tables)

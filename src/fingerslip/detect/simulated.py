@@ -11,10 +11,9 @@ import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.detect.labels import (
@@ -35,6 +34,9 @@ from fingerslip.vision.cameras.camera import frame_times, interpolated
 from fingerslip.vision.cameras.pair import PUBLISHED_FRAME_RATE, CameraPair, pair_tracks
 from fingerslip.vision.cameras.presets import external_camera, internal_camera
 from fingerslip.vision.tracks import make_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Filming", "film_results", "pouring_trial", "slide_trial"]
 
@@ -209,6 +211,8 @@ def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:
             found["repeat"] = int(value)
         elif name == "mass":
             found["mass"] = parse_quantity(value, "kg", where=path)
+        elif name == "youngs_modulus":
+            found[f"{path.split('.')[-2]}_{name}"] = parse_quantity(value, "Pa", where=path)
         elif isinstance(value, int | float):
             found[name] = value
     return found

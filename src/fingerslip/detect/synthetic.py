@@ -10,15 +10,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.detect.labels import LabelSettings, labels_from_contact, labels_from_external_markers
 from fingerslip.detect.trials import Trial
 from fingerslip.marker_layouts import MarkerLayout, ring_layout
 from fingerslip.vision.tracks import make_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["CENTRE", "SyntheticSensor", "SyntheticSlide", "synthetic_slides", "synthetic_trial"]
 

@@ -7,19 +7,22 @@ import io
 import math
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.detect.recordings import EXTERNAL
 from fingerslip.detect.synthetic import CENTRE
 from fingerslip.detect.trials import Trial
-from fingerslip.files import write_text, writing
+from fingerslip.files import check_empty, write_text, writing
 from fingerslip.vision.cameras.camera import Camera, Pose
 from fingerslip.vision.cameras.intrinsics import pinhole_for_view
 from fingerslip.vision.cameras.look import MarkerLook, PixelCamera
 from fingerslip.vision.cameras.pixel import film
 from fingerslip.vision.tracks import make_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["film_trials"]
 
@@ -35,7 +38,7 @@ def film_trials(trials: Iterable[Trial], folder: str | Path, *, size: tuple[int,
     trials : iterable of Trial
         Analytic trials, whose pictures have their middle at :data:`fingerslip.detect.synthetic.CENTRE`.
     folder : path
-        Folder of the videos and of ``conditions.csv``.
+        Folder of the videos and of ``conditions.csv``, new or empty.
     size : (int, int), optional
         Width and height of the pictures [px].
 
@@ -46,10 +49,13 @@ def film_trials(trials: Iterable[Trial], folder: str | Path, *, size: tuple[int,
 
     Raises
     ------
+    InputError
+        Where the folder holds files.
     ResultError
         Where a file cannot be written.
     """
     place, stream = Path(folder), io.StringIO()
+    check_empty(place)
     with writing(place):
         place.mkdir(parents=True, exist_ok=True)
     table = csv.writer(stream, lineterminator="\n")

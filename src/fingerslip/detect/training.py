@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, columns_of, fit, probabilities
@@ -18,9 +17,12 @@ from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, samples_of
 from fingerslip.detect.smoothing import ForwardFilter, Smoother, Thresholds, onsets_from
 from fingerslip.detect.splits import held_out
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trial_set import TrialSet, check_labels
 from fingerslip.detect.trials import layout_digest, layout_text
-from fingerslip.errors import InputError
+from fingerslip.errors import InputError, shortened
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "Calibration",
@@ -97,16 +99,32 @@ class Detector:
 
 
 def candidate_named(name: str) -> Candidate:
-    """Return a classifier by its name.
+    """Return a classifier by its name, on the features that it has by default or on others.
+
+    Parameters
+    ----------
+    name : str
+        Name in :data:`fingerslip.detect.classifiers.CLASSIFIERS`; behind a colon sets of features, joined by plus
+        signs, such as ``forest:sliding`` or ``logistic:displacement+strain``.
 
     Raises
     ------
     InputError
-        Where there is none of that name.
+        Where there is no such classifier or set of features.
+
+    Examples
+    --------
+    >>> candidate_named("forest").sets
+    ('displacement', 'speed')
+    >>> candidate_named("forest:sliding").sets
+    ('sliding',)
     """
-    if name not in CLASSIFIERS:
-        raise InputError("classifier", f"got {name!r}", f"needs one of {', '.join(CLASSIFIERS)}")
-    return CLASSIFIERS[name]
+    own, given, sets = name.partition(":")
+    if own not in CLASSIFIERS:
+        raise InputError("classifier", f"got {shortened(own)!r}", f"needs one of {', '.join(CLASSIFIERS)}")
+    if not given:
+        return CLASSIFIERS[own]
+    return replace(CLASSIFIERS[own], name=name, sets=FeatureSettings(tuple(sets.split("+"))).sets)
 
 
 def train(
@@ -130,7 +148,7 @@ def train(
     onsets : mapping of str to Onsets
         Labels of its trials.
     classifier : str, optional
-        Its name.
+        Its name, see :func:`candidate_named`.
     motion, sampling : MotionSettings, Sampling, optional
         How motion is read and frames are sampled.
     names : sequence of str, optional
@@ -152,6 +170,7 @@ def train(
     settings = FeatureSettings(candidate.sets, motion or MotionSettings())
     chosen = tuple(trials.names if names is None else names)
     kept = held_out(chosen, calibration_count(len(chosen), share), seed)
+    check_labels(onsets, kept, needed=())
     samples = samples_of(trials, onsets, settings, sampling, names=[name for name in chosen if name not in kept])
     estimator = fit(candidate, samples.values, samples.classes, samples.trial, seed=seed, workers=workers)
     inside = markers_of(trials.tracks(chosen[0]), "internal")

@@ -6,10 +6,9 @@ import shutil
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.detect.labels import read_labels
 from fingerslip.detect.onsets import Onsets
@@ -19,6 +18,9 @@ from fingerslip.errors import DamagedError, InputError, ResultError, shortened
 from fingerslip.files import check_replaceable, new_folder, read_json, write_json, write_text, writing
 from fingerslip.version import __version__
 from fingerslip.vision.tracks import read_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "MANIFEST",

@@ -9,17 +9,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.detect.labels import read_labels, write_labels
 from fingerslip.detect.onsets import Onsets
 from fingerslip.digest import digest
 from fingerslip.errors import InputError, shortened
 from fingerslip.files import read_json, write_json
+from fingerslip.units import format_quantity
 from fingerslip.vision.tracks import check_tracks, read_tracks, write_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "CONDITIONS",
@@ -43,6 +46,8 @@ CONDITIONS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "friction_coefficient": ("1", "static friction coefficient"),
         "friction_decay_speed": ("m/s", "slip rate over which friction falls"),
         "tilt": ("rad", "tilt of the plate along the slide"),
+        "skin_youngs_modulus": ("Pa", "Young's modulus of the skin"),
+        "gel_youngs_modulus": ("Pa", "Young's modulus of the gel"),
         "repeat": ("1", "number of the repeat"),
         "seed": ("1", "seed of everything random in the trial"),
         "task": ("", "slide, hold or pour"),
@@ -121,9 +126,13 @@ def condition_text(name: str, value: str) -> str:
     --------
     >>> condition_text("friction_decay_speed", "0.0001 to 0.0003")
     'friction decay speed: 0.0001 to 0.0003 m/s'
+    >>> condition_text("gel_youngs_modulus", "2500")
+    "gel Young's modulus: 2.5 kPa"
     """
-    unit = CONDITIONS.get(name, ("", ""))[0]
-    return f"{name.replace('_', ' ')}: {value}{f' {unit}' if unit not in {'', '1'} else ''}"
+    unit, words = CONDITIONS.get(name, ("", ""))[0], name.replace("_", " ").replace("youngs", "Young's")
+    if unit == "Pa" and value.replace(".", "").replace("e+", "").isdecimal():
+        return f"{words}: {format_quantity(float(value), unit, 'kPa')}"
+    return f"{words}: {value}{f' {unit}' if unit not in {'', '1'} else ''}"
 
 
 def layout_digest(tracks: xr.Dataset) -> str:

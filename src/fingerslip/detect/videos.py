@@ -6,13 +6,15 @@ import warnings
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks
 from fingerslip.errors import InputError
 from fingerslip.vision.tracking.topology import LayoutName
 from fingerslip.vision.tracking.track import TrackingWarning, track_markers
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["read_recording", "readers"]
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import functools
 import logging
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.adaptive.march import march_adaptive
@@ -28,6 +27,9 @@ from fingerslip.linear.threads import allowed_threads, limited_threads, suitable
 from fingerslip.model import Model
 from fingerslip.parameters.protocols import describe
 from fingerslip.timing import Adaptive
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["simulate", "simulate_together", "step_times"]
 

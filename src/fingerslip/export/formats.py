@@ -7,9 +7,9 @@ import importlib.util
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import pandas as pd
-import xarray as xr
 
 from fingerslip.errors import InputError
 from fingerslip.export.matlab import write_history_mat, write_tables_mat
@@ -17,6 +17,9 @@ from fingerslip.export.paraview import write_paraview
 from fingerslip.export.tables import history_tables
 from fingerslip.files import check_replaceable, json_text, new_folder, write_json, write_text, writing
 from fingerslip.version import __version__
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["FORMATS", "export_history", "export_tables"]
 

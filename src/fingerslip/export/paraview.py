@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import meshio
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import ResultError
@@ -16,6 +16,9 @@ from fingerslip.files import write_text
 from fingerslip.history import is_solid, nearest_record, site_kinds
 from fingerslip.report.scene.snapshot import flat_faces, in_space, read_snapshot
 from fingerslip.sites import RECEPTOR_KINDS
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["snapshot_mesh", "write_paraview", "write_series"]
 

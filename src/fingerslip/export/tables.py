@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
 from fingerslip.history import VARIABLES
 from fingerslip.units import unit_suffix
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["history_tables"]
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import full_tensors
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["cell_tensors"]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numba
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-__all__ = ["add_columns", "add_rows", "long_product", "two_products"]
+__all__ = ["add_columns", "add_rows", "as_rows", "long_product", "products", "two_products"]
 
 Array = NDArray[np.float64]
 
@@ -19,6 +20,27 @@ def long_product(matrix: sparse.csr_matrix, vector: Array) -> Array:
     found = np.empty(matrix.shape[0])
     _long_product(*_parts(matrix), vector, found)
     return found
+
+
+def as_rows(vectors: Sequence[Array]) -> Array:
+    """Return k vectors (n,) as rows, shape (k, n); of a single one it is a view."""
+    return vectors[0][None] if len(vectors) == 1 else np.stack(vectors)
+
+
+def products(matrix: sparse.csr_matrix, rows: Array) -> Array:
+    """Return a matrix (m, n) times the rows of an array (k, n), shape (k, m).
+
+    Examples
+    --------
+    >>> products(sparse.csr_matrix([[2.0, 1.0], [0.0, 3.0]]), np.array([[1.0, 0.0], [1.0, 1.0]])).tolist()
+    [[2.0, 0.0], [3.0, 3.0]]
+    """
+    match len(rows):
+        case 1:
+            return as_rows([matrix @ rows[0]])
+        case 2:
+            return np.stack(two_products(matrix, *rows))
+    return np.ascontiguousarray((matrix @ rows.T).T)
 
 
 def two_products(matrix: sparse.csr_matrix, first: Array, second: Array) -> tuple[Array, Array]:
@@ -96,4 +118,6 @@ def _add_columns(starts, rows, values, weights, total):  # type: ignore[no-untyp
 def _add_rows(matrix, weights, total):  # type: ignore[no-untyped-def]
     for row in range(weights.size):
         if weights[row] != 0.0:
-            total += weights[row] * matrix[row]
+            weight = weights[row]
+            for column in range(total.size):
+                total[column] += weight * matrix[row, column]

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import gmsh
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.gmsh_session import MILLIMETRES
@@ -23,8 +25,8 @@ _Entity = tuple[int, int]
 
 # Kinds of cells in Gmsh by their corners.
 _KINDS = {(2, 3): 2, (2, 4): 3, (3, 4): 4}
-# Straight edges in place of a circle, at least, in the plane and in space.
-_SEGMENTS_OF_A_CIRCLE = {2: 20, 3: 8}
+# Straight edges in place of a circle, at least, in the plane.
+_SEGMENTS_OF_A_CIRCLE = 20
 _QUADRILATERALS_ONLY = 2
 _PLANE = 2
 _FRONTAL, _DELAUNAY = 6, 5
@@ -74,7 +76,7 @@ def fragmented(shapes: Mapping[str, Sequence[int]], points: Floats, dim: int) ->
     nodes = [(0, gmsh.model.occ.addPoint(*_three(point * MILLIMETRES))) for point in points]
     drawn = {name: [(dim, tag) for tag in tags] for name, tags in shapes.items()}
     try:
-        # In space cutting first takes many times as long, and tetrahedra bear the faces that stay in covered solids.
+        # In space cutting first takes many times as long; the faces inside covered solids are taken out afterwards.
         own = _without_overlap(drawn) if dim == _PLANE else drawn
         every = [piece for pieces in own.values() for piece in pieces]
         _, pieces = gmsh.model.occ.fragment(every[:1], [*every[1:], *nodes])
@@ -87,7 +89,35 @@ def fragmented(shapes: Mapping[str, Sequence[int]], points: Floats, dim: int) ->
     empty = next((name for name, tags in found.items() if shapes[name] and not tags), None)
     if empty is not None:
         raise MeshError(empty, "is covered by other regions", "needs some room of its own")
-    return found
+    return found if dim == _PLANE else {name: _without_inner_faces(tags) for name, tags in found.items()}
+
+
+def _without_inner_faces(volumes: Sequence[int]) -> list[int]:
+    """Make one volume of those that touch, as faces between them would leave slivers; return the tags."""
+    faces = [[face for _, face in gmsh.model.getBoundary([(3, tag)], oriented=False)] for tag in volumes]
+    joined = [_joined([(volumes[row], faces[row]) for row in group]) for group in _touching(faces)]
+    gmsh.model.occ.synchronize()
+    return sorted(joined)
+
+
+def _joined(pieces: Sequence[tuple[int, list[int]]]) -> int:
+    """Make one volume of pieces and their faces; it keeps the faces that it shares with others, as they are."""
+    if len(pieces) == 1:
+        return pieces[0][0]
+    faces, uses = np.unique(np.concatenate([own for _, own in pieces]), return_counts=True)
+    gmsh.model.occ.remove([(3, tag) for tag, _ in pieces])
+    joined: int = gmsh.model.occ.addVolume([gmsh.model.occ.addSurfaceLoop(faces[uses == 1].tolist())])
+    gmsh.model.occ.remove([(2, face) for face in faces[uses > 1].tolist()], recursive=True)
+    return joined
+
+
+def _touching(faces: Sequence[Sequence[int]]) -> list[list[int]]:
+    """Return rows in groups, each of which hangs together by common faces."""
+    count = len(faces)
+    face, row = np.concatenate(faces), np.repeat(np.arange(count), [len(own) for own in faces])
+    of_face = coo_array((np.ones(len(face)), (row, np.unique(face, return_inverse=True)[1]))).tocsr()
+    number, group = connected_components(of_face @ of_face.T, directed=False)
+    return [np.flatnonzero(group == own).tolist() for own in range(number)]
 
 
 def _without_overlap(shapes: Mapping[str, list[_Entity]]) -> dict[str, list[_Entity]]:
@@ -101,7 +131,7 @@ def _without_overlap(shapes: Mapping[str, list[_Entity]]) -> dict[str, list[_Ent
     return dict(reversed(list(own.items())))
 
 
-def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False) -> None:
+def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False, segments: float = _SEGMENTS_OF_A_CIRCLE) -> None:
     """Mesh what was cut, with element sizes given point by point.
 
     Parameters
@@ -112,6 +142,8 @@ def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False) -> None:
         Wanted size [m] at x, y, z [m].
     quadrilaterals : bool, optional
         Whether surfaces get quadrilaterals only.
+    segments : float, optional
+        Straight edges in place of a circle, at least.
 
     Raises
     ------
@@ -126,7 +158,7 @@ def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False) -> None:
     )
     for option in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints"):
         gmsh.option.setNumber(f"Mesh.{option}", 0)
-    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", _SEGMENTS_OF_A_CIRCLE[dim])
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", segments)
     gmsh.option.setNumber("Mesh.RecombineAll", int(quadrilaterals))
     gmsh.option.setNumber("Mesh.RecombinationAlgorithm", _QUADRILATERALS_ONLY)
     gmsh.option.setNumber("Mesh.Algorithm", _DELAUNAY if quadrilaterals else _FRONTAL)

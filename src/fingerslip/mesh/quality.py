@@ -15,7 +15,7 @@ from fingerslip.units import coordinates
 if TYPE_CHECKING:
     import skfem
 
-__all__ = ["QualityLimits", "QualityRow", "check_quality", "quality_limits", "quality_table"]
+__all__ = ["QualityLimits", "QualityRow", "check_quality", "quality_limits", "quality_table", "tetrahedron_margins"]
 
 Floats = NDArray[np.float64]
 
@@ -117,6 +117,26 @@ def check_quality(mesh: skfem.Mesh2D) -> None:
     )
     _check_below(mesh, "largest angle in degrees", np.degrees(quality.largest_angle), np.degrees(limits.largest_angle))
     _check_below(mesh, "aspect ratio", quality.aspect_ratio, limits.aspect_ratio)
+
+
+def tetrahedron_margins(corners: Floats) -> Floats:
+    """Return how far tetrahedra are inside the limits of built meshes: above 1 inside, up to 1 refused, 0 where flat.
+
+    Parameters
+    ----------
+    corners : (m, 4, 3) array
+        Their corners [m].
+
+    Returns
+    -------
+    (m,) array
+        The least ratio of the four measures to their limits [-].
+    """
+    own, limits = _tetrahedra(corners), _TETRAHEDRA
+    straight = (np.pi - own.largest_angle) / (np.pi - limits.largest_angle)
+    ratios = [own.scaled_jacobian / limits.scaled_jacobian, own.smallest_angle / limits.smallest_angle, straight]
+    margins: Floats = np.min([*ratios, limits.aspect_ratio / own.aspect_ratio], axis=0)
+    return margins
 
 
 def _check_above(mesh: skfem.Mesh2D, name: str, values: Floats, limit: float) -> None:

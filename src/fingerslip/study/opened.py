@@ -7,9 +7,7 @@ import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-
-import pandas as pd
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
@@ -21,6 +19,10 @@ from fingerslip.run_folder import HISTORY, RUN, unchecked_result
 from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.yaml import read_mapping
 from fingerslip.study.storage.summary import identities, stored_manifest, stored_study
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
 
 __all__ = ["OpenedStudy", "open_study"]
 

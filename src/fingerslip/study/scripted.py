@@ -8,10 +8,9 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from fingerslip.errors import InputError
 from fingerslip.parameters.dotted import assign
@@ -27,6 +26,9 @@ from fingerslip.study.running.plan import Plan, plan_mapping
 from fingerslip.study.running.progress import SilentProgress, StudyProgress, progress_on_screen
 from fingerslip.study.running.runner import run_plans
 from fingerslip.study.shipped import example_path
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["Study"]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,7 +15,18 @@ from fingerslip.linear.threads import limited_threads
 from fingerslip.model import Model
 from fingerslip.report.tables.table import Column, Table
 
-__all__ = ["Check", "Outcome", "Problem", "VerificationError", "absolute", "relative", "run", "solved", "table"]
+__all__ = [
+    "Check",
+    "Outcome",
+    "Problem",
+    "VerificationError",
+    "absolute",
+    "number_table",
+    "relative",
+    "run",
+    "solved",
+    "table",
+]
 
 
 class VerificationError(FingerslipError):
@@ -172,13 +183,38 @@ def table(outcomes: tuple[Outcome, ...]) -> Table:
             f"{check.allowed:.1e}" + _mark(check),
             check.passed,
         )
-        for outcome in outcomes
-        for check in outcome.checks
+        for outcome, check in _checks(outcomes)
     )
-    passed = [check.passed for outcome in outcomes for check in outcome.checks]
+    return Table("Verification", columns, rows, _note(outcomes))
+
+
+def number_table(outcomes: tuple[Outcome, ...]) -> Table:
+    """Return the same rows for programs: numbers as numbers, and in a column of its own what kind an error is of."""
+    columns = ("problem", "quantity", "expected", "got", "error", "allowed", "kind of error", "pass")
+    rows = tuple(
+        (
+            outcome.problem.name,
+            check.quantity,
+            float(check.expected),
+            float(check.got),
+            float(check.error),
+            float(check.allowed),
+            check.kind,
+            check.passed,
+        )
+        for outcome, check in _checks(outcomes)
+    )
+    return Table("Verification", tuple(map(Column, columns)), rows, _note(outcomes))
+
+
+def _checks(outcomes: tuple[Outcome, ...]) -> Iterator[tuple[Outcome, Check]]:
+    return ((outcome, check) for outcome in outcomes for check in outcome.checks)
+
+
+def _note(outcomes: tuple[Outcome, ...]) -> str:
+    passed = [check.passed for _, check in _checks(outcomes)]
     troubles = [f" {outcome.problem.name}: {outcome.trouble}." for outcome in outcomes if outcome.trouble]
-    note = f"{sum(passed)} of {len(passed)} checks passed. abs: absolute error, else relative.{''.join(troubles)}"
-    return Table("Verification", columns, rows, note)
+    return f"{sum(passed)} of {len(passed)} checks passed. abs: absolute error, else relative.{''.join(troubles)}"
 
 
 def _mark(check: Check) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from fingerslip.report.tables.table import Table, to_markdown
 from fingerslip.verification.catalogue import choose
-from fingerslip.verification.problem import Outcome, run, table
+from fingerslip.verification.problem import Outcome, number_table, run, table
 
 __all__ = ["Verification", "verify"]
 
@@ -33,6 +33,11 @@ class Verification:
     def table(self) -> Table:
         """A row for each check."""
         return table(self.outcomes)
+
+    @property
+    def numbers(self) -> Table:
+        """The same for programs: numbers as numbers."""
+        return number_table(self.outcomes)
 
     @property
     def markdown(self) -> str:

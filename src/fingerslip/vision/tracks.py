@@ -9,14 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike, NDArray
 
 from fingerslip.errors import InputError, ResultError, shortened
 from fingerslip.files import write_bytes
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "ATTRIBUTES",
@@ -140,6 +142,8 @@ def _check_shapes(shapes: Mapping[str, tuple[int, ...]], sizes: Mapping[str, int
 
 
 def _labelled(given: Mapping[str, NDArray[Any]], units: str, attributes: Mapping[str, Any]) -> xr.Dataset:
+    import xarray as xr
+
     variables = {}
     for name, values in given.items():
         dims, unit, meaning = VARIABLES[name]
@@ -325,6 +329,8 @@ def read_tracks(path: str | Path) -> xr.Dataset:
     InputError
         Where it holds something else than tracks.
     """
+    import xarray as xr
+
     try:
         with xr.open_dataset(path, engine="h5netcdf", decode_timedelta=False) as stored:
             tracks = stored.load()

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, ResultError, TruncatedVideoError
-from fingerslip.files import new_file, new_folder, read_json, write_json
+from fingerslip.files import check_replaceable, new_file, new_folder, read_json, write_json
 from fingerslip.vision.opencv import opencv
 
 __all__ = ["CODECS", "VideoInfo", "frame_rate_of", "read_frames", "video_info", "write_video"]
@@ -224,7 +224,8 @@ def write_video(
     ----------
     path : path
         A file that ends in ``.mp4``, ``.avi`` or ``.mkv``, or a folder, which gets PNG images and the frame rate in
-        ``video.json``. What is there is replaced only when the new video is whole.
+        ``video.json``; a folder that holds something else is refused. What is there is replaced only when the new video
+        is whole.
     frames : iterable of (height, width) or (height, width, 3) arrays of uint8
         The frames, grey or with blue first.
     frame_rate : float
@@ -241,7 +242,7 @@ def write_video(
     ------
     InputError
         Where the ending or the codec is unknown, there is no frame, a frame is not like the first, or the frames of a
-        file have an odd width or height.
+        file have an odd width or height; where the folder holds something else.
     ResultError
         Where the file cannot be written.
     """
@@ -313,6 +314,7 @@ def _check_written(partial: Path, path: Path, written: int) -> None:
 
 
 def _write_images(folder: Path, frames: Iterator[Frame], rate: float) -> int:
+    check_replaceable(folder, _RATE_FILE)
     cv2, written = opencv(), 0
     with new_folder(folder) as partial:
         for number, frame in enumerate(frames):

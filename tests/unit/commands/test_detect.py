@@ -46,6 +46,7 @@ def test_evaluation_prints_and_writes_tables(invoke: Callable[..., Any], folder:
     assert found.exit_code == 0, found.output
     assert "Accuracy on frames" in found.output
     assert len(list(Path("tables").glob("*.csv"))) == 5
+    assert [path.name for path in Path.cwd().iterdir()] == ["tables"]
     assert "| classifier |" in invoke("detect", "evaluate", folder, *asked, *SETTINGS, "--markdown").output
 
 
@@ -86,6 +87,20 @@ def test_mistakes_are_one_line_and_nothing_is_written(
     assert found.stderr.count("error:") == 1
     assert message in " ".join(found.stderr.split())
     assert list(Path.cwd().iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("evaluate", "{folder}"), ("vary", "{folder}"), ("inquire", "{folder}"), ("transfer", "none", "{folder}")],
+)
+def test_a_file_in_the_place_of_the_output_is_told_at_once(
+    arguments: tuple[str, ...], invoke: Callable[..., Any], folder: Path
+) -> None:
+    Path("mine").write_text("mine")
+    found = invoke("detect", *(part.format(folder=folder) for part in arguments), "--output", "mine")
+    assert found.exit_code == 2
+    assert "mine: is a file, needs a folder" in found.stderr
+    assert [path.name for path in Path.cwd().iterdir()] == ["mine"]
 
 
 def test_every_action_has_help(invoke: Callable[..., Any]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import re
 import signal
@@ -28,6 +29,19 @@ def test_run_shows_events_and_second_time_nothing_is_done(
     assert "Slip events" in first.output
     assert "block/run: unchanged" in invoke("run", path).output
     assert "Measures" in invoke("show", "results/block/run").output
+
+
+@pytest.mark.usefixtures("no_report")
+def test_quiet_hides_the_progress_and_no_answer(invoke: Callable[..., Any], block: Callable[..., Path]) -> None:
+    path = block()
+    first = invoke("run", path, "--quiet")
+    assert first.exit_code == 0
+    assert first.stderr == ""
+    assert "Slip events" in first.stdout
+    again = invoke("run", path, "-q", "--json")
+    assert again.stderr == ""
+    assert json.loads(again.stdout)[0]["rows"]
+    assert "unchanged" in invoke("run", path).stderr
 
 
 MISTAKES: dict[str, tuple[dict[str, Any], str]] = {

@@ -21,6 +21,9 @@ def test_folder_has_tracks_overlay_and_page(invoke: Callable[..., Any], tmp_path
     assert sorted(path.name for path in folder.iterdir()) == ["overlay.avi", "quality.html", "tracks.csv", "tracks.nc"]
     assert read_tracks(folder / "tracks.nc").sizes["marker"] == 81
     assert video_info(folder / "overlay.avi").frame_count == 24
+    assert "following its markers" in done.stderr
+    again = invoke("track", "clip.avi", "--markers", 81, "--rest", 8, "--quiet")
+    assert (again.stdout, again.stderr) == (done.stdout, "")
 
 
 def test_partial_tracks_are_called_so(invoke: Callable[..., Any], tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from typing import Any
 
@@ -55,3 +56,16 @@ def test_verify_can_be_quiet(invoke: Callable[..., Any], monkeypatch: pytest.Mon
     monkeypatch.setattr(catalogue, "PROBLEMS", (found,))
     assert invoke("verify").stderr
     assert not invoke("verify", "--quiet").stderr
+
+
+def test_json_has_numbers_and_nothing_else_is_printed(invoke: Callable[..., Any]) -> None:
+    done = invoke("verify", "--only", "patch", "--json")
+    (table,) = json.loads(done.stdout, parse_constant=pytest.fail)
+    assert [column["name"] for column in table["columns"]][2:7] == [
+        "expected",
+        "got",
+        "error",
+        "allowed",
+        "kind of error",
+    ]
+    assert all(isinstance(cell, float) for row in table["rows"] for cell in row[2:6])

@@ -1,11 +1,18 @@
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from fingerslip.detect import inquiry
+from fingerslip.detect.evaluation.assumptions import Assumption, Sensitivity
+from fingerslip.detect.evaluation.parts import Parts
 from fingerslip.detect.inquiry import Levels, curve_sizes, inquire, vary, write_inquiry
+from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.session import Choices
+from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
 
 CHOICES = Choices(rest_frames=20, window=5, samples="20,6,2,20")
@@ -42,9 +49,43 @@ def test_levels_are_numbers(trials_folder: Path) -> None:
 def test_what_is_assumed_has_a_table_and_a_figure_and_conditions_have_tables(
     trials_folder: Path, tmp_path: Path
 ) -> None:
-    found = vary(trials_folder, ["time_threshold"], CHOICES, folds=2, conditions=["indentation"])
+    more = {"conditions": ["indentation"], "each": ["indentation"], "output": tmp_path / "tables"}
+    found = vary(trials_folder, ["time_threshold"], CHOICES, folds=2, **more)
     assert list(found.tables) == ["assumptions", "by-indentation"]
-    assert len(found.tables["assumptions"].rows) >= 9
-    assert found.tables["assumptions"].rows[0][0] == "as in the data set"
-    write_inquiry(found, tmp_path)
+    rows = found.tables["assumptions"].rows
+    assert len(rows) >= 11
+    assert rows[0][0] == "as in the data set"
+    assert [row[1] for row in rows[-2:]] == ["indentation: 0.003 m", "indentation: 0.004 m"]
+    assert [path.name for path in tmp_path.iterdir()] == ["tables"]
+    tmp_path = tmp_path / "tables"
     assert {path.name for path in tmp_path.iterdir()} == {"assumptions.csv", "assumptions.png", "by-indentation.csv"}
+
+
+def test_a_label_that_never_comes_leaves_nothing(
+    trials_folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def told(*_given: object, parts: Parts, **_more: object) -> Iterator[Sensitivity]:
+        parts.keep("assumption", 1, {"median onsets": np.zeros(2)})
+        raise InputError("trial slide-0000", "has no gross slip", "needs both onsets here")
+
+    monkeypatch.setattr(inquiry, "sensitivity_of", told)
+    with pytest.raises(InputError, match="has no gross slip"):
+        vary(trials_folder, ["time_threshold"], CHOICES, output=tmp_path / "tables")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_labels_that_do_not_come_in_every_trial_are_no_assumption(
+    trials: TrialSet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def noted(_trials: TrialSet, assumptions: tuple[Assumption, ...], *_: object, **__: object) -> None:
+        asked.extend(one.labels for one in assumptions)
+        raise InputError("trials", "are not asked here", "needs nothing")
+
+    monkeypatch.setattr(inquiry, "sensitivity_of", noted)
+    for labels in (trials.labels(trials.names[0]), {"contact": Onsets(1.0, None)}):
+        monkeypatch.setattr(TrialSet, "labels", lambda *_, found=labels: found)
+        with pytest.raises(InputError, match="are not asked here"):
+            vary(trials.folder, ["time_threshold"], CHOICES)
+    assert asked.count("contact") == 1

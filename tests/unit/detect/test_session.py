@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from fingerslip.detect.model_file import read_detector
 from fingerslip.detect.onsets import Onsets, write_onsets
 from fingerslip.detect.session import (
     Choices,
@@ -53,10 +54,18 @@ def test_an_evaluation_has_its_tables(trials_folder: Path, tmp_path: Path) -> No
         "Accuracy where indentation was not seen",
     ]
     assert "Too few trials for a guaranteed threshold" in tables[4].note
-    assert [row[1] for row in tables[5].rows] == ["0.003", "0.004"] * 2
+    assert [row[1] for row in tables[5].rows] == ["0.003", "0.004", "all"] * 2
     text = output_tables(tables, tmp_path / "tables")
     assert text.count("## ") == 6
     assert len(list((tmp_path / "tables").glob("*.csv"))) == 6
+
+
+def test_a_detector_keeps_the_features_that_were_asked_for(trials_folder: Path, tmp_path: Path) -> None:
+    train_detector(trials_folder, tmp_path / "detector", "time_threshold:mean+rings", CHOICES)
+    made = read_detector(tmp_path / "detector")
+    assert made.classifier == "time_threshold:mean+rings"
+    assert made.features.sets == ("mean", "rings")
+    assert made.names[0].startswith("mean/")
 
 
 def test_labels_of_a_users_own_are_read(trials_folder: Path, trials: TrialSet, tmp_path: Path) -> None:

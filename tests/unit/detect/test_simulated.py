@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import xarray as xr
 
+from fingerslip.detect import simulated
 from fingerslip.detect.labels import LabelSettings
 from fingerslip.detect.simulated import Filming, film_results, pouring_trial, slide_trial
 from fingerslip.errors import InputError
 from fingerslip.history import OPEN, SLIP, STICK
+from fingerslip.run_folder import RESULT
 from fingerslip.vision.cameras.pair import PUBLISHED_FRAME_RATE
 
 TIME = np.linspace(0.0, 9.0, 181)
@@ -125,3 +128,17 @@ def test_what_cannot_be_filmed_is_refused(tmp_path: Path) -> None:
         slide_trial("a", history().isel(site=slice(1, None)))
     with pytest.raises(InputError, match="has no finished runs"):
         list(film_results(tmp_path))
+
+
+def test_moduli_of_a_sweep_are_conditions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "soft").mkdir()
+    (tmp_path / "soft" / RESULT).write_text("")
+    swept = {
+        f"tactip.materials.{name}.youngs_modulus": text for name, text in (("skin", "0.65 MPa"), ("gel", "10 kPa"))
+    }
+    result = SimpleNamespace(swept=swept, sampled={"contact.friction.static_kinetic.static": 0.7})
+    monkeypatch.setattr(simulated, "stored_result", lambda _: result)
+    monkeypatch.setattr(simulated, "read_history", lambda _: history())
+    (trial,) = film_results(tmp_path)
+    wanted = {"skin_youngs_modulus": 0.65e6, "gel_youngs_modulus": 1e4, "friction_coefficient": 0.7}
+    assert {name: trial.conditions[name] for name in wanted} == pytest.approx(wanted)

@@ -74,3 +74,13 @@ def test_unknown_classifiers_and_other_markers_are_refused(trials: TrialSet) -> 
     fewer = trials.tracks(trials.names[0]).isel(marker=slice(0, 60))
     with pytest.raises(InputError, match="tracks: have 41 internal markers in px, needs the markers that the detector"):
         detect(made, fewer)
+
+
+def test_a_classifier_takes_other_features_than_its_own() -> None:
+    one = candidate_named("logistic:displacement+strain")
+    assert (one.name, one.sets) == ("logistic:displacement+strain", ("displacement", "strain"))
+    assert one.make is candidate_named("logistic").make
+    with pytest.raises(InputError, match="features: got touch, needs some of displacement"):
+        candidate_named("forest:touch")
+    with pytest.raises(InputError, match="features: got none"):
+        candidate_named("forest:")

@@ -32,3 +32,19 @@ def test_the_later_region_keeps_what_is_shared(quadrilaterals):
 def test_a_region_that_is_covered_is_refused():
     with gmsh_session(), pytest.raises(MeshError, match="under: is covered by other regions"):
         fragmented({"under": [rectangle(1, 1, 1, 1)], "over": [rectangle(0, 0, 4, 4)]}, np.empty((0, 2)), 2)
+
+
+def test_pieces_of_a_region_in_space_become_one_volume_without_faces_inside():
+    with gmsh_session():
+        boxes = {"under": (0, 0, 0, 4, 4, 2), "over": (0, 0, 1, 4, 4, 3), "rod": (1.5, 1.5, 0.5, 1, 1, 2)}
+        shapes = {name: [gmsh.model.occ.addBox(*own)] for name, own in boxes.items()}
+        pieces = fragmented(shapes, np.array([[2e-3, 2e-3, 2.5e-3]]), 3)
+        assert {name: len(own) for name, own in pieces.items()} == {"under": 1, "over": 1, "rod": 1}
+        generate(3, lambda *_: 0.5e-3)
+        found = read_fragments(pieces, 3, 4)
+    corners = found.points[found.cells]
+    volume = np.bincount(found.region, np.abs(np.linalg.det(corners[:, 1:] - corners[:, :1])) / 6.0)
+    assert volume == pytest.approx([15.5e-9, 46.5e-9, 2e-9])
+    # Conforming: nodes at one place are one node.
+    assert len(np.unique(found.points.round(12), axis=0)) == len(found.points)
+    assert np.linalg.norm(found.points - [2e-3, 2e-3, 2.5e-3], axis=1).min() < 1e-12

@@ -184,3 +184,16 @@ def test_unknown_endings_codecs_and_folders_are_told(tmp_path):
 def test_wrong_ranges_and_colours_are_refused_at_once(tmp_path, values):
     with pytest.raises(InputError):
         read_frames(tmp_path, **values)
+
+
+def test_a_folder_of_images_replaces_its_like_and_nothing_else(tmp_path):
+    frames = np.zeros((3, 4, 6), dtype=np.uint8)
+    write_video(tmp_path / "mine", frames, 25.0)
+    write_video(tmp_path / "mine", frames[:2], 25.0)
+    assert len(list((tmp_path / "mine").glob("*.png"))) == 2
+    theirs = tmp_path / "theirs"
+    theirs.mkdir()
+    (theirs / "notes.txt").write_text("theirs")
+    with pytest.raises(InputError, match=r"holds files, but no video\.json, needs a new folder"):
+        write_video(theirs, frames, 25.0)
+    assert [path.name for path in theirs.iterdir()] == ["notes.txt"]

@@ -35,8 +35,8 @@ class Conditions:
     slip_since_contact: Array
     time: float
 
-    def at(self, nodes: NDArray[np.bool_]) -> Conditions:
-        """Return the conditions at some of the nodes, which a mask (n,) marks."""
+    def at(self, nodes: NDArray[np.bool_] | slice) -> Conditions:
+        """Return the conditions at some of the nodes, which a mask (n,) or a slice marks."""
         return replace(
             self,
             pressure=self.pressure[nodes],

@@ -104,5 +104,8 @@ def active_product(matrix, forces):  # type: ignore[no-untyped-def]
     for i in range(count):
         for k in range(dim):
             if forces[i, k] != 0.0:
-                out += forces[i, k] * matrix[i * dim + k]
+                force, row = forces[i, k], matrix[i * dim + k]
+                # Compiled code would make an array of the product of both first.
+                for j in range(out.size):
+                    out[j] += force * row[j]
     return out.reshape(count, dim)

@@ -185,8 +185,9 @@ def _product(problem: _Problem, forces: Array, piece: Piece | None) -> Array:
 
 
 def _look(problem: _Problem, forces: Array, product: Array) -> _Look:
-    states, slopes, merit, largest, worst = _examine(forces, product, problem.free, problem.scale, problem.friction)
-    size = max(problem.least, float(np.abs(forces).max()))
+    given = problem.free, problem.scale, problem.friction
+    states, slopes, merit, largest, worst, force = _examine(forces, product, *given)
+    size = max(problem.least, force)
     return _Look(forces, product, states, slopes, merit, largest / size if largest > 0.0 else largest, worst)
 
 
@@ -199,7 +200,7 @@ def _factorised(problem: _Problem, found: _Look) -> Piece:
 def _solve_piece(problem: _Problem, piece: Piece) -> tuple[Array, Array]:
     """Return the solution of a piece, forces (n_c, 2) [N], and W times it [m]."""
     forces = np.zeros_like(problem.free)
-    forces.flat[piece.unknowns] = piece.factor.solve(-problem.free.ravel()[piece.unknowns])
+    forces.reshape(-1)[piece.unknowns] = piece.factor.solve(-problem.free.reshape(-1)[piece.unknowns])
     forces[:, 1] += piece.slopes * forces[:, 0]
     return forces, active_product(problem.compliance, forces)
 
@@ -218,10 +219,10 @@ def _search(problem: _Problem, found: _Look, solved: Array, product: Array) -> _
 
 @numba.njit(cache=True, nogil=True)
 def _examine(forces, product, free, scale, friction):  # type: ignore[no-untyped-def]
-    """Return states and slopes of the piece of the trial forces; the residual's square, its largest, and where."""
+    """Return states and slopes of the trial forces' piece; the residual's square, its largest, where; largest force."""
     count = len(forces)
     states, slopes = np.zeros(count, dtype=np.int8), np.zeros(count)
-    merit, largest, worst = 0.0, -1.0, 0
+    merit, largest, worst, force = 0.0, -1.0, 0, 0.0
     for i in range(count):
         normal = forces[i, 0] - scale[i, 0] * (product[i, 0] + free[i, 0])
         tangential = forces[i, 1] - scale[i, 1] * (product[i, 1] + free[i, 1])
@@ -232,12 +233,13 @@ def _examine(forces, product, free, scale, friction):  # type: ignore[no-untyped
         else:
             states[i], slopes[i] = SLIP, np.copysign(friction[i], tangential)
             tangential = slopes[i] * normal
+        force = max(force, np.abs(forces[i, 0]), np.abs(forces[i, 1]))
         distance = max(np.abs(forces[i, 0] - normal), np.abs(forces[i, 1] - tangential))
         merit += (forces[i, 0] - normal) ** 2 + (forces[i, 1] - tangential) ** 2
         if distance > largest:
             largest, worst = distance, i
     # A sum that is no number is a residual that is none.
-    return states, slopes, merit, (merit if np.isnan(merit) else largest), worst
+    return states, slopes, merit, (merit if np.isnan(merit) else largest), worst, force
 
 
 @numba.njit(cache=True, nogil=True)

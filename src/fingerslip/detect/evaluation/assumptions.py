@@ -5,15 +5,17 @@ from __future__ import annotations
 import itertools
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.detect.classifiers import Candidate, union_of_sets
+from fingerslip.detect.classifiers import Candidate, described, union_of_sets
 from fingerslip.detect.evaluation.bootstrap import Estimate
 from fingerslip.detect.evaluation.confusion import frame_scores_of
 from fingerslip.detect.evaluation.crossval import frames_by_trial
+from fingerslip.detect.evaluation.parts import Parts
 from fingerslip.detect.evaluation.robustness import disturbed
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.labels import LabelSettings, labels_from_external_markers
@@ -22,9 +24,13 @@ from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.samples import Samples, Sampling, TrialSample, joined_samples, trial_sample
 from fingerslip.detect.splits import grouped_folds, left_out
 from fingerslip.detect.trial_set import TrialSet, check_labels
+from fingerslip.detect.trials import condition_text
 from fingerslip.errors import InputError
 
-__all__ = ["Assumption", "Sensitivity", "likely_assumptions", "sensitivity_of"]
+__all__ = ["Assumption", "Sensitivity", "each_alone", "likely_assumptions", "sensitivity_of"]
+
+# Beside the matrices of classifiers, which have names of one word.
+_MEDIANS = "median onsets"
 
 
 @dataclass(frozen=True)
@@ -41,6 +47,8 @@ class Assumption:
         How motion is read.
     noise : float, optional
         Standard deviation of noise that is added to all positions, in the unit of the tracks.
+    trials : tuple of str, optional
+        Names of the trials that it is about, as others are not like them; all of the data set without it.
     """
 
     quantity: str
@@ -48,6 +56,7 @@ class Assumption:
     labels: LabelSettings | str = field(default_factory=LabelSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     noise: float = 0.0
+    trials: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -138,6 +147,36 @@ def likely_assumptions(
     )
 
 
+def each_alone(trials: TrialSet, conditions: Sequence[str], base: Assumption) -> tuple[Assumption, ...]:
+    """Return an assumption for each combination of the values of conditions: trials of these alone are there.
+
+    Where a condition is a value of the sensor that a paper does not print, such as the stiffness of its skin, each is
+    another sensor: to learn from all of them together would ask something else.
+
+    Parameters
+    ----------
+    trials : TrialSet
+        The data set.
+    conditions : sequence of str
+        Names of the conditions.
+    base : Assumption
+        How trials are labelled and read.
+
+    Raises
+    ------
+    InputError
+        Where a trial lacks a condition, or all have one value.
+    """
+    groups = [left_out(trials.conditions, condition) for condition in conditions]
+    found = []
+    for values in itertools.product(*groups) if groups else ():
+        inside = set(trials.names).intersection(*(own[value] for own, value in zip(groups, values, strict=True)))
+        names = tuple(name for name in trials.names if name in inside)
+        words = ", ".join(condition_text(key, value) for key, value in zip(conditions, values, strict=True))
+        found += [replace(base, quantity="trials alone of", value=words, trials=names)] if names else []
+    return tuple(found)
+
+
 def sensitivity_of(
     trials: TrialSet,
     assumptions: Sequence[Assumption],
@@ -147,6 +186,7 @@ def sensitivity_of(
     folds: int = 5,
     seed: int = 0,
     workers: int = 1,
+    parts: Parts | None = None,
 ) -> Iterator[Sensitivity]:
     """Yield what classifiers come to with each assumption, on trials that they have not seen.
 
@@ -164,23 +204,54 @@ def sensitivity_of(
         Folds, grouped by trial.
     seed, workers : int, optional
         Seed of what is random, and cores.
+    parts : Parts, optional
+        Where what is finished is kept; nowhere without it.
 
     Raises
     ------
     InputError
         Where a label never comes, or stored labels of that name are not there.
     """
-    chosen, tests = sampling or Sampling(least=0.0), grouped_folds(trials.names, folds, seed)
-    sets = union_of_sets(candidates)
+    chosen, store = sampling or Sampling(least=0.0), parts or Parts()
+    shared = [[described(one, seed) for one in candidates], asdict(chosen), folds, seed]
     for (motion, _), group in itertools.groupby(assumptions, lambda one: (one.motion, one.noise)):
         own = tuple(group)
-        both = _samples(trials, own, FeatureSettings(sets, motion), chosen, seed)
-        for assumption, (samples, onsets) in zip(own, both, strict=True):
-            found = {
-                one.name: frames_by_trial(samples, onsets, one, tests, window=motion.window, seed=seed, workers=workers)
-                for one in candidates
-            }
-            yield Sensitivity(assumption, {name: one.matrices for name, one in found.items()}, *_medians(onsets))
+        kept = [store.kept("assumption", [shared, _plain(one)]) for one in own]
+        missing = [one for one, found in zip(own, kept, strict=True) if found is None]
+        settings = FeatureSettings(union_of_sets(candidates), motion)
+        made = iter(_samples(trials, missing, settings, chosen, seed) if missing else [])
+        for assumption, found in zip(own, kept, strict=True):
+            arrays = found or _arrays(candidates, *next(made), motion.window, (folds, seed, workers))
+            if found is None:
+                store.keep("assumption", [shared, _plain(assumption)], arrays)
+            yield _sensitivity(assumption, arrays)
+
+
+def _arrays(
+    candidates: Sequence[Candidate],
+    samples: Samples,
+    onsets: Mapping[str, Onsets],
+    window: int,
+    numbers: tuple[int, int, int],
+) -> dict[str, NDArray[Any]]:
+    """Return the confusion matrices of each classifier, and the median onsets; numbers are folds, seed and workers."""
+    folds, seed, workers = numbers
+    tests = grouped_folds(samples.trials, folds, seed)
+    found: dict[str, NDArray[Any]] = {
+        one.name: frames_by_trial(samples, onsets, one, tests, window=window, seed=seed, workers=workers).matrices
+        for one in candidates
+    }
+    return found | {_MEDIANS: np.array(_medians(onsets))}
+
+
+def _sensitivity(assumption: Assumption, arrays: Mapping[str, NDArray[Any]]) -> Sensitivity:
+    incipient, gross = arrays[_MEDIANS]
+    matrices = {name: one for name, one in arrays.items() if name != _MEDIANS}
+    return Sensitivity(assumption, matrices, float(incipient), float(gross))
+
+
+def _plain(assumption: Assumption) -> dict[str, Any]:
+    return {name: value for name, value in asdict(assumption).items() if name not in ("quantity", "value")}
 
 
 def _samples(
@@ -200,6 +271,8 @@ def _samples(
         motion, stored = motion_of(tracks, settings.motion), trials.labels(name)
         for number, assumption in enumerate(assumptions):
             own = assumption.labels
+            if assumption.trials and name not in assumption.trials:
+                continue
             if isinstance(own, str) and own not in stored:
                 raise InputError(f"{trials.folder}: {name}", f"has no labels {own!r}", f"has {', '.join(stored)}")
             found = stored[own] if isinstance(own, str) else labels_from_external_markers(tracks, own)

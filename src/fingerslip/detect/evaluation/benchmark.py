@@ -10,7 +10,7 @@ import numpy as np
 from fingerslip.detect.evaluation.events import EventScores, event_scores_of
 from fingerslip.detect.onsets import Onsets, read_onsets
 from fingerslip.detect.splits import benchmark_test_trials
-from fingerslip.detect.trial_set import TrialSet
+from fingerslip.detect.trial_set import TrialSet, check_labels
 from fingerslip.errors import InputError, Mistakes
 
 __all__ = ["check_submission", "rest_ends", "score_submission"]
@@ -43,11 +43,12 @@ def score_submission(
     Raises
     ------
     InputError
-        Where the file is no such table, or its trials are not the test trials.
+        Where the file is no such table, its trials are not the test trials, or one of these has no label.
     """
     tests = benchmark_test_trials(trials.names, seed)
     found = check_submission(read_onsets(submission), tests, str(submission))
     true = trials.onsets() if labels is None else labels
+    check_labels(true, tests, needed=())
     ends, frame = rest_ends(trials, tests, rest_frames)
     return event_scores_of(found, true, ends, frame=frame, seed=seed)
 
@@ -58,12 +59,17 @@ def check_submission(found: Mapping[str, Onsets], tests: tuple[str, ...], where:
     Raises
     ------
     InputError
-        Where a test trial is missing, or another one is there.
+        Where a test trial is missing, another one is there, or gross slip comes before incipient slip.
     """
     mistakes = Mistakes()
     for name in sorted(set(tests) ^ set(found)):
         problem = f"has no row for the test trial {name}" if name in tests else f"has a row for {name}, no test trial"
         mistakes.found.append(InputError(where, problem, f"needs the {len(tests)} test trials, each once"))
+    for name in sorted(set(tests) & set(found)):
+        incipient, gross = found[name].incipient, found[name].gross
+        if incipient is not None and gross is not None and gross < incipient:
+            problem = f"has gross slip of {name} at {gross:g} s, incipient slip at {incipient:g} s"
+            mistakes.found.append(InputError(where, problem, "needs gross slip last", "look for swapped columns"))
     mistakes.raise_all()
     return {name: found[name] for name in tests}
 

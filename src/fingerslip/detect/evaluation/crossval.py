@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from fingerslip.detect.conformal import false_alarm_threshold
 from fingerslip.detect.evaluation.confusion import confusion_by_trial
 from fingerslip.detect.features import FeatureSettings, feature_names, features_of
 from fingerslip.detect.motion import MotionSettings, motion_of
-from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.onsets import CLASSES, Onsets
 from fingerslip.detect.samples import Samples
 from fingerslip.detect.smoothing import Smoother, Thresholds, onsets_from
 from fingerslip.detect.splits import held_out, sample_split
@@ -29,7 +29,17 @@ from fingerslip.detect.training import (
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
 
-__all__ = ["Fold", "FrameResult", "events_by_trial", "frames_by_sample", "frames_by_trial"]
+__all__ = [
+    "Fold",
+    "FoldFrames",
+    "FrameResult",
+    "events_by_trial",
+    "fitted_fold",
+    "frames_by_sample",
+    "frames_by_trial",
+    "joined_folds",
+    "rows_to_learn",
+]
 
 Floats = NDArray[np.float64]
 
@@ -118,29 +128,85 @@ def frames_by_trial(
         Where a fold has nothing to learn from, or lacks a class.
     """
     start = time.process_time()
-    names = np.array(samples.trials)
-    parts, folds = [], []
+    found = [
+        fitted_fold(samples, onsets, candidate, test, window=window, share=share, seed=seed, workers=workers)
+        for test in tests
+    ]
+    result = joined_folds(samples, [part for _, part in found], tuple(fold for fold, _ in found))
+    return replace(result, seconds=time.process_time() - start)
+
+
+@dataclass(frozen=True)
+class FoldFrames:
+    """What a classifier says of the samples of the trials that a fold leaves out.
+
+    Parameters
+    ----------
+    rows : (n_tested,) array of int
+        Their rows among all samples.
+    chances : (n_tested, 3) array
+        Probability of each class.
+    """
+
+    rows: NDArray[np.intp]
+    chances: Floats
+
+
+def fitted_fold(
+    samples: Samples,
+    onsets: Mapping[str, Onsets],
+    candidate: Candidate,
+    test: Sequence[str],
+    *,
+    window: int,
+    share: float = 0.05,
+    seed: int = 0,
+    workers: int = 1,
+) -> tuple[Fold, FoldFrames]:
+    """Fit a classifier for one fold; for the parameters see :func:`frames_by_trial`.
+
+    Raises
+    ------
+    InputError
+        Where the fold has nothing to learn from, or lacks a class.
+    """
+    learned, kept = rows_to_learn(samples, test, share, seed)
     with threadpool_limits(workers):
-        for test in tests:
-            rest = [name for name in samples.trials if name not in set(test)]
-            kept = held_out(rest, calibration_count(len(rest), share), seed + 1)
-            learned = np.flatnonzero(~np.isin(names[samples.trial], [*test, *kept]))
-            estimator = _fitted(candidate, samples, learned, seed, workers)
-            smoother = forward_filter(samples, onsets, window, learned)
-            folds.append(Fold(candidate, estimator, smoother, tuple(test), kept))
-            rows = np.flatnonzero(np.isin(names[samples.trial], list(test)))
-            values = samples.values[np.ix_(rows, columns_of(samples.names, candidate.sets))]
-            parts.append((rows, probabilities(estimator, values)))
-    rows, chances = np.concatenate([one for one, _ in parts]), np.concatenate([one for _, one in parts])
+        estimator = fit_detector(candidate, samples, learned, seed, workers)
+        rows = np.flatnonzero(np.isin(np.array(samples.trials)[samples.trial], list(test)))
+        values = samples.values[np.ix_(rows, columns_of(samples.names, candidate.sets))]
+        part = FoldFrames(rows, probabilities(estimator, values))
+    return Fold(candidate, estimator, forward_filter(samples, onsets, window, learned), tuple(test), kept), part
+
+
+def joined_folds(samples: Samples, parts: Sequence[FoldFrames], folds: tuple[Fold, ...] = ()) -> FrameResult:
+    """Return what a classifier said in all folds together."""
+    rows, chances = (np.concatenate([getattr(one, name) for one in parts]) for name in ("rows", "chances"))
     classes = samples.classes[rows]
     matrices = confusion_by_trial(classes, chances.argmax(axis=1).astype(np.int8), samples.trial[rows])
-    return FrameResult(matrices, chances, classes, tuple(folds), time.process_time() - start)
+    return FrameResult(matrices, chances, classes, folds)
 
 
-def _fitted(candidate: Candidate, samples: Samples, rows: NDArray[np.intp], seed: int, workers: int) -> object:
+def rows_to_learn(
+    samples: Samples, test: Sequence[str], share: float = 0.05, seed: int = 0
+) -> tuple[NDArray[np.intp], tuple[str, ...]]:
+    """Return the rows that a fold learns from, and the trials that set its threshold.
+
+    Raises
+    ------
+    InputError
+        Where there are no rows, or none of a class.
+    """
+    names, rest = np.array(samples.trials), [name for name in samples.trials if name not in set(test)]
+    kept = held_out(rest, calibration_count(len(rest), share), seed + 1)
+    rows = np.flatnonzero(~np.isin(names[samples.trial], [*test, *kept]))
     if not rows.size:
         raise InputError("folds", "leave no trial to learn from", "needs some", "take more trials or other folds")
-    return fit_detector(candidate, samples, rows, seed, workers)
+    missing = [name for number, name in enumerate(CLASSES) if number not in samples.classes[rows]]
+    if missing:
+        where, found = f"the fold that leaves out trial {test[0]}", f"has no frame of {missing[0]} to learn from"
+        raise InputError(where, found, "needs frames of all classes", "take more trials or fewer folds")
+    return rows, kept
 
 
 def frames_by_sample(samples: Samples, candidate: Candidate, *, seed: int = 0, workers: int = 1) -> NDArray[np.intp]:

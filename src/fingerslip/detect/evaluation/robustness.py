@@ -6,9 +6,9 @@ import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.features import FeatureSettings, features_of
@@ -17,6 +17,9 @@ from fingerslip.detect.onsets import Onsets, classes_at
 from fingerslip.detect.training import Detector
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["DISTURBANCES", "Robustness", "disturbed", "robustness_of"]
 
@@ -69,6 +72,8 @@ def disturbed(tracks: xr.Dataset, disturbance: str, amount: float, seed: int = 0
 
 
 def _lost(tracks: xr.Dataset, amount: float, draw: np.random.Generator) -> xr.Dataset:
+    import xarray as xr
+
     if not 0.0 <= amount < 1.0:
         raise InputError("lost", f"got {amount}", "needs a share from 0 up to, not including, 1")
     gone = draw.random(tracks["quality"].shape) < amount

@@ -113,7 +113,7 @@ def advance_finite(
     stepper = factors.current
     with watch.part("recording"):
         body = stepper.system.require_body().ended(found.body)
-        return finish(stepper, start, contact, found.unknown, body), iterations
+        return finish([stepper], [start], [contact], found.unknown[None], [body])[0], iterations
 
 
 def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iterate, ContactStep, int]:

@@ -6,16 +6,18 @@ import logging
 import platform
 from collections.abc import Mapping
 from importlib.metadata import version
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.step.energy import made_energy
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.scheme import HHT
 from fingerslip.history import make_history
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["labelled_history"]
 

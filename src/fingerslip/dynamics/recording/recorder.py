@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import copy
 import functools
+import operator
 from dataclasses import replace
 from typing import Any
 
@@ -45,12 +46,15 @@ _ENERGIES = {
     "external_work": "external_work",
     "energy_imbalance": "imbalance",
 }
+_energies_of = operator.attrgetter(*_ENERGIES.values())
 # Steps whose strains are computed at once, and contact candidates times steps that are completed at once.
 _STRAINED_AT_ONCE, _AT_ONCE = 64, 50_000
 
 
 # What a recorder keeps beside its values.
-_KEPT = ("_strains", "_strained", "_limits")
+_KEPT = ("_strains", "_strained", "_taken", "_limits", "_energies")
+# What is taken at sites and at candidates.
+_FIELDS = ("displacement", "velocity", "acceleration")
 
 
 class CellFields:
@@ -94,8 +98,8 @@ class Recorder:
     def __init__(self, model: Model, system: System, times: Array, cells: CellFields | None = None) -> None:
         self._system, self._times, self._next, self._is_part = system, times, 0, False
         coordinates, space = system.coordinates, system.space
-        self._at_sites = coordinates.components(vector_dofs(system.site_nodes, space.dim).ravel())
-        self._at_candidates = coordinates.components(vector_dofs(system.candidates.nodes, space.dim).ravel())
+        nodes = np.concatenate([system.site_nodes, system.candidates.nodes])
+        self._at_nodes = coordinates.components(vector_dofs(nodes, space.dim).ravel())
         regions = [site.region for site in model.record.sites]
         body = system.body
         self._finite = None if body is None else finite_site_recovery(body.bulk, system.site_nodes, regions)
@@ -104,6 +108,8 @@ class Recorder:
         self._sites = replace(site_recovery(space, system.materials, sites, few), relax=self._relaxed)
         self._at_strained, self._strain_map = coordinates.mapped(self._sites.strain)
         self._strained = np.zeros((min(_STRAINED_AT_ONCE, times.size), self._strain_map.shape[1]))
+        self._taken = np.zeros((len(_FIELDS), len(self._strained), nodes.size, space.dim))
+        self._energies = np.zeros((times.size, len(_ENERGIES)))
         self._strains = np.zeros((times.size, len(sites), self._sites.components))
         self._scheme = make_scheme(model.time)
         self._viscous = viscous_steps(system.relaxing, self._scheme.step)
@@ -139,13 +145,8 @@ class Recorder:
     @property
     def nbytes(self) -> int:
         """Memory that the arrays take when they are filled [bytes]."""
-        return (
-            self._strained.nbytes
-            + self._strains.nbytes
-            + sum(array.nbytes for array in self._supports.kept.values())
-            + self._limits.nbytes
-            + sum(np.asarray(value).nbytes for value in self.values.values())
-        )
+        kept: list[Array] = [*(getattr(self, name) for name in _KEPT), *self._supports.kept.values()]
+        return sum(array.nbytes for array in kept) + sum(np.asarray(value).nbytes for value in self.values.values())
 
     def record(self, state: State) -> None:
         """Record the next state."""
@@ -161,8 +162,7 @@ class Recorder:
             self.values["strain_energy_density"][step] = self._finite.energy_densities(state.body.deformed)
         if self._of_states:
             self._record_relaxed(step, state)
-        for name, attribute in _ENERGIES.items():
-            self.values[name][step] = getattr(state.energies, attribute)
+        self._energies[step] = _energies_of(state.energies)
         self.values["contact_iterations"][step] = state.iterations
         self.values["contact_residual"][step] = state.residual
         if (snapshot := self._snapshots.get(step)) is not None:
@@ -185,6 +185,7 @@ class Recorder:
             _strains=self._strains[steps],
             _supports=self._supports.part(steps),
             _limits=self._limits[steps],
+            _energies=self._energies[steps],
             _bodies=self._bodies.part(steps),
             _is_part=True,
         )
@@ -226,6 +227,7 @@ class Recorder:
             self.values["stress"][:] = self._sites.stresses(self._strains)
             self.values["strain"][:] = self._sites.tensors(self._strains)
             self.values["strain_energy_density"][:] = self._sites.energy_densities(self._strains)
+        self.values |= {name: own.copy() for name, own in zip(_ENERGIES, self._energies.T, strict=True)}
         self._bodies.complete_motion(self.values)
         self._supports.complete(self.values)
         candidates = self._system.candidates
@@ -235,12 +237,9 @@ class Recorder:
         self._bodies.complete_forces(self.values)
 
     def _record_motion(self, step: int, state: State) -> None:
-        values = self.values
-        fields = {"displacement": state.displacement, "velocity": state.velocity, "acceleration": state.acceleration}
-        for name, field in fields.items():
-            self._at_sites.take(field, values[name][step])
-            self._at_candidates.take(field, values[f"contact_{name}"][step])
         row = step % len(self._strained)
+        for name, taken in zip(_FIELDS, self._taken, strict=True):
+            self._at_nodes.take(getattr(state, name), taken[row])
         self._at_strained.take(state.displacement, self._strained[row])
         self._bodies.record(step, state)
 
@@ -269,6 +268,9 @@ class Recorder:
         strains = self._strains[start : self._next]
         strains[:] = (self._strain_map @ self._strained[: len(strains)].T).T.reshape(strains.shape)
         self._supports.follow(slice(start, self._next))
+        for name, taken in zip(_FIELDS, self._taken[:, : len(strains)], strict=True):
+            sites = self.values[name][start : self._next]
+            sites[:], self.values[f"contact_{name}"][start : self._next] = np.split(taken, [sites.shape[1]], axis=1)
 
     def _relaxed(self, material: Elastic, strains: Array, _: NDArray[np.int64]) -> Relaxed:
         """Return all strains of points (n_times, k, m) [-] with their dashpots."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, Protocol
@@ -50,6 +51,9 @@ class BasisStore(Protocol):
     def save(self, key: str, arrays: Mapping[str, Array]) -> None:
         """Keep arrays under a key."""
 
+    def alone(self, key: str) -> AbstractContextManager[None]:
+        """Keep others from making the arrays of a key while a block looks for them, and makes them where none are."""
+
 
 class _UnsuitableError(Exception):
     """A reduced basis is not the way to compute the motions; says why."""
@@ -70,6 +74,10 @@ class _Maker:
         body = StaticResponses(system.stiffness, system.mass, interface_unknowns(motions.systems), motions.solver)
         return cls(motions, body, observed_unknowns(motions.models, motions.systems), store)
 
+    def alone(self) -> AbstractContextManager[None]:
+        """Keep other processes from making the same basis in a block."""
+        return nullcontext() if self.store is None else self.store.alone(self._key)
+
     def kept(self) -> CraigBampton | None:
         """Return the basis that is kept, if any."""
         arrays = None if self.store is None else self.store.load(self._key)
@@ -79,7 +87,8 @@ class _Maker:
     def keep(self, basis: CraigBampton) -> None:
         """Keep a basis for other runs."""
         if self.store is not None:
-            self.store.save(self._key, {field.name: getattr(basis, field.name) for field in fields(basis)})
+            with self.motions.watch.part("basis"):
+                self.store.save(self._key, {field.name: getattr(basis, field.name) for field in fields(basis)})
 
     def make(self, count: int) -> CraigBampton:
         """Make a basis with some vibrations."""
@@ -152,16 +161,26 @@ def _march(motions: Motions, wanted: ReducedBasis, store: BasisStore | None) -> 
     Where there is no basis yet, the first of several motions tries it out for all.
     """
     maker = _Maker.of(motions, store)
-    with motions.watch.part("basis"):
+    with maker.alone():
+        tried, basis = _begun(motions.first, maker, wanted)
+    if tried is not None and len(motions.models) == 1:
+        return tried
+    marched, found = _suitable(motions, maker, basis, wanted)
+    if found is not basis:
+        maker.keep(found)
+    return marched
+
+
+def _begun(first: Motions, maker: _Maker, wanted: ReducedBasis) -> tuple[Marched | None, CraigBampton]:
+    """Return the basis that is kept, or a motion and the basis that suffices for it, which is kept from now on."""
+    with first.watch.part("basis"):
         kept = maker.kept()
         basis = kept or maker.make(_first_count(maker.body.interface.size))
-    if kept is None and len(motions.models) > 1:
-        _, basis = _suitable(motions.first, maker, basis, wanted)
-    marched, basis = _suitable(motions, maker, basis, wanted)
-    if basis is not kept:
-        with motions.watch.part("basis"):
-            maker.keep(basis)
-    return marched
+    if kept is not None:
+        return None, kept
+    marched, basis = _suitable(first, maker, basis, wanted)
+    maker.keep(basis)
+    return marched, basis
 
 
 def _suitable(

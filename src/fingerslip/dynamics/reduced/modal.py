@@ -53,14 +53,16 @@ class ModalFactor:
 
     def gather(self, forces: Array) -> Array:
         """Return the coordinates D^-1 [1, E^T] b, (m,) or (m, k)."""
-        size = self.diagonal.size
-        total, outside = forces[:size], forces[size:]
+        total, outside = forces[: self.diagonal.size], forces[self.diagonal.size :]
         if forces.ndim == 1:
-            return add_rows(total, self.interface, outside) / self.diagonal
-        if outside.any():
-            total = total + self.interface.T @ outside
-        gathered: Array = total / self.diagonal[:, None]
-        return gathered
+            return self.divide(add_rows(total, self.interface, outside))
+        # Forces of nodes that have left act on the interface: on few of its unknowns, if any.
+        there = np.flatnonzero(outside.any(axis=1))
+        return self.divide(total + self.interface[there].T @ outside[there] if there.size else total)
+
+    def divide(self, forces: Array) -> Array:
+        """Return D^-1 b for forces on the coordinates, (m,) or (m, k)."""
+        return (forces.T / self.diagonal).T
 
     def spread(self, coordinates: Array) -> Array:
         """Return the field [1; E] z, (m + p,) or (m + p, k), of coordinates z."""
@@ -71,29 +73,32 @@ class ModalFactor:
 class ByModes:
     """A diagonal matrix, condensed: see :class:`fingerslip.dynamics.step.condensation.Condensed`.
 
+    Halfway there are the coordinates alone: of the interface, contact needs the local displacements only.
+
     Parameters
     ----------
     factor : ModalFactor
         The matrix.
-    local : sparse matrix, shape (c, m + p)
-        B, local displacements of the candidates.
+    local : (c, m) array
+        Local displacements of the candidates per coordinate, B [1; E].
     """
 
     factor: ModalFactor
-    local: sparse.csr_matrix
+    local: Array
     description: ClassVar[str] = "reduced basis, two products a step"
 
     def forward(self, right_hand_side: Array) -> Halfway:
         """Solve for b, shape (m + p,) or (m + p, k) [N], without contact forces."""
-        solution = self.factor.backward(right_hand_side)
-        return Halfway(solution, self.local @ solution)
+        coordinates = self.factor.gather(right_hand_side)
+        return Halfway(coordinates, self.local @ coordinates)
 
     def backward(self, halfway: Halfway, forces: Array) -> Array:
         """Return x for contact forces r, shape (c,) or (c, k) [N]."""
-        if not forces.any():
-            return halfway.vector
-        size = self.factor.diagonal.size
-        return self.factor.spread(halfway.vector[:size] + self.factor.gather(self.local.T @ forces))
+        if forces.ndim == 1:
+            added = add_rows(np.zeros_like(halfway.vector), self.local, forces)
+        else:
+            added = self.local.T @ forces
+        return self.factor.spread(halfway.vector + self.factor.divide(added))
 
 
 def condense_modes(diagonal: Array, interface: Array, local: sparse.csr_matrix) -> tuple[ByModes, Array]:
@@ -115,6 +120,6 @@ def condense_modes(diagonal: Array, interface: Array, local: sparse.csr_matrix) 
     compliance : (c, c) array
         B A^-1 B^T, symmetric.
     """
-    scaled = local[:, diagonal.size :] @ interface
-    scaled /= np.sqrt(diagonal)
-    return ByModes(ModalFactor(diagonal, interface), local), scaled @ scaled.T
+    moved = np.asarray(local[:, diagonal.size :] @ interface)
+    scaled = moved / np.sqrt(diagonal)
+    return ByModes(ModalFactor(diagonal, interface), moved), scaled @ scaled.T

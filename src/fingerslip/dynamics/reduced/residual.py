@@ -135,23 +135,22 @@ def missing_displacements(
     states : sequence of two State
         The reduced states of each motion at the start and at the end of its step.
     """
-    fields = [
-        (first.displacement, first.velocity, last.displacement, last.velocity, last.acceleration)
-        for first, last in states
-    ]
-    columns = coordinates.lifted(np.concatenate(fields).T)
-    u_0, v_0, u_1, v_1, a_1 = (columns[:, which::5] for which in range(5))
-    # The equations are linear in the fields at both ends, so that each matrix is read once.
+    # The equations are linear in the fields at both ends: few combinations of them are carried to the mesh.
     end, start = scheme.end_weight, scheme.start_weight
-    velocity = end * v_1 - start * v_0
-    strained = end * u_1 - start * u_0 + damping.stiffness * velocity
+    velocity = np.stack([end * last.velocity - start * first.velocity for first, last in states])
+    displacement = np.stack([last.displacement for _, last in states])
+    moved = np.stack([end * last.displacement - start * first.displacement for first, last in states])
+    acceleration = np.stack([last.acceleration for _, last in states])
+    strained = moved + damping.stiffness * velocity
+    inertia = scheme.inertia_factor * acceleration + damping.mass * velocity
+    on_mesh = coordinates.lifted(np.concatenate([displacement, strained, inertia]).T)
+    reached, strained, inertia = np.hsplit(on_mesh, 3)
     loads = [
         end * system.load(last.time) - start * system.load(first.time)
         for system, (first, last) in zip(systems, states, strict=True)
     ]
-    inertia = scheme.inertia_factor * a_1 + damping.mass * velocity
     residual = systems[0].mass @ inertia + systems[0].stiffness @ strained - np.transpose(loads)
-    return u_1.T, -coordinates.body.give_way(residual).T / end
+    return reached.T, -coordinates.body.give_way(residual).T / end
 
 
 def steps_remembered(scheme: Scheme, damping: RayleighDamping, frequency: float) -> float:

@@ -8,10 +8,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.digest import digest
@@ -29,6 +28,9 @@ from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.threads import allowed_threads, limited_threads, single_dense_thread, suitable_threads
 from fingerslip.model import Model
 from fingerslip.timing import Adaptive
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Observation", "Simulation"]
 

@@ -12,9 +12,12 @@ so whatever is left over is rounding, or an error. The numerical dissipation is 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Energies", "made_energy"]
 

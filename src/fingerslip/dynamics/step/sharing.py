@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from fingerslip.dynamics.system.scheme import make_scheme
-from fingerslip.dynamics.system.system import System
 from fingerslip.errors import InputError
 from fingerslip.model import Contact, Model
 from fingerslip.timing import Adaptive, Timing
+
+if TYPE_CHECKING:
+    from fingerslip.dynamics.system.system import System
 
 __all__ = [
     "check_same_matrix",
@@ -27,10 +29,10 @@ __all__ = [
 
 T = TypeVar("T")
 
-# Degrees of freedom from which sharing is worth it, by the dimension of space; models whose histories are kept at once.
+# Degrees of freedom from which sharing is worth it, by the dimension of space; the fewest models of a full group.
 # Eight frictions and depths together take 1/1.7 of the CPU time in the plane at 15,000 and 1/1.35 at 5,000.
 _WORTH_SHARING = {2: 5_000, 3: 15_000}
-_MOST = 8
+_FULL = 8
 
 # What of a model decides stiffness and mass, beside its mesh.
 _OF_BODY = ("kinematics", "materials", "formulation", "depth", "supports", "support_motions", "integration")
@@ -104,7 +106,9 @@ def material_key(model: Model) -> str:
     return repr(sorted(model.materials.items(), key=lambda item: item[0]))
 
 
-def groups_to_share(models: Sequence[Model], at_once: int = 1) -> list[list[int]]:
+def groups_to_share(
+    models: Sequence[Model], at_once: int = 1, most: Callable[[Model], int] = lambda _: _FULL
+) -> list[list[int]]:
     """Return the indices of models that are best simulated together, group by group.
 
     Small models stay apart. A large group is split evenly, so that not too many histories are kept at once.
@@ -115,11 +119,13 @@ def groups_to_share(models: Sequence[Model], at_once: int = 1) -> list[list[int]
         The models.
     at_once : int, optional
         Groups that can be simulated at once. In the plane, where one group can use one core, there are as many.
+    most : callable, optional
+        Tells how many models like a given one may be simulated together; fewer than 8 are not worth a split.
     """
     first = first_alike(models, lambda one, other: _gains(other) and same_matrix(one, other), material_key)
     alike = [[number for number, own in enumerate(first) if own == kind] for kind in dict.fromkeys(first)]
     each = math.ceil(at_once / max(1, len(alike)))
-    return [part for group in alike for part in _even_parts(group, each if _is_plane(models[group[0]]) else 1)]
+    return [part for group in alike for part in _even_parts([models[own] for own in group], group, each, most)]
 
 
 def check_same_matrix(models: Sequence[Model]) -> None:
@@ -151,9 +157,13 @@ def _is_plane(model: Model) -> bool:
     return bool(model.mesh.dim() == 2)
 
 
-def _even_parts(group: list[int], at_once: int) -> list[list[int]]:
-    """Split a group into a multiple of the parts that run at once, so that all of these end together."""
-    rounds = math.ceil(len(group) / (_MOST * at_once))
+def _even_parts(
+    models: Sequence[Model], group: list[int], at_once: int, most: Callable[[Model], int]
+) -> list[list[int]]:
+    """Split a group of models into a multiple of the parts that run at once, so that all of these end together."""
+    at_once = at_once if _is_plane(models[0]) else 1
+    few = len(group) <= _FULL * at_once
+    rounds = 1 if few else math.ceil(len(group) / (max(_FULL, most(models[0])) * at_once))
     size = math.ceil(len(group) / (rounds * at_once))
     return [group[start : start + size] for start in range(0, len(group), size)]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import repeat
 
 import numpy as np
@@ -19,7 +19,7 @@ from fingerslip.dynamics.step.prediction import Prediction, predict
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.scheme import StepChange
-from fingerslip.linear.products import two_products
+from fingerslip.linear.products import as_rows, products
 from fingerslip.linear.threads import Mapper, one_by_one
 
 __all__ = ["advance", "finish", "weighted_forces"]
@@ -59,7 +59,7 @@ def advance(
         Where the contact problem was not solved, or contact alone does not hold a body without inertia.
     """
     condensed = steppers[0].condensed
-    starts = list(map(predict, steppers, states, repeat(time), counterfaces))
+    starts = predict(steppers, states, time, counterfaces)
     for _ in passes(steppers, time):
         with watch.part("substitution"):
             halfway = condensed.forward(_columns([start.right_hand_side for start in starts]))
@@ -72,7 +72,7 @@ def advance(
             break
         starts = list(map(move_anchor, steppers, starts, unknowns))
     with watch.part("recording"):
-        return list(map(finish, steppers, starts, contacts, unknowns))
+        return finish(steppers, starts, contacts, unknowns)
 
 
 def _columns(vectors: Sequence[Array]) -> Array:
@@ -100,97 +100,132 @@ def weighted_forces(stepper: Stepper, contact: ContactStep) -> Array:
     return added if contact.release_force is None else added + contact.release_force
 
 
+@dataclass(frozen=True)
+class _End:
+    """The fields (n,) of a motion at the end of a step, its kinetic energy, and its strain energy at small strain."""
+
+    unknown: Array
+    displacement: Array
+    velocity: Array
+    acceleration: Array
+    inertia: Array
+    kinetic: float
+    elastic: float
+
+
 def finish(
-    stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array, body: BodyState | None = None
-) -> State:
-    """Return the state at the end of a step.
+    steppers: Sequence[Stepper],
+    starts: Sequence[Prediction],
+    contacts: Sequence[ContactStep],
+    unknowns: Array,
+    bodies: Sequence[BodyState] = (),
+) -> list[State]:
+    """Return the states of k motions at the end of a step.
 
     Parameters
     ----------
-    stepper : Stepper
-        What stays the same.
-    start : Prediction
+    steppers : sequence of Stepper
+        What stays the same in each; they share matrices and scheme.
+    starts : sequence of Prediction
         The step before its substitution.
-    contact : ContactStep
+    contacts : sequence of ContactStep
         Its contact.
-    unknown : (n,) array
-        Its unknown.
-    body : BodyState, optional
-        The body at the end, at large strain.
+    unknowns : (k, n) array
+        Its unknowns.
+    bodies : sequence of BodyState, optional
+        The bodies at the end, at large strain.
     """
-    system, scheme, before, unknown = stepper.system, stepper.scheme, start.before, np.ascontiguousarray(unknown)
-    displacement = start.free.displacement + scheme.displacement_factor * unknown
-    velocity = start.free.velocity + scheme.velocity_factor * unknown
-    acceleration = scheme.inertia_factor * unknown
-    if start.prescribed is not None:
-        acceleration += start.prescribed
-    inertia, momentum = _mass_times(stepper, acceleration, velocity)
-    unbalance = scheme.start_weight * before.unbalance - inertia
+    ends = _ends(steppers[0], starts, np.ascontiguousarray(unknowns), is_small=not bodies)
+    return list(map(_finished, steppers, starts, contacts, ends, bodies or repeat(None)))
+
+
+def _ends(stepper: Stepper, starts: Sequence[Prediction], unknowns: Array, *, is_small: bool) -> list[_End]:
+    """Return the ends of motions, whose matrices are read once for all of them."""
+    scheme, system, count = stepper.scheme, stepper.system, len(starts)
+    displacement = as_rows([start.free.displacement for start in starts]) + scheme.displacement_factor * unknowns
+    velocity = as_rows([start.free.velocity for start in starts]) + scheme.velocity_factor * unknowns
+    acceleration = scheme.inertia_factor * unknowns
+    for number, start in enumerate(starts):
+        if start.prescribed is not None:
+            acceleration[number] += start.prescribed
+    inertia, kinetic, elastic = np.zeros_like(acceleration), np.zeros(count), np.zeros(count)
+    if scheme.inertia_factor:
+        both = products(system.mass, np.concatenate([acceleration, velocity]))
+        inertia, kinetic = both[:count], 0.5 * scheme.inertia_factor * np.vecdot(velocity, both[count:])
+    if is_small:
+        # Nothing else in the step forms this product, so the balance of energies checks the substitutions.
+        elastic = 0.5 * np.vecdot(displacement, products(system.stiffness, displacement))
+    each = zip(kinetic.tolist(), elastic.tolist(), strict=True)
+    return [
+        _End(*fields, *own)
+        for *fields, own in zip(unknowns, displacement, velocity, acceleration, inertia, each, strict=True)
+    ]
+
+
+def _finished(stepper: Stepper, start: Prediction, contact: ContactStep, end: _End, body: BodyState | None) -> State:
+    """Return the state of a motion at the end of a step, from its fields and its contact."""
+    system, scheme, before = stepper.system, stepper.scheme, start.before
+    unbalance = scheme.start_weight * before.unbalance - end.inertia
     if stepper.anchoring:
-        unbalance += start.anchor_force(stepper, unknown)
+        unbalance += start.anchor_force(stepper, end.unknown)
     if contact.release is not None:
         unbalance += system.at_candidates @ contact.release.correction.ravel()
-    after = replace(
-        before,
+    memories = [
+        own.after(memory, end.displacement) for own, memory in zip(stepper.viscous, before.memories, strict=True)
+    ]
+    moved, acting = system.moved(end.displacement, start.counterfaces), _mean_forces(before, contact)
+    settled = _settled(stepper, before, contact, -float(np.vdot(acting, moved - before.moved)))
+    after = State(
         time=start.time,
         step=scheme.step,
-        displacement=displacement,
-        velocity=velocity,
-        acceleration=acceleration,
-        inertia=inertia,
+        displacement=end.displacement,
+        velocity=end.velocity,
+        acceleration=end.acceleration,
+        inertia=end.inertia,
         load=start.load,
         unbalance=unbalance / scheme.end_weight,
         unbalance_before=before.unbalance,
         counterfaces=start.counterfaces,
-        moved=system.moved(displacement, start.counterfaces),
+        moved=moved,
         contact_forces=contact.forces,
         contact_forces_before=before.contact_forces,
+        interface=settled.state,
+        energies=before.energies,
         iterations=contact.solution.iterations,
         residual=contact.solution.residual,
         working_set=contact.working_set,
         release=contact.release,
-        memories=tuple(
-            own.after(memory, displacement) for own, memory in zip(stepper.viscous, before.memories, strict=True)
-        ),
+        memories=tuple(memories),
         body=body,
     )
-    return _settled(stepper, before, after, momentum, contact)
+    return replace(after, energies=_energies(stepper, before, after, end, (acting, settled)))
 
 
-def _mass_times(stepper: Stepper, acceleration: Array, velocity: Array) -> tuple[Array, Array]:
-    """Return the mass times acceleration [N] and times velocity [N s], both (n,); none where nothing has inertia."""
-    if not stepper.scheme.inertia_factor:
-        return np.zeros_like(acceleration), np.zeros_like(velocity)
-    return two_products(stepper.system.mass, acceleration, velocity)
+def _mean_forces(before: State, contact: ContactStep) -> Array:
+    """Return the contact forces that do work in a step, shape (n_c, dim) [N]."""
+    total = before.contact_forces + contact.forces
+    for release in (before.release, contact.release):
+        if release is not None:
+            total += release.correction
+    mean: Array = 0.5 * total
+    return mean
 
 
-def _settled(stepper: Stepper, before: State, after: State, momentum: Array, contact: ContactStep) -> State:
-    """Complete a step with what it did to the interface and to the energies."""
-    acting = _mean_forces(before, after)
-    settled = settle(
+def _settled(stepper: Stepper, before: State, contact: ContactStep, work: float) -> StepOutcome:
+    """Return what a step did to the interface, on which contact did work [J]."""
+    return settle(
         stepper.system.candidates,
         before.interface,
         contact.solution.forces,
         contact.relative,
         friction_coefficient=contact.coefficients,
         stretch=tangent_lengths(contact.frames) if stepper.stretch is None else stepper.stretch,
-        work=-float(np.sum(acting * (after.moved - before.moved))),
+        work=work,
     )
-    return replace(after, interface=settled.state, energies=_energies(stepper, before, after, momentum, settled))
 
 
-def _mean_forces(before: State, after: State) -> Array:
-    """Return the contact forces that do work in a step, shape (n_c, dim) [N]."""
-    total = before.contact_forces + after.contact_forces
-    for state in (before, after):
-        if state.release is not None:
-            total += state.release.correction
-    mean: Array = 0.5 * total
-    return mean
-
-
-def _energies(stepper: Stepper, before: State, after: State, momentum: Array, settled: StepOutcome) -> Energies:
-    """Complete the energy balance of a step."""
+def _energies(stepper: Stepper, before: State, after: State, end: _End, contact: tuple[Array, StepOutcome]) -> Energies:
+    """Complete the energy balance of a step, with the mean contact forces and what it did to the interface."""
     lost, relaxes = _elastic_loss(before, after), stepper.system.body is not None and stepper.system.body.relaxes
     change = StepChange(
         displacement=after.displacement - before.displacement,
@@ -198,27 +233,18 @@ def _energies(stepper: Stepper, before: State, after: State, momentum: Array, se
         inertia=after.inertia - before.inertia,
         unbalance=(before.unbalance_before, before.unbalance, after.unbalance),
     )
+    acting, settled = contact
+    remembered = sum(memory.stored for memory in after.memories)
     return before.energies.after(
-        kinetic=0.5 * stepper.scheme.inertia_factor * float(after.velocity @ momentum),
-        strain=_strain_energy(stepper, after),
+        kinetic=end.kinetic,
+        strain=end.elastic + remembered if after.body is None else after.body.energy,
         contact=settled.stored,
         friction=settled.friction,
         damping=_damped(stepper, before, after),
         viscous=sum(memory.dissipated for memory in after.memories) + (lost if relaxes else 0.0),
         numerical=stepper.scheme.dissipation(change) + settled.numerical + (0.0 if relaxes else lost),
-        work=_external_work(stepper, before, after),
+        work=_external_work(stepper, before, after, change.displacement, acting),
     )
-
-
-def _strain_energy(stepper: Stepper, state: State) -> float:
-    """Return the strain energy at the end of a step [J].
-
-    Nothing else in the step forms this product with the stiffness, so the balance of energies checks the substitutions.
-    """
-    if state.body is not None:
-        return state.body.energy
-    elastic = 0.5 * float(state.displacement @ (stepper.system.stiffness @ state.displacement))
-    return elastic + sum(memory.stored for memory in state.memories)
 
 
 def _elastic_loss(before: State, after: State) -> float:
@@ -240,14 +266,14 @@ def _damped(stepper: Stepper, before: State, after: State) -> float:
     return float((after.displacement - before.displacement) @ force)
 
 
-def _external_work(stepper: Stepper, before: State, after: State) -> float:
+def _external_work(stepper: Stepper, before: State, after: State, change: Array, acting: Array) -> float:
     """Return the work of loads, counterfaces and moving supports in a step, by the mean of the forces [J]."""
-    work = 0.5 * float((before.load + after.load) @ (after.displacement - before.displacement))
+    work = 0.5 * float((before.load + after.load) @ change)
     if after.counterfaces.size:
         travel = (after.counterfaces - before.counterfaces)[stepper.system.candidates.counterface]
-        work += float(np.sum(_mean_forces(before, after) * travel))
+        work += float(np.vdot(acting, travel))
     moving = stepper.system.unknowns.moving
     if moving.size:
         forces = stepper.support_force(before) + stepper.support_force(after)
-        work += 0.5 * float(forces @ (after.displacement - before.displacement)[moving])
+        work += 0.5 * float(forces @ change[moving])
     return work

@@ -24,6 +24,7 @@ from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.forms import mass_matrix, stiffness_matrix
 from fingerslip.fe.space import Space, carrying_nodes
 from fingerslip.fe.viscous import Relaxing, relaxing_layers
+from fingerslip.linear.products import long_product
 from fingerslip.materials.material import Material
 from fingerslip.model import Model
 
@@ -160,7 +161,7 @@ class System:
         counterfaces : (n_counterfaces, dim) array
             Prescribed displacement of the counterfaces [m].
         """
-        moved: Array = (self.relative @ displacement).reshape(-1, self.space.dim)
+        moved = long_product(self.relative, displacement).reshape(-1, self.space.dim)
         return moved - counterfaces[self.candidates.counterface] if counterfaces.size else moved
 
     @cached_property

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from fingerslip.history import nearest_snapshot
 from fingerslip.report.figures.style import figure_grid, styled, titled
-from fingerslip.report.scene.scene import COLOUR_MAP, SCALARS, SceneOptions, field_limits
+from fingerslip.report.scene.options import SCALARS, SceneOptions
+from fingerslip.report.scene.scene import COLOUR_MAP, field_limits
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import Events, slide_window
 

@@ -20,7 +20,9 @@ from fingerslip.errors import ResultError
 from fingerslip.history import OPEN, SLIP, STICK, is_solid, nearest_record, nearest_snapshot
 from fingerslip.report.colours import BLACK, FIELD_MAP, STATE_COLOURS, STATE_NAMES, region_colours
 from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, styled, titled
-from fingerslip.report.scene.scene import SCALARS, Scalar, SceneOptions, field_limits, region_names
+from fingerslip.report.scene.names import Scalar
+from fingerslip.report.scene.options import SCALARS, SceneOptions
+from fingerslip.report.scene.scene import field_limits, region_names
 from fingerslip.report.scene.snapshot import flat_faces
 from fingerslip.slip import Events, slide_window
 from fingerslip.slip.names import EVENTS

@@ -26,7 +26,8 @@ from fingerslip.report.figures.marks import mark_run
 from fingerslip.report.figures.slip import draw_states
 from fingerslip.report.figures.style import styled
 from fingerslip.report.figures.times import ShownTime
-from fingerslip.report.scene.scene import SCALARS, SceneOptions, check_options, field_limits
+from fingerslip.report.scene.options import SCALARS, SceneOptions
+from fingerslip.report.scene.scene import check_options, field_limits
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import Events, slide_window
 from fingerslip.slip.names import EVENTS

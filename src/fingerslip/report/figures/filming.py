@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fingerslip.history import is_solid, nearest_snapshot
 from fingerslip.report.figures.cut import cropped
 from fingerslip.report.figures.style import BLACK, GREY, figure_grid, say, styled, titled
-from fingerslip.report.scene.scene import SceneOptions
+from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.viewer import stills
 
 __all__ = ["MOVED", "film_times", "frames_figure", "onsets", "slip_order_figure"]

@@ -15,7 +15,8 @@ from fingerslip.report.colours import BLACK, FIELD_MAP, STATE_COLOURS, STATE_NAM
 from fingerslip.report.figures.cut import cropped
 from fingerslip.report.figures.deformed import snapshots_at
 from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, styled, titled
-from fingerslip.report.scene.scene import SCALARS, SceneOptions, field_limits, region_names
+from fingerslip.report.scene.options import SCALARS, SceneOptions
+from fingerslip.report.scene.scene import field_limits, region_names
 from fingerslip.report.scene.viewer import stills
 from fingerslip.slip import Events, slide_window
 from fingerslip.slip.names import EVENTS

@@ -10,6 +10,7 @@ from fingerslip.report.figures.paired import Pair, paired_figure
 from fingerslip.report.labels import run_title, swept_text
 from fingerslip.report.page.citations import cited
 from fingerslip.report.page.page import Picture, Report, ReportSection
+from fingerslip.report.tables.differences import differences_table
 from fingerslip.report.tables.events import events_table, time_cell
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.report.tables.table import Cell, Column, Measured, Missing, Table
@@ -155,13 +156,7 @@ def _difference(first: Cell, second: Cell) -> Cell:
 
 def _values(first: ComparedStudy, second: ComparedStudy) -> Table:
     both = [{value.path: value.value for value in own.values} for own in (first, second)]
-    rows = tuple(
-        (path, *(own.get(path, Missing.NOT_DEFINED) for own in both))
-        for path in dict.fromkeys((*both[0], *both[1]))
-        if both[0].get(path) != both[1].get(path)
-    )
-    note = "" if rows else "Both studies have the same values."
-    return Table("Values that differ", (Column("value"), Column("A"), Column("B")), rows, note)
+    return differences_table(both[0], both[1], same="Both studies have the same values.")
 
 
 def _events(name: str, own: ComparedStudy) -> Table:

@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any
-
-import skfem
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from fingerslip.published import PublishedSet
 from fingerslip.report.labels import run_title
 from fingerslip.report.page.films import Film
-from fingerslip.report.page.pictures import RunPictures
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.slip import Events, EventSettings
 from fingerslip.uncertainty import Convergence
+
+if TYPE_CHECKING:
+    import skfem
+    import xarray as xr
+
+    from fingerslip.report.page.pictures import RunPictures
 
 __all__ = ["MOST_DETAILED", "MOST_RUNS", "ReportContent"]
 
@@ -96,6 +98,8 @@ class ReportContent:
 
     def drawn_already(self, name: str) -> RunPictures:
         """Return the pictures of a run that are drawn already."""
+        from fingerslip.report.page.pictures import RunPictures
+
         return self.pictures.get(name, RunPictures())
 
     def titled_histories(self) -> dict[str, xr.Dataset]:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from fingerslip.history import is_solid
 from fingerslip.published import PublishedSet
@@ -18,6 +17,9 @@ from fingerslip.report.page.content import ReportContent
 from fingerslip.report.page.page import Picture
 from fingerslip.report.tables.events import swept_paths
 from fingerslip.results import RunResult
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["are_held", "hero_pictures", "swept_pictures"]
 

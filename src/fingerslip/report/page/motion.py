@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from matplotlib import colormaps
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
@@ -28,11 +27,15 @@ from fingerslip.report.colours import (
 )
 from fingerslip.report.page.packing import packed, quantised
 from fingerslip.report.page.surface import surface_arrays
-from fingerslip.report.scene.scene import SceneOptions, field_limits, region_names
+from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.scene import field_limits, region_names
 from fingerslip.report.scene.snapshot import flat_faces
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
 from fingerslip.slip.names import EVENTS
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["language", "run_motion"]
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-
-import skfem
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from fingerslip.report.page.page import DrawnPicture, Picture
 from fingerslip.slip import Events
+
+if TYPE_CHECKING:
+    import skfem
+    import xarray as xr
 
 __all__ = ["PictureSet", "RunPictures", "RunToDraw"]
 

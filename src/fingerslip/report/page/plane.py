@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-
-import skfem
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from fingerslip.report.figures.held import is_held
 from fingerslip.report.figures.section import receptor_positions, section_figure
@@ -13,6 +11,10 @@ from fingerslip.report.figures.slip import contact_displacement_figure, slip_map
 from fingerslip.report.page.page import Picture
 from fingerslip.report.page.pictures import PictureSet, RunToDraw
 from fingerslip.slip import Events
+
+if TYPE_CHECKING:
+    import skfem
+    import xarray as xr
 
 __all__ = ["PLANE"]
 

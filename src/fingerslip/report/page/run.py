@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-
-import skfem
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from fingerslip.history import is_solid, sites_of_kinds
 from fingerslip.report.figures.forces import energy_figure, force_figure
@@ -21,6 +19,10 @@ from fingerslip.report.tables.measures import measures_table
 from fingerslip.results import RunResult
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import PeakSettings, acceleration_peaks
+
+if TYPE_CHECKING:
+    import skfem
+    import xarray as xr
 
 __all__ = ["draw_ahead", "has_receptors", "model_pictures", "picture_set", "run_section"]
 

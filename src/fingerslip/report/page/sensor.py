@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.history import sites_of_kinds
 from fingerslip.marker_tracks import marker_tracks
@@ -18,6 +18,9 @@ from fingerslip.report.page.pictures import RunToDraw
 from fingerslip.report.tables.table import Column, Table
 from fingerslip.slip import slide_window
 from fingerslip.slip.skin_markers import touching_markers
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["cameras_section", "has_markers", "marker_pictures", "place_pictures"]
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
-import skfem
-import xarray as xr
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -20,9 +19,14 @@ from fingerslip.report.figures.stick_ratio import stick_ratio_figure
 from fingerslip.report.figures.style import BLACK, add_legend, figure_grid, region_colours, styled, titled
 from fingerslip.report.page.page import Picture
 from fingerslip.report.page.pictures import PictureSet, RunToDraw
-from fingerslip.report.scene.scene import SceneOptions, region_names
+from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.scene import region_names
 from fingerslip.report.scene.viewer import still
 from fingerslip.slip import Events
+
+if TYPE_CHECKING:
+    import skfem
+    import xarray as xr
 
 __all__ = ["SOLID", "scene_figure"]
 

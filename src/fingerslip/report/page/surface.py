@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import nearest_record
 from fingerslip.report.scene.scene import region_names
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Surface", "surface_arrays"]
 

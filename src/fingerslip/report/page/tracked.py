@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from fingerslip.report.page.tracking import write_tracking
 from fingerslip.vision.tracking.frames import open_frames
-from fingerslip.vision.tracking.quality import seen_share
 from fingerslip.vision.tracking.track import TrackingWarning, track_markers
 
 __all__ = ["track_video"]
 
 
-def track_video(video: Path, out: Path | None, options: Mapping[str, Any]) -> Iterator[str]:
+def track_video(
+    video: Path, out: Path | None, options: Mapping[str, Any], tell: Callable[[str], object] = lambda _: None
+) -> Iterator[str]:
     """Track a video, write the folder, and yield lines that say what came out.
 
     Parameters
@@ -26,11 +26,19 @@ def track_video(video: Path, out: Path | None, options: Mapping[str, Any]) -> It
         The folder to write; None is a folder beside the video, of its name and ``_tracks``.
     options : mapping
         Keyword arguments of :func:`fingerslip.track_markers`.
+    tell : callable, optional
+        Gets lines that say what is being done.
     """
+    tell(f"{video}: following its markers")
     with warnings.catch_warnings():
         # The lines below say the same.
         warnings.simplefilter("ignore", TrackingWarning)
         tracks = track_markers(video, **options)
+    # Figures are slow to load: what is wrong with a video is said before.
+    from fingerslip.report.page.tracking import write_tracking
+    from fingerslip.vision.tracking.quality import seen_share
+
+    tell(f"{video}: writing {tracks.sizes['time']} frames, overlay and page")
     frames = open_frames(video, options.get("frame_rate"), options.get("channel", "grey"))
     folder = write_tracking(tracks, frames, out or video.with_name(f"{video.stem}_tracks"))
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import itertools
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.files import check_replaceable, new_folder
@@ -21,6 +21,9 @@ from fingerslip.vision.tracking.frames import Frames
 from fingerslip.vision.tracking.quality import jumps, lost_intervals, noise_at_rest, seen_count, seen_share
 from fingerslip.vision.tracks import write_tracks
 from fingerslip.vision.video import write_video
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["quality_report", "write_tracking"]
 

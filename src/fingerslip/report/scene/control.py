@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -14,8 +13,12 @@ from fingerslip.history import nearest_snapshot, site_kinds
 from fingerslip.report.colours import BLUE, GREEN, RECEPTOR_COLOURS, VERMILLION
 from fingerslip.report.figures.marks import event_keys, happened, mark_run
 from fingerslip.report.figures.style import add_legend, figure_grid, styled
-from fingerslip.report.scene.scene import SCALARS, SceneOptions, aim, draw_scene, region_names
+from fingerslip.report.scene.options import SCALARS, SceneOptions
+from fingerslip.report.scene.scene import aim, draw_scene, region_names
 from fingerslip.slip import Events
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["SceneControl", "nearest_node", "picked_figure", "receptor_legend"]
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import functools
 import os
+import re
+import socket
 import subprocess
 import sys
 
@@ -19,11 +21,36 @@ _WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
 # With a graphics driver's EGL, and with Mesa's software renderer.
 _WINDOWS = ("vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow")
 _SECONDS = 60
+_SECONDS_TO_ANSWER = 3.0
+_DISPLAY = re.compile(r"(?P<host>[^:]*):(?P<number>\d{1,4})(\.\d+)?")
+_X_PORT = 6000
 
 
 def has_display() -> bool:
-    """Tell whether there is a screen to open windows on."""
-    return sys.platform != "linux" or any(os.environ.get(name) for name in ("DISPLAY", "WAYLAND_DISPLAY"))
+    """Tell whether there is a screen to open windows on: on Linux an X server that answers."""
+    return sys.platform != "linux" or _answers(os.environ.get("DISPLAY", ""))
+
+
+def _answers(display: str) -> bool:
+    """Tell whether there is an X server at a display; one is named long after a remote session has ended."""
+    known = _DISPLAY.fullmatch(display)
+    if known is None:
+        return False
+    host, number = known["host"], int(known["number"])
+    path = f"/tmp/.X11-unix/X{number}"
+    if host not in {"", "unix"}:
+        return _connects(socket.AF_INET, (host, _X_PORT + number))
+    return _connects(socket.AF_UNIX, path) or _connects(socket.AF_UNIX, f"\0{path}")
+
+
+def _connects(family: socket.AddressFamily, address: str | tuple[str, int]) -> bool:
+    with socket.socket(family) as tried:
+        tried.settimeout(_SECONDS_TO_ANSWER)
+        try:
+            tried.connect(address)
+        except OSError:
+            return False
+    return True
 
 
 def prepare_rendering() -> None:

@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyvista
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import SLIP, STICK, is_solid, nearest_record, site_kinds
-from fingerslip.parameters import parameters
 from fingerslip.report.colours import BLACK, FIELD_MAP, RECEPTOR_COLOURS, STATE_COLOURS, region_colours
+from fingerslip.report.scene.names import Camera
+from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.snapshot import FlatFace, flat_faces, in_space, read_snapshot
 from fingerslip.slip.counterface import split_along
 from fingerslip.slip.patch import contact_patch, triangle_states
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 __all__ = [
     "COLOUR_MAP",
-    "SCALARS",
-    "SceneOptions",
     "aim",
     "check_options",
     "draw_scene",
@@ -31,21 +32,12 @@ __all__ = [
 ]
 
 Floats = NDArray[np.float64]
-Scalar = Literal["von_mises", "strain_energy_density", "displacement", "velocity", "region"]
 
-#: Fields that can be shown: their title, and the factor from SI to its unit.
-SCALARS: Mapping[str, tuple[str, float]] = {
-    "von_mises": ("von Mises stress [kPa]", 1e-3),
-    "strain_energy_density": ("strain energy density [J/m³]", 1.0),
-    "displacement": ("displacement [mm]", 1e3),
-    "velocity": ("velocity [mm/s]", 1e3),
-    "region": ("region", 1.0),
-}
 COLOUR_MAP = FIELD_MAP
 _BAR = {"width": 0.5, "height": 0.1, "position_x": 0.25, "position_y": 0.03}
 _BAR_FONTS = {"title_font_size": 18, "label_font_size": 16}
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-_CAMERAS = {
+_DIRECTIONS: Mapping[Camera, tuple[tuple[float, float, float], tuple[float, float, float]]] = {
     "side": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
     "front": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
     "below": ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0)),
@@ -61,40 +53,6 @@ _STILL = 1e-9
 _ZOOM = 1.35
 # Width over height of windows in which it fits.
 _WIDE = 4 / 3
-
-
-@parameters
-class SceneOptions:
-    """What a scene shows.
-
-    Parameters
-    ----------
-    scalar : {'von_mises', 'strain_energy_density', 'displacement', 'velocity', 'region'}
-        The field that colours the layers.
-    hidden : tuple of str
-        Regions that are left out.
-    cut : {'none', 'x', 'y', 'z'}
-        Normal of a plane through the middle of the body, in front of which everything is left out.
-    camera : {'oblique', 'side', 'front', 'below'}
-        Direction of view; from below the contact is seen through the plate. Two-dimensional results are seen from the
-        side.
-    plate, receptors, edges : bool
-        Whether the outline of the plate, recorded sites and the edges of the cells are drawn.
-    contact : bool
-        Whether the nodes that touch are drawn, in the colours of stick and slip.
-    written : bool
-        Whether the time and the colour bar are written into the picture.
-    """
-
-    scalar: Scalar = "von_mises"
-    hidden: tuple[str, ...] = ()
-    cut: Literal["none", "x", "y", "z"] = "none"
-    camera: Literal["oblique", "side", "front", "below"] = "oblique"
-    plate: bool = True
-    receptors: bool = True
-    edges: bool = False
-    contact: bool = False
-    written: bool = True
 
 
 def region_names(history: xr.Dataset) -> tuple[str, ...]:
@@ -193,8 +151,8 @@ def _write_time(plotter: Any, history: xr.Dataset, number: int) -> None:
 
 def aim(plotter: Any, history: xr.Dataset, options: SceneOptions) -> None:
     """Point the camera at the whole scene."""
-    name = options.camera if is_solid(history) else "side"
-    plotter.view_vector(*_CAMERAS[name])
+    name: Camera = options.camera if is_solid(history) else "side"
+    plotter.view_vector(*_DIRECTIONS[name])
     plotter.reset_camera()
     width, height = plotter.window_size
     plotter.camera.zoom(_ZOOM * min(1.0, width / (_WIDE * height)))

@@ -9,13 +9,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import nearest_record
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["CELL_TYPES", "CellType", "FlatFace", "Snapshot", "flat_faces", "in_space", "read_snapshot"]
 

@@ -5,23 +5,27 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyvista
-import xarray as xr
 from numpy.typing import NDArray
 from PIL import Image
 
-from fingerslip.errors import InputError, ResultError
+from fingerslip.errors import InputError
 from fingerslip.files import new_file
 from fingerslip.history import nearest_snapshot
 from fingerslip.report.colours import BLUE, EVENT_COLOURS
 from fingerslip.report.scene.control import SceneControl, nearest_node
+from fingerslip.report.scene.names import CUTS
+from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.rendering import has_display, prepare_rendering
-from fingerslip.report.scene.scene import SCALARS, SceneOptions, aim, check_options, draw_scene, region_names
+from fingerslip.report.scene.scene import aim, check_options, draw_scene, region_names
 from fingerslip.slip import Events, slide_window
 from fingerslip.slip.names import EVENTS
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["FILMS", "PICTURES", "open_window", "save_movie", "save_still", "still", "stills"]
 
@@ -32,7 +36,6 @@ FILMS = (".gif", ".webp")
 _SIZE = (1200, 900)
 _FRAME_MILLISECONDS = 80
 _BOX = 28
-_CUTS = ("none", "x", "y", "z")
 
 
 def still(
@@ -181,8 +184,11 @@ def open_window(
     options = options or SceneOptions()
     check_options(history, options)
     if not has_display():
-        raise ResultError(
-            "there is no display to open a window on; use --web for a browser, --screenshot FILE or --movie FILE"
+        raise InputError(
+            "view",
+            "found no display to open a window on",
+            "needs one that answers",
+            "write --web for a browser, --screenshot FILE for a picture or --movie FILE for a film",
         )
     plotter: Any = pyvista.Plotter(title=title)
     _add_controls(SceneControl(plotter, history, options), events)
@@ -198,7 +204,7 @@ def _add_controls(control: SceneControl, events: Events | None = None) -> None:
     _add_boxes(control)
     _list_events(control, events)
     plotter.add_key_event("f", lambda: control.choose(scalar=_next(tuple(SCALARS), control.options.scalar)))
-    plotter.add_key_event("x", lambda: control.choose(cut=_next(_CUTS, control.options.cut)))
+    plotter.add_key_event("x", lambda: control.choose(cut=_next(CUTS, control.options.cut)))
     plotter.enable_point_picking(lambda point: _draw_picked(control, point), show_message=False, show_point=False)
 
 

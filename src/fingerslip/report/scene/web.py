@@ -3,52 +3,30 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyvista
-import xarray as xr
 from vtkmodules.vtkRenderingCore import vtkCellPicker
 
 from fingerslip.errors import ResultError
 from fingerslip.report.colours import EVENT_COLOURS, STATE_COLOURS, STATE_NAMES
 from fingerslip.report.figures.save import figure_bytes
 from fingerslip.report.scene.control import SceneControl, nearest_node, picked_figure, receptor_legend
+from fingerslip.report.scene.names import CAMERAS, CUTS
+from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.rendering import prepare_rendering
-from fingerslip.report.scene.scene import SCALARS, SceneOptions, check_options, region_names
+from fingerslip.report.scene.scene import check_options, region_names
+from fingerslip.report.scene.served import Served, require_free
 from fingerslip.slip import Events, slide_window
 from fingerslip.slip.names import EVENTS
 
-__all__ = ["LOCAL", "Served", "serve"]
+if TYPE_CHECKING:
+    import xarray as xr
 
-#: The address at which only this machine can look.
-LOCAL = "127.0.0.1"
+__all__ = ["serve"]
 
 _SIZE = (1100, 800)
-
-
-@dataclass(frozen=True)
-class Served:
-    """How a result is served.
-
-    Parameters
-    ----------
-    host : str
-        Address at which it listens.
-    port : int
-        Port; 0 takes one that is free.
-    opened : bool
-        Whether a browser is opened.
-    announce : callable
-        Gets the address as text as soon as a browser can open it.
-    """
-
-    host: str = LOCAL
-    port: int = 0
-    opened: bool = True
-    announce: Callable[[str], None] = lambda _: None
 
 
 def serve(history: xr.Dataset, events: Events, options: SceneOptions, title: str, served: Served | None = None) -> None:
@@ -73,6 +51,7 @@ def serve(history: xr.Dataset, events: Events, options: SceneOptions, title: str
         Where the history cannot be shown so, nothing can be drawn on this machine, or trame is not installed.
     """
     served = served or Served()
+    require_free(served)
     check_options(history, options)
     prepare_rendering()
     server = _server()
@@ -207,11 +186,8 @@ class _Page:
     def _controls(self, vuetify3: Any, html: Any, regions: list[str]) -> None:
         fields = [{"title": words, "value": name} for name, (words, _) in SCALARS.items()]
         vuetify3.VSelect(label="field", v_model=("field",), items=("fields", fields), density="compact")
-        vuetify3.VSelect(
-            label="cut across", v_model=("cut",), items=("cuts", ["none", "x", "y", "z"]), density="compact"
-        )
-        cameras = ["oblique", "side", "front", "below"]
-        vuetify3.VSelect(label="camera", v_model=("camera",), items=("cameras", cameras), density="compact")
+        vuetify3.VSelect(label="cut across", v_model=("cut",), items=("cuts", list(CUTS)), density="compact")
+        vuetify3.VSelect(label="camera", v_model=("camera",), items=("cameras", list(CAMERAS)), density="compact")
         for model, names in (("layers", regions), ("shown", ["plate", "receptors", "contact"])):
             for name in names:
                 vuetify3.VCheckbox(v_model=(model,), value=name, label=name, density="compact", hide_details=True)

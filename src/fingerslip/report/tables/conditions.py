@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from fingerslip.report.tables.parameters import ASSUMED, NOT_USED, ShownValue
 from fingerslip.report.tables.table import Column, Table
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["conditions_table"]
 

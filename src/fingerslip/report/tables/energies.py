@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.report.tables.table import Cell, Column, Missing, Table
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["energies_table"]
 

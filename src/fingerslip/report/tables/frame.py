@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-
-import pandas as pd
+from typing import TYPE_CHECKING
 
 from fingerslip.report.tables.summary import summary_table, summary_units
 from fingerslip.report.tables.table import Cell, Measured, Missing, Table
 from fingerslip.results import StudyResult
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 __all__ = ["runs_frame", "table_frame"]
 
@@ -27,6 +29,8 @@ def runs_frame(study: StudyResult) -> pd.DataFrame:
         Numbers are numbers, with NaN for an event that did not happen or was not recorded (`readings_recorded` tells
         which); ``attrs["units"]`` has the SI unit of each column that has one.
     """
+    import pandas as pd
+
     table = summary_table(study.runs, study.refused)
     names = [column.name for column in table.columns]
     columns = zip(*table.rows, strict=True) if table.rows else ([] for _ in names)
@@ -50,6 +54,8 @@ def table_frame(table: Table) -> pd.DataFrame:
         The names of the columns are those of the table; what is missing for any reason is NaN, and of a number with an
         uncertainty the number is kept. ``attrs`` has ``units`` by column, ``title`` and ``note``.
     """
+    import pandas as pd
+
     columns = zip(*table.rows, strict=True) if table.rows else ([] for _ in table.columns)
     named = zip(table.columns, columns, strict=True)
     frame = pd.DataFrame({column.name: _series([_value(cell) for cell in cells]) for column, cells in named})
@@ -70,6 +76,8 @@ def _value(cell: Cell) -> Cell:
 
 def _series(cells: Sequence[Cell]) -> pd.Series:
     """Return a column as numbers where all that it has are numbers."""
+    import pandas as pd
+
     known = [cell for cell in cells if cell is not None and cell != ""]
     are_numbers = all(isinstance(cell, int | float) and not isinstance(cell, bool) for cell in known)
     return pd.Series(list(cells), dtype="float64" if known and are_numbers else "object")

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from fingerslip.report.tables.table import Cell, Column, Missing, Table
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["models_table"]
 

@@ -9,8 +9,6 @@ from typing import Any
 
 from fingerslip.errors import InputError
 from fingerslip.files import new_folder, write_text
-from fingerslip.report.figures.convergence import convergence_figure
-from fingerslip.report.figures.save import save_figure
 from fingerslip.report.tables.convergence import convergence_table, series_table
 from fingerslip.report.tables.table import Table, to_csv, to_markdown
 from fingerslip.results import RunResult, quantities
@@ -25,7 +23,7 @@ from fingerslip.study.convergence.storage import (
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.plan import Plan, plan_study
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
-from fingerslip.study.running.runner import StudyFailedError, compute_jobs, prepare, run_studies, write_up
+from fingerslip.study.running.runner import StudyFailedError, compute_jobs, run_studies, write_up
 from fingerslip.study.storage.store import identity
 from fingerslip.uncertainty import Convergence, Series
 
@@ -150,6 +148,8 @@ def _check_only(only: Sequence[str], plan: Plan) -> None:
 
 
 def _refined_runs(plan: Plan, runs: Sequence[Run]) -> tuple[_Refined, ...]:
+    from fingerslip.study.running.prepare import prepare
+
     jobs = prepare(plan, runs)
     return tuple(
         _Refined(job.run, {level: run_at(job.run, level, job.model) for level in levels_of(job.run.study)})
@@ -165,6 +165,8 @@ def _level_plan(plan: Plan, refined: Sequence[_Refined]) -> Plan:
 def _compute(plan: Plan, workers: int, progress: StudyProgress) -> None:
     """Compute the repetitions that are not finished."""
     finished = plan.finished()
+    from fingerslip.study.running.prepare import prepare
+
     jobs = prepare(plan, [run for run in plan.runs if run.name not in finished])
     with progress:
         failures = compute_jobs(plan, jobs, workers, progress).failures
@@ -229,6 +231,9 @@ def _check_meshes(run: Run, base: RunResult, levels: Mapping[Level, RunResult]) 
 
 
 def _write_pictures(result: StudyConvergence, runs: Sequence[RunConvergence]) -> None:
+    from fingerslip.report.figures.convergence import convergence_figure
+    from fingerslip.report.figures.save import save_figure
+
     table = series_table({found.run: found.quantities for found in runs})
     write_text(result.folder / FOLDER / "convergence.csv", to_csv(table))
     with new_folder(result.figures) as figures:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from dataclasses import dataclass
 
-from fingerslip.dynamics.system.penalties import contact_penalties
 from fingerslip.model import Model
 from fingerslip.study.definition.settings import ContactSettings, RefinementSettings
 from fingerslip.study.definition.spec import Study
@@ -68,6 +67,7 @@ def run_at(run: Run, level: Level, model: Model) -> Run:
 
 
 def _applies(level: Level, study: Study) -> bool:
+
     match level.setting:
         case "mesh":
             return study.mesh.refined(level.value) is not None
@@ -81,6 +81,8 @@ def _applies(level: Level, study: Study) -> bool:
 
 def _changed(study: Study, level: Level, model: Model) -> Study:
     value = level.value
+    from fingerslip.dynamics.system.penalties import contact_penalties
+
     match level.setting:
         case "mesh":
             finer = study.mesh.refined(value)

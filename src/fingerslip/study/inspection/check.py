@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeAlias
 
-from fingerslip.dynamics.recording.steps import record_bytes
-from fingerslip.dynamics.simulation import step_times
+from fingerslip.dynamics.recording.steps import record_bytes, step_times
 from fingerslip.dynamics.system.checks import checked
 from fingerslip.fe.space import build_space
 from fingerslip.model import Model
 from fingerslip.report.tables.table import Column, Table
-from fingerslip.study.running.compute import Job
 from fingerslip.study.running.cost import estimated_seconds, process_bytes
-from fingerslip.study.running.groups import groups
+from fingerslip.study.running.jobs import Job, groups
 from fingerslip.study.running.plan import Plan, plan_studies
 from fingerslip.study.running.prepare import prepare_samples
 from fingerslip.timing import Adaptive, Timing

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
+from fingerslip.report.tables.differences import differences_table
 from fingerslip.report.tables.events import time_cell
 from fingerslip.report.tables.measures import measures_table
-from fingerslip.report.tables.table import Cell, Column, Measured, Missing, Table
+from fingerslip.report.tables.table import Cell, Column, Measured, Table
 from fingerslip.results import RunResult
 from fingerslip.slip.names import LATENCY, READINGS, TIMES, event_label, is_defined
 from fingerslip.study.storage.reporting import read_stored_run
@@ -43,23 +44,16 @@ def diff_runs(first: str | Path, second: str | Path) -> tuple[Table, ...]:
     """
     runs = read_stored_run(first), read_stored_run(second)
     values = _values(Path(first), runs[0]), _values(Path(second), runs[1])
-    return _values_table(values, f"A: {first}; B: {second}."), _results_table(runs)
+    differ = differences_table(
+        *values, same="Both have the same values and versions.", note=f"A: {first}; B: {second}."
+    )
+    return differ, _results_table(runs)
 
 
 def _values(folder: Path, run: RunResult) -> dict[str, str]:
     """Return the values of a run as people read them, and the versions of the programs that made it."""
     values = {value.path: value.value for value in value_rows([read_specified(folder / RUN)])}
     return values | {f"version of {name}": version for name, version in run.versions.items()}
-
-
-def _values_table(values: tuple[Mapping[str, str], Mapping[str, str]], names: str) -> Table:
-    rows = tuple(
-        (path, *(one.get(path, Missing.NOT_DEFINED) for one in values))
-        for path in dict.fromkeys((*values[0], *values[1]))
-        if values[0].get(path) != values[1].get(path)
-    )
-    note = names if rows else f"{names} Both have the same values and versions."
-    return Table("Values that differ", (Column("value"), *map(Column, _SIDES)), rows, note)
 
 
 def _results_table(runs: tuple[RunResult, RunResult]) -> Table:

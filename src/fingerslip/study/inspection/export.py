@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fingerslip.export.formats import export_history, export_tables
 from fingerslip.history import read_history
 from fingerslip.run_folder import HISTORY
 from fingerslip.study.opened import open_study
@@ -38,8 +37,14 @@ def export_result(target: Path, kind: str, output: Path | None = None) -> Path:
     ResultError
         Where there is no result, or it cannot be written.
     """
+    # Data frames and the formats are slow to load: what is wrong with the result is said before.
     folder = output or target / f"export-{kind}"
     if read_manifest(target).get("runs"):
-        return export_tables({"runs": open_study(target).to_dataframe()}, folder, kind)
+        study = open_study(target)
+        from fingerslip.export.formats import export_tables
+
+        return export_tables({"runs": study.to_dataframe()}, folder, kind)
     read_stored_run(target)
+    from fingerslip.export.formats import export_history
+
     return export_history(read_history(target / HISTORY), folder, kind)

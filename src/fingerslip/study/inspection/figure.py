@@ -8,33 +8,20 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
-
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import is_solid, read_history, stored_phases
 from fingerslip.parameters import from_mapping
 from fingerslip.published import published
-from fingerslip.report.figures.catalogue import (
-    OF_RUNS,
-    OF_STUDIES,
-    RunSubject,
-    StudySubject,
-    draw_of_run,
-    draw_of_study,
-)
-from fingerslip.report.figures.film import Film, film_frames
-from fingerslip.report.figures.save import save_figure
-from fingerslip.report.figures.style import LOOKS, looking
+from fingerslip.report.figures.kinds import OF_RUNS, OF_STUDIES, STYLES, RunSubject, StudySubject
 from fingerslip.report.labels import run_title
 from fingerslip.report.page.content import MOST_RUNS
-from fingerslip.report.scene.scene import SceneOptions
+from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.tables.events import swept_paths
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.run_folder import HISTORY
 from fingerslip.study.inspection.times import time_of_run
 from fingerslip.study.storage.reporting import read_stored, read_stored_run
 from fingerslip.study.storage.summary import read_manifest
-from fingerslip.vision.video import write_video
 
 __all__ = ["FILM", "FORMATS", "FigureChoice", "film_size", "kinds_text", "write_figure"]
 
@@ -80,7 +67,7 @@ class FigureChoice:
 
 def kinds_text() -> str:
     """Return the kinds of figures with what they show, in lines."""
-    every = {**{name: words for name, (words, _) in (*OF_STUDIES.items(), *OF_RUNS.items())}, FILM: "a film, as MP4"}
+    every = {**OF_STUDIES, **OF_RUNS, FILM: "a film, as MP4"}
     return "\n".join(f"{name}: {words}" for name, words in every.items())
 
 
@@ -128,23 +115,35 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
     if choice.kind == FILM and path.suffix.lower() != _MP4:
         raise InputError("figure: --output", f"got '{path}'", f"needs a name that ends in {_MP4}", "films are MP4")
     if choice.kind in OF_STUDIES:
-        with looking(choice.style):
-            figure = draw_of_study(choice.kind, _study_subject(_study(target), choice))
-            save_figure(figure, path)
+        _save(_study_subject(_study(target), choice), path, choice)
         return path
     subject = _run_subject(_run_folder(target, choice.run), choice)
     if choice.kind == FILM:
         _write_film(subject, path, choice)
-        return path
-    with looking(choice.style):
-        save_figure(draw_of_run(choice.kind, subject), path)
+    else:
+        _save(subject, path, choice)
     return path
+
+
+def _save(subject: StudySubject | RunSubject, path: Path, choice: FigureChoice) -> None:
+    # Libraries that draw are slow to load: what is wrong with the results is said before.
+    from fingerslip.report.figures.catalogue import draw_of_run, draw_of_study
+    from fingerslip.report.figures.save import save_figure
+    from fingerslip.report.figures.style import looking
+
+    with looking(choice.style):
+        figure = (
+            draw_of_study(choice.kind, subject)
+            if isinstance(subject, StudySubject)
+            else draw_of_run(choice.kind, subject)
+        )
+        save_figure(figure, path)
 
 
 def _check(choice: FigureChoice) -> None:
     allowed = {
         "--kind": (choice.kind, (*OF_STUDIES, *OF_RUNS, FILM)),
-        "--style": (choice.style, tuple(LOOKS)),
+        "--style": (choice.style, STYLES),
         "--format": (choice.form, FORMATS),
     }
     for option, (value, names) in allowed.items():
@@ -209,6 +208,11 @@ def _run_subject(folder: Path, choice: FigureChoice) -> RunSubject:
 
 
 def _write_film(subject: RunSubject, path: Path, choice: FigureChoice) -> None:
+    import matplotlib as mpl
+
+    from fingerslip.report.figures.film import Film, film_frames
+    from fingerslip.vision.video import write_video
+
     film = Film(**choice.film)
     # Films show numbers by pixels, whatever the user's own settings of figures are.
     with mpl.rc_context():

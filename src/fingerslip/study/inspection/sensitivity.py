@@ -9,8 +9,6 @@ from typing import Literal
 from fingerslip.errors import InputError
 from fingerslip.files import write_bytes, write_text
 from fingerslip.parameters.yaml_text import parse_document
-from fingerslip.report.figures.indices import indices_figure
-from fingerslip.report.figures.save import figure_bytes
 from fingerslip.report.tables.indices import indices_table, prediction_table
 from fingerslip.report.tables.samples import sensitivity_table
 from fingerslip.report.tables.table import Table, to_csv
@@ -49,6 +47,9 @@ def write_sensitivities(folder: Path, output: str, method: Method) -> tuple[Tabl
     study = open_study(folder).result
     if method == "linear":
         return _linear(study, output)
+    from fingerslip.report.figures.indices import indices_figure
+    from fingerslip.report.figures.save import figure_bytes
+
     found = sensitivities(study, output, method)
     tables, name = tuple(map(indices_table, found)), f"sensitivity-{output}-{_kind(found[0])}"
     for number, table in enumerate(tables, start=1):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from fingerslip.errors import InputError
 from fingerslip.units import parse_quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["time_of_run"]
 

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
-
-import xarray as xr
+from typing import TYPE_CHECKING, Any
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.history import read_history
 from fingerslip.parameters import from_mapping
-from fingerslip.report.scene.scene import SceneOptions
-from fingerslip.report.scene.viewer import open_window, save_movie, save_still
-from fingerslip.report.scene.web import Served, serve
+from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.served import Served, require_free
 from fingerslip.run_folder import HISTORY, RESULT, stored_result
 from fingerslip.slip import find_events
 from fingerslip.study.inspection.times import time_of_run
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["view_result"]
 
@@ -56,8 +56,13 @@ def view_result(
         Where there is no such result, an option is wrong, or the picture cannot be written.
     """
     chosen = from_mapping(SceneOptions, dict(options), "view")
+    if served is not None:
+        require_free(served)
     history = _stored_history(Path(target))
     moment = time_of_run(history, time, "view: --time") if time else None
+    # Libraries that draw are slow to load: what is wrong with the result is said before.
+    from fingerslip.report.scene.viewer import save_movie, save_still
+
     if screenshot is not None:
         save_still(history, screenshot, moment, chosen)
     if movie is not None:
@@ -74,6 +79,9 @@ def _look(
     served: Served | None,
 ) -> None:
     """Open a window, or serve a browser."""
+    from fingerslip.report.scene.viewer import open_window
+    from fingerslip.report.scene.web import serve
+
     events = find_events(history)
     if served is None:
         open_window(history, options, title, events)

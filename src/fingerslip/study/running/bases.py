@@ -9,8 +9,8 @@ from fingerslip.dynamics.recording.steps import step_count
 from fingerslip.dynamics.step.sharing import first_alike, material_key, same_body
 from fingerslip.dynamics.system.checks import checked
 from fingerslip.model import Model
-from fingerslip.study.running.compute import Job
 from fingerslip.study.running.cost import basis_saves
+from fingerslip.study.running.jobs import Job
 from fingerslip.timing import Adaptive
 
 __all__ = ["choose_bases"]

@@ -25,9 +25,9 @@ from fingerslip.files import new_folder, writing
 from fingerslip.run_folder import stored_result
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import build_model
-from fingerslip.study.running.compute import Job
-from fingerslip.study.running.groups import compute_group, groups
+from fingerslip.study.running.jobs import Job, groups
 from fingerslip.study.running.progress import StudyProgress
+from fingerslip.study.running.together import compute_group
 
 __all__ = ["Task", "compute_on_cluster", "compute_task"]
 

@@ -6,49 +6,25 @@ import contextlib
 import logging
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from fingerslip.dynamics.simulation import simulate, simulate_together
 from fingerslip.errors import InputError
 from fingerslip.files import new_folder, writing
-from fingerslip.model import Model
 from fingerslip.run_folder import LOG
-from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.build import located
+from fingerslip.study.running.jobs import Job
 from fingerslip.study.storage.bases import BasisFolder
 from fingerslip.study.storage.store import write_run
 
-__all__ = ["BASES", "Job", "compute", "compute_together"]
+__all__ = ["BASES", "compute", "compute_together"]
 
 #: Folder of the reduced bases in the results of a study.
 BASES = ".bases"
 
 _LOG_FORMAT = "%(asctime)s %(levelname)s %(name)s: %(message)s"
 _logger = logging.getLogger("fingerslip.study")
-
-
-@dataclass(frozen=True)
-class Job:
-    """A run with its model, ready to be computed.
-
-    Parameters
-    ----------
-    run : Run
-        The run.
-    model : Model
-        Its model.
-    identity : str
-        Hash of its inputs.
-    folder : Path
-        Where its results go.
-    """
-
-    run: Run
-    model: Model
-    identity: str
-    folder: Path
 
 
 def compute(job: Job, progress: Callable[[float], None], threads: int | None = None) -> None:
@@ -112,12 +88,21 @@ def _simulate(jobs: Sequence[Job], progress: Callable[[float], None], threads: i
         raise located(error, jobs[0].run.where, jobs[0].run.study) from None
 
 
+class _LogFile(logging.FileHandler):
+    """A log that ends the run where it cannot be written, as on a full disk; logging itself prints a traceback."""
+
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: ARG002, N802  the name is that of logging
+        """Raise what went wrong."""
+        with writing(Path(self.baseFilename)):
+            raise  # noqa: PLE0704  called while an error is handled
+
+
 @contextlib.contextmanager
 def _log(path: Path) -> Iterator[None]:
     """Write what the package logs to a file."""
     logger = logging.getLogger("fingerslip")
     with writing(path):
-        handler = logging.FileHandler(path, encoding="utf-8")
+        handler = _LogFile(path, encoding="utf-8")
     handler.setFormatter(logging.Formatter(_LOG_FORMAT))
     level = logger.level
     logger.addHandler(handler)
@@ -127,4 +112,5 @@ def _log(path: Path) -> Iterator[None]:
     finally:
         logger.setLevel(level)
         logger.removeHandler(handler)
-        handler.close()
+        with writing(path):
+            handler.close()

@@ -4,11 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
+from fingerslip.dynamics.recording.steps import record_bytes
 from fingerslip.linear.memory import require_memory
 from fingerslip.mesh.source import MeshSource
-from fingerslip.model import Kinematics
+from fingerslip.model import Kinematics, Model
 
-__all__ = ["basis_saves", "estimated_bytes", "estimated_seconds", "process_bytes", "require_mesh_memory"]
+__all__ = [
+    "basis_saves",
+    "estimated_bytes",
+    "estimated_seconds",
+    "most_together",
+    "process_bytes",
+    "require_mesh_memory",
+]
 
 # From the shipped studies alone, by the dimension of space. In the plane about 10,000 unknowns and 600 steps take 1.5
 # to 3.4 s, two runs side by side; in space 19,000 unknowns and 300 steps 16 s, 73,000 unknowns 57 s, on two cores.
@@ -34,6 +42,10 @@ _MARGIN = 1.5
 _BYTES_OF_PROCESS = 0.4e9
 _BYTES_PER_UNKNOWN = {2: 1.0e4, 3: 3.0e4}
 _BYTES_PER_RECORDED = 1.7
+
+# What the records of runs may take that are computed together [bytes], and how many of these there are at most: 24 runs
+# of the paper's section take three quarters of the time of three times eight; more gain little.
+_BYTES_TOGETHER, _MOST_TOGETHER = 1e9, 32
 
 # What assembly takes at its peak for every entry of a cell's stiffness matrix: measured 35 to 42 bytes in all kinds.
 _BYTES_PER_ENTRY = 42
@@ -74,6 +86,14 @@ def process_bytes(unknowns: int, records: int, dim: int = 2) -> float:
         Dimension of space.
     """
     return _BYTES_OF_PROCESS + _BYTES_PER_UNKNOWN[dim] * unknowns + _BYTES_PER_RECORDED * records
+
+
+def most_together(model: Model) -> int:
+    """Return how many runs like one may be computed together, whose records are kept at once."""
+    # All of a boundary that may touch stands for the candidates, which are not known yet.
+    near = sum(model.mesh.boundaries[contact.boundary].size for contact in model.contacts)
+    records = _BYTES_PER_RECORDED * record_bytes(model, model.mesh.p.shape[1], near)
+    return min(_MOST_TOGETHER, int(_BYTES_TOGETHER / records))
 
 
 def basis_saves(unknowns: int, interface: int, steps: int, dim: int = 2) -> bool:

@@ -9,16 +9,16 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from fingerslip.history import read_history
-from fingerslip.report.labels import run_title
-from fingerslip.report.page.content import MOST_RUNS
-from fingerslip.report.page.pictures import RunPictures, RunToDraw
-from fingerslip.report.page.run import draw_ahead
 from fingerslip.run_folder import HISTORY
-from fingerslip.study.running.compute import Job
+from fingerslip.study.running.jobs import Job
 from fingerslip.study.running.plan import Plan
 from fingerslip.study.storage.store import read_run
+
+if TYPE_CHECKING:
+    from fingerslip.report.page.pictures import RunPictures
 
 __all__ = ["Drawing", "draw_runs", "drawings_of"]
 
@@ -47,6 +47,8 @@ def drawings_of(plan: Plan, jobs: Sequence[Job]) -> dict[str, Drawing]:
 
     A report shows its first runs in detail, and the model of the first run with each mesh.
     """
+    from fingerslip.report.page.content import MOST_RUNS
+
     if plan.study.sample:
         return {}
     title, first = plan.study.title or plan.folder.name, {run.name for run in plan.runs[:MOST_RUNS]}
@@ -80,6 +82,11 @@ def draw_runs(
 
 
 def _drawn(job: Job, drawing: Drawing) -> RunPictures:
+    # What draws is slow to import, and a worker of a sweep mostly draws nothing.
+    from fingerslip.report.labels import run_title
+    from fingerslip.report.page.pictures import RunToDraw
+    from fingerslip.report.page.run import draw_ahead
+
     result, history = read_run(job.folder, {}), read_history(job.folder / HISTORY)
     run = RunToDraw(result.name, run_title(result, drawing.title), history, result.events)
     return draw_ahead(run, job.model.mesh if drawing.model else None, contact=drawing.contact)

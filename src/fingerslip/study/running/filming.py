@@ -10,10 +10,9 @@ import dataclasses
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.digest import digest
 from fingerslip.errors import DamagedError, FingerslipError
@@ -44,6 +43,9 @@ from fingerslip.vision.tables import write_tracks_csv
 from fingerslip.vision.tracking.frames import open_frames
 from fingerslip.vision.tracking.track import TrackingWarning, track_markers
 from fingerslip.vision.tracks import write_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["camera_of", "film_history", "film_runs"]
 

@@ -11,23 +11,21 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field
 from typing import Any
 
 from fingerslip.errors import FingerslipError, ResultError
-from fingerslip.report.page.pictures import RunPictures
-from fingerslip.study.running.compute import Job
 from fingerslip.study.running.drawing import Drawing, draw_runs
-from fingerslip.study.running.groups import compute_group, groups
+from fingerslip.study.running.jobs import Computed, Job, groups
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.spawning import without_main_module
+from fingerslip.study.running.together import compute_group
 
-__all__ = ["Computed", "WorkerLostError", "compute_all"]
+__all__ = ["WorkerLostError", "compute_all"]
 
 _SECONDS_BETWEEN_LOOKS = 0.1
 
 Failures = dict[str, FingerslipError]
-_Found = tuple[Mapping[str, Exception], Mapping[str, RunPictures]]
+_Found = tuple[Mapping[str, Exception], Mapping[str, Any]]
 
 
 class WorkerLostError(FingerslipError):
@@ -42,22 +40,6 @@ class WorkerLostError(FingerslipError):
 
 class _StoppedError(Exception):
     """The study is being ended."""
-
-
-@dataclass(frozen=True)
-class Computed:
-    """What became of jobs.
-
-    Parameters
-    ----------
-    failures : dict
-        The error of each job that failed, by the name of the run.
-    pictures : dict
-        Pictures that were drawn of the others, by the name of the run.
-    """
-
-    failures: Failures = field(default_factory=dict)
-    pictures: dict[str, RunPictures] = field(default_factory=dict)
 
 
 def compute_all(

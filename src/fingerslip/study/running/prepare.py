@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
@@ -13,29 +12,13 @@ from fingerslip.results import RefusedRun
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.running.bases import choose_bases
 from fingerslip.study.running.build import build_mesh, build_model, located, mesh_key
-from fingerslip.study.running.compute import Job
+from fingerslip.study.running.jobs import Job, Prepared
 from fingerslip.study.running.plan import Plan
 
-__all__ = ["Prepared", "prepare", "prepare_samples"]
+__all__ = ["prepare", "prepare_samples"]
 
 #: Meshes and their spaces by what decides them.
 _Meshes = dict[str, tuple[Any, Space]]
-
-
-@dataclasses.dataclass(frozen=True)
-class Prepared:
-    """Runs that are ready to be computed, and samples that are not.
-
-    Parameters
-    ----------
-    jobs : tuple of Job
-        The runs with their models.
-    refused : tuple of RefusedRun
-        All samples that make no model.
-    """
-
-    jobs: tuple[Job, ...]
-    refused: tuple[RefusedRun, ...] = ()
 
 
 def prepare_samples(plan: Plan, runs: Sequence[Run]) -> Prepared:

@@ -3,38 +3,36 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
 
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
 from fingerslip.files import clean_stale, remove_empty
 from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.protocols import require_kind
-from fingerslip.report.page.pictures import RunPictures
 from fingerslip.results import RefusedRun, RunResult, StudyResult
 from fingerslip.run_folder import stored_result
 from fingerslip.study.convergence.storage import read_uncertainties
 from fingerslip.study.definition.derived import derived_of
 from fingerslip.study.definition.sweep import Run
-from fingerslip.study.running.cluster import compute_on_cluster
-from fingerslip.study.running.compute import Job
-from fingerslip.study.running.drawing import Drawing, drawings_of
+from fingerslip.study.running.jobs import Computed, Job, Prepared
 from fingerslip.study.running.plan import Plan, plan_studies
-from fingerslip.study.running.pool import Computed, compute_all
-from fingerslip.study.running.prepare import Prepared, prepare, prepare_samples
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
 from fingerslip.study.storage.films import film_keys
 from fingerslip.study.storage.reporting import REPORT, report_key, write_report
 from fingerslip.study.storage.summary import read_manifest, refused_in, write_manifest, write_sensitivity, write_summary
 
+if TYPE_CHECKING:
+    from fingerslip.report.page.pictures import RunPictures
+    from fingerslip.study.running.drawing import Drawing
+
 __all__ = [
-    "Prepared",
     "StudyFailedError",
     "StudyResult",
     "compute_jobs",
-    "prepare",
-    "prepare_samples",
     "run_plans",
     "run_studies",
     "run_study",
@@ -42,7 +40,7 @@ __all__ = [
 ]
 
 
-Engine = Callable[[Sequence[Job], StudyProgress, Mapping[str, Drawing] | None], Computed]
+Engine: TypeAlias = "Callable[[Sequence[Job], StudyProgress, Mapping[str, Drawing] | None], Computed]"
 
 
 class StudyFailedError(FingerslipError):
@@ -153,7 +151,7 @@ def run_plans(
     _require_workers(workers)
     finished = [{} if force else plan.finished() for plan in plans]
     prepared = [
-        prepare_samples(plan, [run for run in plan.runs if run.name not in there])
+        _prepared(plan, [run for run in plan.runs if run.name not in there])
         for plan, there in zip(plans, finished, strict=True)
     ]
     with progress or SilentProgress() as shown:
@@ -166,11 +164,45 @@ def run_plans(
     return results
 
 
+def _prepared(plan: Plan, runs: Sequence[Run]) -> Prepared:
+    """Build and check what is to be computed; where nothing is, nothing that does so is loaded."""
+    if not runs:
+        return Prepared((), plan.refused)
+    from fingerslip.study.running.prepare import prepare_samples
+
+    return prepare_samples(plan, runs)
+
+
 def _engine(workers: int, scheduler: str | None) -> Engine:
     """Return what computes jobs: local processes, or the workers of a Dask scheduler."""
     if scheduler is None:
-        return lambda jobs, progress, drawings: compute_all(jobs, workers, progress, drawings)
-    return lambda jobs, progress, _: Computed(compute_on_cluster(jobs, scheduler, progress))
+        return functools.partial(_compute_here, workers)
+    return functools.partial(_compute_there, scheduler)
+
+
+def _compute_here(
+    workers: int, jobs: Sequence[Job], progress: StudyProgress, drawings: Mapping[str, Drawing] | None
+) -> Computed:
+    from fingerslip.study.running.pool import compute_all
+
+    return compute_all(jobs, workers, progress, drawings)
+
+
+def _compute_there(
+    scheduler: str, jobs: Sequence[Job], progress: StudyProgress, _: Mapping[str, Drawing] | None
+) -> Computed:
+    from fingerslip.study.running.cluster import compute_on_cluster
+
+    return Computed(compute_on_cluster(jobs, scheduler, progress))
+
+
+def _drawings(plan: Plan, jobs: Sequence[Job]) -> Mapping[str, Drawing]:
+    """Return what to draw of runs that are to be computed."""
+    if not jobs:
+        return {}
+    from fingerslip.study.running.drawing import drawings_of
+
+    return drawings_of(plan, jobs)
 
 
 def _filmed(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]:
@@ -196,7 +228,7 @@ def _execute(
     for name in unchanged:
         progress.say(f"{plan.source.stem}/{name}: unchanged")
     try:
-        done = compute_jobs(plan, jobs, engine, progress, drawings_of(plan, jobs))
+        done = compute_jobs(plan, jobs, engine, progress, _drawings(plan, jobs))
     except KeyboardInterrupt:
         _write_tables(plan, plan.finished(), refused, report="")
         raise

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import logging
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from fingerslip.digest import digest
 from fingerslip.errors import ResultError
-from fingerslip.files import write_bytes, writing
+from fingerslip.files import alone, write_bytes, writing
 
 __all__ = ["BasisFolder"]
 
@@ -69,6 +70,10 @@ class BasisFolder:
                     old.unlink(missing_ok=True)
         except ResultError as error:
             _logger.warning("the basis is not kept: %s", error)
+
+    def alone(self, key: str) -> AbstractContextManager[None]:
+        """Let one process at a time into a block that looks for a basis and makes it where there is none."""
+        return alone(self.folder / f".{key}.lock")
 
     def _path(self, key: str) -> Path:
         return self.folder / f"{key}.basis"

@@ -11,13 +11,11 @@ from numpy.typing import NDArray
 
 from fingerslip.files import read_json
 from fingerslip.history import phase_times
-from fingerslip.report.figures.filming import film_times
-from fingerslip.report.page.films import Film
-from fingerslip.vision.tracks import read_tracks
-from fingerslip.vision.video import read_frames
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from fingerslip.report.page.films import Film
 
 __all__ = ["CAMERAS", "ERRORS", "film_keys", "read_films"]
 
@@ -57,6 +55,10 @@ def _stored(run: Path) -> list[Path]:
 
 
 def _film(run: str, folder: Path, history: xr.Dataset) -> Film:
+    # Pictures and videos are slow to load, and few studies have cameras.
+    from fingerslip.report.page.films import Film
+    from fingerslip.vision.tracks import read_tracks
+
     numbers = read_json(folder / ERRORS, _REPAIR)
     truth = read_tracks(folder / "truth.nc")
     shown = {name: numbers[name] for name in ("frames", "markers", "rms", "largest", "kept", "swapped")}
@@ -66,6 +68,9 @@ def _film(run: str, folder: Path, history: xr.Dataset) -> Film:
 
 def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, NDArray[np.uint8]]:
     """Return the frames that a report shows by their times [s]; none without a video or a slide."""
+    from fingerslip.report.figures.filming import film_times
+    from fingerslip.vision.video import read_frames
+
     slides, times = phase_times(history, "slide"), truth["time"].values
     if not video.is_file() or not slides:
         return {}

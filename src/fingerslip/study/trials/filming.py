@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.study.definition.trial_settings import TrialSettings
@@ -15,6 +15,9 @@ from fingerslip.vision.cameras.errors import PositionErrors
 from fingerslip.vision.cameras.pair import CameraPair, pair_tracks
 from fingerslip.vision.cameras.point import MEASURED_ERRORS
 from fingerslip.vision.cameras.presets import aimed_camera
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Eyes", "drawn_eyes", "filmed"]
 

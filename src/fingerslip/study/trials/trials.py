@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN
@@ -29,6 +28,9 @@ from fingerslip.study.trials.turned import turned_whole
 from fingerslip.version import __version__
 from fingerslip.vision.cameras.camera import interpolated
 from fingerslip.vision.tracks import make_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["RECORDED", "TrialPlan", "simulated_trial", "trial_plans"]
 

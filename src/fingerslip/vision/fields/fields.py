@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.vision.fields.motion import rest_positions, smooth_velocity, window_frames
 from fingerslip.vision.fields.rigid import fit_rigid_motions
 from fingerslip.vision.fields.triangles import green_strain, marker_means, marker_triangles, triangle_gradients
 from fingerslip.vision.tracks import check_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["FIELDS", "contact_centroid", "marker_fields"]
 
@@ -133,6 +135,8 @@ def contact_centroid(position: Floats, divergence: Floats, floor: float) -> Floa
 
 
 def _labelled(values: Mapping[str, Any], tracks: xr.Dataset, settings: Mapping[str, Any]) -> xr.Dataset:
+    import xarray as xr
+
     length = tracks["position"].attrs["units"]
     made = {
         name: xr.Variable(dims, values[name], {"units": unit.replace("length", length), "long_name": meaning})

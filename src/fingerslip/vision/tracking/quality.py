@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.vision.tracking.neighbours import expected_displacement, nearest_neighbours
 from fingerslip.vision.tracks import seen
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Lost", "jumps", "lost_intervals", "noise_at_rest", "seen_count", "seen_share"]
 

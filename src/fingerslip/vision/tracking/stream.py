@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
@@ -18,6 +18,9 @@ from fingerslip.vision.tracking.frames import Channel, Frames, VideoInput, open_
 from fingerslip.vision.tracking.reference import Reference, first_frames, reference_of
 from fingerslip.vision.tracking.topology import LayoutName, check_layout
 from fingerslip.vision.tracks import make_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["MarkerStream", "SeenMarkers", "open_markers"]
 

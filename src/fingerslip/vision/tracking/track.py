@@ -7,19 +7,22 @@ import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import FingerslipError
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
-from fingerslip.vision.exposure import STATES
-from fingerslip.vision.tracking.frames import Channel, Frames, VideoInput
+from fingerslip.vision.exposure import STATES, Exposure
+from fingerslip.vision.tracking.frames import Channel, VideoInput
 from fingerslip.vision.tracking.lens import lens_of, undistorted
 from fingerslip.vision.tracking.stream import MarkerStream, SeenMarkers, open_markers
 from fingerslip.vision.tracking.topology import LayoutName
 from fingerslip.vision.tracks import make_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["TrackingWarning", "track_markers"]
 
@@ -28,6 +31,8 @@ Flags = NDArray[np.bool_]
 Frame = NDArray[np.uint8]
 
 _MOVED = 0.5  # px that the rest frames may move
+_DARK = 16.0  # mean grey level at rest: below it frames use less than a sixteenth of their levels
+_SATURATED = 0.5  # share of the pixels at rest
 
 
 class TrackingWarning(UserWarning):
@@ -116,7 +121,7 @@ def track_markers(
     if calibration is not None:
         lens = lens_of(calibration, (stream.shape[1], stream.shape[0]))
         course = dataclasses.replace(course, position=undistorted(lens, course.position), raw=course.position)
-    tracks = _labelled(stream, course, min(rest_frames, len(course.states)))
+    tracks = _labelled(stream, course, rest_frames)
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         warnings.warn(text, TrackingWarning, stacklevel=2)
     return tracks
@@ -152,9 +157,10 @@ def _followed(stream: MarkerStream) -> _Course:
     )
 
 
-def _labelled(stream: MarkerStream, course: _Course, rest: int) -> xr.Dataset:
+def _labelled(stream: MarkerStream, course: _Course, rest_frames: int) -> xr.Dataset:
     frames, reference = stream.frames, stream.reference
-    complaints = [*reference.warnings, *_complaints(frames, course, rest)]
+    complaints = [*reference.warnings, *_complaints(stream, course, rest_frames)]
+    rest = min(rest_frames, len(course.states))
     partial = bool(course.broken or reference.warnings)
     tracks = make_tracks(
         course.position,
@@ -197,11 +203,15 @@ def _at_rest(position: Floats) -> dict[str, tuple[tuple[str, str], Floats, dict[
     }
 
 
-def _complaints(frames: Frames, course: _Course, rest: int) -> Iterator[str]:
+def _complaints(stream: MarkerStream, course: _Course, rest_frames: int) -> Iterator[str]:
     """Yield what is wrong with the frames."""
-    count = len(course.states)
+    frames, count = stream.frames, len(course.states)
+    rest = min(rest_frames, count)
     if course.broken:
         yield f"{course.broken}; the tracks are those of the first {count} frames"
+    elif count < rest_frames:
+        yield f"{frames.name}: ends within the {rest_frames} rest frames, after {count}; all are the reference"
+    yield from _of_light(frames.name, stream.exposure)
     for number, state in enumerate(STATES):
         which = np.flatnonzero(course.states == number)
         if number and which.size:
@@ -209,6 +219,14 @@ def _complaints(frames: Frames, course: _Course, rest: int) -> Iterator[str]:
     moved = _moved(course.position[:rest])
     if moved > _MOVED:
         yield f"{frames.name}: the sensor moved by {moved:.1f} px in the {rest} rest frames; the reference is no rest"
+
+
+def _of_light(name: str, rest: Exposure) -> Iterator[str]:
+    """Yield what is wrong with the light at rest: frames are only compared with it later."""
+    if rest.mean < _DARK:
+        yield f"{name}: is dark, mean grey level {rest.mean:.0f} of 255 at rest; noise is large: add light or exposure"
+    if rest.saturated > _SATURATED:
+        yield f"{name}: is overexposed, {100 * rest.saturated:.0f} % of the pixels are saturated at rest; less light"
 
 
 def _moved(position: Floats) -> float:

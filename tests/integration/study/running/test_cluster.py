@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,6 +20,7 @@ from fingerslip.mesh.io import write_mesh
 from fingerslip.run_folder import stored_result
 from fingerslip.study.running.progress import SilentProgress
 from fingerslip.study.running.runner import run_study
+from places import DOCS, ROOT
 from unit.study.block import block_mesh, block_values
 
 distributed = pytest.importorskip("distributed")
@@ -77,3 +81,58 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(tmp_path: Path,
         here, there = (read_history(one.folder / run.name / "history.nc") for one in (local, result))
         for name in ("counterface_force", "contact_displacement"):
             np.testing.assert_allclose(there[name].values, here[name].values, rtol=1e-12, atol=1e-15)
+
+
+RECIPE = re.search(
+    r"^```py\n(from dask_jobqueue.*?)^```", (DOCS / "howto" / "clusters.md").read_text(), re.DOTALL | re.MULTILINE
+)
+SBATCH = """#!/bin/sh
+# Stands for SLURM: runs the job here, with its output beside it.
+bash "$1" > "$1.out" 2>&1 &
+echo $! >> {jobs}
+echo "Submitted batch job $!"
+"""
+SCANCEL = """#!/bin/sh
+kill $(pgrep -P "$1") "$1" 2> /dev/null || true
+"""
+
+
+def script(cores: int, jobs: int) -> str:
+    """Return the documented script for a machine with fewer cores."""
+    assert RECIPE is not None
+    small = RECIPE[1].replace("cores=16, processes=16", f"cores={cores}, processes={cores}")
+    return small.replace("32GB", "2GB").replace("scale(jobs=4)", f"scale(jobs={jobs})") + "\ncluster.close()\n"
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_the_documented_lines_ask_slurm_for_workers_with_one_thread_each() -> None:
+    jobqueue = pytest.importorskip("dask_jobqueue")
+    assert RECIPE is not None
+    (call,) = re.findall(r"SLURMCluster\((.*?)\n\)", RECIPE[1], re.DOTALL)
+    options = eval(f"dict({call})")
+    with jobqueue.SLURMCluster(**options, scheduler_options={"dashboard_address": None}) as cluster:
+        lines = cluster.job_script().splitlines()
+    asked = {line.removeprefix("#SBATCH ") for line in lines if line.startswith("#SBATCH")}
+    assert {"-p normal", "-n 1", "--cpus-per-task=16", "--mem=30G", "-t 02:00:00", "--account=NAME"} <= asked
+    assert "--nthreads 1 " in lines[-1]
+    assert "--nworkers 16 " in lines[-1]
+
+
+def test_the_documented_script_runs_a_study_where_sbatch_starts_its_jobs(tmp_path: Path) -> None:
+    pytest.importorskip("dask_jobqueue")
+    write_mesh(block_mesh(0.0), tmp_path / "block.msh")
+    (tmp_path / "study.yaml").write_text(yaml.safe_dump(block_values(), sort_keys=False))
+    (tmp_path / "cluster.py").write_text(script(cores=1, jobs=2))
+    for name, text in (("sbatch", SBATCH.format(jobs=tmp_path / "jobs")), ("scancel", SCANCEL)):
+        (tmp_path / name).write_text(text)
+        (tmp_path / name).chmod(0o755)
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src"), "PATH": f"{tmp_path}:{os.environ['PATH']}"}
+    command = [sys.executable, "cluster.py"]
+    done = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    assert len((tmp_path / "jobs").read_text().split()) == 2
+    folder = tmp_path / "results" / "study"
+    assert len([stored_result(path.parent) for path in folder.glob("*/events.json")]) == 3
+    assert (folder / "report.html").is_file()

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from fingerslip.detect.classifiers import CLASSIFIERS
-from fingerslip.detect.evaluation.assumptions import Assumption, likely_assumptions, sensitivity_of
+from fingerslip.detect.evaluation.assumptions import Assumption, each_alone, likely_assumptions, sensitivity_of
 from fingerslip.detect.evaluation.crossval import frames_by_trial
+from fingerslip.detect.evaluation.parts import parts_beside
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.labels import LabelSettings
 from fingerslip.detect.samples import samples_of
@@ -70,3 +73,25 @@ def test_each_likely_assumption_changes_one_thing() -> None:
     finer = others[0].labels
     assert finer.incipient / finer.gross == pytest.approx(2.0)
     assert finer.incipient == pytest.approx(2.0 * 0.045 / 0.07)
+
+
+def test_trials_of_each_value_are_taken_alone(trials: TrialSet) -> None:
+    alone = each_alone(trials, ["indentation", "direction"], AS_IT_IS)
+    assert len(alone) == 2 * 4
+    assert alone[0].value == "indentation: 0.003 m, direction: 0 rad"
+    assert sorted(name for one in alone for name in one.trials) == list(trials.names)
+    assert each_alone(trials, [], AS_IT_IS) == ()
+    with pytest.raises(InputError, match="has no condition 'stiffness'"):
+        each_alone(trials, ["stiffness"], AS_IT_IS)
+    (one,) = found(trials, each_alone(trials, ["indentation"], AS_IT_IS)[1])
+    assert len(one.matrices["time_threshold"]) == 12
+
+
+def test_what_is_kept_is_not_asked_again(trials: TrialSet, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    parts = parts_beside(tmp_path / "tables", trials.digest)
+    ask = partial(sensitivity_of, trials, [AS_IT_IS], [CLOCK], sampling=replace(SAMPLING, least=0.0), folds=3)
+    (first,) = ask(parts=parts)
+    monkeypatch.setattr(TrialSet, "tracks", None)
+    (second,) = ask(parts=parts)
+    assert (first.incipient, first.gross) == (second.incipient, second.gross)
+    assert np.array_equal(first.matrices["time_threshold"], second.matrices["time_threshold"])

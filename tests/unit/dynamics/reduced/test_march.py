@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import logging
 
@@ -31,6 +32,9 @@ class Memory:
     def save(self, key, arrays):
         self.saves += 1
         self.kept[key] = dict(arrays)
+
+    def alone(self, key):  # noqa: ARG002
+        return contextlib.nullcontext()
 
 
 def with_basis(tolerance=1e-3, **changes):

@@ -19,7 +19,7 @@ def test_the_right_hand_side_is_that_of_the_scheme(alpha, damping):
     stepper = make_stepper(model)
     state = [state for state, _ in zip(condensed_states(stepper, model), range(12), strict=False)][-1]
     shift = np.array([[0.0, 3e-4]])
-    start = predict(stepper, state, 0.06, shift)
+    (start,) = predict([stepper], [state], 0.06, [shift])
     mass, stiffness = stepper.system.mass.toarray(), stepper.system.stiffness.toarray()
     free = stepper.scheme.predict(state.displacement, state.velocity, state.acceleration)
     force = (damping.mass * mass + damping.stiffness * stiffness) @ free.velocity + stiffness @ free.displacement

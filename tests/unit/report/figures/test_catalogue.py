@@ -5,14 +5,8 @@ from __future__ import annotations
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.report.figures.catalogue import (
-    OF_RUNS,
-    OF_STUDIES,
-    RunSubject,
-    StudySubject,
-    draw_of_run,
-    draw_of_study,
-)
+from fingerslip.report.figures.catalogue import draw_of_run, draw_of_study
+from fingerslip.report.figures.kinds import RunSubject, StudySubject
 from fingerslip.slip import Events
 from unit.report.page.contents import two_runs
 from unit.report.scenes import block_history
@@ -50,8 +44,3 @@ def test_figures_of_the_other_dimension_are_refused_with_those_that_fit() -> Non
 def test_without_a_sweep_there_is_no_axis() -> None:
     with pytest.raises(InputError, match="'latency' has nothing on its axis, needs a study with a sweep"):
         draw_of_study("latency", StudySubject((), {}, {}))
-
-
-def test_names_do_not_clash() -> None:
-    assert not OF_RUNS.keys() & OF_STUDIES.keys()
-    assert all(words for words, _ in (*OF_RUNS.values(), *OF_STUDIES.values()))

@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 from fingerslip.report.figures.solid_views import solid_views_figure, view_times
-from fingerslip.report.scene.scene import SceneOptions
+from fingerslip.report.scene.options import SceneOptions
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
 

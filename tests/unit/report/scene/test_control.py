@@ -10,7 +10,7 @@ import pyvista
 import xarray as xr
 
 from fingerslip.report.scene.control import SceneControl, nearest_node, picked_figure, receptor_legend
-from fingerslip.report.scene.scene import SceneOptions
+from fingerslip.report.scene.options import SceneOptions
 from fingerslip.slip import Events, SlipEvents
 from unit.report.figures.made import panels
 from unit.report.scenes import block_history

@@ -8,15 +8,8 @@ import pyvista
 import xarray as xr
 
 from fingerslip.errors import InputError, ResultError
-from fingerslip.report.scene.scene import (
-    SceneOptions,
-    aim,
-    check_options,
-    draw_scene,
-    field_limits,
-    region_names,
-    snapshot_grid,
-)
+from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.scene import aim, check_options, draw_scene, field_limits, region_names, snapshot_grid
 from unit.report.scenes import block_history
 
 

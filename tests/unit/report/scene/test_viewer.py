@@ -14,7 +14,7 @@ from PIL import Image
 from fingerslip.errors import InputError, ResultError
 from fingerslip.report.scene import viewer
 from fingerslip.report.scene.control import SceneControl
-from fingerslip.report.scene.scene import SceneOptions
+from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.viewer import open_window, save_movie, save_still, still
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
@@ -64,7 +64,7 @@ def test_a_folder_that_is_not_there_is_an_error(history: xr.Dataset, tmp_path: P
 
 def test_without_a_display_no_window_opens(history: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(viewer, "has_display", lambda: False)
-    with pytest.raises(ResultError, match="--screenshot"):
+    with pytest.raises(InputError, match="--screenshot"):
         open_window(history)
 
 

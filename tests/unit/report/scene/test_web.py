@@ -15,16 +15,13 @@ import pytest
 from fingerslip.errors import ResultError
 from fingerslip.history import write_history
 from fingerslip.report.scene import web
-from fingerslip.report.scene.scene import SceneOptions
-from fingerslip.report.scene.web import LOCAL, Served, serve
+from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.served import LOCAL, Served
+from fingerslip.report.scene.web import serve
 from fingerslip.slip import Events
 from unit.report.scenes import block_history
 
 CHROMIUM = shutil.which("chromium")
-
-
-def test_only_this_machine_can_look_unless_told_otherwise() -> None:
-    assert Served().host == LOCAL == "127.0.0.1"
 
 
 def test_without_trame_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,6 +6,7 @@ import csv
 import io
 import json
 
+import pytest
 from rich.console import Console
 
 from fingerslip.report.tables.table import (
@@ -111,3 +112,47 @@ def test_json_keeps_numbers_and_says_why_values_are_missing() -> None:
         ],
         "note": "a note",
     }
+
+
+def printed(table: Table, width: int) -> list[str]:
+    console = Console(width=width, record=True, file=io.StringIO())
+    console.print(to_rich(table, width))
+    return console.export_text().splitlines()
+
+
+WIDE = Table(
+    "Checked",
+    (Column("study"), Column("run"), *(Column(f"number {n}", "s", 1) for n in range(5)), Column("state")),
+    ((("a_long_file_name.yaml"), "variant-flattened_friction-0.4", *(12345.5 + n for n in range(5)), "to do"),) * 2,
+    note="What a reader has to know.",
+)
+
+
+@pytest.mark.parametrize("width", [20, 30, 40, 60, 80, 100, 160])
+def test_a_terminal_shows_every_cell_whole_whatever_its_width(width: int) -> None:
+    lines = printed(WIDE, width)
+    assert max(map(len, lines)) <= width
+    for number in range(5):
+        assert sum(f"{12345.5 + number:.1f}" in line for line in lines) == 2, "numbers are never broken"
+    letters = "".join("".join(lines).split())
+    assert "…" not in letters
+    if width in {20, 160}:
+        assert "a_long_file_name.yaml" in letters
+        assert "variant-flattened_friction-0.4" in letters
+
+
+def test_where_no_table_fits_rows_become_lists() -> None:
+    lines = [line.rstrip() for line in printed(WIDE, 40)]
+    assert lines[0] == "Checked"
+    assert "number 0 [s] 12345.5" in lines
+    assert lines[-2] == "What a reader has to know."
+
+
+def test_a_table_without_rows_or_columns_is_printed() -> None:
+    assert printed(Table("t", (Column("a"), Column("b")), ()), 30)[0].startswith("t")
+
+
+def test_json_has_null_for_what_is_no_number() -> None:
+    table = Table("t", (Column("a"),), ((float("nan"),), (Measured(1.0, float("inf")),), (1.5,), (None,)))
+    rows = json.loads(json.dumps(to_mapping(table), allow_nan=False))["rows"]
+    assert rows == [[None], [{"value": 1.0, "uncertainty": None}], [1.5], [None]]

@@ -14,7 +14,8 @@ from fingerslip.study.definition.yaml import read_mapping
 from fingerslip.study.running import bases
 from fingerslip.study.running.compute import BASES
 from fingerslip.study.running.plan import plan_study
-from fingerslip.study.running.runner import prepare, run_study
+from fingerslip.study.running.prepare import prepare
+from fingerslip.study.running.runner import run_study
 from unit.study.block import block_values
 
 Write = Callable[..., Path]

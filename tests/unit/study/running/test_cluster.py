@@ -14,8 +14,9 @@ from fingerslip.errors import InputError, ResultError
 from fingerslip.run_folder import stored_result
 from fingerslip.study.running import cluster
 from fingerslip.study.running.plan import plan_study
+from fingerslip.study.running.prepare import prepare
 from fingerslip.study.running.progress import SilentProgress
-from fingerslip.study.running.runner import prepare, run_study
+from fingerslip.study.running.runner import run_study
 
 pytestmark = pytest.mark.usefixtures("simulated", "reports")
 Write = Callable[..., Path]

@@ -17,9 +17,10 @@ from fingerslip.errors import InputError, ResultError, SlipOutsideContactError
 from fingerslip.history import read_history
 from fingerslip.slip import events_from_mapping, find_events
 from fingerslip.study.running import compute
-from fingerslip.study.running.compute import Job
+from fingerslip.study.running.jobs import Job
 from fingerslip.study.running.plan import plan_study
-from fingerslip.study.running.runner import StudyFailedError, prepare, run_study
+from fingerslip.study.running.prepare import prepare
+from fingerslip.study.running.runner import StudyFailedError, run_study
 from fingerslip.study.storage import store
 from fingerslip.study.storage.store import mesh_hash
 

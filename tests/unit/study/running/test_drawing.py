@@ -11,12 +11,14 @@ from typing import Any
 import pytest
 
 from fingerslip.report.figures import save as figures
+from fingerslip.report.page import run as page
 from fingerslip.report.page.content import MOST_RUNS
-from fingerslip.study.running import drawing, runner
+from fingerslip.study.running import runner
 from fingerslip.study.running.drawing import Drawing, draw_runs, drawings_of
 from fingerslip.study.running.plan import plan_study
+from fingerslip.study.running.prepare import prepare
 from fingerslip.study.running.progress import SilentProgress
-from fingerslip.study.running.runner import compute_jobs, prepare, write_up
+from fingerslip.study.running.runner import compute_jobs, write_up
 from fingerslip.study.storage.reporting import report_again
 from unit.study.block import FRICTIONS, block_values
 
@@ -95,7 +97,7 @@ def test_what_cannot_be_drawn_is_left_to_the_report(
         if run.name == NAMES[1]:
             raise ZeroDivisionError
 
-    monkeypatch.setattr(drawing, "draw_ahead", failing)
+    monkeypatch.setattr(page, "draw_ahead", failing)
     assert list(draw_runs(jobs, drawings_of(plan, jobs), lambda: False)) == [NAMES[0], NAMES[2]]
 
 

@@ -16,8 +16,7 @@ import pytest
 
 from fingerslip.errors import ConvergenceError, FingerslipError, ResultError
 from fingerslip.report.page.pictures import RunPictures
-from fingerslip.study.running import groups as together
-from fingerslip.study.running import pool
+from fingerslip.study.running import pool, together
 from fingerslip.study.running.pool import Computed, WorkerLostError, compute_all
 from fingerslip.study.running.progress import SilentProgress
 from unit.study.block import FRICTIONS

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -64,3 +65,27 @@ def test_a_folder_that_cannot_be_written_is_told_and_no_error(tmp_path: Path, ca
     caplog.set_level(logging.WARNING, "fingerslip")
     BasisFolder(tmp_path / "file" / "inside").save("one", ARRAYS)
     assert "the basis is not kept" in caplog.text
+
+
+def test_whoever_makes_a_basis_is_alone(folder: BasisFolder) -> None:
+    inside, came = threading.Event(), list[bool]()
+
+    def take() -> None:
+        with folder.alone("one"):
+            came.append(inside.is_set())
+
+    with folder.alone("one"):
+        waiting = threading.Thread(target=take)
+        waiting.start()
+        waiting.join(0.2)
+        assert waiting.is_alive()
+        inside.set()
+    waiting.join(10.0)
+    assert came == [True]
+    assert not folder.folder.exists()
+
+
+def test_where_no_lock_can_be_had_nobody_waits(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with BasisFolder(tmp_path / "file" / "inside").alone("one"):
+        assert (tmp_path / "file").is_file()

@@ -148,6 +148,29 @@ def test_odd_frames_are_said_and_marked(change: Callable[[list[np.ndarray]], Non
     assert np.isfinite(tracks["position"].values[16:]).all()
 
 
+@pytest.mark.parametrize(
+    ("light", "words"),
+    [
+        (lambda frame: frame // 20, r"is dark, mean grey level \d of 255 at rest"),
+        (
+            lambda frame: np.clip(2 * frame.astype(int), 0, 255).astype(np.uint8),
+            r"is overexposed, \d\d % of the pixels",
+        ),
+    ],
+)
+def test_bad_light_from_the_start_is_said(light: Callable[[np.ndarray], np.ndarray], words: str) -> None:
+    frames = [light(frame) for frame in clips.filmed(clips.still(clips.field(), 6))]
+    with pytest.warns(TrackingWarning, match=words):
+        tracks = track_markers(frames, n_markers=81, rest_frames=4, frame_rate=RATE)
+    assert tracks.attrs["partial"] == 0
+
+
+def test_a_video_that_ends_at_rest_is_said(clip: Clip) -> None:
+    with pytest.warns(TrackingWarning, match="ends within the 30 rest frames, after 6; all are the reference"):
+        tracks = track_markers(clip.frames[:6], n_markers=81, rest_frames=30, frame_rate=RATE)
+    assert tracks.attrs["rest_frames"] == 6
+
+
 def test_sensor_that_moves_at_rest_is_said() -> None:
     with pytest.warns(
         TrackingWarning, match=r"the sensor moved by .* px in the 30 rest frames; the reference is no rest"

@@ -13,7 +13,7 @@ from fingerslip.mesh.quality import check_quality
 from fingerslip.mesh.smoothing import smoothed
 from fingerslip.specimens.tactip.meshing.curves import polygon, smooth_curves
 from fingerslip.specimens.tactip.meshing.names import with_names
-from fingerslip.specimens.tactip.meshing.sizes import SensorSizes, size_function
+from fingerslip.specimens.tactip.meshing.sizes import SensorSizes, size_at_rods, size_function
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
 from fingerslip.specimens.tactip.profile import skin_lines
 from fingerslip.specimens.tactip.sites import modelled_places, points_at
@@ -47,7 +47,7 @@ def mesh_sensor_section(sensor: TacTipNumbers, sizes: SensorSizes, element: str)
     with gmsh_session():
         shapes = _draw(sensor, feet, ends)
         pieces = fragmented(shapes, np.vstack([crowns, feet, ends]), 2)
-        size = size_function(sensor, sizes, np.stack([feet, ends], axis=1))
+        size = size_function(sensor, sizes, np.stack([feet, ends], axis=1), size_at_rods(sensor))
         generate(2, size, quadrilaterals=quadrilaterals)
         found = read_fragments(pieces, 2, 4 if quadrilaterals else 3)
     mesh = with_names(_container(_smoothed(found) if quadrilaterals else found, element), found.region, half=False)

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from fingerslip.mesh.sizes import GROWTH
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
 
-__all__ = ["SensorSizes", "size_function"]
+__all__ = ["SensorSizes", "SolidSizes", "size_at_rods", "size_function"]
 
-# Largest element at a rod over the radius of the rod, so that two fit on each half of its end.
+# Largest element at a rod over the radius of the rod in the plane, so that two fit on each half of its end.
 _OF_ROD = 0.7
 # The same over the thickness of the skin where it cannot touch, in the plane.
 _OF_SKIN = 0.6
@@ -40,7 +40,23 @@ class SensorSizes(Protocol):
         ...
 
 
-def size_function(sensor: TacTipNumbers, sizes: SensorSizes, rods: Floats) -> Callable[[float, float, float], float]:
+class SolidSizes(SensorSizes, Protocol):
+    """Element sizes in space, where rods have one of their own."""
+
+    @property
+    def rod_size(self) -> float:
+        """Largest size at rods [m]."""
+        ...
+
+
+def size_at_rods(sensor: TacTipNumbers) -> float:
+    """Return the size at the rods of a section [m]."""
+    return _OF_ROD * sensor.rods.radius
+
+
+def size_function(
+    sensor: TacTipNumbers, sizes: SensorSizes, rods: Floats, rod_size: float
+) -> Callable[[float, float, float], float]:
     """Return the wanted size [m] at x, y, z [m], looked up on a grid because Gmsh asks for it very often.
 
     Parameters
@@ -51,6 +67,8 @@ def size_function(sensor: TacTipNumbers, sizes: SensorSizes, rods: Floats) -> Ca
         Sizes.
     rods : (n, 2, dim) array
         Both ends of the axes of the rods [m].
+    rod_size : float
+        Largest size at rods [m].
     """
     spacing = 0.5 * sizes.contact_size
     half = sensor.dome.radius + sensor.dome.flat_radius
@@ -60,7 +78,7 @@ def size_function(sensor: TacTipNumbers, sizes: SensorSizes, rods: Floats) -> Ca
         start + spacing * np.arange(np.ceil((end - start) / spacing) + 1) for start, end in zip(low, high, strict=True)
     ]
     points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    grid = _sizes(sensor, sizes, points.reshape(-1, 3), rods).reshape(points.shape[:3])
+    grid = _sizes(sensor, sizes, points.reshape(-1, 3), rods, rod_size).reshape(points.shape[:3])
     table: Any = grid.tolist()
     x0, y0, z0 = low.tolist()
     nx, ny, nz = (count - 1 for count in map(int, grid.shape))
@@ -73,14 +91,14 @@ def size_function(sensor: TacTipNumbers, sizes: SensorSizes, rods: Floats) -> Ca
     return size
 
 
-def _sizes(sensor: TacTipNumbers, sizes: SensorSizes, points: Floats, rods: Floats) -> Floats:
+def _sizes(sensor: TacTipNumbers, sizes: SensorSizes, points: Floats, rods: Floats, rod_size: float) -> Floats:
     """Return the wanted sizes [m] at (m, 3) points."""
     beyond = np.maximum(_inside_skin(sensor, points), points[:, 1] - sizes.contact_reach)
     away = np.full(len(points), np.inf)
     for foot, end in rods:
         away = np.minimum(away, _from_axis(points[:, : len(foot)], foot, end) - sensor.rods.radius)
     in_skin = sizes.contact_size + GROWTH * np.maximum(beyond, 0.0)
-    at_rods = min(sizes.contact_size, _OF_ROD * sensor.rods.radius) + GROWTH * np.maximum(away, 0.0)
+    at_rods = min(sizes.contact_size, rod_size) + GROWTH * np.maximum(away, 0.0)
     share = _OF_SKIN if sensor.part == "section" else np.inf
     through_skin = share * sensor.skin.thickness + GROWTH * np.maximum(_inside_skin(sensor, points), 0.0)
     wanted: Floats = np.min([np.full_like(away, sizes.bulk_size), in_skin, at_rods, through_skin], axis=0)

@@ -7,13 +7,13 @@ import numpy as np
 import skfem
 from numpy.typing import NDArray
 
+from fingerslip.mesh.collapse import repaired
 from fingerslip.mesh.fragments import fragmented, generate, read_fragments
 from fingerslip.mesh.gmsh_session import MILLIMETRES, gmsh_session
 from fingerslip.mesh.quality import check_quality
-from fingerslip.mesh.short_edges import without_short_edges
 from fingerslip.specimens.tactip.meshing.curves import polygon, smooth_curves
 from fingerslip.specimens.tactip.meshing.names import with_names
-from fingerslip.specimens.tactip.meshing.sizes import SensorSizes, size_function
+from fingerslip.specimens.tactip.meshing.sizes import SolidSizes, size_function
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
 from fingerslip.specimens.tactip.profile import skin_lines
 from fingerslip.specimens.tactip.sites import modelled_places, points_at
@@ -25,19 +25,19 @@ Integers = NDArray[np.int64]
 
 # Sides of a rod, and the share of its direction across the axis below which it is upright.
 _SIDES, _UPRIGHT = 8, 1e-9
-# Shortest edge over the radius of rods.
-_SHORTEST = 0.13
+# Straight edges in place of a circle times the size at rods [m]: eight at 0.35 mm, so that bends get finer with rods.
+_BEND = 8 * 0.35e-3
 _TURNS = {"half": np.pi, "whole": 2.0 * np.pi}
 
 
-def mesh_sensor_solid(sensor: TacTipNumbers, sizes: SensorSizes, element: str) -> skfem.Mesh3D:
+def mesh_sensor_solid(sensor: TacTipNumbers, sizes: SolidSizes, element: str) -> skfem.Mesh3D:
     """Build the mesh of a half or the whole of a sensor.
 
     Parameters
     ----------
     sensor : TacTipNumbers
         The sensor.
-    sizes : SensorSizes
+    sizes : SolidSizes
         Element sizes.
     element : {'T4', 'T10'}
         Kind of cell.
@@ -49,13 +49,13 @@ def mesh_sensor_solid(sensor: TacTipNumbers, sizes: SensorSizes, element: str) -
     """
     places = modelled_places(sensor)
     feet, ends, crowns = (points_at(sensor, places, d) for d in (sensor.rod_depth, sensor.marker_depth, 0.0))
+    nodes, rods = np.vstack([crowns, feet, ends]), np.stack([feet, ends], axis=1)
     with gmsh_session():
-        shapes = _draw(sensor, feet, ends)
-        pieces = fragmented(shapes, np.vstack([crowns, feet, ends]), 3)
-        generate(3, size_function(sensor, sizes, np.stack([feet, ends], axis=1)))
+        pieces = fragmented(_draw(sensor, feet, ends), nodes, 3)
+        generate(3, size_function(sensor, sizes, rods, sizes.rod_size), segments=_BEND / sizes.rod_size)
         gmsh.model.mesh.optimize("")
         gmsh.model.mesh.optimize("Netgen")
-        found = without_short_edges(read_fragments(pieces, 3, 4), _SHORTEST * sensor.rods.radius)
+        found = repaired(read_fragments(pieces, 3, 4), nodes)
     half = sensor.part == "half"
     points = found.points.copy()
     if half:

@@ -62,11 +62,13 @@ class SensorSolidSizes(MeshSource):
     Parameters
     ----------
     contact_size : float
-        Size in the skin that can touch, and at the rods [m].
+        Size in the skin that can touch [m].
     bulk_size : float
         Largest size [m].
     contact_reach : float
         Height above the lowest point up to which the skin is meshed at `contact_size` [m].
+    rod_size : float
+        Largest size at the rods; bends of ridges get finer with it, eight edges in a circle at 0.35 mm [m].
     element : {'T4', 'T10'}
         Linear or quadratic tetrahedron.
     body : {'tactip'}
@@ -74,12 +76,13 @@ class SensorSolidSizes(MeshSource):
     """
 
     needs_specimen: ClassVar[bool] = True
-    element_sizes: ClassVar[tuple[str, ...]] = ("contact_size", "bulk_size")
+    element_sizes: ClassVar[tuple[str, ...]] = ("contact_size", "rod_size", "bulk_size")
     dim: ClassVar[int] = 3
 
     contact_size: PositiveLength = 1e-3
     bulk_size: PositiveLength = 3e-3
     contact_reach: PositiveLength = 6e-3
+    rod_size: PositiveLength = 0.35e-3
     element: Literal["T4", "T10"] = "T4"
     body: Literal["tactip"] = "tactip"
 

@@ -16,16 +16,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, shortened
-from fingerslip.files import json_text, new_folder, write_bytes, write_text
+from fingerslip.files import check_empty, json_text, new_folder, write_bytes, write_text
 from fingerslip.vision.tracking.formats.tables import read_table, write_table
 from fingerslip.vision.tracks import check_tracks, make_tracks
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
 __all__ = ["BristolSet", "bristol_tracks", "read_bristol", "write_bristol"]
 
@@ -150,7 +150,7 @@ def write_bristol(
     tracks : xarray.Dataset
         Tracks in pixels with the attributes ``image_width`` and ``image_height``. Markers that were not seen are NaN.
     folder : path
-        The folder; what was there is replaced.
+        The folder, new or empty.
     labels : mapping of str to sequence, optional
         Columns of ``targets.csv`` with a value for each frame, such as ``pose_1`` or ``shear_1``.
     image_parameters : mapping, optional
@@ -159,13 +159,14 @@ def write_bristol(
     Raises
     ------
     InputError
-        Where the dataset is no tracks in pixels, or does not say the size of the image.
+        Where the dataset is no tracks in pixels, or does not say the size of the image; where the folder holds files.
     ResultError
         Where the folder cannot be written.
     """
     import pandas as pd
 
     check_tracks(tracks)
+    check_empty(Path(folder))
     width, height = (tracks.attrs.get(f"image_{name}") for name in ("width", "height"))
     if tracks["position"].attrs["units"] != "px" or width is None or height is None:
         found = f"is in {tracks['position'].attrs['units']}, in an image of {width} x {height} px"

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.errors import InputError
 from fingerslip.vision.tracking.formats.tables import read_table, write_table
 from fingerslip.vision.tracks import check_tracks, make_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["read_pins", "write_pins"]
 

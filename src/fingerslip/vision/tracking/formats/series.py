@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.files import new_folder
+from fingerslip.files import check_empty, new_folder
 from fingerslip.vision.tracking.formats.tables import read_table, write_table
 from fingerslip.vision.video import write_video
 
@@ -118,7 +118,7 @@ def write_series_run(
     Raises
     ------
     InputError
-        Where a table has another name, or there are no frames.
+        Where a table has another name, there are no frames, or the folder of the run holds files.
     ResultError
         Where the folder cannot be written.
     """
@@ -129,6 +129,7 @@ def write_series_run(
     if unknown:
         raise InputError("tables", f"got {unknown[0]!r}", f"needs names among {', '.join(TABLES)}")
     final = Path(folder) / f"run_{number}"
+    check_empty(final)
     with new_folder(final) as partial:
         count = write_video(partial / _IMAGES, frames, frame_rate)
         given.setdefault("image", pd.DataFrame({"time": np.arange(count) / frame_rate}))

@@ -61,3 +61,10 @@ def test_tracks_without_the_size_of_the_image_are_not_written(tmp_path: Path) ->
     with pytest.raises(InputError, match="needs pixels and the attributes image_width"):
         write_bristol(bare, tmp_path / "data")
     assert not (tmp_path / "data").exists()
+
+
+def test_a_data_set_that_is_there_is_not_replaced(tmp_path):
+    (tmp_path / "targets.csv").write_text("theirs")
+    with pytest.raises(InputError, match="holds files, needs a new or an empty folder"):
+        write_bristol(TRACKS, tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["targets.csv"]

@@ -42,3 +42,11 @@ def test_folders_that_are_no_recording(tmp_path: Path) -> None:
         read_series(tmp_path)
     with pytest.raises(InputError, match="tables: got 'sound'"):
         write_series_run(tmp_path, 3, FRAMES, 25.0, {"sound": pd.DataFrame()})
+
+
+def test_a_run_that_is_there_is_not_replaced(tmp_path):
+    (tmp_path / "run_0").mkdir()
+    (tmp_path / "run_0" / "image_data.csv").write_text("theirs")
+    with pytest.raises(InputError, match="holds files, needs a new or an empty folder"):
+        write_series_run(tmp_path, 0, FRAMES, 25.0)
+    assert (tmp_path / "run_0" / "image_data.csv").read_text() == "theirs"

@@ -1,10 +1,9 @@
-"""Large runs that share a mesh are computed together; one that fails does not keep the others from being computed."""
+"""Large runs that share a matrix make groups; what is finished needs nothing that computes."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,11 +11,9 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.step import sharing
-from fingerslip.study.running import groups as together
-from fingerslip.study.running.groups import compute_group, groups
+from fingerslip.study.running import cost
+from fingerslip.study.running.jobs import groups
 from problems.pushed import push_and_slide
-
-Write = Callable[..., Path]
 
 
 def job(name: str, model: Any = None) -> Any:
@@ -44,8 +41,15 @@ def test_runs_that_share_a_matrix_make_a_group() -> None:
 @pytest.mark.parametrize(
     ("together_are", "parts"), [("abcdefgh", ["abcdefgh"]), ("abcdefghij", ["abcde", "fghij"]), ("a", ["a"])]
 )
-def test_no_group_is_too_large(together_are: str, parts: list[str]) -> None:
+def test_no_group_is_too_large(together_are: str, parts: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cost, "_BYTES_TOGETHER", 1.0)
     assert names(groups([job(name) for name in together_are])) == parts
+
+
+@pytest.mark.usefixtures("all_are_large")
+def test_runs_with_small_records_make_a_larger_group() -> None:
+    assert names(groups([job(name) for name in "abcdefghij"])) == ["abcdefghij"]
+    assert {len(part) for part in groups([job("a") for _ in range(40)])} == {20}
 
 
 @pytest.mark.usefixtures("all_are_large")
@@ -55,30 +59,3 @@ def test_runs_in_the_plane_keep_all_workers_busy() -> None:
 
 def test_small_runs_stay_apart() -> None:
     assert names(groups([job("a"), job("b")])) == ["a", "b"]
-
-
-NOT_SOLVED = fs.ConvergenceError(0.5, 7, 1e-3, 1e-9, "use a smaller step")
-
-
-@pytest.mark.parametrize("error", [NOT_SOLVED, MemoryError()])
-def test_where_a_group_fails_its_runs_are_computed_one_by_one(
-    monkeypatch: pytest.MonkeyPatch, error: Exception
-) -> None:
-    alone: list[str] = []
-
-    def failing(*_: object) -> None:
-        raise error
-
-    def compute(one: Any, progress: Callable[[float], None], threads: int) -> None:
-        progress(1.0)
-        alone.append(one.run.name)
-        if one.run.name == "b":
-            raise error
-
-    monkeypatch.setattr(together, "compute_together", failing)
-    monkeypatch.setattr(together, "compute", compute)
-    told: list[tuple[str, float]] = []
-    found = compute_group([job(name) for name in "abc"], lambda name, fraction: told.append((name, fraction)), 1)
-    assert found == {"b": error}
-    assert alone == ["a", "b", "c"]
-    assert told == [("a", 1.0), ("b", 1.0), ("c", 1.0)]

@@ -1,0 +1,197 @@
+"""An evaluation of many classifiers in parts, each of which is kept when it is done: frames, events, left out."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.detect.classifiers import Candidate, described, union_of_sets
+from fingerslip.detect.evaluation.crossval import (
+    Fold,
+    FoldFrames,
+    FrameResult,
+    events_by_trial,
+    fitted_fold,
+    frames_by_sample,
+    joined_folds,
+    rows_to_learn,
+)
+from fingerslip.detect.evaluation.parts import Parts, parts_beside
+from fingerslip.detect.features import FeatureSettings
+from fingerslip.detect.motion import MotionSettings
+from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.samples import Samples, Sampling, samples_of
+from fingerslip.detect.trial_set import TrialSet
+
+__all__ = ["Evaluation", "begun_evaluation"]
+
+Groups = Sequence[Sequence[str]]
+Events = dict[str, dict[str, Onsets]]
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What classifiers are evaluated on.
+
+    Parameters
+    ----------
+    trials : TrialSet
+        The data set.
+    onsets : mapping of str to Onsets
+        Labels of its trials.
+    samples : Samples
+        Sampled frames with the features of all candidates.
+    motion : MotionSettings
+        How motion is read.
+    seed, workers : int, optional
+        Seed of what is random, and cores.
+    parts : Parts, optional
+        Where finished parts are kept.
+    """
+
+    trials: TrialSet
+    onsets: Mapping[str, Onsets]
+    samples: Samples
+    motion: MotionSettings
+    seed: int = 0
+    workers: int = 1
+    parts: Parts = field(default_factory=Parts)
+
+    def check(self, groups: Groups) -> None:
+        """Check that every fold has something of each class to learn from, before anything is fitted.
+
+        Raises
+        ------
+        InputError
+            Where one has not.
+        """
+        for test in groups:
+            rows_to_learn(self.samples, test, seed=self.seed)
+
+    def by_sample(self, candidate: Candidate) -> NDArray[np.intp]:
+        """Return the confusion matrices of trials when frames are split 90 to 10 whatever their trial."""
+
+        def made() -> dict[str, NDArray[Any]]:
+            return {"matrices": frames_by_sample(self.samples, candidate, seed=self.seed, workers=self.workers)}
+
+        name = _name(candidate, "by-sample")
+        return self.parts.part(name, self._described(candidate), made)["matrices"]
+
+    def by_group(self, candidate: Candidate, groups: Groups) -> list[FoldFrames]:
+        """Return what a classifier says of the trials of each group after it has learned from those of the others."""
+        return [self._of_group(candidate, test) for test in groups]
+
+    def by_fold(self, candidates: Sequence[Candidate], tests: Groups) -> tuple[dict[str, FrameResult], Events]:
+        """Return frames and events of classifiers on trials that they have not seen, both by name of the classifier.
+
+        All classifiers of a fold are fitted before the next fold, so that its trials are read once for all of them.
+        """
+        frames: dict[str, list[FoldFrames]] = {one.name: [] for one in candidates}
+        events: dict[str, dict[str, Onsets]] = {one.name: {} for one in candidates}
+        for test in tests:
+            for name, (part, found) in self._of_fold(candidates, test).items():
+                frames[name].append(part)
+                events[name] |= found
+        ordered = {name: {one: found[one] for one in self.trials.names} for name, found in events.items()}
+        return {name: joined_folds(self.samples, parts) for name, parts in frames.items()}, ordered
+
+    def _of_group(self, candidate: Candidate, test: Sequence[str]) -> FoldFrames:
+        def made() -> dict[str, NDArray[Any]]:
+            return vars(self._fitted(candidate, test)[1])
+
+        return FoldFrames(**self.parts.part(_name(candidate, "frames"), self._described(candidate, test), made))
+
+    def _of_fold(
+        self, candidates: Sequence[Candidate], test: Sequence[str]
+    ) -> dict[str, tuple[FoldFrames, dict[str, Onsets]]]:
+        """Return frames and events of the trials of a fold, of which those that are kept are not computed again."""
+        events = {one.name: self.parts.kept(_name(one, "events"), self._described(one, test)) for one in candidates}
+        fitted = {one.name: self._fitted(one, test) for one in candidates if events[one.name] is None}
+        for one in candidates:
+            if one.name in fitted:
+                self.parts.keep(_name(one, "frames"), self._described(one, test), vars(fitted[one.name][1]))
+        alone = [joined_folds(self.samples, [part], (fold,)) for fold, part in fitted.values()]
+        made = events_by_trial(self.trials, self.onsets, alone, self.motion, workers=self.workers) if alone else []
+        new = dict(zip(fitted, made, strict=True))
+        found = {}
+        for one in candidates:
+            kept = events[one.name]
+            if kept is None:
+                self.parts.keep(
+                    _name(one, "events"), self._described(one, test), {"onsets": _as_array(new[one.name], test)}
+                )
+                found[one.name] = fitted[one.name][1], new[one.name]
+            else:
+                found[one.name] = self._of_group(one, test), _as_onsets(kept["onsets"], test)
+        return found
+
+    def _fitted(self, candidate: Candidate, test: Sequence[str]) -> tuple[Fold, FoldFrames]:
+        window = self.motion.window
+        return fitted_fold(
+            self.samples, self.onsets, candidate, test, window=window, seed=self.seed, workers=self.workers
+        )
+
+    def _described(self, candidate: Candidate, test: Sequence[str] = ()) -> list[Any]:
+        """Return what a part is computed from, beside what all share: the classifier and the trials left out."""
+        return [*described(candidate, self.seed), list(test)]
+
+
+def begun_evaluation(
+    trials: TrialSet,
+    onsets: Mapping[str, Onsets],
+    candidates: Sequence[Candidate],
+    motion: MotionSettings,
+    sampling: Sampling,
+    *,
+    seed: int = 0,
+    workers: int = 1,
+    output: Path | None = None,
+) -> Evaluation:
+    """Sample the frames of a data set for an evaluation.
+
+    Parameters
+    ----------
+    trials : TrialSet
+        The data set.
+    onsets : mapping of str to Onsets
+        Labels of its trials.
+    candidates : sequence of Candidate
+        Classifiers that are to be evaluated.
+    motion, sampling : MotionSettings, Sampling
+        How motion is read, and frames are sampled.
+    seed, workers : int, optional
+        Seed of what is random, and cores.
+    output : Path, optional
+        Where the evaluation is to be written: its finished parts are kept beside that. Without it nothing is kept.
+
+    Raises
+    ------
+    InputError
+        Where a trial lacks a label, or has fewer frames of a class than are asked for; where `output` is a file.
+    """
+    labels = {name: [one.incipient, one.gross] for name, one in onsets.items()}
+    settings = [dataclasses.asdict(motion), dataclasses.asdict(sampling)]
+    parts = parts_beside(output, trials.digest, labels, settings, seed)
+    samples = samples_of(trials, onsets, FeatureSettings(union_of_sets(candidates), motion), sampling)
+    return Evaluation(trials, onsets, samples, motion, seed, workers, parts)
+
+
+def _name(candidate: Candidate, kind: str) -> str:
+    """Return the name of a part; a colon is none that every file system takes."""
+    return f"{candidate.name.replace(':', '.')}-{kind}"
+
+
+def _as_array(events: Mapping[str, Onsets], test: Sequence[str]) -> NDArray[np.float64]:
+    """Return onsets as numbers, shape (n_trials, 2), NaN where there is none."""
+    return np.array([[events[name].incipient, events[name].gross] for name in test], dtype=np.float64)
+
+
+def _as_onsets(times: NDArray[np.float64], test: Sequence[str]) -> dict[str, Onsets]:
+    pairs = ([None if np.isnan(one) else float(one) for one in row] for row in times)
+    return {name: Onsets(*pair) for name, pair in zip(test, pairs, strict=True)}

@@ -1,0 +1,91 @@
+"""Runs that are ready to be computed, which of them are computed together, and what became of them.
+
+Nothing here loads what builds, computes or draws runs: a study that is finished needs none of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from fingerslip.dynamics.step.sharing import groups_to_share
+from fingerslip.errors import FingerslipError
+from fingerslip.model import Model
+from fingerslip.results import RefusedRun
+from fingerslip.study.definition.sweep import Run
+from fingerslip.study.running.cost import most_together
+
+if TYPE_CHECKING:
+    from fingerslip.report.page.pictures import RunPictures
+
+__all__ = ["Computed", "Job", "Prepared", "groups"]
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run with its model, ready to be computed.
+
+    Parameters
+    ----------
+    run : Run
+        The run.
+    model : Model
+        Its model.
+    identity : str
+        Hash of its inputs.
+    folder : Path
+        Where its results go.
+    """
+
+    run: Run
+    model: Model
+    identity: str
+    folder: Path
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Runs that are ready to be computed, and samples that are not.
+
+    Parameters
+    ----------
+    jobs : tuple of Job
+        The runs with their models.
+    refused : tuple of RefusedRun
+        All samples that make no model.
+    """
+
+    jobs: tuple[Job, ...]
+    refused: tuple[RefusedRun, ...] = ()
+
+
+@dataclass(frozen=True)
+class Computed:
+    """What became of jobs.
+
+    Parameters
+    ----------
+    failures : dict
+        The error of each job that failed, by the name of the run.
+    pictures : dict
+        Pictures that were drawn of the others, by the name of the run.
+    """
+
+    failures: dict[str, FingerslipError] = field(default_factory=dict)
+    pictures: dict[str, RunPictures] = field(default_factory=dict)
+
+
+def groups(jobs: Sequence[Job], at_once: int = 1) -> list[list[Job]]:
+    """Put jobs into groups that are computed together.
+
+    Parameters
+    ----------
+    jobs : sequence of Job
+        What to compute.
+    at_once : int, optional
+        Groups that can be computed at once.
+    """
+    found = groups_to_share([job.model for job in jobs], at_once, most_together)
+    return [[jobs[number] for number in group] for group in found]
