@@ -25,6 +25,7 @@ ABOUT_ALL = {
     "test_package.py",
     "test_readme.py",
     "test_references.py",
+    "test_scripts.py",
     "test_start.py",
 }
 

@@ -1,0 +1,40 @@
+"""What the scripts of figures and benchmarks import is there: they run for long and rarely."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+from pathlib import Path
+
+import pytest
+
+from places import ROOT
+
+SCRIPTS = sorted([*(ROOT / "docs" / "figures").glob("*.py"), *(ROOT / "tests" / "benchmarks").glob("*.py")])
+
+
+def imported(path: Path) -> set[tuple[str, str]]:
+    """Return the modules of fingerslip that a script imports from, each with the name that it wants."""
+    nodes = [node for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.ImportFrom)]
+    found = {(str(node.module), alias.name) for node in nodes for alias in node.names}
+    return {(module, name) for module, name in found if module.split(".")[0] == "fingerslip"}
+
+
+def is_there(module: str, name: str) -> bool:
+    """Tell whether a module has a name, or a package a module of that name."""
+    if hasattr(importlib.import_module(module), name):
+        return True
+    try:
+        importlib.import_module(f"{module}.{name}")
+    except ModuleNotFoundError:
+        return False
+    return True
+
+
+def test_there_are_scripts() -> None:
+    assert sum(bool(imported(path)) for path in SCRIPTS) > 10
+
+
+@pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: path.stem)
+def test_what_a_script_imports_is_there(path: Path) -> None:
+    assert not {f"{module}.{name}" for module, name in imported(path) if not is_there(module, name)}
