@@ -20,10 +20,10 @@ Integers = NDArray[np.int64]
 _SWEEPS = 8
 # A repair counts where the worst cell gets better by this factor, so that repairs come to an end.
 _BETTER = 1.001
-# Shares of the way to the middle of its neighbours that a node is tried at.
-_MOVES = (0.25, 0.5, 1.0)
+# Shares of the way to the middle of its neighbours, and to the other corners of the cell, that a node is tried at.
+_MOVES = (0.1, 0.25, 0.5, 1.0)
 # Share of the volume around a node that may go from one region to another, or be lost or won outside.
-_MOVED = 0.05
+_MOVED = 0.1
 # Nodes nearer to the plane z = 0 than this lie on it [m].
 _ON_PLANE = 1e-9
 
@@ -57,9 +57,9 @@ def repaired(found: Fragments, kept: Floats) -> Fragments:
     """Return tetrahedra of which fewer are refused by :func:`fingerslip.mesh.quality.check_quality`, or none.
 
     At each refused cell the best of several changes is made, if the worst cell around it gets better and none is turned
-    inside out: an edge becomes one of its ends, or a node inside a region moves towards its neighbours. A node on
+    inside out: an edge becomes one of its ends, or a node inside a region moves towards its neighbours or a corner of the cell. A node on
     the border of regions, on the outside or on the plane z = 0 gives way only to one that lies on all of these, and
-    regions keep their volumes but for 5 % of that around the node.
+    regions keep their volumes but for a tenth of that around the node.
 
     Parameters
     ----------
@@ -135,8 +135,9 @@ def _targets(state: _Cells, node: int, nodes: list[int], around: Integers) -> It
     if own & (own - 1) == 0:
         beside = np.unique(state.cells[around])
         middle = state.points[beside[beside != node]].mean(axis=0)
-        for share in _MOVES:
-            yield node, state.points[node] + share * (middle - state.points[node])
+        aims = [middle, *state.points[[other for other in nodes if other != node]]]
+        for aim, share in itertools.product(aims, _MOVES):
+            yield node, state.points[node] + share * (aim - state.points[node])
 
 
 def _margin_after(state: _Cells, node: int, onto: int, place: Floats, around: Integers) -> float:

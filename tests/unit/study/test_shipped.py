@@ -14,6 +14,7 @@ from fingerslip.study.definition.schema import study_schema
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.inspection.check import check_studies
+from fingerslip.study.running.build import build_mesh
 from fingerslip.study.shipped import TEMPLATES, copy_example, examples, examples_table, new_study, studies_folder
 from fingerslip.verification.meshes import box
 from places import ROOT
@@ -36,6 +37,13 @@ def test_studies_of_the_paper_move_the_plate_towards_the_palm(path: Path) -> Non
     # The direction that the studies had at first is kept beside the published one, in one study.
     assert directions == ({-1.0, 1.0} if path.stem == "wang2014_direction" else {-1.0})
     assert all(not any(slide.direction[1:]) for slide in slides)
+
+
+@pytest.mark.slow
+def test_the_ridged_sensor_in_space_is_meshed_in_the_sizes_of_its_studies() -> None:
+    path = ROOT / "studies" / "tactip_directions_3d.yaml"
+    (run,) = expand(read_study(path), path)
+    assert build_mesh(run).nelements > 100_000
 
 
 def test_the_wheel_holds_the_studies() -> None:
