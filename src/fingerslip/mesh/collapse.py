@@ -57,9 +57,9 @@ def repaired(found: Fragments, kept: Floats) -> Fragments:
     """Return tetrahedra of which fewer are refused by :func:`fingerslip.mesh.quality.check_quality`, or none.
 
     At each refused cell the best of several changes is made, if the worst cell around it gets better and none is turned
-    inside out: an edge becomes one of its ends, or a node inside a region moves towards its neighbours or a corner of the cell. A node on
-    the border of regions, on the outside or on the plane z = 0 gives way only to one that lies on all of these, and
-    regions keep their volumes but for a tenth of that around the node.
+    inside out: an edge becomes one of its ends, or a node inside a region moves towards its neighbours or a corner of
+    the cell. A node on the border of regions, on the outside or on the plane z = 0 gives way only to one that lies on
+    all of these, and regions keep their volumes but for a tenth of that around the node.
 
     Parameters
     ----------
