@@ -38,7 +38,7 @@ def slid(part: str, direction: tuple[float, ...]):
     )
     sites = sensor.sites(("internal_markers",), 3)
     model = fs.Model(
-        mesh=dataclasses.replace(sensor.default_mesh, contact_size=1.2e-3, contact_reach=2e-3).build(sensor),
+        mesh=dataclasses.replace(sensor.default_mesh, contact_size=0.9e-3, contact_reach=2e-3).build(sensor),
         materials=sensor.materials,
         formulation="solid",
         depth=1.0,
