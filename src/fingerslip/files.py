@@ -136,7 +136,8 @@ def alone(mark: Path) -> Iterator[None]:
     """Let one process at a time into the block, so that what one makes there, the others find.
 
     Whoever waits is let in when the process inside leaves, or ends for whatever reason. Where the system or the folder
-    allows no lock, nobody waits.
+    allows no lock, nobody waits. Of three or more, one that comes while the first leaves may be let in beside one that
+    has waited, as the file is taken away then: the block saves work, and must be right without it.
 
     Parameters
     ----------

@@ -44,7 +44,7 @@ _BYTES_PER_UNKNOWN = {2: 1.0e4, 3: 3.0e4}
 _BYTES_PER_RECORDED = 1.7
 
 # What the records of runs may take that are computed together [bytes], and how many of these there are at most: 24 runs
-# of the paper's section take three quarters of the time of three times eight; more gain little.
+# of the paper's section took three quarters of the time of three times eight, on a busy machine.
 _BYTES_TOGETHER, _MOST_TOGETHER = 1e9, 32
 
 # What assembly takes at its peak for every entry of a cell's stiffness matrix: measured 35 to 42 bytes in all kinds.
