@@ -199,8 +199,8 @@ class DynamicsSettings:
     Parameters
     ----------
     basis : {'full', 'reduced', 'automatic'}
-        The mesh; a reduced basis of it, kept on disk for other runs; or the basis where so many runs of the study share
-        a body that it saves time, and the mesh elsewhere.
+        The mesh; a reduced basis of it, kept on disk for other runs; or the basis where so many runs of a sweep share
+        a body that it saves time, and the mesh elsewhere, also for a run alone.
     tolerance : float
         Of the reduced basis: largest error of the displacement, estimated during the motion, over the largest
         displacement.
@@ -208,7 +208,7 @@ class DynamicsSettings:
         The same of accelerations, in the root of the mean square over the body.
     """
 
-    basis: Literal["full", "reduced", "automatic"] = "full"
+    basis: Literal["full", "reduced", "automatic"] = "automatic"
     tolerance: Tolerance = ReducedBasis().tolerance
     acceleration_tolerance: Tolerance = ReducedBasis().acceleration_tolerance
 

@@ -30,12 +30,12 @@ def values(basis: str, **changes: Any) -> dict[str, Any]:
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, ...]]:
-    """Return what is asked of the estimate, which says that a basis saves from 60 steps on."""
+    """Return what is asked of the estimate, which says that a basis saves from more than 50 steps on."""
     asked = []
 
     def saves(*sizes: int) -> bool:
         asked.append(sizes)
-        return sizes[2] > 60
+        return sizes[2] > 50
 
     monkeypatch.setattr(bases, "basis_saves", saves)
     return asked
@@ -52,11 +52,14 @@ def test_runs_that_share_a_body_are_counted_together(write_study: Write, tmp_pat
     path = write_study(values("automatic"))
     assert chosen(path, tmp_path) == ["reduced"] * 3
     ((unknowns, interface, steps, dim),) = asked
-    assert (unknowns, steps, dim) == (72, 3 * 30, 2)
+    assert (unknowns, steps, dim) == (72, 2 * 30, 2)
     assert 0 < interface < unknowns
-    alone = values("automatic", sweep={"materials.block.poisson_ratio": [0.2, 0.3]})
-    assert set(chosen(write_study(alone), tmp_path)) == {"full"}
-    assert len(asked) == 3
+
+
+def test_a_run_alone_takes_the_mesh(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
+    alone = values("automatic", sweep={"materials.block.poisson_ratio": [0.2, 0.3]}, time={"step": "0.1 ms"})
+    assert chosen(write_study(alone), tmp_path) == ["full"] * 2
+    assert asked == []
 
 
 @pytest.mark.parametrize(("basis", "wanted"), [("full", "full"), ("reduced", "reduced")])
@@ -95,6 +98,21 @@ def test_decisions_leave_everything_else_as_it_was(write_study: Write, tmp_path:
     for job, run in zip(jobs, plan.runs, strict=True):
         assert job.identity == plan.identities[run.name]
         assert dataclasses.replace(job.run.study, dynamics=run.study.dynamics) == run.study
+
+
+def test_large_strain_takes_the_mesh(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
+    block = block_values()["materials"]["block"] | {"law": "neo_hookean"}
+    path = write_study(values("automatic", kinematics="finite", materials={"block": block}))
+    assert chosen(path, tmp_path) == ["full"] * 3
+    assert asked == []
+
+
+def test_a_study_that_says_nothing_leaves_it_open(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
+    assert (
+        chosen(write_study({key: item for key, item in values("full").items() if key != "dynamics"}), tmp_path)
+        == ["reduced"] * 3
+    )
+    assert asked
 
 
 def test_steps_that_control_their_error_take_the_mesh(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
