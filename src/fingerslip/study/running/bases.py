@@ -17,7 +17,7 @@ __all__ = ["choose_bases"]
 
 
 def choose_bases(jobs: Sequence[Job]) -> tuple[Job, ...]:
-    """Decide where a study leaves it open, ``basis: automatic``: for a reduced basis where the runs that share it save time.
+    """Decide where a study says ``basis: automatic``: for a reduced basis where the runs that share it save time.
 
     Parameters
     ----------
@@ -46,14 +46,20 @@ def _is_open(job: Job) -> bool:
 
 
 def _saves(models: Sequence[Model]) -> bool:
-    """Tell whether a basis saves time in all motions of a body together; one alone, and large strain, have the mesh."""
-    if len(models) == 1 or any(model.is_finite or isinstance(model.time, Adaptive) for model in models):
+    """Tell whether a basis saves time in all motions of a body together; a motion alone has the mesh."""
+    if len(models) == 1 or any(_needs_mesh(model) for model in models):
         return False
     known = checked(models[0])
     nodes = {*known.site_nodes.tolist(), *(node for own in known.candidates for node in own.nodes.tolist())}
     # The first motion tries out how many vibrations the basis needs, and is then computed again.
     steps = sum(map(step_count, models[1:]))
     return basis_saves(known.free.size, known.space.dim * len(nodes), steps, known.space.dim)
+
+
+def _needs_mesh(model: Model) -> bool:
+    """Tell whether a model is never computed in a basis: :func:`~fingerslip.dynamics.reduced.march.march_reduced`."""
+    relaxes = any(getattr(material, "prony", ()) for material in model.materials.values())
+    return relaxes or model.is_finite or bool(model.support_motions) or isinstance(model.time, Adaptive)
 
 
 def _decided(job: Job, *, reduced: bool) -> Job:

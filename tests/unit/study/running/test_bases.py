@@ -100,9 +100,26 @@ def test_decisions_leave_everything_else_as_it_was(write_study: Write, tmp_path:
         assert dataclasses.replace(job.run.study, dynamics=run.study.dynamics) == run.study
 
 
-def test_large_strain_takes_the_mesh(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
-    block = block_values()["materials"]["block"] | {"law": "neo_hookean"}
-    path = write_study(values("automatic", kinematics="finite", materials={"block": block}))
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"kinematics": "finite", "law": "neo_hookean"},
+        {"prony": [{"share": 0.3, "time": "0.1 s"}]},
+        {"time": {"step": "auto", "output": "2 ms"}},
+        {
+            "support_motions": {
+                "top": {"displacement": ["0 mm", "1 um"], "ramp": {"times": ["0 s", "0.1 s"], "factors": [0, 1]}}
+            }
+        },
+    ],
+    ids=["large strain", "relaxing", "steps that control their error", "moving supports"],
+)
+def test_what_a_basis_does_not_know_takes_the_mesh(
+    write_study: Write, tmp_path: Path, asked: list[Any], changes: dict[str, Any]
+) -> None:
+    own = {key: changes.pop(key) for key in ("law", "prony") if key in changes}
+    block = block_values()["materials"]["block"] | own
+    path = write_study(values("automatic", materials={"block": block}, **changes))
     assert chosen(path, tmp_path) == ["full"] * 3
     assert asked == []
 
@@ -113,9 +130,3 @@ def test_a_study_that_says_nothing_leaves_it_open(write_study: Write, tmp_path: 
         == ["reduced"] * 3
     )
     assert asked
-
-
-def test_steps_that_control_their_error_take_the_mesh(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
-    path = write_study(values("automatic", time={"step": "auto", "output": "2 ms"}))
-    assert chosen(path, tmp_path) == ["full"] * 3
-    assert asked == []
