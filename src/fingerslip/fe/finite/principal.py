@@ -24,8 +24,8 @@ _NOTHING = 1e-150
 def diagonalise(lanes):  # type: ignore[no-untyped-def]
     """Turn tensors into their principal values, and fill in their directions.
 
-    In `lanes` (15, LANES) the rows 0 to 2 are xx, yy, zz and become the principal values, rows 3 to 5 are xy, xz, yz and
-    become zero; rows 6 to 8 take the components of the first direction, and so on. A tensor that is no number stays so.
+    In `lanes` (15, LANES) rows 0 to 2 are xx, yy, zz and become the principal values, rows 3 to 5 are xy, xz, yz and
+    become zero; rows 6 to 8 take the components of the first direction, and so on. What is no number stays so.
     """
     for row in range(_FIRST, ROWS):
         lanes[row] = 1.0 if row in {_FIRST, _SECOND + 1, _THIRD + 2} else 0.0
