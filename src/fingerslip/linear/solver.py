@@ -70,6 +70,12 @@ class LinearSolver(Protocol):
         It is the solver itself where there is nothing to keep, and of a series.
         """
 
+    def rough(self) -> LinearSolver:
+        """Return a series whose factors around unknowns may be rough, as those of single precision are.
+
+        They are for iterations that correct what the factors miss. It is the solver itself where there are none.
+        """
+
     def factorise(self, matrix: sparse.csr_matrix) -> Factor:
         """Factorise a matrix.
 

@@ -101,7 +101,7 @@ class FiniteCourse:
         if depth not in self._factors:
             time = self._model.time
             shorter = replace(time, step=time.step / 2**depth) if depth else time  # type: ignore[type-var]
-            parts = self._model.damping, self._solver.series(), self._watch, self._reserved
+            parts = self._model.damping, self._solver, self._watch, self._reserved
             self._factors[depth] = Factors(self._system, make_scheme(shorter), *parts)
         return self._factors[depth]
 

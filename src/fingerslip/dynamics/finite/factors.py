@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,14 @@ _FURTHEST = 10
 _OF_REST = 1e-3
 
 
+class MadeOf(NamedTuple):
+    """What factors are made of: a body, whether its tangent was made definite, and whether they may be rough."""
+
+    body: BodyState
+    positive: bool
+    rough: bool
+
+
 @dataclass
 class Factors:
     """The factors of a tangent, for steps of one length.
@@ -43,7 +52,8 @@ class Factors:
     damping : RayleighDamping
         Material damping.
     solver : LinearSolver
-        What factorises.
+        What factorises. Its factors may be rough, as Newton's method corrects what they miss; those that did not lead
+        nearer are replaced by exact ones.
     watch : Stopwatch
         Takes the times of tangents and factorisations.
     reserved_bytes : int
@@ -58,10 +68,13 @@ class Factors:
     reserved_bytes: int = 0
     stepper: Stepper | None = None
     count: int = 0
-    made_at: tuple[BodyState, bool] | None = None
+    made_of: MadeOf | None = None
     _least: int = field(default=0, repr=False)
     _excess: int = field(default=0, repr=False)
     _served: int = field(default=0, repr=False)
+
+    def __post_init__(self) -> None:
+        self._exact, self._rough = self.solver.series(), self.solver.rough()
 
     def at(self, state: BodyState, velocity: Array | None = None) -> Stepper:
         """Return the stepper of a step that begins with a body; new where old factors have cost more than these.
@@ -85,36 +98,35 @@ class Factors:
             raise ValueError("no factors were made yet")
         return self.stepper
 
-    def renew(self, state: BodyState, ahead: BodyState | None = None) -> Stepper:
+    def renew(self, state: BodyState, ahead: BodyState | None = None, *, rough: bool = True) -> Stepper:
         """Return the stepper with the tangent of a body, or of where it goes if that can be factorised.
 
         An indefinite tangent, such as that of a body under much pressure, is made definite: it then only guides the
-        iteration more slowly to the same solution.
+        iteration more slowly to the same solution. Its factors are never rough: it may be nearly singular.
         """
         # The old factors go first: in space there is no memory for both.
         self.stepper, self.count = None, self.count + 1
         self._least = self._excess = self._served = 0
         for body in (state,) if ahead is None else (ahead, state):
             with contextlib.suppress(FingerslipError):
-                self.stepper, self.made_at = self._made(body, positive=False), (body, False)
-                return self.stepper
-        self.stepper, self.made_at = self._made(state, positive=True), (state, True)
-        return self.stepper
+                return self._make(MadeOf(body, positive=False, rough=rough))
+        return self._make(MadeOf(state, positive=True, rough=False))
 
     def steer(self, system: System) -> None:
         """Go on with a system whose counterfaces or loads are others from now on."""
         self.system = system
         self.stepper = self.stepper and replace(self.stepper, system=system)
 
-    def saved(self) -> tuple[tuple[BodyState, bool] | None, int, tuple[int, int, int]]:
+    def saved(self) -> tuple[tuple[BodyState, bool, bool] | None, int, tuple[int, int, int]]:
         """Return what :meth:`restore` needs."""
-        return self.made_at, self.count, (self._least, self._excess, self._served)
+        return self.made_of and tuple(self.made_of), self.count, (self._least, self._excess, self._served)
 
-    def restore(self, made_at: tuple[BodyState, bool] | None, count: int, used: tuple[int, int, int]) -> None:
+    def restore(self, made_of: tuple[BodyState, bool, bool] | None, count: int, used: tuple[int, int, int]) -> None:
         """Make the factors again that were saved."""
-        self.made_at, self.count = made_at, count
+        self.count = count
         self._least, self._excess, self._served = used
-        self.stepper = None if made_at is None else self._made(made_at[0], positive=made_at[1])
+        if made_of is not None:
+            self._make(MadeOf(*made_of))
 
     def used(self, iterations: int) -> None:
         """Take note of the iterations of a step."""
@@ -130,17 +142,19 @@ class Factors:
                 return self.system.require_body().at(state.displacement + steps * self.scheme.step * velocity, state)
         return None
 
-    def _made(self, state: BodyState, *, positive: bool) -> Stepper:
+    def _make(self, made_of: MadeOf) -> Stepper:
         with self.watch.part("tangent"):
-            tangent = self.system.require_body().tangent(state, positive=positive)
-            if positive:
+            tangent = self.system.require_body().tangent(made_of.body, positive=made_of.positive)
+            if made_of.positive:
                 # Where nothing is left of a cell's stiffness, a little of that at rest keeps the matrix definite.
                 tangent = tangent + _OF_REST * self.system.stiffness
         with self.watch.part("factorisation"):
             tangential = replace(self.system, stiffness=tangent)
+            solver = self._rough if made_of.rough else self._exact
             stepper = build_stepper(
-                tangential, self.scheme, self.damping, solver=self.solver, reserved_bytes=self.reserved_bytes
+                tangential, self.scheme, self.damping, solver=solver, reserved_bytes=self.reserved_bytes
             )
         # A working set of other factors, or of those of a halved step, holds another compliance.
         edition = replace(stepper.compliance, edition=(self.scheme.step, self.count))
-        return replace(stepper, system=self.system, compliance=edition)
+        self.stepper, self.made_of = replace(stepper, system=self.system, compliance=edition), made_of
+        return self.stepper

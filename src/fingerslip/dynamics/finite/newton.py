@@ -133,7 +133,7 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
             # Nothing may hold the old factors while new ones are made: in space both would not fit into memory.
             mixing, contact = Mixing(), None
             del stepper
-            stepper, renewals, slow, last = factors.renew(found.body), renewals + 1, 0, np.inf
+            stepper, renewals, slow, last = factors.renew(found.body, rough=False), renewals + 1, 0, np.inf
             continue
         end = found.unknown + solved.change
         mixed = mixing.next(end, solved.residual)

@@ -16,7 +16,14 @@ from fingerslip.fe.finite.assembly import Pattern, pattern_of_cells
 from fingerslip.fe.finite.deformed import Deformed
 from fingerslip.fe.finite.history import Left, Relaxation, relaxation_of, selective_excess
 from fingerslip.fe.finite.history_kernels import add_forces, add_stiffness, add_thickness, push_forward
-from fingerslip.fe.finite.kernels import nodal_forces, stiffness_of_cells, strains, strains_in_plane, volume_slopes
+from fingerslip.fe.finite.kernels import (
+    nodal_forces,
+    nodal_forces_in_plane,
+    stiffness_of_cells,
+    strains,
+    strains_in_plane,
+    volume_slopes,
+)
 from fingerslip.fe.finite.springs import ended, spring_excess
 from fingerslip.fe.finite.thickness import Pulled, thinned
 from fingerslip.fe.finite.volumes import Volumes, mean_volumes, selective_energy
@@ -116,7 +123,8 @@ class LargeStrain:
         """Return the forces of the nodes on the body, shape (n_dofs,) [N]."""
         forces = np.zeros_like(self.space.positions)
         parts = state.deformation, state.squared, state.directions, state.stress
-        nodal_forces(self.gradients, self.nodes, self.weights.ravel(), *parts, forces)
+        compiled = nodal_forces_in_plane if self.space.dim == 2 else nodal_forces
+        compiled(self.gradients, self.nodes, self.weights.ravel(), *parts, forces)
         if state.pulled is not None:
             add_forces(self.gradients, self.nodes, self.weights.ravel(), state.deformation, state.pulled, forces)
         return forces.ravel()

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from fingerslip.fe.finite.kernels import diagonalise
+from fingerslip.fe.finite.principal import LANES, ROWS, diagonalise
 
 __all__ = [
     "add_forces",
@@ -121,17 +121,24 @@ def shape_tensors(squared, directions, log_strain, stress, reference):  # type: 
 @numba.njit(cache=True, nogil=True)
 def principal_values(current, dim, values):  # type: ignore[no-untyped-def]
     """Fill in the principal values (n, 3) of the deviators of tensors (n, k), the one across the plane last."""
-    directions = np.empty((3, 3))
-    for p in range(current.shape[0]):
-        own = current[p]
-        if dim == 2:
-            middle, half = 0.5 * (own[0] + own[1]), 0.5 * (own[0] - own[1])
-            radius = np.sqrt(half * half + own[2] * own[2])
-            one, two, three = middle + radius, middle - radius, own[3]
-        else:
-            one, two, three = diagonalise((own[0], own[1], own[2], own[3], own[5], own[4]), directions)
-        mean = (one + two + three) / 3.0
-        values[p, 0], values[p, 1], values[p, 2] = one - mean, two - mean, three - mean
+    lanes = np.zeros((ROWS, LANES))
+    for start in range(0, len(current), LANES):
+        count = min(LANES, len(current) - start)
+        for lane in range(count):
+            own = current[start + lane]
+            if dim == 2:
+                middle, half = 0.5 * (own[0] + own[1]), 0.5 * (own[0] - own[1])
+                radius = np.sqrt(half * half + own[2] * own[2])
+                lanes[0, lane], lanes[1, lane], lanes[2, lane] = middle + radius, middle - radius, own[3]
+            else:
+                lanes[0, lane], lanes[1, lane], lanes[2, lane] = own[0], own[1], own[2]
+                lanes[3, lane], lanes[4, lane], lanes[5, lane] = own[3], own[5], own[4]
+        if dim == 3:
+            diagonalise(lanes)
+        for lane in range(count):
+            mean = (lanes[0, lane] + lanes[1, lane] + lanes[2, lane]) / 3.0
+            for k in range(3):
+                values[start + lane, k] = lanes[k, lane] - mean
 
 
 @numba.njit(cache=True, nogil=True)

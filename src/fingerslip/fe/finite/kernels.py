@@ -16,11 +16,19 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-__all__ = ["diagonalise", "nodal_forces", "stiffness_of_cells", "strains", "strains_in_plane", "volume_slopes"]
+from fingerslip.fe.finite.principal import LANES, ROWS, diagonalise
+
+__all__ = [
+    "nodal_forces",
+    "nodal_forces_in_plane",
+    "stiffness_of_cells",
+    "strains",
+    "strains_in_plane",
+    "volume_slopes",
+]
 
 # Difference of stretches below which the quotient of differences is taken as a derivative; its error is the square.
 _ALIKE = 1e-5
-_SWEEPS = 30
 
 
 @numba.njit(cache=True, nogil=True)
@@ -28,50 +36,62 @@ def strains(gradients, nodes, displacement, deformation, squared, directions):  
     """Fill in F (n_p, dim, dim), lambda^2 (n_p, dim) and N (n_p, dim, dim), a column for each direction, in space.
 
     `gradients` (n_cells, n_q, n_nodes, dim) [1/m] are those of the shape functions, `nodes` (n_cells, n_nodes) the
-    cells' nodes, `displacement` (n_nodes_of_mesh, dim) [m]. Numbers instead of small arrays make this twice as fast.
+    cells' nodes, `displacement` (n_nodes_of_mesh, dim) [m].
 
     Returns the number of the cell that is turned inside out the most, -1 where none is.
     """
-    cells, points, corners, _ = gradients.shape
-    worst, least = -1, 0.0
-    for c in range(cells):
-        for q in range(points):
-            p = c * points + q
-            xx = xy = xz = yx = yy = yz = zx = zy = zz = 0.0
-            for a in range(corners):
-                node = nodes[c, a]
-                x, y, z = displacement[node, 0], displacement[node, 1], displacement[node, 2]
-                along, up, across = gradients[c, q, a, 0], gradients[c, q, a, 1], gradients[c, q, a, 2]
-                xx += x * along
-                xy += x * up
-                xz += x * across
-                yx += y * along
-                yy += y * up
-                yz += y * across
-                zx += z * along
-                zy += z * up
-                zz += z * across
-            own, out = deformation[p], directions[p]
-            own[0, 0], own[0, 1], own[0, 2] = 1.0 + xx, xy, xz
-            own[1, 0], own[1, 1], own[1, 2] = yx, 1.0 + yy, yz
-            own[2, 0], own[2, 1], own[2, 2] = zx, zy, 1.0 + zz
-            strain = (
-                xx + 0.5 * (xx * xx + yx * yx + zx * zx),
-                yy + 0.5 * (xy * xy + yy * yy + zy * zy),
-                zz + 0.5 * (xz * xz + yz * yz + zz * zz),
-                0.5 * (xy + yx + xx * xy + yx * yy + zx * zy),
-                0.5 * (xz + zx + xx * xz + yx * yz + zx * zz),
-                0.5 * (yz + zy + xy * xz + yy * yz + zy * zz),
-            )
-            one, two, three = diagonalise(strain, out)
-            squared[p, 0], squared[p, 1], squared[p, 2] = 1.0 + 2.0 * one, 1.0 + 2.0 * two, 1.0 + 2.0 * three
-            volume = _determinant(own)
+    cells, points = gradients.shape[:2]
+    lanes, worst, least = np.zeros((ROWS, LANES)), -1, 0.0
+    for start in range(0, cells * points, LANES):
+        count = min(LANES, cells * points - start)
+        for lane in range(count):
+            p = start + lane
+            c = p // points
+            _deform(gradients[c, p % points], nodes[c], displacement, deformation[p], lanes[:, lane])
+            volume = _determinant(deformation[p])
             # What is no number is worse than anything.
             if not volume > least:
                 worst, least = c, volume
                 if np.isnan(volume):
                     return c
+        diagonalise(lanes)
+        for lane in range(count):
+            for k in range(3):
+                squared[start + lane, k] = 1.0 + 2.0 * lanes[k, lane]
+                for i in range(3):
+                    directions[start + lane, i, k] = lanes[6 + 3 * k + i, lane]
     return worst
+
+
+@numba.njit(cache=True, nogil=True)
+def _deform(gradients, nodes, displacement, deformation, strain):  # type: ignore[no-untyped-def]
+    """Fill in F (3, 3) and the Green-Lagrange strain, xx, yy, zz, xy, xz, yz, at a point in space.
+
+    Numbers instead of small arrays make this twice as fast.
+    """
+    xx = xy = xz = yx = yy = yz = zx = zy = zz = 0.0
+    for a in range(len(nodes)):
+        node = nodes[a]
+        x, y, z = displacement[node, 0], displacement[node, 1], displacement[node, 2]
+        along, up, across = gradients[a, 0], gradients[a, 1], gradients[a, 2]
+        xx += x * along
+        xy += x * up
+        xz += x * across
+        yx += y * along
+        yy += y * up
+        yz += y * across
+        zx += z * along
+        zy += z * up
+        zz += z * across
+    deformation[0, 0], deformation[0, 1], deformation[0, 2] = 1.0 + xx, xy, xz
+    deformation[1, 0], deformation[1, 1], deformation[1, 2] = yx, 1.0 + yy, yz
+    deformation[2, 0], deformation[2, 1], deformation[2, 2] = zx, zy, 1.0 + zz
+    strain[0] = xx + 0.5 * (xx * xx + yx * yx + zx * zx)
+    strain[1] = yy + 0.5 * (xy * xy + yy * yy + zy * zy)
+    strain[2] = zz + 0.5 * (xz * xz + yz * yz + zz * zz)
+    strain[3] = 0.5 * (xy + yx + xx * xy + yx * yy + zx * zy)
+    strain[4] = 0.5 * (xz + zx + xx * xz + yx * yz + zx * zz)
+    strain[5] = 0.5 * (yz + zy + xy * xz + yy * yz + zy * zz)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -126,84 +146,53 @@ def _determinant(matrix):  # type: ignore[no-untyped-def]
     )
 
 
-@numba.njit(cache=True, nogil=True)
-def diagonalise(strain, directions):  # type: ignore[no-untyped-def]
-    """Return the principal values of a strain (xx, yy, zz, xy, xz, yz) by Jacobi's rotations.
-
-    Principal directions become the columns of `directions`.
-    """
-    xx, yy, zz, xy, xz, yz = strain
-    first, second, third = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-    for _ in range(_SWEEPS):
-        # Smaller than rounding of the eigenvalues by far, as their squares.
-        if xy * xy + xz * xz + yz * yz <= 1e-40 * (xx * xx + yy * yy + zz * zz):
-            break
-        cosine, sine, moved = _rotation(xx, yy, xy)
-        xx, yy, xy = xx - moved, yy + moved, 0.0
-        xz, yz = cosine * xz - sine * yz, sine * xz + cosine * yz
-        first, second = _turned(first, second, cosine, sine)
-        cosine, sine, moved = _rotation(xx, zz, xz)
-        xx, zz, xz = xx - moved, zz + moved, 0.0
-        xy, yz = cosine * xy - sine * yz, sine * xy + cosine * yz
-        first, third = _turned(first, third, cosine, sine)
-        cosine, sine, moved = _rotation(yy, zz, yz)
-        yy, zz, yz = yy - moved, zz + moved, 0.0
-        xy, xz = cosine * xy - sine * xz, sine * xy + cosine * xz
-        second, third = _turned(second, third, cosine, sine)
-    for i in range(3):
-        directions[i, 0], directions[i, 1], directions[i, 2] = first[i], second[i], third[i]
-    return xx, yy, zz
-
-
-@numba.njit(cache=True, nogil=True)
-def _rotation(one, other, beside):  # type: ignore[no-untyped-def]
-    """Return cosine and sine of the rotation that takes `beside` to zero, and what moves on the diagonal."""
-    if beside == 0.0:
-        return 1.0, 0.0, 0.0
-    ratio = (other - one) / (2.0 * beside)
-    tangent = np.copysign(1.0, ratio) / (np.abs(ratio) + np.sqrt(ratio * ratio + 1.0))
-    cosine = 1.0 / np.sqrt(tangent * tangent + 1.0)
-    return cosine, tangent * cosine, tangent * beside
-
-
-@numba.njit(cache=True, nogil=True)
-def _turned(one, other, cosine, sine):  # type: ignore[no-untyped-def]
-    """Return two directions turned in their plane."""
-    return (
-        (cosine * one[0] - sine * other[0], cosine * one[1] - sine * other[1], cosine * one[2] - sine * other[2]),
-        (sine * one[0] + cosine * other[0], sine * one[1] + cosine * other[1], sine * one[2] + cosine * other[2]),
-    )
-
-
-@numba.njit(cache=True, nogil=True)
-def nodal_forces(gradients, nodes, weights, deformation, squared, directions, stress, forces):  # type: ignore[no-untyped-def]  # noqa: C901, PLR0917
-    """Add the nodal forces (n_nodes_of_mesh, dim) [N] of principal Kirchhoff stresses (n_p, >= dim) [Pa].
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def nodal_forces(gradients, nodes, weights, deformation, squared, directions, stress, forces):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Add the nodal forces (n_nodes_of_mesh, dim) [N] of principal Kirchhoff stresses (n_p, >= dim) [Pa], in space.
 
     `weights` (n_p,) [m^3] are the volumes of the points; see :func:`strains` for the others.
     """
-    cells, points, corners, dim = gradients.shape
-    second, first = np.empty((dim, dim)), np.empty((dim, dim))
+    cells, points, corners, _ = gradients.shape
     for c in range(cells):
         for q in range(points):
             p = c * points + q
-            second[:] = 0.0
-            for k in range(dim):
+            xx = yy = zz = xy = xz = yz = 0.0
+            for k in range(3):
                 scale = weights[p] * stress[p, k] / squared[p, k]
-                for i in range(dim):
-                    for j in range(dim):
-                        second[i, j] += scale * directions[p, i, k] * directions[p, j, k]
-            for i in range(dim):
-                for j in range(dim):
-                    total = 0.0
-                    for k in range(dim):
-                        total += deformation[p, i, k] * second[k, j]
-                    first[i, j] = total
-            for a in range(corners):
-                for i in range(dim):
-                    total = 0.0
-                    for j in range(dim):
-                        total += first[i, j] * gradients[c, q, a, j]
-                    forces[nodes[c, a], i] += total
+                x, y, z = directions[p, 0, k], directions[p, 1, k], directions[p, 2, k]
+                xx += scale * x * x
+                yy += scale * y * y
+                zz += scale * z * z
+                xy += scale * x * y
+                xz += scale * x * z
+                yz += scale * y * z
+            for i in range(3):
+                x, y, z = deformation[p, i, 0], deformation[p, i, 1], deformation[p, i, 2]
+                along, up, across = x * xx + y * xy + z * xz, x * xy + y * yy + z * yz, x * xz + y * yz + z * zz
+                for a in range(corners):
+                    own = gradients[c, q, a]
+                    forces[nodes[c, a], i] += along * own[0] + up * own[1] + across * own[2]
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def nodal_forces_in_plane(gradients, nodes, weights, deformation, squared, directions, stress, forces):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Do as :func:`nodal_forces` in the plane."""
+    cells, points, corners, _ = gradients.shape
+    for c in range(cells):
+        for q in range(points):
+            p = c * points + q
+            xx = yy = xy = 0.0
+            for k in range(2):
+                scale = weights[p] * stress[p, k] / squared[p, k]
+                x, y = directions[p, 0, k], directions[p, 1, k]
+                xx += scale * x * x
+                yy += scale * y * y
+                xy += scale * x * y
+            for i in range(2):
+                x, y = deformation[p, i, 0], deformation[p, i, 1]
+                along, up = x * xx + y * xy, x * xy + y * yy
+                for a in range(corners):
+                    forces[nodes[c, a], i] += along * gradients[c, q, a, 0] + up * gradients[c, q, a, 1]
 
 
 @numba.njit(cache=True, nogil=True)

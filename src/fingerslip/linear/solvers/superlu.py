@@ -40,6 +40,10 @@ class SuperLU:
         """Return this solver: it orders every matrix anew."""
         return self
 
+    def rough(self) -> SuperLU:
+        """Return this solver: all its factors are of double precision."""
+        return self
+
     def factorise(self, matrix: sparse.csr_matrix) -> SuperLUFactor:
         """Factorise a matrix (n, n)."""
         return SuperLUFactor(matrix)

@@ -57,7 +57,7 @@ def test_new_factors_are_those_of_the_middle_of_their_time():
     for iterations in (2, *[2] * 8, 100):
         factors.used(iterations)
     factors.at(state.body, velocity)
-    body, positive = factors.made_at
+    body, positive, _ = factors.made_of
     assert not positive
     assert body.displacement[0] == pytest.approx(state.displacement[0] + 5 * 1e-3)
     assert factors.count == 2
@@ -68,4 +68,4 @@ def test_factors_look_no_further_than_cells_let_them():
     factors.used(2)
     factors.used(100)
     factors.at(state.body, np.random.default_rng(0).normal(size=state.displacement.size) / factors.scheme.step)
-    assert factors.made_at[0] is state.body
+    assert factors.made_of.body is state.body
