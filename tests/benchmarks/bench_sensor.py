@@ -82,7 +82,7 @@ def body_of(run: Run, sizes: tuple[float, ...], deepest: float) -> tuple[StaticB
 
 
 def slide(run: Run, body: StaticBody, depth: float) -> list[object]:
-    """Return what a slide came to: forces of the whole sensor, markers at some travels, slip of ring 1 and centre."""
+    """Return what a slide came to: forces and area of the whole sensor, markers at some travels, when they slip."""
     study = run.study
     press, hold, along = (entry.phase for entry in study.programme)
     programme = (dataclasses.replace(press, depth=depth), hold, along)
@@ -103,7 +103,8 @@ def slide(run: Run, body: StaticBody, depth: float) -> list[object]:
     outer = places.ring == places.ring.max()
     share = 1e3 * weight[outer] / weight[outer].sum()
     markers = [[1e3 * moved[row, 0, 0], share @ moved[row, :count][outer, 0]] for row in rows]
-    return [1e3 * depth, force[0, 1], force[:, 0].max(), *np.ravel(markers).tolist(), slips[1], slips[0], seconds]
+    area = 2e6 * float(motion.contact_area[start])
+    return [1e3 * depth, force[0, 1], force[:, 0].max(), area, *np.ravel(markers).tolist(), slips[1], slips[0], seconds]
 
 
 def _when(times: np.ndarray, values: np.ndarray, limit: float) -> float:
@@ -121,10 +122,10 @@ def meshes(names: list[str], depths: list[float], deepest: float) -> None:
         line(name, *cost)
         rows += [[name, *slide(run, body, 1e-3 * depth)] for depth in depths]
     markers = [f"{which} at {1e3 * travel:g} mm [mm]" for travel in TRAVELS for which in ("centre", "outermost")]
-    forces = ["pressed by [N]", "largest friction force [N]"]
+    forces = ["pressed by [N]", "largest friction force [N]", "area that touches [mm²]"]
     sys.stdout.write("\n")
     line("mesh", "depth [mm]", *forces, *markers, "ring 1 slips [s]", "centre slips [s]", "slide [CPU s]")
-    line(*["---"] * 13)
+    line(*["---"] * 14)
     for row in sorted(rows, key=lambda row: row[1]):
         line(*row)
 

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.statics.body import static_body
-from fingerslip.dynamics.statics.march import march_static
 from fingerslip.mesh.quality import quality_limits, quality_table
 from fingerslip.specimens.tactip import PRESETS
 from fingerslip.specimens.tactip.meshing.source import SensorSolidSizes
 from fingerslip.specimens.tactip.sites import modelled_places
+from problems.sensors import slid_sensor
 
 DEPTH = 1e-3
 # Layers, their distance and the radius and length of rods that leave room between them; the size at rods [m].
@@ -36,28 +35,8 @@ def test_half_of_a_hexagonal_sensor_can_be_pressed(count: int) -> None:
     limits = quality_limits(mesh)
     assert all(row.scaled_jacobian > limits.scaled_jacobian for row in quality_table(mesh))
     assert all(row.aspect_ratio < limits.aspect_ratio for row in quality_table(mesh))
-    contact = fs.Contact(
-        "contact",
-        fs.Plane((0.0, 1.0, 0.0)),
-        fs.Coulomb(0.85),
-        normal_penalty=5e9,
-        tangential_penalty=5e9,
-        search_distance=1.5 * DEPTH,
-    )
-    model = fs.Model(
-        mesh=mesh,
-        materials=sensor.materials,
-        formulation="solid",
-        depth=1.0,
-        supports=sensor.supports(3),
-        integration="nodal",
-        contacts=(contact,),
-        time=fs.QuasiStatic(0.05),
-        record=fs.Recording(sites=sensor.sites(("internal_markers",), 3)),
-        programme=(fs.Press(DEPTH, 5e-3),),
-    )
-    body = static_body(model, reach=1.5 * DEPTH, hidden=DEPTH, patch=1e-3)
-    pressed = march_static(body, contact, model.programme, 0.05)
+    press, reach = (fs.Press(DEPTH, 5e-3),), 1.5 * DEPTH
+    _, pressed = slid_sensor(sensor, mesh, fs.Coulomb(0.85), press, step=0.05, reach=reach, hidden=DEPTH, patch=1e-3)
     up = pressed.displacement[-1, :, 1]
     # The middle goes up with the plate, or a little ahead where the skin dimples; the rim hardly moves.
     assert up[0] == pytest.approx(DEPTH, rel=0.05)

@@ -9,11 +9,10 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.contact.friction import StaticKinetic
-from fingerslip.dynamics.statics.body import static_body
-from fingerslip.dynamics.statics.march import march_static
 from fingerslip.specimens.tactip import PRESETS, marker_places
 from fingerslip.specimens.tactip.sites import modelled_places
 from fingerslip.study.trials.turned import turned_whole
+from problems.sensors import slid_sensor
 
 TURN = np.pi / 4
 CHANGES = {
@@ -27,30 +26,10 @@ SENSOR = PRESETS.changed({"preset": "tactip-smooth-3d", **CHANGES})
 def slid(part: str, direction: tuple[float, ...]):
     """Return where the internal markers of a part are over time, shape (n_times, n_markers, 3) [m], and the forces."""
     sensor = dataclasses.replace(SENSOR, part=part)
+    mesh = dataclasses.replace(sensor.default_mesh, contact_size=0.9e-3, contact_reach=2e-3).build(sensor)
     friction = StaticKinetic(static=0.85, kinetic=0.6, decay_speed=1e-3)
-    contact = fs.Contact(
-        "contact",
-        fs.Plane((0.0, 1.0, 0.0)),
-        friction,
-        normal_penalty=5e9,
-        tangential_penalty=5e9,
-        search_distance=3e-3,
-    )
-    sites = sensor.sites(("internal_markers",), 3)
-    model = fs.Model(
-        mesh=dataclasses.replace(sensor.default_mesh, contact_size=0.9e-3, contact_reach=2e-3).build(sensor),
-        materials=sensor.materials,
-        formulation="solid",
-        depth=1.0,
-        supports=sensor.supports(3),
-        integration="nodal",
-        contacts=(contact,),
-        time=fs.QuasiStatic(0.2),
-        record=fs.Recording(sites=sites),
-        programme=(fs.Press(2e-3, 5e-3), fs.Slide(1.5e-3, 0.3e-3, direction=direction)),
-    )
-    body = static_body(model, reach=3e-3, hidden=1e-3, patch=0.7e-3)
-    found = march_static(body, contact, model.programme, 0.2)
+    programme = (fs.Press(2e-3, 5e-3), fs.Slide(1.5e-3, 0.3e-3, direction=direction))
+    sites, found = slid_sensor(sensor, mesh, friction, programme, step=0.2, reach=3e-3, hidden=1e-3, patch=0.7e-3)
     return np.array([site.position for site in sites]) + found.displacement, found.force
 
 

@@ -108,7 +108,8 @@ def _check_layout(sensor: TacTipNumbers) -> None:
         return
     if markers.layout != "rings":
         found = "is hexagonal under concentric ridges"
-        raise InputError("markers.layout", found, "needs rings", "or write skin: {ridges: {enabled: false}}")
+        allowed = "needs rings, as a rod begins in the crown of a ridge and a ridge is a ring"
+        raise InputError("markers.layout", found, allowed, "or take a smooth skin, skin: {ridges: {enabled: false}}")
     if abs(markers.spacing - ridges.pitch) > 1e-9:
         allowed = f"needs {millimetres(ridges.pitch)} (skin.ridges.pitch), as a ridge has each ring"
         raise InputError("markers.spacing", f"got {millimetres(markers.spacing)}", allowed)

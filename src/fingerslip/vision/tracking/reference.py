@@ -31,6 +31,8 @@ _CLOSEST = 0.65
 # Contrast over noise, both summed over the pixels of a marker: the largest of pure noise is about 5.
 _LEAST_RATIO = 8.0
 _DARK, _BRIGHT = 6.0, 245.0  # grey levels
+# Blobs are of the markers' kind within these ratios of contrast, radius and quality; reflections have less quality.
+_LEAST_CONTRAST, _SAME_SIZE, _LEAST_LIKENESS = 0.5, 1.5, 0.8
 
 
 @dataclass(frozen=True)
@@ -104,9 +106,40 @@ def reference_of(  # noqa: PLR0917  the options of a search
     if markers is None or count < _LEAST_SHARE * (n_markers or 1):
         raise InputError(name, _found(image, count), _needed(n_markers), _REPAIR)
     numbered = topology(markers.position, layout)
-    missing = f"found {count} of {n_markers} markers in the first frames" if n_markers and count < n_markers else ""
-    warnings = tuple(text for text in (missing, numbered.complaint) if text)
-    return Reference(markers.taken(numbered.order), numbered.ring, numbered.angle, warnings)
+    warnings = (_of_number(image, mask, n_markers, layout, bright, markers, name), numbered.complaint)
+    return Reference(
+        markers.taken(numbered.order), numbered.ring, numbered.angle, tuple(text for text in warnings if text)
+    )
+
+
+def _of_number(  # noqa: PLR0917  the options of a search
+    image: Floats,
+    mask: Flags | None,
+    n_markers: int | None,
+    layout: LayoutName,
+    bright: bool | None,
+    markers: Markers,
+    name: str,
+) -> str:
+    """Return what is to be said where there are fewer markers than were asked for, or more like them."""
+    if n_markers is None:
+        return ""
+    alone = _best(image, mask, None, layout, bright)
+    same = 0 if alone is None else _of_their_kind(markers, alone)
+    if same > n_markers:
+        repair = f"give n_markers {same} or none (--markers) for all, or a mask of those that are meant"
+        return f"{name}: asked for {n_markers} markers, found {same} of the same kind in the first frames; {repair}"
+    count = len(markers.position)
+    return f"found {count} of {n_markers} markers in the first frames" if count < n_markers else ""
+
+
+def _of_their_kind(markers: Markers, others: Markers) -> int:
+    """Return how many of other markers look like some."""
+    if others.polarity != markers.polarity:
+        return 0
+    alike = others.amplitude > _LEAST_CONTRAST * np.median(markers.amplitude)
+    alike &= np.abs(np.log(others.radius / np.median(markers.radius))) < math.log(_SAME_SIZE)
+    return int((alike & (others.quality > _LEAST_LIKENESS * np.median(others.quality))).sum())
 
 
 _REPAIR = "give the number of markers, whether they are bright, or a mask of where they are"

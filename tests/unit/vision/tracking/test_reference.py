@@ -7,6 +7,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.vision.tracking.reference import first_frames, reference_of
+from fingerslip.vision.tracking.topology import LayoutName
 from problems import clips
 
 
@@ -39,6 +40,19 @@ def test_missing_markers_are_said_and_too_many_missing_ones_are_refused() -> Non
     assert "found 70 of 81 markers in the first frames" in reference_of(few, None, 81, "free", None, "clip").warnings[0]
     with pytest.raises(InputError, match=r"clip: found 70 markers in the first frames.*needs 100; give the number"):
         reference_of(few, None, 100, "free", None, "clip")
+
+
+@pytest.mark.parametrize("asked", [5, 75, 80])
+@pytest.mark.parametrize("layout", ["rings", "free"])
+def test_more_markers_than_asked_for_are_said(asked: int, layout: LayoutName) -> None:
+    (said,) = reference_of(mean_frame(clips.DEFAULT), None, asked, layout, None, "clip").warnings
+    assert said.startswith(f"clip: asked for {asked} markers, found 81 of the same kind in the first frames; give")
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_reflections_among_bright_markers_are_not_of_their_kind(seed: int) -> None:
+    look = clips.with_look(clips.BAD, marker=150.0, background=50.0)
+    assert reference_of(mean_frame(look, seed=seed), None, 81, "free", None, "clip").warnings == ()
 
 
 @pytest.mark.parametrize(

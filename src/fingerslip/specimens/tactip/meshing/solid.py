@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import gmsh
 import numpy as np
 import skfem
 from numpy.typing import NDArray
 
 from fingerslip.mesh.collapse import repaired
-from fingerslip.mesh.fragments import fragmented, generate, read_fragments
+from fingerslip.mesh.fragments import Fragments, fragmented, generate, read_fragments
 from fingerslip.mesh.gmsh_session import MILLIMETRES, gmsh_session
 from fingerslip.mesh.quality import check_quality
 from fingerslip.specimens.tactip.meshing.curves import polygon, smooth_curves
@@ -27,11 +29,12 @@ Integers = NDArray[np.int64]
 _SIDES, _UPRIGHT = 8, 1e-9
 # Straight edges in place of a circle times the size at rods [m]: eight at 0.35 mm, so that bends get finer with rods.
 _BEND = 8 * 0.35e-3
-_TURNS = {"half": np.pi, "whole": 2.0 * np.pi}
+# Nodes nearer to the plane of symmetry than this lie on it [m].
+_ON_PLANE = 1e-9
 
 
 def mesh_sensor_solid(sensor: TacTipNumbers, sizes: SolidSizes, element: str) -> skfem.Mesh3D:
-    """Build the mesh of a half or the whole of a sensor.
+    """Build the mesh of a half or the whole of a sensor; the whole is its half and the mirror image of it.
 
     Parameters
     ----------
@@ -47,6 +50,18 @@ def mesh_sensor_solid(sensor: TacTipNumbers, sizes: SolidSizes, element: str) ->
     MeshError
         Where no mesh of good quality comes out.
     """
+    half = _half(dataclasses.replace(sensor, part="half"), sizes)
+    found = half if sensor.part == "half" else _with_mirror_image(half)
+    mesh = skfem.MeshTet1(np.ascontiguousarray(found.points.T), np.ascontiguousarray(found.cells.T.astype(np.int32)))
+    if element == "T10":
+        mesh = skfem.MeshTet2.from_mesh(mesh)
+    mesh = with_names(mesh, found.region, sensor.part == "half")
+    check_quality(mesh)
+    return mesh
+
+
+def _half(sensor: TacTipNumbers, sizes: SolidSizes) -> Fragments:
+    """Mesh the half z >= 0 of a sensor."""
     places = modelled_places(sensor)
     feet, ends, crowns = (points_at(sensor, places, d) for d in (sensor.rod_depth, sensor.marker_depth, 0.0))
     nodes, rods = np.vstack([crowns, feet, ends]), np.stack([feet, ends], axis=1)
@@ -56,46 +71,47 @@ def mesh_sensor_solid(sensor: TacTipNumbers, sizes: SolidSizes, element: str) ->
         gmsh.model.mesh.optimize("")
         gmsh.model.mesh.optimize("Netgen")
         found = repaired(read_fragments(pieces, 3, 4), nodes)
-    half = sensor.part == "half"
     points = found.points.copy()
-    if half:
-        points[np.abs(points[:, 2]) < 1e-9, 2] = 0.0
-    mesh = skfem.MeshTet1(np.ascontiguousarray(points.T), np.ascontiguousarray(found.cells.T.astype(np.int32)))
-    if element == "T10":
-        mesh = skfem.MeshTet2.from_mesh(mesh)
-    mesh = with_names(mesh, found.region, half)
-    check_quality(mesh)
-    return mesh
+    points[np.abs(points[:, 2]) < _ON_PLANE, 2] = 0.0
+    return dataclasses.replace(found, points=points)
+
+
+def _with_mirror_image(half: Fragments) -> Fragments:
+    """Return cells at z >= 0 together with their mirror images, which share the nodes at z = 0."""
+    beside = np.flatnonzero(half.points[:, 2] != 0.0)
+    number = np.arange(len(half.points))
+    number[beside] = len(half.points) + np.arange(len(beside))
+    points = np.vstack([half.points, half.points[beside] * [1.0, 1.0, -1.0]])
+    # Two corners change places, so that mirror images are not inside out.
+    cells = np.vstack([half.cells, number[half.cells][:, [1, 0, 2, 3]]])
+    return Fragments(points, cells, np.tile(half.region, 2))
 
 
 def _draw(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, list[int]]:
-    """Draw all regions, one over the other; return their tags in Gmsh."""
+    """Draw all regions of a half, one over the other; return their tags in Gmsh."""
     lines, top = skin_lines(sensor.dome, sensor.skin, sensor.markers.spacing), sensor.dome.height
-    turn = _TURNS[sensor.part]
     rods = [_rod(foot, end, sensor.rods.radius) for foot, end in zip(feet, ends, strict=True)]
-    if sensor.part == "half":
-        rods = _front_of_plane(sensor, rods)
     half, over = float(lines.outer[-1, 0]), top + sensor.window.thickness
     return {
-        "skin": [_revolved(lines.outer, lines.corners, turn)],
-        "gel": [_revolved(lines.inner, lines.corners, turn)],
-        "rods": rods,
-        "window": [_turned(polygon(np.array([[0.0, top], [half, top], [half, over], [0.0, over]])), turn)],
+        "skin": [_revolved(lines.outer, lines.corners)],
+        "gel": [_revolved(lines.inner, lines.corners)],
+        "rods": _front_of_plane(sensor, rods),
+        "window": [_turned(polygon(np.array([[0.0, top], [half, top], [half, over], [0.0, over]])))],
     }
 
 
-def _revolved(line: Floats, corners: Integers, turn: float) -> int:
+def _revolved(line: Floats, corners: Integers) -> int:
     """Return the volume between a line that starts on the axis, turned about it, and the plane of its end."""
     own = smooth_curves(line, corners)
     corner = gmsh.model.occ.addPoint(0.0, float(line[-1, 1]) * MILLIMETRES, 0.0)
     sides = [gmsh.model.occ.addLine(own.points[-1], corner), gmsh.model.occ.addLine(corner, own.points[0])]
     surface = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop([*own.curves, *sides])])
-    return _turned(surface, turn)
+    return _turned(surface)
 
 
-def _turned(surface: int, turn: float) -> int:
-    """Return the volume of a surface that turns about the axis, from +x over +z."""
-    made = gmsh.model.occ.revolve([(2, surface)], 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -turn)
+def _turned(surface: int) -> int:
+    """Return the volume of a surface that makes half a turn about the axis, from +x over +z."""
+    made = gmsh.model.occ.revolve([(2, surface)], 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -np.pi)
     tag: int = next(tag for dim, tag in made if dim == 3)
     return tag
 

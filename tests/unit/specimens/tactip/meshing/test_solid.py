@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -38,4 +40,19 @@ def test_half_of_a_dome(small, mesh):
 def test_markers_are_nodes(small, mesh):
     sites = small.sites(("internal_markers", "external_markers"), 3)
     places = mesh.p[:, site_nodes(mesh, sites)].T
+    assert places == pytest.approx(np.array([site.position for site in sites]), abs=1e-9)
+
+
+@pytest.mark.slow
+def test_the_whole_is_its_half_and_the_mirror_image_of_it(small, mesh):
+    sensor = dataclasses.replace(small, part="whole")
+    whole = mesh_sensor_solid(sensor, SensorSolidSizes(1e-3, 2e-3), "T4")
+    assert set(whole.boundaries) == {"contact", "window_face"}
+    assert whole.nelements == 2 * mesh.nelements
+    assert whole.p.shape[1] == 2 * mesh.p.shape[1] - np.count_nonzero(mesh.p[2] == 0.0)
+    corners = whole.p[:, whole.t].transpose(2, 1, 0)
+    volume = np.linalg.det(corners[:, 1:] - corners[:, :1])
+    assert (volume > 0.0).all() or (volume < 0.0).all()
+    sites = sensor.sites(("internal_markers", "external_markers"), 3)
+    places = whole.p[:, site_nodes(whole, sites)].T
     assert places == pytest.approx(np.array([site.position for site in sites]), abs=1e-9)

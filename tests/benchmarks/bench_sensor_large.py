@@ -1,0 +1,122 @@
+"""The half sensor in space at large strain beside small strain, on one mesh; a table of docs/tactip.md.
+
+    OMP_NUM_THREADS=1 python tests/benchmarks/bench_sensor_large.py [--skins smooth ridged] [--sizes 1.5 4 0.5]
+        [--depth 3] [--travel 1.5] [--part 0.25] [--strains small finite]
+
+A plate with Coulomb friction 0.85 presses the sensor and slides along its plane of symmetry, in quasi-static steps of
+`--part` [mm]. Linear tetrahedra with nodal integration, as in the sections that go through at large strain. A run that
+ends early says where, and its rows until then are printed. Forces are those of the whole sensor.
+"""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import sys
+import time
+
+import numpy as np
+import xarray as xr
+
+import fingerslip as fs
+from fingerslip.errors import FingerslipError
+from fingerslip.linear.threads import limited_threads
+from fingerslip.marker_tracks import marker_tracks
+from fingerslip.specimens.tactip import PRESETS
+from fingerslip.specimens.tactip.meshing.source import SensorSolidSizes
+
+SPEED = 5e-3
+
+
+def model_of(skin: str, sizes: tuple[float, ...], depth: float, travel: float, part: float) -> fs.Model:
+    """Return the model at small strain; lengths in m."""
+    sensor = PRESETS.changed({"preset": f"tactip-{skin}-3d"})
+    contact_size, bulk_size, rod_size = sizes
+    mesh = SensorSolidSizes(contact_size=contact_size, bulk_size=bulk_size, rod_size=rod_size).build(sensor)
+    plane = fs.Plane((0.0, 1.0, 0.0))
+    contact = fs.Contact("contact", plane, fs.Coulomb(0.85), normal_penalty=5e9, tangential_penalty=5e9)
+    return fs.Model(
+        mesh=mesh,
+        materials=sensor.materials,
+        formulation="solid",
+        depth=1.0,
+        supports=sensor.supports(3),
+        integration="nodal",
+        contacts=(contact,),
+        time=fs.QuasiStatic(part / SPEED),
+        record=fs.Recording(sites=sensor.sites(("internal_markers",), 3)),
+        programme=(fs.Press(depth, SPEED), fs.Slide(travel, SPEED)),
+    )
+
+
+def stepped(model: fs.Model) -> tuple[xr.Dataset, str, float]:
+    """Return the history as far as it goes, why it ended early, and processor seconds."""
+    start, why = time.process_time(), ""
+    with limited_threads(1), fs.Simulation(model, threads=1) as sim:
+        try:
+            while not sim.is_finished:
+                seen = sim.step()
+                force = 2.0 * seen["counterface_force"][0]
+                sys.stderr.write(f"{sim.time:.3f} s, {force[1]:.3f} N, {time.process_time() - start:.0f} CPU s\n")
+        except FingerslipError as error:
+            why = str(error)
+        return sim.history(), why, time.process_time() - start
+
+
+def rows_of(history: xr.Dataset, depth: float, travel: float) -> list[list[float]]:
+    """Return depth, travel, normal and friction force, central marker, outermost ring along x and y [mm, N]."""
+    tracks = marker_tracks(history, ("internal",))
+    moved = 1e3 * (tracks["position"].values - tracks["position"].values[0])
+    outer = tracks["ring"].values == tracks["ring"].values.max()
+    far = outer & (np.abs(tracks["angle"].values) < 1e-6)
+    force = 2.0 * history["counterface_force"].values[:, 0]
+    rows = []
+    for number, now in enumerate(history["time"].values):
+        down, along = min(SPEED * now, depth), max(SPEED * now - depth, 0.0)
+        middle, outermost = moved[number, 0], moved[number, far][0]
+        values = [force[number, 1], force[number, 0], *middle[:2], *outermost[:2]]
+        if _is_told(down if along < 1e-9 else along) and along <= travel + 1e-9:
+            rows.append([1e3 * down, 1e3 * along, *values])
+    return rows
+
+
+def _is_told(length: float) -> bool:
+    """Tell whether a length is a whole number of half millimetres, and not none."""
+    halves = length / 0.5e-3
+    return round(halves) > 0 and abs(halves - round(halves)) < 1e-6
+
+
+def line(*cells: object) -> None:
+    sys.stdout.write("| " + " | ".join(f"{c:.4g}" if isinstance(c, float) else str(c) for c in cells) + " |\n")
+    sys.stdout.flush()
+
+
+def main() -> None:
+    """Print the table of each skin."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--skins", nargs="+", default=["smooth", "ridged"], choices=["smooth", "ridged"])
+    parser.add_argument("--sizes", nargs=3, type=float, default=[1.5, 4.0, 0.5])
+    parser.add_argument("--depth", type=float, default=3.0)
+    parser.add_argument("--travel", type=float, default=1.5)
+    parser.add_argument("--part", type=float, default=0.25)
+    parser.add_argument("--strains", nargs="+", default=["small", "finite"], choices=["small", "finite"])
+    given = parser.parse_args()
+    depth, travel, part = (1e-3 * value for value in (given.depth, given.travel, given.part))
+    forces = ("normal force [N]", "friction force [N]")
+    markers = ("centre x [mm]", "centre up [mm]", "outermost x [mm]", "outermost up [mm]")
+    line("skin", "strain", "depth [mm]", "travel [mm]", *forces, *markers)
+    line(*["---"] * 10)
+    for skin in given.skins:
+        model = model_of(skin, tuple(1e-3 * size for size in given.sizes), depth, travel, part)
+        for strain in given.strains:
+            history, why, seconds = stepped(dataclasses.replace(model, kinematics=strain))
+            for row in rows_of(history, depth, travel):
+                line(skin, strain, *row)
+            cost = {name: history.attrs.get(name) for name in ("newton_iterations", "factorisations", "halved_steps")}
+            ended = f"ended early: {why}" if why else "went through"
+            sys.stdout.write(f"{model.mesh.p.shape[1]} nodes, {seconds:.0f} CPU s, {cost}, {ended}\n")
+            sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()

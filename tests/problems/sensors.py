@@ -1,0 +1,46 @@
+"""Sensors in space, pressed and slid without inertia by a plate of which the body's answers are computed once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import skfem
+
+import fingerslip as fs
+from fingerslip.contact.friction import FrictionLaw
+from fingerslip.dynamics.statics.body import static_body
+from fingerslip.dynamics.statics.march import StaticMotion, march_static
+from fingerslip.programme import Phase
+from fingerslip.sites import Site
+from fingerslip.specimens.tactip import TacTip
+
+
+def slid_sensor(
+    sensor: TacTip,
+    mesh: skfem.Mesh,
+    friction: FrictionLaw,
+    programme: Sequence[Phase],
+    *,
+    step: float,
+    reach: float,
+    hidden: float,
+    patch: float,
+) -> tuple[tuple[Site, ...], StaticMotion]:
+    """Return the internal markers of a sensor, and their motion in steps [s]; the rest as for `static_body`."""
+    plane = fs.Plane((0.0, 1.0, 0.0))
+    contact = fs.Contact("contact", plane, friction, normal_penalty=5e9, tangential_penalty=5e9, search_distance=reach)
+    sites = sensor.sites(("internal_markers",), 3)
+    model = fs.Model(
+        mesh=mesh,
+        materials=sensor.materials,
+        formulation="solid",
+        depth=1.0,
+        supports=sensor.supports(3),
+        integration="nodal",
+        contacts=(contact,),
+        time=fs.QuasiStatic(step),
+        record=fs.Recording(sites=sites),
+        programme=tuple(programme),
+    )
+    body = static_body(model, reach=reach, hidden=hidden, patch=patch)
+    return sites, march_static(body, contact, model.programme, step)
