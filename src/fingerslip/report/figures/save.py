@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
+from typing import Any
 
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -35,10 +36,10 @@ def figure_bytes(figure: Figure, kind: str = "png") -> bytes:
 
 def _write_png(figure: Figure, stream: io.BytesIO) -> None:
     """Draw a figure once: ``savefig`` draws it twice, the first time only to find its layout."""
-    canvas = FigureCanvasAgg(figure)
+    write: Any = FigureCanvasAgg(figure).print_png
     figure.set_dpi(_DOTS_PER_INCH)
     # A report renders dozens of figures: time counts more than the last kilobytes.
-    canvas.print_png(stream, pil_kwargs={"compress_level": 2})
+    write(stream, pil_kwargs={"compress_level": 2})
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:
