@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -81,7 +82,7 @@ class ReportContent:
         """Title of the study, or the name of its folder."""
         return self.study.title or self.study.folder.name
 
-    @property
+    @cached_property
     def titles(self) -> dict[str, str]:
         """Title of each run by its name."""
         return {run.name: run_title(run, self.title) for run in self.study.runs}
