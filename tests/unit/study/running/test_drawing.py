@@ -42,9 +42,6 @@ def test_runs_in_detail_are_drawn_and_the_first_model_of_each_mesh(write_study: 
     assert list(drawings) == NAMES
     assert all(one.contact for one in drawings.values())
     assert [one.model for one in drawings.values()] == [True] + [False] * (len(NAMES) - 1)
-        (True, True),
-        *[(True, False)] * (len(NAMES) - 1),
-    ]
     resumed = drawings_of(plan, jobs[1:])
     assert resumed[jobs[1].run.name] == Drawing("Block on a plate", contact=True, model=True)
 
