@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError, shortened
 from fingerslip.files import write_bytes
-from fingerslip.netcdf import netcdf_bytes
+from fingerslip.netcdf import netcdf_bytes, read_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -255,11 +255,8 @@ def read_history(path: str | Path) -> xr.Dataset:
     ResultError
         Where the file is missing or is no history.
     """
-    import xarray as xr
-
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as stored:
-            history = stored.load()
+        history = read_netcdf(path)
     # The readers of HDF5 fail in any way on a damaged file.
     except Exception as error:
         cause = shortened(str(error)) or type(error).__name__

@@ -1,13 +1,14 @@
-"""Labelled datasets as netCDF-4 files, written by h5py.
+"""Labelled datasets as netCDF-4 files, written and read by h5py.
 
 Such a file is HDF5 with a dimension scale for every dimension (netCDF Users Guide, appendix on the file format).
-General writers look each dimension up by name, again and again, which for the many small variables of a history takes
-longer than its data.
+General writers and readers look each dimension up by name, again and again, which for the many small variables of a
+history takes longer than its data.
 """
 
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable, Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +17,15 @@ import numpy as np
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["netcdf_bytes"]
+__all__ = ["netcdf_bytes", "read_netcdf"]
 
 # Bytes of equal weight stand side by side ("shuffle"): histories are a seventh smaller and take less time.
 _COMPRESSION: Mapping[str, Any] = MappingProxyType({"compression": "gzip", "compression_opts": 1, "shuffle": True})
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable. {:9d}"
+# Attributes with which HDF5 and netCDF-4 describe dimensions and files.
+_OF_THE_FORMAT = frozenset(
+    {"CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST", "_Netcdf4Dimid", "_Netcdf4Coordinates", "_NCProperties"}
+)
 
 
 def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> bytes:
@@ -57,6 +62,35 @@ def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> by
         file.flush()
         image: bytes = file.id.get_file_image()
     return image
+
+
+def read_netcdf(path: str | Path) -> xr.Dataset:
+    """Read a netCDF-4 file of labelled datasets without groups, with arrays in memory.
+
+    Parameters
+    ----------
+    path : path
+        The file. Every variable in it has named dimensions.
+
+    Returns
+    -------
+    xarray.Dataset
+        What ``xarray.open_dataset`` reads of it; times and durations stay numbers.
+
+    Raises
+    ------
+    Exception
+        Of any kind, where the file is damaged or of another format: the HDF5 library has many.
+    """
+    import h5py
+    import xarray as xr
+
+    with h5py.File(path, "r") as file:
+        places = {name: place for name, place in file.items() if not _is_no_variable(place)}
+        stored = {name: _stored(file, name, place) for name, place in places.items()}
+        attributes = _described(file)
+    variables, kept, coordinates = xr.conventions.decode_cf_variables(stored, attributes, decode_times=False)
+    return xr.Dataset(variables, attrs=kept).set_coords(coordinates).load()
 
 
 def _written(file: Any, name: str, variable: xr.Variable, compressed: bool) -> Any:
@@ -97,3 +131,37 @@ def _describe(place: Any, attributes: Mapping[Any, Any]) -> None:
     for name, value in attributes.items():
         of_text = isinstance(value, (list, tuple)) and all(isinstance(own, str) for own in value)
         place.attrs[str(name)] = np.array(value, dtype=h5py.string_dtype()) if of_text else value
+
+
+def _is_no_variable(place: Any) -> bool:
+    """Tell whether a dataset of a file only says how long a dimension is."""
+    return bytes(place.attrs.get("NAME", b"")).startswith(_NO_VARIABLE.partition("{")[0].encode())
+
+
+def _stored(file: Any, name: str, place: Any) -> xr.Variable:
+    """Return a variable as it stands in the file."""
+    import h5py
+    import xarray as xr
+
+    is_text = h5py.check_string_dtype(place.dtype) is not None
+    values = np.asarray(place.asstr()[()]).astype(str) if is_text else place[()]
+    references = place.attrs.get("DIMENSION_LIST")
+    if references is None:
+        dimensions: tuple[str, ...] = (name,) if place.ndim else ()
+    else:
+        dimensions = tuple(file[own[0]].name.removeprefix("/") for own in references)
+    return xr.Variable(dimensions, values, _described(place))
+
+
+def _described(place: Any) -> dict[str, Any]:
+    """Return the attributes of a file or of a variable."""
+    return {name: _plain(place.attrs[name]) for name in place.attrs if name not in _OF_THE_FORMAT}
+
+
+def _plain(value: Any) -> Any:
+    """Return the value of an attribute: of several an array or a list of texts, of one itself."""
+    if isinstance(value, np.ndarray) and value.dtype.kind == "O":
+        value = [own.decode() if isinstance(own, bytes) else own for own in value]
+    elif isinstance(value, np.ndarray) and value.size == 1:
+        value = value.reshape(-1)[0]
+    return value

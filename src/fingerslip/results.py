@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from fingerslip.errors import warn_renamed
 from fingerslip.slip import measures
-from fingerslip.slip.events import Events, find_events
+from fingerslip.slip.events import Events
+from fingerslip.slip.finding import find_slip
 from fingerslip.slip.free_edge import EdgeContact, edge_contact
 from fingerslip.slip.measures import Number
 from fingerslip.slip.names import READINGS, TIMES, event_label, is_defined
-from fingerslip.slip.peaks import Peak, acceleration_peaks
+from fingerslip.slip.peaks import Peak
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -115,12 +116,13 @@ def result_of(history: xr.Dataset, name: str, swept: Mapping[str, Any]) -> RunRe
     swept : mapping of str to object
         The swept values by dotted path.
     """
+    found = find_slip(history)
     return RunResult(
         name=name,
         swept=swept,
-        events=find_events(history),
-        peaks=acceleration_peaks(history).peaks,
-        numbers=measures.read_measures(history),
+        events=found.events,
+        peaks=found.peaks.peaks,
+        numbers=measures.read_measures(history, found=found),
         edge=edge_contact(history),
     )
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import importlib
+
 import numpy as np
 import pytest
 
 import fingerslip as fs
 from fingerslip.report.tables.table import to_markdown
 from fingerslip.verification import locking
-from fingerslip.verification.catalogue import PROBLEMS, choose
+from fingerslip.verification.catalogue import FILES, choose, known_names, problem
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Outcome, Problem, VerificationError, absolute, relative, run, solved, table
 from places import ROOT
 
+PROBLEMS = tuple(map(problem, known_names()))
 DOCUMENTED = (ROOT / "docs" / "verification.md").read_text(encoding="utf-8")
 RESULTS = DOCUMENTED.partition("## Results")[2]
 # Problems that take three seconds and more, of which lighter ones beside them test the same code.
@@ -23,16 +26,15 @@ LONG = {
     *("viscous-line", "small-limit", "hertz-line-3d"),
 }
 MARKED = [
-    pytest.param(problem, id=problem.name, marks=[pytest.mark.slow] if problem.slow or problem.name in LONG else [])
-    for problem in PROBLEMS
+    pytest.param(one, id=one.name, marks=[pytest.mark.slow] if one.slow or one.name in LONG else []) for one in PROBLEMS
 ]
 
 
-@pytest.mark.parametrize("problem", MARKED)
-def test_problem_agrees_with_its_closed_form(problem):
-    outcome = run(problem)
+@pytest.mark.parametrize("one", MARKED)
+def test_problem_agrees_with_its_closed_form(one):
+    outcome = run(one)
     assert outcome.passed, f"{outcome.trouble}\n{to_markdown(table((outcome,)))}"
-    assert stated(to_markdown(table((outcome,))), problem.name) == stated(RESULTS, problem.name)
+    assert stated(to_markdown(table((outcome,))), one.name) == stated(RESULTS, one.name)
 
 
 def stated(markdown, name):
@@ -43,7 +45,7 @@ def stated(markdown, name):
 
 def test_the_documentation_shows_every_problem_and_no_other():
     names = [line.split("|")[1].strip() for line in RESULTS.splitlines() if line.startswith("|")]
-    assert list(dict.fromkeys(names))[2:] == [problem.name for problem in PROBLEMS]
+    assert list(dict.fromkeys(names))[2:] == [one.name for one in PROBLEMS]
 
 
 @pytest.mark.parametrize(
@@ -61,15 +63,21 @@ def test_the_documentation_shows_the_errors_of_the_elements(kind, ratio):
 
 
 def test_long_problems_are_problems():
-    assert {problem.name for problem in PROBLEMS} >= LONG
+    assert {one.name for one in PROBLEMS} >= LONG
 
 
 def test_names_are_unique_and_every_problem_says_its_source():
-    names = [problem.name for problem in PROBLEMS]
+    names = [one.name for one in PROBLEMS]
     assert len(set(names)) == len(names)
-    assert all(problem.title and problem.source for problem in PROBLEMS)
-    assert choose(()) == PROBLEMS
-    assert [problem.name for problem in choose(("rod", "patch"))] == ["rod", "patch"]
+    assert all(one.title and one.source for one in PROBLEMS)
+    assert choose(("rod", "patch")) == ("rod", "patch")
+    assert choose(()) == known_names()
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_files_have_the_problems_that_the_catalogue_names(file):
+    own = importlib.import_module(f"fingerslip.verification.{file}").PROBLEMS
+    assert tuple(one.name for one in own) == FILES[file]
 
 
 def test_errors_are_held_against_what_is_allowed():

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import io
+from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.netcdf import netcdf_bytes
+from fingerslip.netcdf import netcdf_bytes, read_netcdf
 
 
 def dataset(count: int = 3) -> xr.Dataset:
@@ -52,3 +53,27 @@ def test_chosen_variables_are_compressed_and_dimensions_have_scales() -> None:
         assert file["axis"].attrs["NAME"].startswith(b"This is a netCDF dimension but not a netCDF variable")
         assert file["axis"].shape == (2,)
         assert sorted(int(file[name].attrs["_Netcdf4Dimid"]) for name in ("time", "place", "axis")) == [0, 1, 2]
+
+
+@pytest.mark.parametrize("count", [3, 0])
+@pytest.mark.parametrize("ours", [True, False])
+def test_files_of_any_writer_are_read_as_a_general_reader_does(tmp_path: Path, count: int, ours: bool) -> None:
+    given = dataset(count)
+    content = netcdf_bytes(given, ["force"]) if ours else bytes(given.to_netcdf(engine="h5netcdf"))
+    (tmp_path / "given.nc").write_bytes(content)
+    found, expected = read_netcdf(tmp_path / "given.nc"), read(content)
+    xr.testing.assert_identical(found, expected)
+    assert list(found.variables) == list(expected.variables)
+    assert {name: own.dtype for name, own in found.variables.items()} == {
+        name: own.dtype for name, own in expected.variables.items()
+    }
+    assert {name: type(own) for name, own in found.attrs.items()} == {
+        name: type(own) for name, own in expected.attrs.items()
+    }
+
+
+def test_what_is_read_can_be_written_again(tmp_path: Path) -> None:
+    (tmp_path / "given.nc").write_bytes(netcdf_bytes(dataset()))
+    once = read_netcdf(tmp_path / "given.nc")
+    (tmp_path / "again.nc").write_bytes(netcdf_bytes(once))
+    xr.testing.assert_identical(read_netcdf(tmp_path / "again.nc"), once)

@@ -19,11 +19,19 @@ def verify(
     as_json: AsJson = False,
     *,
     quiet: Quiet = False,
+    names: Annotated[bool, typer.Option("--list", help="Print the names of all problems, and compute none.")] = False,
 ) -> None:
     """Compute problems with known answers, and show the results beside the closed forms.
 
     The exit code is 1 where an error is larger than allowed.
     """
+    from fingerslip.verification.catalogue import choose, known_names
+
+    if names:
+        typer.echo("\n".join(known_names()))
+        return
+    choose(only or ())  # a wrong name is said before anything slow is loaded
+
     from fingerslip.verification.verify import verify as verify_problems
 
     found = verify_problems(only or (), (lambda _: None) if quiet else (lambda line: typer.echo(line, err=True)))

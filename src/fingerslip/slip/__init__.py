@@ -10,9 +10,9 @@ from fingerslip.slip.events import (
     displacement_events,
     events_from_mapping,
     events_mapping,
-    find_events,
     slip_events,
 )
+from fingerslip.slip.finding import Found, find_events, find_slip
 from fingerslip.slip.fractions import (
     accumulated_slip,
     contact_area,
@@ -46,6 +46,7 @@ __all__ = [
     "EdgeContact",
     "EventSettings",
     "Events",
+    "Found",
     "Measure",
     "Patch",
     "Peak",
@@ -65,6 +66,7 @@ __all__ = [
     "events_from_mapping",
     "events_mapping",
     "find_events",
+    "find_slip",
     "force_ratio_times",
     "front_arrivals",
     "patch_series",

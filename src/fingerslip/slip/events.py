@@ -24,7 +24,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerslip.history import OPEN
-from fingerslip.parameters.protocols import require_kind
 from fingerslip.slip.fractions import relative_displacement, slipped_fraction
 from fingerslip.slip.names import EVENTS, READINGS, TIMES
 from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
@@ -42,7 +41,7 @@ __all__ = [
     "events_from_mapping",
     "events_mapping",
     "events_of_leaving",
-    "find_events",
+    "events_of_peaks",
     "slip_events",
 ]
 
@@ -131,39 +130,6 @@ class Events:
         """Return a reading by its name in :data:`~fingerslip.slip.names.READINGS`."""
         events: SlipEvents = getattr(self, name)
         return events
-
-
-def find_events(history: xr.Dataset, settings: EventSettings | None = None, slide: int = 0) -> Events:
-    """Find the slip events of a slide in all three readings.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        What ``simulate`` returned.
-    settings : EventSettings, optional
-        Tolerances and fractions.
-    slide : int, optional
-        Which of the slide phases, from 0.
-
-    Returns
-    -------
-    Events
-        All None where the programme has no slide.
-
-    Raises
-    ------
-    InputError
-        Where there are slides, but not that one.
-    """
-    import xarray as xr
-
-    require_kind(history, xr.Dataset, "a history, which simulate returns", "history")
-    settings = settings or EventSettings()
-    return Events(
-        slip_events(history, settings, slide),
-        displacement_events(history, settings, slide),
-        acceleration_events(history, settings.peaks, slide),
-    )
 
 
 def slip_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) -> SlipEvents:
@@ -258,11 +224,31 @@ def acceleration_events(history: xr.Dataset, settings: PeakSettings | None = Non
         `noticed` is always None: no peak belongs to it. A history without such receptors has no recorded events.
     """
     settings = settings or PeakSettings()
+    return events_of_peaks(history, acceleration_peaks(history, settings, slide), settings, slide)
+
+
+def events_of_peaks(history: xr.Dataset, table: PeakTable, settings: PeakSettings, slide: int) -> SlipEvents:
+    """Return the events among the peaks of a slide.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history.
+    table : PeakTable
+        Its peaks.
+    settings : PeakSettings
+        What they were found with.
+    slide : int
+        Which of the slide phases, from 0.
+
+    Returns
+    -------
+    SlipEvents
+        As :func:`acceleration_events` says.
+    """
     if not has_receptors(history, settings):
         return SlipEvents(recorded=False)
-    window = slide_window(history, slide)
-    table = acceleration_peaks(history, settings, slide)
-    largest = table.largest
+    window, largest = slide_window(history, slide), table.largest
     if window is None or largest is None:
         return SlipEvents()
     rows = slide_receptors(history, window, settings)

@@ -14,12 +14,10 @@ import numpy as np
 
 from fingerslip.history import phase_times
 from fingerslip.slip.counterface import contact_forces
-from fingerslip.slip.events import acceleration_events, slip_events
+from fingerslip.slip.finding import Found, find_slip
 from fingerslip.slip.fractions import contact_area
 from fingerslip.slip.free_edge import edge_distance
 from fingerslip.slip.front import force_ratio_times, front_arrivals
-from fingerslip.slip.peaks import acceleration_peaks
-from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
 from fingerslip.slip.windows import slide_window
 from fingerslip.units import Unit
@@ -45,7 +43,8 @@ class Measure:
     label : str
         Its name in words.
     read : callable
-        Gets a history and returns the number in SI units; None where it does not exist in that history.
+        Gets a history, and with `reading` also its :class:`~fingerslip.slip.finding.Found`, and returns the number in
+        SI units; None where it does not exist in that history.
     unit : Unit, optional
         Its unit; none for a pure number.
     mechanical : bool, optional
@@ -56,7 +55,7 @@ class Measure:
 
     name: str
     label: str
-    read: Callable[[xr.Dataset], Number]
+    read: Callable[..., Number]
     unit: Unit | None = None
     mechanical: bool = True
     reading: str = ""
@@ -80,7 +79,9 @@ class Measure:
         return f"{shown:.4g} {self.unit.shown}" if self.unit else f"{shown:.6g}"
 
 
-def read_measures(history: xr.Dataset, measures: Sequence[Measure] | None = None) -> dict[str, Number]:
+def read_measures(
+    history: xr.Dataset, measures: Sequence[Measure] | None = None, found: Found | None = None
+) -> dict[str, Number]:
     """Read measures off a history.
 
     Parameters
@@ -89,13 +90,18 @@ def read_measures(history: xr.Dataset, measures: Sequence[Measure] | None = None
         What ``simulate`` returned.
     measures : sequence of Measure, optional
         Which; :data:`MEASURES` without it.
+    found : Found, optional
+        The slip events of the history and its acceleration peaks; found here without it.
 
     Returns
     -------
     dict
         The values [SI] by key, such as ``normal_force_max_N``; None for one that does not exist.
     """
-    return {measure.key: measure.read(history) for measure in (MEASURES if measures is None else measures)}
+    chosen = MEASURES if measures is None else measures
+    if found is None and any(measure.reading for measure in chosen):
+        found = find_slip(history) if _has_candidates(history) and _has_counterface(history) else Found()
+    return {measure.key: measure.read(history, *([found] if measure.reading else [])) for measure in chosen}
 
 
 def measure_of(key: str) -> Measure | None:
@@ -124,7 +130,7 @@ def _friction_ratio_end_of_slide(history: xr.Dataset) -> Number:
     return float(forces.friction[last] / forces.normal[last]) if forces.normal[last] > 0.0 else None
 
 
-def _slip_margin_incipient(history: xr.Dataset) -> Number:
+def _slip_margin_incipient(history: xr.Dataset, found: Found) -> Number:
     """Return 1 - q(incipient) / max q over the slide, with q the friction over the normal force.
 
     The largest q of the slide stands for the limit of the contact: with friction that falls or that differs between
@@ -133,7 +139,7 @@ def _slip_margin_incipient(history: xr.Dataset) -> Number:
     window = slide_window(history)
     if window is None or not (_has_candidates(history) and _has_counterface(history)):
         return None
-    incipient = slip_events(history, EventSettings()).incipient
+    incipient = found.events.incipient
     ratio = contact_forces(history).ratio()[window.records]
     if incipient is None or not np.nanmax(ratio, initial=0.0) > 0.0:
         return None
@@ -181,19 +187,18 @@ def _elastic_slip_max(history: xr.Dataset) -> Number:
     return float(np.linalg.norm(history["tangential_traction"].values, axis=-1).max() / penalty)
 
 
-def _overall_peak_height(history: xr.Dataset) -> Number:
-    overall = _overall_by_peaks(history)
-    peaks = acceleration_peaks(history).peaks if overall is not None else ()
-    return next((peak.height for peak in peaks if peak.time == overall), None)
+def _overall_peak_height(history: xr.Dataset, found: Found) -> Number:
+    overall = _overall_by_peaks(history, found)
+    return next((peak.height for peak in found.peaks.peaks if peak.time == overall), None)
 
 
-def _peaks_before_overall(history: xr.Dataset) -> Number:
-    overall = _overall_by_peaks(history)
-    return None if overall is None else sum(peak.time < overall for peak in acceleration_peaks(history).peaks)
+def _peaks_before_overall(history: xr.Dataset, found: Found) -> Number:
+    overall = _overall_by_peaks(history, found)
+    return None if overall is None else sum(peak.time < overall for peak in found.peaks.peaks)
 
 
-def _overall_by_peaks(history: xr.Dataset) -> float | None:
-    return acceleration_events(history).overall if _has_candidates(history) else None
+def _overall_by_peaks(history: xr.Dataset, found: Found) -> float | None:
+    return found.events.acceleration.overall if _has_candidates(history) else None
 
 
 def _outer_markers_first(history: xr.Dataset) -> Number:

@@ -9,23 +9,20 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
-from fingerslip.detect.classifiers import CLASSIFIERS
-from fingerslip.detect.evaluation.bootstrap import Estimate
-from fingerslip.detect.evaluation.confusion import FrameScores, frame_scores_of
-from fingerslip.detect.evaluation.crossval import joined_folds
-from fingerslip.detect.evaluation.evaluate import Evaluation, begun_evaluation
-from fingerslip.detect.evaluation.parts import parts_beside
-from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.onsets import NO_SLIP
-from fingerslip.detect.samples import Sampling
-from fingerslip.detect.splits import grouped_folds, left_out
-from fingerslip.detect.trial_set import TrialSet
 from fingerslip.published import PublishedValue, published
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.trials.simulate import simulate_trials
 from fingerslip.validation.rows import Row, number_row, statement_row
 from fingerslip.validation.stored import RowFile, Stored, stored_rows
+
+# What simulates, samples and trains is loaded where rows are computed: stored ones are read without it.
+if TYPE_CHECKING:
+    from fingerslip.detect.evaluation.bootstrap import Estimate
+    from fingerslip.detect.evaluation.confusion import FrameScores
+    from fingerslip.detect.evaluation.evaluate import Evaluation
+    from fingerslip.detect.trial_set import TrialSet
 
 __all__ = [
     "DATA_SET",
@@ -128,12 +125,16 @@ def detection_rows(
     output = Path(results) / "detection"
 
     def computed() -> tuple[Row, ...]:
+        from fingerslip.study.trials.simulate import simulate_trials
+
         study, folder = Path(studies) / f"{DATA_SET}.yaml", Path(results) / f"{DATA_SET}_trials"
         trials = simulate_trials(study, folder, workers=workers, progress=progress)
         return rows_of_detection(detection_of(begun_detection(trials, workers, output)))
 
     found = stored_rows(DETECTION_FILE, studies, results, computed if compute else None)
     if found.computed:
+        from fingerslip.detect.evaluation.parts import parts_beside
+
         parts_beside(output).remove()
     return found
 
@@ -150,6 +151,11 @@ def begun_detection(trials: TrialSet, workers: int = 2, output: Path | None = No
     output : Path, optional
         Finished fits are kept in a folder beside that, ``OUTPUT.unfinished``; nowhere without it.
     """
+    from fingerslip.detect.classifiers import CLASSIFIERS
+    from fingerslip.detect.evaluation.evaluate import begun_evaluation
+    from fingerslip.detect.motion import MotionSettings
+    from fingerslip.detect.samples import Sampling
+
     candidates = [CLASSIFIERS[name] for name in _COMPARED]
     return begun_evaluation(
         trials, trials.onsets(), candidates, MotionSettings(), Sampling(), workers=workers, output=output
@@ -164,6 +170,10 @@ def detection_of(begun: Evaluation) -> Detection:
     begun : Evaluation
         Frames of the data set; see :func:`begun_detection`.
     """
+    from fingerslip.detect.classifiers import CLASSIFIERS
+    from fingerslip.detect.evaluation.confusion import frame_scores_of
+    from fingerslip.detect.evaluation.crossval import joined_folds
+    from fingerslip.detect.splits import grouped_folds, left_out
 
     def scored(tests: Sequence[Sequence[str]]) -> dict[str, FrameScores]:
         found = {name: begun.by_group(CLASSIFIERS[name], tests) for name in _COMPARED}

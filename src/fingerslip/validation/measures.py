@@ -7,9 +7,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.history import OPEN
@@ -32,6 +32,9 @@ from fingerslip.slip import (
 )
 from fingerslip.slip.counterface import counterface_normal, slide_tangent
 from fingerslip.slip.receptors import receptor_rows, tangential_acceleration
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = [
     "NODE_TOLERANCES",

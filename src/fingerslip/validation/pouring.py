@@ -8,20 +8,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 from fingerslip.detect.evaluation.bootstrap import Estimate
-from fingerslip.detect.evaluation.events import EventScores
-from fingerslip.detect.samples import Sampling
-from fingerslip.detect.simulated import film_results
-from fingerslip.detect.splits import benchmark_test_trials
-from fingerslip.detect.training import train
-from fingerslip.detect.trial_set import write_trials
-from fingerslip.detect.unseen import READINGS, Unseen, on_unseen
 from fingerslip.published import PublishedValue, published
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.runner import run_studies
 from fingerslip.validation.rows import Row, number_row, statement_row
 from fingerslip.validation.stored import RowFile, Stored, stored_rows
+
+# What simulates, films and trains is loaded where rows are computed: stored ones are read without it.
+if TYPE_CHECKING:
+    from fingerslip.detect.evaluation.events import EventScores
+    from fingerslip.detect.unseen import Unseen
 
 __all__ = ["POURING", "POURING_FILE", "pouring_of", "pouring_rows", "rows_of_pouring"]
 
@@ -77,6 +75,8 @@ def pouring_rows(
     """
 
     def computed() -> tuple[Row, ...]:
+        from fingerslip.study.running.runner import run_studies
+
         paths = [Path(studies) / f"{name}.yaml" for name in POURING]
         run_studies(paths, results_dir=results, workers=workers, progress=progress)
         return rows_of_pouring(pouring_of(Path(results), workers))
@@ -96,6 +96,13 @@ def pouring_of(results: Path, workers: int = 2) -> Unseen:
     workers : int, optional
         Cores.
     """
+    from fingerslip.detect.samples import Sampling
+    from fingerslip.detect.simulated import film_results
+    from fingerslip.detect.splits import benchmark_test_trials
+    from fingerslip.detect.training import train
+    from fingerslip.detect.trial_set import write_trials
+    from fingerslip.detect.unseen import on_unseen
+
     slides, pours = (
         write_trials(film_results(results / name), results / f"{name}_trials", name.replace("_", " "))
         for name in POURING
@@ -109,6 +116,8 @@ def pouring_of(results: Path, workers: int = 2) -> Unseen:
 
 def rows_of_pouring(found: Unseen) -> tuple[Row, ...]:
     """Return a row for each published number and statement, in both readings of the onset."""
+    from fingerslip.detect.unseen import READINGS
+
     return tuple(
         row
         for reading in reversed(READINGS)

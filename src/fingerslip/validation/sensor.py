@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
@@ -26,6 +26,9 @@ from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies
 from fingerslip.validation.checks import Finding
 from fingerslip.validation.rows import Basis, Row, number_row, statement_row
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["SENSOR", "SensorMeasures", "measure_sensor", "rows_of_sensor", "sensor_rows"]
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-import xarray as xr
 
-from fingerslip.dynamics.simulation import simulate
 from fingerslip.errors import FingerslipError
-from fingerslip.linear.threads import limited_threads
-from fingerslip.model import Model
 from fingerslip.report.tables.table import Column, Table
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from fingerslip.model import Model
 
 __all__ = [
     "Check",
@@ -128,6 +129,8 @@ def absolute(quantity: str, expected: float, got: float, allowed: float) -> Chec
 
 def run(problem: Problem) -> Outcome:
     """Compute a problem; what stops it makes it fail, and does not stop the others."""
+    from fingerslip.linear.threads import limited_threads
+
     try:
         # The dense problems beside the simulations are tiny: threads that wait for each other make them slower.
         with limited_threads(1):
@@ -153,6 +156,9 @@ def solved(model: Model, penetration: float | None = None) -> xr.Dataset:
     ConvergenceError
         Where a step was not solved.
     """
+    # Slow to import, and some problems solve no motion.
+    from fingerslip.dynamics.simulation import simulate
+
     history = simulate(model)
     scale = max(np.abs(history[name].values).max() for name in ("external_work", "kinetic_energy", "strain_energy"))
     imbalance = float(np.abs(history["energy_imbalance"].values).max())

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from fingerslip.report.tables.table import Table, to_markdown
-from fingerslip.verification.catalogue import choose
+from fingerslip.verification.catalogue import choose, problem
 from fingerslip.verification.problem import Outcome, number_table, run, table
 
 __all__ = ["Verification", "verify"]
@@ -66,7 +66,7 @@ def verify(only: Sequence[str], progress: Callable[[str], object]) -> Verificati
         For a name that no problem has.
     """
     chosen, outcomes = choose(only), []
-    for number, problem in enumerate(chosen, start=1):
-        progress(f"{number} of {len(chosen)}: {problem.name}, {problem.title}")
-        outcomes.append(run(problem))
+    for number, one in enumerate(map(problem, chosen), start=1):
+        progress(f"{number} of {len(chosen)}: {one.name}, {one.title}")
+        outcomes.append(run(one))
     return Verification(tuple(outcomes))

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from fingerslip.errors import InputError, ResultError, shortened
 from fingerslip.files import write_bytes
+from fingerslip.netcdf import read_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -329,11 +330,8 @@ def read_tracks(path: str | Path) -> xr.Dataset:
     InputError
         Where it holds something else than tracks.
     """
-    import xarray as xr
-
     try:
-        with xr.open_dataset(path, engine="h5netcdf", decode_timedelta=False) as stored:
-            tracks = stored.load()
+        tracks = read_netcdf(path)
     # The readers of HDF5 fail in any way on a damaged file.
     except Exception as error:
         cause = shortened(str(error)) or type(error).__name__

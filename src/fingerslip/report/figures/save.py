@@ -6,6 +6,7 @@ import io
 from pathlib import Path
 from typing import Any
 
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fingerslip.files import write_bytes
@@ -26,10 +27,19 @@ def figure_bytes(figure: Figure, kind: str = "png") -> bytes:
         Format of the picture.
     """
     stream = io.BytesIO()
-    # A report renders dozens of figures: time counts more than the last kilobytes.
-    more: dict[str, Any] = {"pil_kwargs": {"compress_level": 2}} if kind == "png" else {}
-    figure.savefig(stream, format=kind, dpi=_DOTS_PER_INCH, **more)
+    if kind == "png":
+        _write_png(figure, stream)
+    else:
+        figure.savefig(stream, format=kind, dpi=_DOTS_PER_INCH)
     return stream.getvalue()
+
+
+def _write_png(figure: Figure, stream: io.BytesIO) -> None:
+    """Draw a figure once: ``savefig`` draws it twice, the first time only to find its layout."""
+    write: Any = FigureCanvasAgg(figure).print_png
+    figure.set_dpi(_DOTS_PER_INCH)
+    # A report renders dozens of figures: time counts more than the last kilobytes.
+    write(stream, pil_kwargs={"compress_level": 2})
 
 
 def save_figure(figure: Figure, path: str | Path) -> None:

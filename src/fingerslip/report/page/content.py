@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
     from fingerslip.report.page.pictures import RunPictures
 
-__all__ = ["MOST_DETAILED", "MOST_RUNS", "ReportContent"]
+__all__ = ["MOST_DETAILED", "MOST_RUNS", "ReportContent", "detailed_of"]
 
 #: Runs that a page shows in figures: more panels are too small to read, more runs in detail too long a page.
 MOST_RUNS = 12
@@ -29,6 +30,11 @@ MOST_RUNS = 12
 MOST_DETAILED = 1
 
 _EMPTY: Mapping[str, Any] = MappingProxyType({})
+
+
+def detailed_of(runs: int) -> int:
+    """Return how many runs of a study of so many have a section of their own at most."""
+    return runs if runs <= MOST_RUNS else MOST_DETAILED
 
 
 @dataclass(frozen=True)
@@ -81,7 +87,7 @@ class ReportContent:
         """Title of the study, or the name of its folder."""
         return self.study.title or self.study.folder.name
 
-    @property
+    @cached_property
     def titles(self) -> dict[str, str]:
         """Title of each run by its name."""
         return {run.name: run_title(run, self.title) for run in self.study.runs}
@@ -94,7 +100,7 @@ class ReportContent:
     @property
     def detailed(self) -> tuple[RunResult, ...]:
         """The runs that have a section of their own: all that are shown in figures, of a large study the first."""
-        return self.drawn if len(self.study.runs) <= MOST_RUNS else self.drawn[:MOST_DETAILED]
+        return self.drawn[: detailed_of(len(self.study.runs))]
 
     def drawn_already(self, name: str) -> RunPictures:
         """Return the pictures of a run that are drawn already."""

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pyvista
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, ResultError
@@ -19,6 +18,7 @@ from fingerslip.slip.counterface import split_along
 from fingerslip.slip.patch import contact_patch, triangle_states
 
 if TYPE_CHECKING:
+    import pyvista
     import xarray as xr
 
 __all__ = [
@@ -97,6 +97,9 @@ def snapshot_grid(history: xr.Dataset, number: int) -> pyvista.UnstructuredGrid:
         Points [mm]; magnitudes of displacement and velocity at points, stress, strain energy density and region in
         cells.
     """
+    # Slow to import; most figures need only the names and limits of this module.
+    import pyvista
+
     snapshot = read_snapshot(history, number)
     points = 1e3 * (snapshot.points + snapshot.point_fields["displacement"])
     grid = pyvista.UnstructuredGrid({snapshot.cell_type.vtk: snapshot.cells}, points)
@@ -217,6 +220,8 @@ def _cut(
 
 def _draw_plate(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.UnstructuredGrid) -> None:
     """Draw the flat counterfaces as outlines, each with an arrow along its motion."""
+    import pyvista
+
     size = _PLATE * float(np.max(np.ptp(grid.points, axis=0)))
     look = {"color": BLACK, "line_width": 2.0, "reset_camera": False, "lighting": False}
     for face in flat_faces(history, number):
@@ -232,6 +237,8 @@ def _draw_plate(plotter: Any, history: xr.Dataset, number: int, grid: pyvista.Un
 
 def _outline(face: FlatFace, size: float, solid: bool) -> pyvista.PolyData:
     """Return the outline of a flat counterface with sides of a length [mm], in the plane a line."""
+    import pyvista
+
     centre = 1e3 * face.centre
     if not solid:
         along = 0.5 * size * np.array([face.normal[1], -face.normal[0], 0.0])
@@ -271,6 +278,8 @@ def _draw_contact(plotter: Any, history: xr.Dataset, number: int) -> None:
 
 
 def _triangles(points: NDArray[np.float64], corners: NDArray[np.int64]) -> pyvista.PolyData:
+    import pyvista
+
     faces: Any = corners
     made: pyvista.PolyData = pyvista.PolyData.from_regular_faces(points, faces)
     return made

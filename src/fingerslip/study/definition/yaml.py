@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import copy
+import functools
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,7 +12,7 @@ from typing import Any
 from fingerslip.errors import InputError, Mistakes, shortened
 from fingerslip.parameters.dotted import known_part
 from fingerslip.parameters.mistakes import in_order
-from fingerslip.parameters.yaml_text import parse_document, to_text
+from fingerslip.parameters.yaml_text import Document, parse_document, to_text
 
 __all__ = ["line_numbers", "read_mapping", "write_mapping"]
 
@@ -33,7 +35,7 @@ def read_mapping(path: Path) -> dict[str, Any]:
     InputError
         Where the file is missing, is no YAML, has a key twice, or holds no mapping.
     """
-    content = parse_document(_read_text(path), str(path)).content
+    content = copy.deepcopy(_document(_read_text(path), str(path)).content)
     if not isinstance(content, dict):
         found = "is empty" if content is None else f"holds a {type(content).__name__}"
         raise InputError(str(path), found, "needs 'key: value' lines")
@@ -74,13 +76,19 @@ def line_numbers(path: Path) -> Iterator[None]:
 def _with_lines(error: InputError, path: Path) -> InputError:
     front = f"{path}: "
     try:
-        lines = parse_document(_read_text(path), str(path)).lines
+        lines = _document(_read_text(path), str(path)).lines
     except InputError:  # what cannot be read has no lines
         return error
     ordered = in_order(error.all, lines, front)
     return Mistakes(
         one.moved(lambda where: where, lines.get(known_part(one.where.removeprefix(front), lines))) for one in ordered
     ).error()
+
+
+# A report reads the file of a run for its values and again for its study; parsing is most of that work.
+@functools.lru_cache(maxsize=256)
+def _document(text: str, where: str) -> Document:
+    return parse_document(text, where)
 
 
 def _read_text(path: Path) -> str:

@@ -45,13 +45,13 @@ class Drawing:
 def drawings_of(plan: Plan, jobs: Sequence[Job]) -> dict[str, Drawing]:
     """Return what to draw of runs that are to be computed, by their names; nothing of samples.
 
-    A report shows its first runs in detail, and the model of the first run with each mesh.
+    A report shows its first runs in detail, of many the first one, and the model of the first run with each mesh.
     """
-    from fingerslip.report.page.content import MOST_RUNS
+    from fingerslip.report.page.content import detailed_of
 
     if plan.study.sample:
         return {}
-    title, first = plan.study.title or plan.folder.name, {run.name for run in plan.runs[:MOST_RUNS]}
+    title, first = plan.study.title or plan.folder.name, {run.name for run in plan.runs[: detailed_of(len(plan.runs))]}
     models = {id(job.model.mesh): job.run.name for job in reversed(jobs)}.values()
     named = {job.run.name: Drawing(title, job.run.name in first, job.run.name in models) for job in jobs}
     return {name: drawing for name, drawing in named.items() if drawing.contact or drawing.model}

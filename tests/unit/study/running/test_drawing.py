@@ -36,16 +36,23 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in files}
 
 
-def test_the_first_runs_are_drawn_in_detail_and_the_first_model_of_each_mesh(write_study: Write) -> None:
-    frictions = [0.1 + 0.01 * number for number in range(MOST_RUNS + 2)]
-    plan, jobs = planned(write_study(block_values() | {"sweep": {"contact.friction_coefficient": frictions}}))
+def test_runs_in_detail_are_drawn_and_the_first_model_of_each_mesh(write_study: Write) -> None:
+    plan, jobs = planned(write_study())
     drawings = drawings_of(plan, jobs)
-    assert list(drawings) == [run.name for run in plan.runs[:MOST_RUNS]]
-    assert [one.model for one in drawings.values()] == [True] + [False] * (MOST_RUNS - 1)
+    assert list(drawings) == NAMES
+    assert all(one.contact for one in drawings.values())
+    assert [one.model for one in drawings.values()] == [True] + [False] * (len(NAMES) - 1)
     resumed = drawings_of(plan, jobs[1:])
     assert resumed[jobs[1].run.name] == Drawing("Block on a plate", contact=True, model=True)
+
+
+def test_of_many_runs_only_those_are_drawn_that_a_report_shows(write_study: Write) -> None:
+    frictions = [0.1 + 0.01 * number for number in range(MOST_RUNS + 2)]
+    plan, jobs = planned(write_study(block_values() | {"sweep": {"contact.friction_coefficient": frictions}}))
+    first, later = jobs[0].run.name, jobs[MOST_RUNS].run.name
+    assert drawings_of(plan, jobs) == {first: Drawing("Block on a plate", contact=True, model=True)}
     late = drawings_of(plan, jobs[MOST_RUNS:])
-    assert late == {jobs[MOST_RUNS].run.name: Drawing("Block on a plate", contact=False, model=True)}
+    assert late == {later: Drawing("Block on a plate", contact=False, model=True)}
 
 
 def test_nothing_is_drawn_of_samples(write_study: Write) -> None:
