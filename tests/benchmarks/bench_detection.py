@@ -1,7 +1,8 @@
 """Processor time of slip detection at the size of the published data set: 320 trials of 200 samples.
 
 Trials are analytic ones, at 67 frames a second as filmed, with slides of 1 mm/s: no result, but the size of one.
-`--live` measures instead how many frames of a video of 640 x 480 px with 81 markers go through tracker and forest.
+`--trials` takes a data set that is there instead, sampled as published. `--live` measures instead how many frames of a
+video of 640 x 480 px with 81 markers go through tracker and forest.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import CLASSIFIERS, union_of_sets
-from fingerslip.detect.evaluation.crossval import events_by_trial, frames_by_sample, frames_by_trial
+from fingerslip.detect.evaluation.crossval import FrameResult, events_by_trial, frames_by_sample, frames_by_trial
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.live import run_on_markers
 from fingerslip.detect.motion import MotionSettings
@@ -28,7 +29,7 @@ from fingerslip.detect.splits import grouped_folds
 from fingerslip.detect.synthetic import SyntheticSensor, synthetic_slides
 from fingerslip.detect.synthetic_films import film_trials
 from fingerslip.detect.training import train
-from fingerslip.detect.trial_set import write_trials
+from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
 from fingerslip.detect.trials import Trial
 from fingerslip.vision.tracking.stream import open_markers
 
@@ -67,33 +68,42 @@ def live(folder: Path, frames: int) -> None:
     print(f"{len(spent)} frames: {rate:.0f} frames a processor second, median {median:.1f} ms")  # noqa: T201
 
 
-def measure(folder: Path, repeats: int, workers: int) -> None:
-    """Print the processor time of each part."""
+def analytic(folder: Path, repeats: int) -> TrialSet:
+    """Return analytic trials of the size of the published ones."""
     slides = synthetic_slides(repeats=repeats, sensor=SENSOR, travel=14e-3)
-    trials = timed("trials written", lambda: write_trials(slides, folder / "trials", "Benchmark of speed"))
+    return timed("trials written", lambda: write_trials(slides, folder / "trials", "Benchmark of speed"))
+
+
+def measure(trials: TrialSet, sampling: Sampling, workers: int) -> None:
+    """Print the processor time of each part."""
     onsets, motion = trials.onsets(), MotionSettings()
     settings = FeatureSettings(union_of_sets(tuple(CLASSIFIERS.values())), motion)
-    # Short trials have fewer frames of a class; twice the later incipient ones make up for them.
-    sampling = Sampling(more_incipient=70, least=0.0)
     samples = timed("samples with features", lambda: samples_of(trials, onsets, settings, sampling))
     print(f"{samples.values.shape[0]} samples of {samples.values.shape[1]} features")  # noqa: T201
-    tests, results, total = grouped_folds(trials.names, 5, 0), [], time.process_time()
+    tests = grouped_folds(trials.names, 5, 0)
+
+    def folded() -> list[FrameResult]:
+        fold = partial(frames_by_trial, samples, onsets, tests=tests, window=motion.window, workers=workers)
+        return [timed(f"{name}, 5 folds", partial(fold, one)) for name, one in CLASSIFIERS.items()]
+
+    results = timed("all classifiers, 5 folds", folded)
     for name, one in CLASSIFIERS.items():
-        folded = partial(frames_by_trial, samples, onsets, one, tests, window=motion.window, workers=workers)
-        results.append(timed(f"{name}, 5 folds", folded))
         timed(f"{name}, by sample", partial(frames_by_sample, samples, one, workers=workers))
     timed("events of all frames, all classifiers", lambda: events_by_trial(trials, onsets, results, motion))
-    print(f"all classifiers: {time.process_time() - total:.1f} s processor")  # noqa: T201
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--repeats", type=int, default=10, help="10 for the 320 trials of the paper")
+    parser.add_argument("--trials", type=Path, metavar="FOLDER", help="a data set in their place")
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--live", type=int, metavar="FRAMES", help="measure live detection on so many frames instead")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         if options.live:
             live(Path(temporary), options.live)
+        elif options.trials:
+            measure(open_trials(options.trials), Sampling(), options.workers)
         else:
-            measure(Path(temporary), options.repeats, options.workers)
+            # Short trials have fewer frames of a class; twice the later incipient ones make up for them.
+            measure(analytic(Path(temporary), options.repeats), Sampling(more_incipient=70, least=0.0), options.workers)

@@ -37,7 +37,7 @@ class _Verbs(TyperGroup):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:
-            print_error("stopped: finished runs are kept, the same command goes on with the others")
+            print_error("stopped: what is finished is kept; the same command goes on with the rest")
             raise typer.Exit(130) from None
         except MemoryError:
             if ctx.params["debug"]:

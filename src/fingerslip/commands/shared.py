@@ -142,7 +142,7 @@ def screen_progress(quiet: bool = False) -> StudyProgress:
 
 
 def stop_on_termination() -> None:
-    """Handle a termination request (SIGTERM) like Ctrl-C: finished runs are kept, unfinished ones removed."""
+    """Handle a termination request (SIGTERM) like Ctrl-C: what is finished is kept, what is not is removed."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
 
 

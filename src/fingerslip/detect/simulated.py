@@ -23,7 +23,7 @@ from fingerslip.detect.labels import (
     labels_from_plate,
 )
 from fingerslip.detect.onsets import Onsets
-from fingerslip.detect.trials import Trial
+from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError
 from fingerslip.history import phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks, seen_with_plate
@@ -200,6 +200,12 @@ def film_results(
         yield make(path.name, history, filming, seed=seed + zlib.crc32(path.name.encode()), conditions=own)
 
 
+def _of_sensor(path: str) -> str:
+    """Return the name of the condition that a value of the sensor is: the last two parts of its path; else nothing."""
+    name = "_".join(path.split(".")[-2:])
+    return name if path.startswith("tactip.") and name in CONDITIONS else ""
+
+
 def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return what was swept and sampled as conditions: the last part of its path, in SI units."""
     found: dict[str, Any] = {}
@@ -211,8 +217,8 @@ def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:
             found["repeat"] = int(value)
         elif name == "mass":
             found["mass"] = parse_quantity(value, "kg", where=path)
-        elif name == "youngs_modulus":
-            found[f"{path.split('.')[-2]}_{name}"] = parse_quantity(value, "Pa", where=path)
+        elif own := _of_sensor(path):
+            found[own] = parse_quantity(value, CONDITIONS[own][0], where=path)
         elif isinstance(value, int | float):
             found[name] = value
     return found

@@ -48,12 +48,17 @@ CONDITIONS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "tilt": ("rad", "tilt of the plate along the slide"),
         "skin_youngs_modulus": ("Pa", "Young's modulus of the skin"),
         "gel_youngs_modulus": ("Pa", "Young's modulus of the gel"),
+        "dome_radius": ("m", "radius of the dome"),
+        "ridges_height": ("m", "height of the ridges, from crown to valley"),
+        "rods_length": ("m", "length of the rods inside the skin"),
         "repeat": ("1", "number of the repeat"),
         "seed": ("1", "seed of everything random in the trial"),
         "task": ("", "slide, hold or pour"),
     }
 )
 
+#: Units in which single values of these units are shown.
+_SHOWN: Mapping[str, str] = MappingProxyType({"Pa": "kPa", "m": "mm"})
 #: Files of a trial's folder.
 FILES = ("tracks.nc", "labels.csv", "conditions.json", "provenance.json")
 
@@ -128,10 +133,12 @@ def condition_text(name: str, value: str) -> str:
     'friction decay speed: 0.0001 to 0.0003 m/s'
     >>> condition_text("gel_youngs_modulus", "2500")
     "gel Young's modulus: 2.5 kPa"
+    >>> condition_text("dome_radius", "0.015")
+    'dome radius: 15 mm'
     """
     unit, words = CONDITIONS.get(name, ("", ""))[0], name.replace("_", " ").replace("youngs", "Young's")
-    if unit == "Pa" and value.replace(".", "").replace("e+", "").isdecimal():
-        return f"{words}: {format_quantity(float(value), unit, 'kPa')}"
+    if unit in _SHOWN and value.replace(".", "").replace("e+", "").isdecimal():
+        return f"{words}: {format_quantity(float(value), unit, _SHOWN[unit])}"
     return f"{words}: {value}{f' {unit}' if unit not in {'', '1'} else ''}"
 
 

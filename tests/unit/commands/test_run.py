@@ -197,7 +197,7 @@ def test_ctrl_c_is_exit_code_130(
     monkeypatch.setattr(compute, "simulate", interrupted)
     result = invoke("run", block())
     assert result.exit_code == 130
-    assert "stopped: finished runs are kept, the same command goes on with the others" in result.stderr
+    assert "stopped: what is finished is kept; the same command goes on with the rest" in result.stderr
     assert not (tmp_path / "results").exists()
 
 

@@ -55,7 +55,7 @@ def test_what_is_assumed_has_a_table_and_a_figure_and_conditions_have_tables(
     rows = found.tables["assumptions"].rows
     assert len(rows) >= 11
     assert rows[0][0] == "as in the data set"
-    assert [row[1] for row in rows[-2:]] == ["indentation: 0.003 m", "indentation: 0.004 m"]
+    assert [row[1] for row in rows[-2:]] == ["indentation: 3 mm", "indentation: 4 mm"]
     assert [path.name for path in tmp_path.iterdir()] == ["tables"]
     tmp_path = tmp_path / "tables"
     assert {path.name for path in tmp_path.iterdir()} == {"assumptions.csv", "assumptions.png", "by-indentation.csv"}

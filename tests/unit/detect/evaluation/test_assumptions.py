@@ -78,7 +78,7 @@ def test_each_likely_assumption_changes_one_thing() -> None:
 def test_trials_of_each_value_are_taken_alone(trials: TrialSet) -> None:
     alone = each_alone(trials, ["indentation", "direction"], AS_IT_IS)
     assert len(alone) == 2 * 4
-    assert alone[0].value == "indentation: 0.003 m, direction: 0 rad"
+    assert alone[0].value == "indentation: 3 mm, direction: 0 rad"
     assert sorted(name for one in alone for name in one.trials) == list(trials.names)
     assert each_alone(trials, [], AS_IT_IS) == ()
     with pytest.raises(InputError, match="has no condition 'stiffness'"):
