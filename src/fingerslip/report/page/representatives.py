@@ -99,17 +99,16 @@ def _values_table(shown: list[Representative]) -> Table:
     ]
     paths = tuple(dict.fromkeys(path for own in values for path in own))
     labels = short_labels(paths)
-    event = event_label(shown[0].event)
     columns = (
         Column("sample"),
-        Column(f"{event} from the start of the slide", "s", 3),
+        Column(event_label(shown[0].event), "s", 3),
         *(Column(labels[path]) for path in paths),
     )
     rows = tuple(
         (one.title, one.since, *(_shown(own.get(path)) for path in paths))
         for one, own in zip(shown, values, strict=True)
     )
-    return Table("The samples in motion", columns, rows)
+    return Table("The samples in motion", columns, rows, "Slip in seconds from the start of the slide.")
 
 
 def _shown(value: object) -> Cell:
