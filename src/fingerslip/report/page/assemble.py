@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
-from typing import Any
 
 from fingerslip.report.figures.convergence import convergence_figure
 from fingerslip.report.figures.forces import energy_figure, force_overview_figure
@@ -14,9 +13,10 @@ from fingerslip.report.page.citations import cited
 from fingerslip.report.page.content import MOST_RUNS, ReportContent
 from fingerslip.report.page.definitions import definitions
 from fingerslip.report.page.hero import are_held, hero_pictures, swept_pictures
-from fingerslip.report.page.motion import run_motion
+from fingerslip.report.page.motion import run_motions
 from fingerslip.report.page.page import DrawnPicture, Picture, Report, ReportSection
 from fingerslip.report.page.pictures import RunToDraw
+from fingerslip.report.page.representatives import samples_in_motion
 from fingerslip.report.page.run import has_receptors, model_pictures, picture_set, run_section
 from fingerslip.report.page.samples import sample_sections
 from fingerslip.report.page.sensor import cameras_section
@@ -34,9 +34,6 @@ from fingerslip.slip.names import READINGS
 
 __all__ = ["study_report"]
 
-# Data of runs in motion on a page; a single run is shown in any case.
-_MOST_BYTES = 10_000_000
-
 
 def study_report(content: ReportContent) -> Report:
     """Assemble the report of a study.
@@ -52,10 +49,15 @@ def study_report(content: ReportContent) -> Report:
         Sections: slip events and how they are defined, comparison with published values, numerical uncertainty where it
         was studied, the runs side by side, what cameras saw, the model, all values with their sources, and each run in
         detail (folded, the first twelve). Of a study with samples: the intervals of the slip times, what moves them,
-        all samples and all values.
+        all samples, some of them in motion, and all values.
     """
     if content.study.ranges:
-        sections = (*sample_sections(content), _conditions_section(content), _notes_section(content))
+        sections = (
+            *sample_sections(content),
+            samples_in_motion(content),
+            _conditions_section(content),
+            _notes_section(content),
+        )
         return _assembled(content, (*sections, _values_section(content)))
     runs = [
         run_section(
@@ -101,23 +103,13 @@ def _assembled(content: ReportContent, sections: Sequence[ReportSection], hero: 
 
 def _motion_section(content: ReportContent) -> ReportSection:
     """Show runs in motion, as many as keep the page small."""
-    motions: list[dict[str, Any]] = []
-    size = 0
-    for run in content.drawn:
-        history = content.histories[run.name]
-        if not history.sizes.get("counterface", 0):
-            continue
-        motion = run_motion(history, run.events, content.titles[run.name])
-        size += len(motion["data"])
-        if motions and size > _MOST_BYTES:
-            break
-        motions.append(motion)
+    motions = run_motions((content.histories[run.name], run.events, content.titles[run.name]) for run in content.drawn)
     text = ["Move the slider or the plots; the deformed body is drawn to scale."]
     if len(motions) < len(content.study.runs):
         text.append(
             f"The first {len(motions)} of {len(content.study.runs)} runs can be seen here, to keep the page small."
         )
-    return ReportSection("In motion", tuple(text), motions=tuple(motions))
+    return ReportSection("In motion", tuple(text), motions=motions)
 
 
 def _conditions_section(content: ReportContent) -> ReportSection:

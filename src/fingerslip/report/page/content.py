@@ -65,6 +65,8 @@ class ReportContent:
         When the slide of each run begins [s], by its name; runs in which nothing slides are left out.
     notes : str
         The user's own notes and figures as HTML.
+    representatives : mapping of str to xarray.Dataset
+        Histories of the samples that are seen in motion, by name of the run; none in a study without samples.
     films : tuple of Film
         What the cameras of the study saw.
     """
@@ -80,6 +82,7 @@ class ReportContent:
     convergences: Mapping[str, Mapping[str, Convergence]] = field(default_factory=lambda: _EMPTY)
     starts: Mapping[str, float] = field(default_factory=lambda: _EMPTY)
     notes: str = ""
+    representatives: Mapping[str, xr.Dataset] = field(default_factory=lambda: _EMPTY)
     films: tuple[Film, ...] = ()
 
     @property

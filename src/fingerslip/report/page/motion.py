@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,10 +37,12 @@ from fingerslip.slip.names import EVENTS
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["language", "run_motion"]
+__all__ = ["language", "run_motion", "run_motions"]
 
 Floats = NDArray[np.float64]
 
+# Data of runs in motion on a page; the first run is shown in any case.
+_MOST_BYTES = 10_000_000
 # Times of the slip map and the slider; frames of the body in the plane and in space.
 _MOMENTS, _FRAMES, _SOLID_FRAMES = 300, 31, 16
 _PRESSED = 0.02
@@ -95,6 +97,27 @@ def run_motion(history: xr.Dataset, events: Events, title: str) -> dict[str, Any
         "friction": float(history["counterface_friction_coefficient"].values[0]),
         **packed(arrays),
     }
+
+
+def run_motions(shown: Iterable[tuple[xr.Dataset, Events, str]]) -> tuple[dict[str, Any], ...]:
+    """Return runs in motion, the first and as many more as keep the page small.
+
+    Parameters
+    ----------
+    shown : iterable of tuple
+        History, events and title of each run, as :func:`run_motion` takes them; those without a plate are left out.
+    """
+    motions: list[dict[str, Any]] = []
+    size = 0
+    for history, events, title in shown:
+        if not history.sizes.get("counterface", 0):
+            continue
+        motion = run_motion(history, events, title)
+        size += len(motion["data"])
+        if motions and size > _MOST_BYTES:
+            break
+        motions.append(motion)
+    return tuple(motions)
 
 
 def _records(history: xr.Dataset) -> NDArray[np.intp]:

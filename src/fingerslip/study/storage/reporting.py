@@ -27,6 +27,8 @@ from fingerslip.study.storage.summary import MANIFEST, identities, read_manifest
 from fingerslip.study.storage.values import read_specified, value_rows
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from fingerslip.report.page.content import ReportContent
     from fingerslip.report.page.pictures import RunPictures
 
@@ -195,6 +197,7 @@ def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportC
     meshed = [name for name in first if name not in pictures or pictures[name].model is None]
     drawn = [run.name for run in study.runs if not study.ranges][:MOST_RUNS]
     histories = {name: read_history(study.folder / name / HISTORY) for name in dict.fromkeys((*drawn, *meshed))}
+    starts = slide_starts(study)
     return ReportContent(
         study=study,
         histories=histories,
@@ -207,9 +210,20 @@ def _content(study: StudyResult, pictures: Mapping[str, RunPictures]) -> ReportC
         provenance=provenance_of(study.folder, manifest),
         convergences={name: one.quantities for name, one in found.items()},
         films=read_films(study.folder, {name: histories[name] for name in drawn}),
-        starts=slide_starts(study),
+        starts=starts,
         notes=notes_html(study.folder),
+        representatives=_representatives(study, starts),
     )
+
+
+def _representatives(study: StudyResult, starts: Mapping[str, float]) -> dict[str, xr.Dataset]:
+    """Return the histories of samples that are seen in motion."""
+    if not study.ranges:
+        return {}
+    from fingerslip.report.page.representatives import representatives
+
+    names = [one.run.name for one in representatives(study, starts)]
+    return {name: read_history(study.folder / name / HISTORY) for name in names}
 
 
 def slide_starts(study: StudyResult) -> dict[str, float]:
