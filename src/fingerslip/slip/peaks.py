@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from fingerslip.history import site_rows, sites_of_kinds
 from fingerslip.slip.counterface import slide_tangent
-from fingerslip.slip.maxima import far_apart, local_maxima, prominences
 from fingerslip.slip.receptors import receptor_rows, tangential_acceleration
 from fingerslip.slip.settings import PeakSettings
 from fingerslip.slip.windows import SlideWindow, slide_window
@@ -269,12 +268,13 @@ def _rising_peaks(
 
     Ringing only falls; a release exceeds what was just before it. Two distances back there was at least one swing.
     """
-    behind = signal[start:]
-    found = far_apart(behind, local_maxima(behind), distance)
-    prominence = prominences(behind, found)
+    # scipy.signal is slow to import, and study files are read without it.
+    from scipy.signal import find_peaks
+
+    found, properties = find_peaks(signal[start:], distance=distance, prominence=0.0)
     found = found + start
     rising = np.array([signal[max(i - 2 * distance, 0) : i].max() <= signal[i] for i in found], dtype=bool)
-    return found[rising], prominence[rising]
+    return found[rising], properties["prominences"][rising]
 
 
 def _even(times: NDArray[np.float64], signal: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

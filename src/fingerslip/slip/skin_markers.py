@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from fingerslip.history import OPEN, sites_of_kinds
 from fingerslip.slip.counterface import contact_forces, split_along
-from fingerslip.slip.maxima import local_maxima
 from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.windows import slide_window, sustained_crossing
 
@@ -122,7 +121,10 @@ def stick_slip_cycles(history: xr.Dataset) -> int | None:
     largest = float(friction.max(initial=0.0))
     if largest <= 0.0:
         return 0
-    peaks = local_maxima(friction)
+    # scipy.signal is slow to import, and study files are read without it.
+    from scipy.signal import find_peaks
+
+    peaks, _ = find_peaks(friction)
     falls = [_fall_behind(friction, peak) for peak in peaks]
     return _counted(friction, peaks[np.array(falls, dtype=float) >= _LEAST_FALL * largest], _LEAST_FALL * largest)
 
@@ -151,7 +153,7 @@ def _touching(history: xr.Dataset, rest: Floats, record: int) -> NDArray[np.bool
     nodes, state = history["contact_position"].values, history["contact_state"].values[record]
     if len(nodes) < 2:
         return np.zeros(len(rest), dtype=bool)
-    # scipy.spatial is slow to import, and study files are read without it.
+    # Slow to import as well, see `stick_slip_cycles`.
     from scipy.spatial import cKDTree
 
     tree = cKDTree(nodes)
