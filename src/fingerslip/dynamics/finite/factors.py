@@ -22,7 +22,8 @@ __all__ = ["Factors"]
 Array = NDArray[np.float64]
 
 # What new factors cost, in iterations of a step, by the dimension of space: tangent, factorisation and compliance of
-# the contact. By the processor time of these parts it is about 35 in the plane and 50 to 70 in space. Numbers and not
+# the contact. By the processor time of these parts it is about 35 in the plane and 50 to 70 in space, with factors of
+# single precision, which make both cheaper, as with those of double precision. Numbers and not
 # a clock, so that a motion computed twice is the same to the last bit.
 _COST = {2: 30, 3: 60}
 # Steps that factors look ahead at most.
