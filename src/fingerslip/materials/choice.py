@@ -129,8 +129,8 @@ def conforming_law(value: Any) -> AnyMaterial:
     finite = any(hasattr(value, name) for name in ("at_rest", "stored_energy", "kirchhoff_stress", "kirchhoff_tangent"))
     needs = f"a material: {laws}, or an object with the members of"
     if finite:
-        return require(value, FiniteMaterial, f"{needs} FiniteMaterial")
-    return require(value, Material, f"{needs} Material")
+        return require(value, FiniteMaterial, f"{needs} FiniteMaterial")  # type: ignore[type-abstract]
+    return require(value, Material, f"{needs} Material")  # type: ignore[type-abstract]
 
 
 def material_of(entry: AnyMaterial | Mapping[str, Any]) -> AnyMaterial:
