@@ -13,9 +13,11 @@ import pydantic
 from fingerslip.contact.counterfaces import Counterface, Plane
 from fingerslip.contact.friction import Coulomb, FrictionLaw
 from fingerslip.errors import InputError
+from fingerslip.fe.finite.thickness import check_thickness
 from fingerslip.fe.integration import Integration
-from fingerslip.materials.choice import AnyMaterial
+from fingerslip.materials.choice import AnyMaterial, conforming_law
 from fingerslip.materials.damping import RayleighDamping
+from fingerslip.materials.finite import FiniteMaterial
 from fingerslip.materials.material import Formulation
 from fingerslip.parameters import (
     Duration,
@@ -266,7 +268,7 @@ class Model:
     """
 
     mesh: Annotated[Any, pydantic.AfterValidator(_check_mesh)]
-    materials: Mapping[str, AnyMaterial]
+    materials: Mapping[str, Annotated[AnyMaterial, pydantic.PlainValidator(conforming_law)]]
     formulation: Formulation
     time: Annotated[Timing, _A_TIMING]
     depth: PositiveLength = 1.0
@@ -287,6 +289,11 @@ class Model:
     def __post_init__(self) -> None:
         if self.formulation == "solid" and self.depth != 1.0:
             raise InputError("depth", f"got {self.depth:g} m for a solid", "may be given in two dimensions only")
+        if self.is_finite and self.formulation == "plane_stress":
+            for name, material in self.materials.items():
+                # Laws of small strain are refused by their regions, with all else that these lack.
+                if isinstance(material, FiniteMaterial):
+                    check_thickness(name, material)
         for number, contact in enumerate(self.contacts):
             _check_face(contact, self.bodies, f"contacts.{number}")
         if self.basis is not None and isinstance(self.time, Adaptive):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import fingerslip as fs
@@ -87,3 +88,48 @@ def test_a_model_shows_itself_shortly():
     assert repr(model).endswith("1 contacts, press + hold + slide, 0.22 s>")
     assert "<th>materials</th>" in model._repr_html_()
     assert "Coulomb" in model._repr_html_()
+
+
+class Sheet:
+    """A law of large strain that has no stress across the plane, whatever the strain."""
+
+    density, stiffness = 1000.0, 1e4
+
+    def at_rest(self):
+        return fs.Elastic(1e4, 0.4, 1000.0)
+
+    def stored_energy(self, log_strain):
+        return 0.5e4 * (log_strain[:, :2] ** 2).sum(axis=1)
+
+    def kirchhoff_stress(self, log_strain):
+        return 1e4 * log_strain * [1.0, 1.0, 0.0]
+
+    def kirchhoff_tangent(self, log_strain):
+        return np.tile(np.diag([1e4, 1e4, 0.0]), (len(log_strain), 1, 1))
+
+    def volumetric(self, log_volume):
+        return tuple(np.zeros((3, len(log_volume))))
+
+
+def test_a_law_that_cannot_be_in_plane_stress_is_refused_at_once():
+    given = {"materials": {"bulk": Sheet()}, "kinematics": "finite"}
+    with pytest.raises(InputError, match=r"materials\.bulk: got Sheet, .*plane stress needs.*take plane_strain"):
+        push_and_slide(formulation="plane_stress", **given)
+    # In plane strain, and at rest, it may be what it is.
+    push_and_slide(formulation="plane_strain", **given)
+    push_and_slide(formulation="plane_stress", materials=given["materials"])
+
+
+def test_a_law_that_lacks_members_is_told_which():
+    class Unfinished(Sheet):
+        kirchhoff_tangent = property()
+
+    with pytest.raises(
+        InputError, match=r"materials\.bulk: got a Unfinished, needs .*lacks kirchhoff_tangent$"
+    ) as caught:
+        push_and_slide(materials={"bulk": Unfinished()})
+    assert len(str(caught.value).splitlines()) == 1
+    with pytest.raises(InputError, match=r"materials\.bulk: got 0\.5, needs a material: Elastic, NeoHookean"):
+        push_and_slide(materials={"bulk": 0.5})
+    with pytest.raises(InputError, match=r"materials\.bulk: got the class Elastic, .*write Elastic\(\.\.\.\)"):
+        push_and_slide(materials={"bulk": fs.Elastic})

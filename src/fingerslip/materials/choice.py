@@ -23,6 +23,7 @@ from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden
 from fingerslip.parameters.presets import Presets
+from fingerslip.parameters.protocols import require
 
 __all__ = [
     "LAWS",
@@ -31,6 +32,7 @@ __all__ = [
     "AnyMaterial",
     "MaterialChoice",
     "MaterialEntry",
+    "conforming_law",
     "kept_values",
     "material_of",
 ]
@@ -111,6 +113,24 @@ def _check_preset(values: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return a material that starts from one that ships as it is written, where it is right."""
     MATERIALS.changed(values)
     return values
+
+
+def conforming_law(value: Any) -> AnyMaterial:
+    """Return a material law, also one that a user wrote; refuse any other object.
+
+    Raises
+    ------
+    InputError
+        For an object that lacks members of the protocol that it is nearest to, which are named.
+    """
+    if isinstance(value, Material | FiniteMaterial) and not isinstance(value, type):
+        return value
+    laws = ", ".join(law.__name__ for law in LAWS)
+    finite = any(hasattr(value, name) for name in ("at_rest", "stored_energy", "kirchhoff_stress", "kirchhoff_tangent"))
+    needs = f"a material: {laws}, or an object with the members of"
+    if finite:
+        return require(value, FiniteMaterial, f"{needs} FiniteMaterial")  # type: ignore[type-abstract]
+    return require(value, Material, f"{needs} Material")  # type: ignore[type-abstract]
 
 
 def material_of(entry: AnyMaterial | Mapping[str, Any]) -> AnyMaterial:

@@ -22,7 +22,8 @@ __all__ = ["Factors"]
 Array = NDArray[np.float64]
 
 # What new factors cost, in iterations of a step, by the dimension of space: tangent, factorisation and compliance of
-# the contact. By the processor time of these parts it is about 35 in the plane and 50 to 70 in space. Numbers and not
+# the contact. By the processor time of these parts it is about 35 in the plane and 50 to 70 in space, with factors of
+# single precision, which make both cheaper, as with those of double precision. Numbers and not
 # a clock, so that a motion computed twice is the same to the last bit.
 _COST = {2: 30, 3: 60}
 # Steps that factors look ahead at most.
@@ -119,7 +120,8 @@ class Factors:
 
     def saved(self) -> tuple[tuple[BodyState, bool, bool] | None, int, tuple[int, int, int]]:
         """Return what :meth:`restore` needs."""
-        return self.made_of and tuple(self.made_of), self.count, (self._least, self._excess, self._served)
+        made_of = None if self.made_of is None else (self.made_of.body, self.made_of.positive, self.made_of.rough)
+        return made_of, self.count, (self._least, self._excess, self._served)
 
     def restore(self, made_of: tuple[BodyState, bool, bool] | None, count: int, used: tuple[int, int, int]) -> None:
         """Make the factors again that were saved."""

@@ -1,7 +1,7 @@
 """Principal values and directions of symmetric tensors in space: Jacobi's rotations, for many points at once.
 
 A rotation costs two roots and two quotients. In a loop over points, which are lanes of an array, the compiler takes
-several at a time: that is seven times as fast as point by point on a processor that takes eight.
+several at a time, as many as the processor's vectors hold.
 """
 
 from __future__ import annotations

@@ -8,10 +8,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import FingerslipError
+from fingerslip.errors import FingerslipError, InputError
+from fingerslip.materials.finite import FiniteMaterial
 from fingerslip.materials.relaxing import StepLaw
 
-__all__ = ["Pulled", "thinned"]
+__all__ = ["Pulled", "check_thickness", "thinned"]
 
 Array = NDArray[np.float64]
 
@@ -82,6 +83,33 @@ def thinned(material: _Law, log_strain: Array, pulled: Pulled | None = None) -> 
             return trial[:, 2]
     found = f"{_name(material)}: no thickness with zero stress across the plane was found"
     raise FingerslipError(f"{found}; take plane strain, or smaller steps")
+
+
+def check_thickness(name: str, material: FiniteMaterial) -> None:
+    """Refuse a law that cannot be in plane stress: its thickness does not follow from the stress across.
+
+    Parameters
+    ----------
+    name : str
+        The region, for the error.
+    material : FiniteMaterial
+        Its law.
+
+    Raises
+    ------
+    InputError
+        Where at rest there is a stress across the plane, or no stiffness against strain across.
+    """
+    at_rest = np.zeros((1, 3))
+    stress = float(material.kirchhoff_stress(at_rest)[0, 2])
+    stiffness = float(material.kirchhoff_tangent(at_rest)[0, 2, 2])
+    if stiffness > 0.0 and abs(stress) <= _LAST * stiffness:
+        return
+    found = (
+        f"got {_name(material)}, whose stress across the plane is {stress:g} Pa at rest and grows by {stiffness:g} Pa"
+    )
+    repair = "take plane_strain, or correct kirchhoff_stress and kirchhoff_tangent of the law"
+    raise InputError(f"materials.{name}", found, "plane stress needs 0 Pa at rest, and growth with the strain", repair)
 
 
 def _name(material: _Law) -> str:

@@ -81,7 +81,7 @@ class PardisoSeries:
     Parameters
     ----------
     single : bool, optional
-        Whether factors around unknowns are of single precision: half the memory, and about two thirds of the time.
+        Whether factors around unknowns are of single precision: half their memory, and less time.
     """
 
     name: ClassVar[str] = Pardiso.name

@@ -29,9 +29,9 @@ def block(down=0.1, *, steps=4, element="Q4", time=None, **changes):
     return fs.Model(**(given | changes))
 
 
-def prepared(model):
+def prepared(model, solver=None):
     """Return the factors of a model and its first state."""
     system = build_system(model)
-    factors = Factors(system, make_scheme(model.time), model.damping, preferred_solver(), Stopwatch())
+    factors = Factors(system, make_scheme(model.time), model.damping, solver or preferred_solver(), Stopwatch())
     stepper = factors.renew(system.require_body().at(np.zeros(system.mass.shape[0])))
     return factors, first_state(stepper)

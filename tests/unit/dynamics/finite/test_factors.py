@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from fingerslip.dynamics.finite import factors as module
+from fingerslip.dynamics.finite.newton import advance_finite
+from fingerslip.errors import FingerslipError
+from fingerslip.linear.solvers.superlu import SuperLU
 from unit.dynamics.finite.blocks import block, prepared
+
+NONE = np.zeros((0, 2))
 
 
 def test_factors_are_kept_while_steps_stay_as_short():
@@ -69,3 +75,56 @@ def test_factors_look_no_further_than_cells_let_them():
     factors.used(100)
     factors.at(state.body, np.random.default_rng(0).normal(size=state.displacement.size) / factors.scheme.step)
     assert factors.made_of.body is state.body
+
+
+class Rough:
+    """A solver whose rough factors are those of a matrix in which each unknown is wrong by up to a factor."""
+
+    def __init__(self, wrong):
+        self.exact, self.wrong, self.made = SuperLU(), wrong, 0
+
+    def series(self):
+        return self.exact
+
+    def rough(self):
+        return self
+
+    def factorise(self, matrix):
+        self.made += 1
+        if self.wrong is None:
+            raise FingerslipError("the matrix is not positive definite")
+        wrong = sparse.diags(self.wrong ** np.random.default_rng(0).uniform(-1.0, 1.0, matrix.shape[0]))
+        return self.exact.factorise(sparse.csr_matrix(wrong @ matrix @ wrong))
+
+
+def test_rough_factors_are_replaced_in_a_step_that_they_do_not_solve():
+    model = block(0.02, steps=1)
+    ends = []
+    for wrong, serves in ((1.0, True), (1.01, True), (5.0, False)):
+        factors, state = prepared(model, solver=Rough(wrong))
+        ends.append(advance_finite(factors, state, 1.0, NONE, watch=factors.watch)[0].displacement)
+        assert (factors.count == 1) == serves
+        assert factors.made_of.rough == serves
+        assert factors.solver.made == 1
+    np.testing.assert_allclose(ends[1:], [ends[0]] * 2, atol=1e-6)
+
+
+def test_exact_factors_are_taken_where_rough_ones_cannot_be_made():
+    factors, _ = prepared(block(), solver=Rough(None))
+    assert not factors.made_of.rough
+    assert np.isfinite(factors.current.condensed.forward(np.ones(factors.system.mass.shape[0])).vector).all()
+
+
+@pytest.mark.parametrize("rough", [True, False])
+def test_saved_factors_are_made_again_as_they_were(rough):
+    factors, state = prepared(block(), solver=Rough(3.0))
+    factors.renew(state.body, rough=rough)
+    again, _ = prepared(block(), solver=Rough(3.0))
+    again.restore(*factors.saved())
+    assert again.made_of.rough == rough
+    right = np.ones(state.displacement.size)
+    one, other = (own.current.condensed for own in (factors, again))
+    nothing = np.zeros(0)
+    np.testing.assert_array_equal(
+        one.backward(one.forward(right), nothing), other.backward(other.forward(right), nothing)
+    )

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.errors import FingerslipError
-from fingerslip.fe.finite.thickness import Pulled, thinned
+from fingerslip.errors import FingerslipError, InputError
+from fingerslip.fe.finite.thickness import Pulled, check_thickness, thinned
 from unit.fe.finite.bodies import LAWS, SOFT
 
 
@@ -52,3 +52,30 @@ class _Pushing:
 def test_a_law_without_such_a_thickness_is_an_error_that_says_what_to_do():
     with pytest.raises(FingerslipError, match=r"_Pushing: no thickness .* take plane strain"):
         thinned(_Pushing(), np.zeros((1, 3)))
+
+
+class Sheet:
+    """A law without stiffness across the plane, or with a stress there at rest [Pa]."""
+
+    def __init__(self, stiffness, stress):
+        self.stiffness, self.stress = stiffness, stress
+
+    def kirchhoff_stress(self, log_strain):
+        return log_strain @ np.diag([1e4, 1e4, self.stiffness]) + [0.0, 0.0, self.stress]
+
+    def kirchhoff_tangent(self, log_strain):
+        return np.tile(np.diag([1e4, 1e4, self.stiffness]), (len(log_strain), 1, 1))
+
+
+@pytest.mark.parametrize("law", [*LAWS, Sheet(1.0, 0.0)], ids=lambda law: type(law).__name__)
+def test_laws_with_a_thickness_are_taken(law):
+    check_thickness("skin", law)
+
+
+@pytest.mark.parametrize(("stiffness", "stress"), [(0.0, 0.0), (-1.0, 0.0), (np.nan, np.nan), (1e4, 3.0)])
+def test_laws_without_a_thickness_are_refused(stiffness, stress):
+    expected = (
+        rf"materials\.skin: got Sheet, .* is {stress:g} Pa at rest and grows by {stiffness:g} Pa.*take plane_strain"
+    )
+    with pytest.raises(InputError, match=expected):
+        check_thickness("skin", Sheet(stiffness, stress))

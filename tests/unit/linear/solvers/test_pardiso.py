@@ -143,3 +143,33 @@ def test_a_series_goes_on_after_a_matrix_that_is_not_definite():
         series.factorise(sparse.csr_matrix(-1.0 * matrix))
     made = series.factorise(matrix)
     np.testing.assert_allclose(matrix @ made.backward(made.forward(np.ones(60))), np.ones(60))
+
+
+@needs_mkl
+@pytest.mark.parametrize("columns", [(), (3,)])
+def test_rough_factors_are_of_single_precision_and_keep_what_is_put_into_them(columns):
+    matrix, kept, right = (
+        positive_definite(60),
+        np.array([3, 5, 30]),
+        np.random.default_rng(0).normal(size=(60, *columns)),
+    )
+    exact, rough = SOLVER.series(), SOLVER.rough()
+    assert rough.bytes_around(matrix, kept) <= exact.bytes_around(matrix, kept)
+    solutions = []
+    for series in (exact, rough):
+        factor, schur = series.factorise_around(matrix, kept)
+        assert schur.dtype == np.float64
+        halfway = factor.forward(right)
+        halfway[kept] = np.linalg.solve(schur, halfway[kept])
+        solutions.append(factor.backward(halfway))
+        assert solutions[-1].dtype == np.float64
+        np.testing.assert_array_equal(solutions[-1][kept], halfway[kept])
+    error = np.abs(solutions[1] - solutions[0]).max() / np.abs(solutions[0]).max()
+    assert 1e-10 < error < 1e-5
+
+
+@needs_mkl
+def test_rough_solvers_have_exact_factors_of_all_unknowns():
+    matrix, right = positive_definite(60), np.arange(60.0)
+    factor, exact = SOLVER.rough().rough().factorise(matrix), SOLVER.factorise(matrix)
+    np.testing.assert_array_equal(factor.backward(factor.forward(right)), exact.backward(exact.forward(right)))
