@@ -27,7 +27,9 @@ def loaded(*arguments: str) -> set[str]:
     done = subprocess.run(
         [sys.executable, "-c", START, *arguments], capture_output=True, text=True, check=True, encoding="utf-8"
     )
-    assert done.stdout or "is not there" in done.stderr or "holds no" in done.stderr, done.stderr
+    assert done.stdout or "is not there" in done.stderr or "holds no" in done.stderr or "got" in done.stderr, (
+        done.stderr
+    )
     return set(done.stderr.split())
 
 
@@ -38,7 +40,14 @@ def test_help_loads_next_to_nothing(arguments: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize(
     "arguments",
-    [("examples",), ("schema",), ("show",), ("show", "wang2014-2d"), ("show", str(STUDIES / "wang2014_table2.yaml"))],
+    [
+        ("examples",),
+        ("schema",),
+        ("verify", "--list"),
+        ("show",),
+        ("show", "wang2014-2d"),
+        ("show", str(STUDIES / "wang2014_table2.yaml")),
+    ],
 )
 def test_what_is_only_read_loads_no_libraries_that_compute_or_draw(arguments: tuple[str, ...]) -> None:
     assert loaded(*arguments) & set(HEAVY) == set()
@@ -59,6 +68,8 @@ def test_what_is_only_read_loads_no_libraries_that_compute_or_draw(arguments: tu
         ("export", "none"),
         ("predict", "none", "--at", "a=1"),
         ("sensitivity", "none"),
+        ("verify", "--only", "none"),
+        ("validate", "--only", "none"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said_before_anything_slow_is_loaded(arguments: tuple[str, ...]) -> None:

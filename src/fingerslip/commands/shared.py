@@ -100,7 +100,8 @@ def print_tables(tables: Iterable[Table], as_json: bool = False) -> None:
     as_json : bool, optional
         Whether they are printed as one JSON list.
     """
-    from fingerslip.report.tables.table import to_mapping, to_rich
+    from fingerslip.report.tables.table import to_mapping
+    from fingerslip.report.tables.terminal import to_rich
 
     if as_json:
         typer.echo(json.dumps([to_mapping(table) for table in tables], indent=2, ensure_ascii=False, allow_nan=False))

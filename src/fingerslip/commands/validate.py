@@ -63,7 +63,8 @@ def validate(
     ]
     found = validation.compare(studies, results, workers, screen_progress(quiet), only=only, computed=computed)
     if as_json:
-        typer.echo(json.dumps(validation.comparison_mapping(found), indent=2))
+        mapping = validation.comparison_mapping(found)
+        typer.echo(json.dumps(mapping, indent=2, ensure_ascii=False, allow_nan=False))
     elif markdown:
         typer.echo(validation.comparison_markdown(found), nl=False)
     else:

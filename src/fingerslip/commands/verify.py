@@ -25,15 +25,12 @@ def verify(
 
     The exit code is 1 where an error is larger than allowed.
     """
-    from fingerslip.verification.catalogue import choose, known_names
+    from fingerslip.verification.catalogue import known_names
+    from fingerslip.verification.verify import verify as verify_problems
 
     if names:
         typer.echo("\n".join(known_names()))
         return
-    choose(only or ())  # a wrong name is said before anything slow is loaded
-
-    from fingerslip.verification.verify import verify as verify_problems
-
     found = verify_problems(only or (), (lambda _: None) if quiet else (lambda line: typer.echo(line, err=True)))
     if markdown:
         typer.echo(found.markdown)

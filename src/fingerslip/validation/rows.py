@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -150,8 +151,12 @@ def difference_from(ours: float, span: tuple[float, float]) -> float:
 
 
 def rows_mapping(rows: Sequence[Any]) -> list[dict[str, Any]]:
-    """Return rows, which are dataclasses, as plain data for JSON, in full precision; None where there is no number."""
-    return [dataclasses.asdict(row) for row in rows]
+    """Return rows, which are dataclasses, as plain data for JSON, in full precision; None for what is no number."""
+    return [{name: _plain(value) for name, value in dataclasses.asdict(row).items()} for row in rows]
+
+
+def _plain(value: Any) -> Any:
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def rows_table(rows: Sequence[Row], *origins: str) -> Table:

@@ -49,9 +49,9 @@ def test_slip_that_is_taken_for_rest_breaks_the_statement():
 def test_rows_are_computed_stored_and_read_back(tmp_path, monkeypatch):
     slides = synthetic_slides((3e-3, 4e-3), directions=2, repeats=5, travel=8e-3)
     trials = write_trials(slides, tmp_path / "slides", "Analytic")
-    monkeypatch.setattr(detection, "simulate_trials", lambda *_, **__: trials)
-    monkeypatch.setattr(detection, "Sampling", lambda: Sampling(least=0.0))
-    monkeypatch.setattr(detection, "MotionSettings", lambda: MotionSettings(20, 5))
+    monkeypatch.setattr("fingerslip.study.trials.simulate.simulate_trials", lambda *_, **__: trials)
+    monkeypatch.setattr("fingerslip.detect.samples.Sampling", lambda: Sampling(least=0.0))
+    monkeypatch.setattr("fingerslip.detect.motion.MotionSettings", lambda: MotionSettings(20, 5))
 
     def found(begun):
         begun.parts.keep("forest", 1, {"rows": np.arange(3)})
@@ -77,7 +77,7 @@ def test_every_classifier_has_a_row_for_each_condition_that_is_left_out():
 def test_every_condition_of_the_paper_is_left_out_once(tmp_path, monkeypatch):
     sensor = SyntheticSensor(frame_rate=67.0, rest_frames=100)
     slides = synthetic_slides((3e-3, 4e-3), directions=2, repeats=5, sensor=sensor, travel=14e-3)
-    monkeypatch.setattr(detection, "Sampling", lambda: Sampling(least=0.0))
+    monkeypatch.setattr("fingerslip.detect.samples.Sampling", lambda: Sampling(least=0.0))
     trials = write_trials(slides, tmp_path / "slides", "Analytic")
     found = detection.detection_of(detection.begun_detection(trials, 1))
     assert len(found.left_out) == 3

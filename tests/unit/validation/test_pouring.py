@@ -10,6 +10,7 @@ import pytest
 from fingerslip.detect.evaluation.events import event_scores_of
 from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.unseen import READINGS, Unseen
+from fingerslip.study.running import runner
 from fingerslip.validation import pouring
 from fingerslip.validation.pouring import pouring_rows, rows_of_pouring
 from places import ROOT
@@ -52,7 +53,7 @@ def test_shipped_rows_are_those_of_the_studies() -> None:
 
 def test_rows_are_computed_stored_and_read_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert pouring_rows(tmp_path, tmp_path).rows == ()
-    monkeypatch.setattr(pouring, "run_studies", lambda *_, **__: ())
+    monkeypatch.setattr(runner, "run_studies", lambda *_, **__: ())
     monkeypatch.setattr(pouring, "pouring_of", lambda *_: unseen(gross=None))
     made = pouring_rows(tmp_path, tmp_path, compute=True)
     assert pouring_rows(tmp_path, tmp_path).rows == made.rows == rows_of_pouring(unseen(gross=None))

@@ -88,6 +88,12 @@ def test_table_and_json_have_the_same_rows() -> None:
     assert set(plain[0]) == set(Row.__dataclass_fields__)
 
 
+def test_json_has_null_for_what_is_no_number() -> None:
+    (plain,) = rows_mapping([number_row("overall slip", TIME, float("nan"), None, resolution=0.01)])
+    assert (plain["ours"], plain["uncertainty"]) == (None, None)
+    json.dumps(plain, allow_nan=False)
+
+
 def test_markdown_says_how_it_was_made_and_keeps_misses() -> None:
     text = rows_markdown([number_row("overall slip", RANGE, 1.84, None, resolution=0.01)])
     assert "fingerslip validate --markdown" in text

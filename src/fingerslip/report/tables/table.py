@@ -1,4 +1,4 @@
-"""Tables: as data, for the terminal, in Markdown and as CSV."""
+"""Tables: as data, in Markdown, as CSV and for JSON."""
 
 from __future__ import annotations
 
@@ -6,16 +6,8 @@ import csv
 import enum
 import io
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
-
-import rich.box
-import rich.console
-import rich.table
-import rich.text
-from rich.cells import cell_len
-from rich.markup import escape
+from typing import Any
 
 __all__ = [
     "Cell",
@@ -28,7 +20,6 @@ __all__ = [
     "to_csv",
     "to_mapping",
     "to_markdown",
-    "to_rich",
     "typeset",
 ]
 
@@ -69,8 +60,6 @@ class Missing(enum.Enum):
 
 Cell = str | float | int | bool | Measured | Missing | None
 
-# Letters of a word that a column leaves whole, where there is room and where there is little.
-_WIDEST_WORD, _NARROWEST = 16, 7
 _TYPESET = (("^2", "²"), ("^3", "³"), ("um", "µm"))
 
 
@@ -156,93 +145,6 @@ class Table:
         """What stands below the table: its note and its legend."""
         legend = f"{self.legend}." if self.legend else ""
         return " ".join(text for text in (self.note, legend) if text)
-
-
-def to_rich(table: Table, width: int = 80) -> rich.console.Group:
-    """Turn a table into one for the terminal, with its remarks below it.
-
-    Parameters
-    ----------
-    table : Table
-        The table.
-    width : int, optional
-        Letters in a line of the terminal. Words are broken where it is narrow; where even that leaves no room for all
-        columns, every row becomes a list of its cells.
-    """
-    widths = _widths(table, width)
-    shown = _listed(table) if widths is None else [_gridded(table, widths)]
-    # A caption of the table itself would be as narrow as the table.
-    remarks = rich.text.Text(f"{table.remarks}\n" if table.remarks else "", style="dim italic")
-    return rich.console.Group(*shown, remarks)
-
-
-def _gridded(table: Table, widths: Sequence[int]) -> rich.table.Table:
-    shown = rich.table.Table(
-        title=escape(table.title), title_justify="left", box=rich.box.SIMPLE_HEAD, padding=0, pad_edge=False
-    )
-    for index, column in enumerate(table.columns):
-        justify: Literal["left", "right"] = "right" if is_numeric(table, index) else "left"
-        heading = escape(column.heading.replace(" [", "\n["))
-        shown.add_column(heading, justify=justify, width=widths[index], overflow="fold")
-    for index, cells in enumerate(texts(table)):
-        shown.add_row(*(escape(cell) for cell in cells), style="bold" if index in table.marked else None)
-    return shown
-
-
-def _listed(table: Table) -> list[rich.console.RenderableType]:
-    """Write every row as a list of its cells, under the title."""
-    shown: list[rich.console.RenderableType] = [rich.text.Text(f"{table.title}\n", style="italic")]
-    for index, cells in enumerate(texts(table)):
-        row = rich.table.Table.grid(padding=(0, 1))
-        row.add_column(overflow="fold", style="dim")
-        row.add_column(overflow="fold", style="bold" if index in table.marked else "")
-        for column, cell in zip(table.columns, cells, strict=True):
-            row.add_row(escape(column.heading), escape(cell))
-        shown += [row, rich.text.Text()]
-    return shown
-
-
-def _widths(table: Table, width: int) -> list[int] | None:
-    """Return the width of each column; None where no table fits without breaking numbers or very short words."""
-    columns = list(zip(*texts(table), strict=True)) or [()] * len(table.columns)
-    measured = [
-        _measured(column.heading, cells, is_numeric(table, index))
-        for index, (column, cells) in enumerate(zip(table.columns, columns, strict=True))
-    ]
-    floors, *stages = (list(one) for one in zip(*measured, strict=True))
-    # Between any two columns, and at both ends, there is one space.
-    room = width - len(floors) - 1
-    if sum(floors) > room:
-        return None
-    widths = floors
-    for wanted in stages:
-        widths = _filled(widths, wanted, room)
-    return widths
-
-
-def _measured(heading: str, cells: Sequence[str], numeric: bool) -> tuple[int, int, int, int]:
-    """Return the least width of a column, those that leave usual and all words whole, and one that breaks no line."""
-    lines = (*heading.replace(" [", "\n[").split("\n"), *cells)
-    words = [cell_len(word) for line in lines for word in line.split()]
-    # A number is never broken.
-    kept = max(map(cell_len, cells), default=0) if numeric else 1
-    longest = max(words, default=1)
-    return (
-        max(kept, min(longest, _NARROWEST)),
-        max(kept, min(longest, _WIDEST_WORD)),
-        max(kept, longest),
-        max(kept, *map(cell_len, lines)),
-    )
-
-
-def _filled(widths: Sequence[int], wanted: Sequence[int], room: int) -> list[int]:
-    """Widen columns as far as they want and there is room, first those that lack least."""
-    found, left = list(widths), room - sum(widths)
-    for index in sorted(range(len(found)), key=lambda index: wanted[index] - found[index]):
-        more = min(max(wanted[index] - found[index], 0), left)
-        found[index] += more
-        left -= more
-    return found
 
 
 def to_markdown(table: Table) -> str:

@@ -9,7 +9,8 @@ from rich.console import Console
 
 from fingerslip.published import published
 from fingerslip.report.tables.compare import compare_table, statements_table
-from fingerslip.report.tables.table import Missing, to_rich
+from fingerslip.report.tables.table import Missing
+from fingerslip.report.tables.terminal import to_rich
 from fingerslip.results import RunResult
 from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
 

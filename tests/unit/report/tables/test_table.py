@@ -1,4 +1,4 @@
-"""Tables as data, for the terminal, in Markdown and as CSV."""
+"""Tables as data, in Markdown, as CSV and for JSON."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import csv
 import io
 import json
 
-import pytest
 from rich.console import Console
 
 from fingerslip.report.tables.table import (
@@ -18,9 +17,9 @@ from fingerslip.report.tables.table import (
     to_csv,
     to_mapping,
     to_markdown,
-    to_rich,
     typeset,
 )
+from fingerslip.report.tables.terminal import to_rich
 
 
 def test_cells_with_bars_and_commas_stay_one_cell() -> None:
@@ -34,28 +33,6 @@ def test_a_measured_number_shows_its_uncertainty_and_stays_a_number() -> None:
     assert to_markdown(table).splitlines()[2:] == ["| 1.705 ± 0.006 |", "|  |"]
     assert is_numeric(table, 0)
     assert list(csv.reader(io.StringIO(to_csv(table))))[1] == ["1.7046"]
-
-
-def test_a_heading_with_brackets_survives_the_terminal() -> None:
-    console = Console(width=80, record=True, file=io.StringIO())
-    console.print(to_rich(Table("t [a]", (Column("time", "s", 3),), ((1.0,),), note="[b] stays")))
-    text = console.export_text()
-    assert "t [a]" in text
-    assert "[s]" in text
-    assert "[b]" in text
-
-
-def test_a_missing_value_says_why_and_the_legend_explains_what_is_there() -> None:
-    rows = ((1.5,), (Missing.NOT_RECORDED,), (Missing.NO_EVENT,), (Missing.NO_EVENT,))
-    table = Table("t", (Column("time", "s", 2),), rows, note="A note.")
-    assert to_markdown(table).splitlines()[3:5] == ["| n/r |", "| none |"]
-    assert table.legend == "none: the event did not happen; n/r: not recorded in this run"
-    assert table.remarks == f"A note. {table.legend}."
-    assert to_markdown(table).endswith(f"\n\n{table.legend}.\n")
-    assert list(csv.reader(io.StringIO(to_csv(table)))) == [["time"], ["1.5"], [""], [""], [""]]
-    console = Console(width=80, record=True, file=io.StringIO())
-    console.print(to_rich(table))
-    assert "none: the event did not happen" in console.export_text()
 
 
 def test_reasons_have_texts_of_their_own() -> None:
@@ -78,14 +55,6 @@ def test_columns_of_missing_numbers_are_columns_of_numbers() -> None:
 def test_significant_digits_are_those_of_the_column() -> None:
     column = Column("force", significant=4)
     assert (column.format(0.159664), column.format(Measured(0.159664, 0.000485523))) == ("0.1597", "0.1597 ± 0.00049")
-
-
-def test_marked_rows_stand_out_in_the_terminal() -> None:
-    table = Table("t", (Column("a"),), (("plain",), ("special",)), marked=(1,))
-    console = Console(width=40, force_terminal=True, file=io.StringIO(), record=True)
-    console.print(to_rich(table))
-    lines = console.export_text(styles=True).splitlines()
-    assert [bool("\x1b[1m" in line) for line in lines if "plain" in line or "special" in line] == [False, True]
 
 
 def test_units_are_typeset() -> None:
@@ -114,45 +83,20 @@ def test_json_keeps_numbers_and_says_why_values_are_missing() -> None:
     }
 
 
-def printed(table: Table, width: int) -> list[str]:
-    console = Console(width=width, record=True, file=io.StringIO())
-    console.print(to_rich(table, width))
-    return console.export_text().splitlines()
-
-
-WIDE = Table(
-    "Checked",
-    (Column("study"), Column("run"), *(Column(f"number {n}", "s", 1) for n in range(5)), Column("state")),
-    ((("a_long_file_name.yaml"), "variant-flattened_friction-0.4", *(12345.5 + n for n in range(5)), "to do"),) * 2,
-    note="What a reader has to know.",
-)
-
-
-@pytest.mark.parametrize("width", [20, 30, 40, 60, 80, 100, 160])
-def test_a_terminal_shows_every_cell_whole_whatever_its_width(width: int) -> None:
-    lines = printed(WIDE, width)
-    assert max(map(len, lines)) <= width
-    for number in range(5):
-        assert sum(f"{12345.5 + number:.1f}" in line for line in lines) == 2, "numbers are never broken"
-    letters = "".join("".join(lines).split())
-    assert "…" not in letters
-    if width in {20, 160}:
-        assert "a_long_file_name.yaml" in letters
-        assert "variant-flattened_friction-0.4" in letters
-
-
-def test_where_no_table_fits_rows_become_lists() -> None:
-    lines = [line.rstrip() for line in printed(WIDE, 40)]
-    assert lines[0] == "Checked"
-    assert "number 0 [s] 12345.5" in lines
-    assert lines[-2] == "What a reader has to know."
-
-
-def test_a_table_without_rows_or_columns_is_printed() -> None:
-    assert printed(Table("t", (Column("a"), Column("b")), ()), 30)[0].startswith("t")
-
-
 def test_json_has_null_for_what_is_no_number() -> None:
     table = Table("t", (Column("a"),), ((float("nan"),), (Measured(1.0, float("inf")),), (1.5,), (None,)))
     rows = json.loads(json.dumps(to_mapping(table), allow_nan=False))["rows"]
     assert rows == [[None], [{"value": 1.0, "uncertainty": None}], [1.5], [None]]
+
+
+def test_a_missing_value_says_why_and_the_legend_explains_what_is_there() -> None:
+    rows = ((1.5,), (Missing.NOT_RECORDED,), (Missing.NO_EVENT,), (Missing.NO_EVENT,))
+    table = Table("t", (Column("time", "s", 2),), rows, note="A note.")
+    assert to_markdown(table).splitlines()[3:5] == ["| n/r |", "| none |"]
+    assert table.legend == "none: the event did not happen; n/r: not recorded in this run"
+    assert table.remarks == f"A note. {table.legend}."
+    assert to_markdown(table).endswith(f"\n\n{table.legend}.\n")
+    assert list(csv.reader(io.StringIO(to_csv(table)))) == [["time"], ["1.5"], [""], [""], [""]]
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(to_rich(table))
+    assert "none: the event did not happen" in console.export_text()

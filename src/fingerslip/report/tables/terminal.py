@@ -1,0 +1,140 @@
+"""Tables for the terminal: grids whose columns fit its width, or lists of cells where no grid can be read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import rich.box
+import rich.console
+import rich.table
+import rich.text
+from rich.cells import cell_len
+from rich.markup import escape
+
+from fingerslip.report.tables.table import Table, is_numeric, texts
+
+__all__ = ["to_rich"]
+
+# Letters of a word that a column leaves whole, where there is room and where there is little.
+_WIDEST_WORD, _NARROWEST = 16, 7
+
+
+def to_rich(table: Table, width: int = 80) -> rich.console.Group:
+    """Turn a table into one for the terminal, with its remarks below it.
+
+    Parameters
+    ----------
+    table : Table
+        The table.
+    width : int, optional
+        Letters in a line of the terminal. Words are broken where it is narrow; where even that leaves no room for all
+        columns, or long texts would stand in narrow ones, every row becomes a list of its cells.
+    """
+    widths = _widths(table, width)
+    shown = _listed(table) if widths is None else [_gridded(table, widths)]
+    # A caption of the table itself would be as narrow as the table.
+    remarks = rich.text.Text(f"{table.remarks}\n" if table.remarks else "", style="dim italic")
+    return rich.console.Group(*shown, remarks)
+
+
+def _gridded(table: Table, widths: Sequence[int]) -> rich.table.Table:
+    shown = rich.table.Table(
+        title=escape(table.title), title_justify="left", box=rich.box.SIMPLE_HEAD, padding=0, pad_edge=False
+    )
+    for index, column in enumerate(table.columns):
+        justify: Literal["left", "right"] = "right" if is_numeric(table, index) else "left"
+        heading = escape(column.heading.replace(" [", "\n["))
+        shown.add_column(heading, justify=justify, width=widths[index], overflow="fold")
+    for index, cells in enumerate(texts(table)):
+        shown.add_row(*(escape(cell) for cell in cells), style="bold" if index in table.marked else None)
+    return shown
+
+
+def _listed(table: Table) -> list[rich.console.RenderableType]:
+    """Write every row as a list of its cells, under the title."""
+    shown: list[rich.console.RenderableType] = [rich.text.Text(f"{table.title}\n", style="italic")]
+    for index, cells in enumerate(texts(table)):
+        row = rich.table.Table.grid(padding=(0, 1))
+        row.add_column(overflow="fold", style="dim")
+        row.add_column(overflow="fold", style="bold" if index in table.marked else "")
+        for column, cell in zip(table.columns, cells, strict=True):
+            row.add_row(escape(column.heading), escape(cell))
+        shown += [row, rich.text.Text()]
+    return shown
+
+
+def _widths(table: Table, width: int) -> list[int] | None:
+    """Return the width of each column; None where none fits without breaking numbers, short or many words."""
+    columns = list(zip(*texts(table), strict=True)) or [()] * len(table.columns)
+    measured = [
+        _measured(column.heading, cells, is_numeric(table, index))
+        for index, (column, cells) in enumerate(zip(table.columns, columns, strict=True))
+    ]
+    floors, *stages = (list(one) for one in zip(*measured, strict=True))
+    # Between any two columns, and at both ends, there is one space.
+    room = width - len(floors) - 1
+    if sum(floors) > room:
+        return None
+    widths = floors
+    for wanted in stages:
+        widths = _filled(widths, wanted, room)
+    return widths if _is_readable(table, widths, width) else None
+
+
+def _is_readable(table: Table, widths: Sequence[int], width: int) -> bool:
+    """Tell whether a grid is no longer than rows written as lists, where each broken word counts as two lines."""
+    headings = [column.heading.replace(" [", "\n[") for column in table.columns]
+    beside = width - max((cell_len(column.heading) for column in table.columns), default=0) - 2
+    grid, listed = 0, 0
+    for cells in (headings, *texts(table)):
+        wrapped = [_wrapped(cell, own) for cell, own in zip(cells, widths, strict=True)]
+        grid += max((lines for lines, _ in wrapped), default=0) + 2 * sum(broken for _, broken in wrapped)
+        listed += sum(_wrapped(cell, max(beside, 1))[0] for cell in cells) + 1
+    # Headings stand once above the grid, and beside every cell of a list.
+    return grid <= max(listed, 2 * len(table.columns))
+
+
+def _wrapped(text: str, width: int) -> tuple[int, int]:
+    """Return how many lines a text takes in a width, and how many of its words are broken there.
+
+    Examples
+    --------
+    >>> _wrapped("incipient slip", 14), _wrapped("incipient slip", 10), _wrapped("incipient slip", 7)
+    ((1, 0), (2, 0), (2, 1))
+    """
+    lines, broken = 0, 0
+    for line in text.split("\n"):
+        lines, used = lines + 1, 0
+        for size in map(cell_len, line.split()):
+            if used and used + 1 + size > width:
+                lines, used = lines + 1, 0
+            more = max(-(-size // width) - 1, 0)
+            lines, broken = lines + more, broken + (more > 0)
+            used = size - more * width + (used + 1 if used else 0)
+    return lines, broken
+
+
+def _measured(heading: str, cells: Sequence[str], numeric: bool) -> tuple[int, int, int, int]:
+    """Return the least width of a column, those that leave usual and all words whole, and one that breaks no line."""
+    lines = (*heading.replace(" [", "\n[").split("\n"), *cells)
+    words = [cell_len(word) for line in lines for word in line.split()]
+    # A number is never broken.
+    kept = max(map(cell_len, cells), default=0) if numeric else 1
+    longest = max(words, default=1)
+    return (
+        max(kept, min(longest, _NARROWEST)),
+        max(kept, min(longest, _WIDEST_WORD)),
+        max(kept, longest),
+        max(kept, *map(cell_len, lines)),
+    )
+
+
+def _filled(widths: Sequence[int], wanted: Sequence[int], room: int) -> list[int]:
+    """Widen columns as far as they want and there is room, first those that lack least."""
+    found, left = list(widths), room - sum(widths)
+    for index in sorted(range(len(found)), key=lambda index: wanted[index] - found[index]):
+        more = min(max(wanted[index] - found[index], 0), left)
+        found[index] += more
+        left -= more
+    return found

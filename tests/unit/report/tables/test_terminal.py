@@ -1,0 +1,77 @@
+"""Tables on a terminal of any width."""
+
+from __future__ import annotations
+
+import io
+
+import pytest
+from rich.console import Console
+
+from fingerslip.report.tables.table import Column, Table
+from fingerslip.report.tables.terminal import to_rich
+
+
+def test_a_heading_with_brackets_survives_the_terminal() -> None:
+    console = Console(width=80, record=True, file=io.StringIO())
+    console.print(to_rich(Table("t [a]", (Column("time", "s", 3),), ((1.0,),), note="[b] stays")))
+    text = console.export_text()
+    assert "t [a]" in text
+    assert "[s]" in text
+    assert "[b]" in text
+
+
+def test_marked_rows_stand_out_in_the_terminal() -> None:
+    table = Table("t", (Column("a"),), (("plain",), ("special",)), marked=(1,))
+    console = Console(width=40, force_terminal=True, file=io.StringIO(), record=True)
+    console.print(to_rich(table))
+    lines = console.export_text(styles=True).splitlines()
+    assert [bool("\x1b[1m" in line) for line in lines if "plain" in line or "special" in line] == [False, True]
+
+
+def printed(table: Table, width: int) -> list[str]:
+    console = Console(width=width, record=True, file=io.StringIO())
+    console.print(to_rich(table, width))
+    return console.export_text().splitlines()
+
+
+WIDE = Table(
+    "Checked",
+    (Column("study"), Column("run"), *(Column(f"number {n}", "s", 1) for n in range(5)), Column("state")),
+    ((("a_long_file_name.yaml"), "variant-flattened_friction-0.4", *(12345.5 + n for n in range(5)), "to do"),) * 2,
+    note="What a reader has to know.",
+)
+
+
+@pytest.mark.parametrize("width", [20, 30, 40, 60, 80, 100, 160])
+def test_a_terminal_shows_every_cell_whole_whatever_its_width(width: int) -> None:
+    lines = printed(WIDE, width)
+    assert max(map(len, lines)) <= width
+    for number in range(5):
+        assert sum(f"{12345.5 + number:.1f}" in line for line in lines) == 2, "numbers are never broken"
+    letters = "".join("".join(lines).split())
+    assert "…" not in letters
+    if width in {20, 160}:
+        assert "a_long_file_name.yaml" in letters
+        assert "variant-flattened_friction-0.4" in letters
+
+
+def test_where_no_table_fits_rows_become_lists() -> None:
+    lines = [line.rstrip() for line in printed(WIDE, 40)]
+    assert lines[0] == "Checked"
+    assert "number 0 [s] 12345.5" in lines
+    assert lines[-2] == "What a reader has to know."
+
+
+def test_a_table_without_rows_or_columns_is_printed() -> None:
+    assert printed(Table("t", (Column("a"), Column("b")), ()), 30)[0].startswith("t")
+
+
+def test_long_texts_in_narrow_columns_become_lists() -> None:
+    quantity = "travel of the plate at overall slip over friction times depth, original (accumulated slip)"
+    columns = (*map(Column, ("quantity", "source", "published")), *(Column(f"number {n}", "s", 3) for n in range(4)))
+    table = Table("Beside each other", columns, ((quantity, "wang2014, Table 2", "1.71", 1.0, 2.0, 3.0, 4.0),) * 3)
+    narrow, wide = printed(table, 50), printed(table, 160)
+    assert "number 3 [s] 4.000" in [line.rstrip() for line in narrow]
+    assert any(line.split()[-4:] == ["1.000", "2.000", "3.000", "4.000"] for line in wide)
+    words = quantity.split()
+    assert all(any(word in line.split() for line in narrow) for word in words), "no word is broken"
