@@ -200,6 +200,15 @@ def film_results(
         yield make(path.name, history, filming, seed=seed + zlib.crc32(path.name.encode()), conditions=own)
 
 
+def _single(values: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    """Yield path and value of each single value, of groups too that were swept together."""
+    for path, value in values.items():
+        if isinstance(value, Mapping):
+            yield from _single({f"{path}.{name}": one for name, one in value.items()})
+        else:
+            yield path, value
+
+
 def _of_sensor(path: str) -> str:
     """Return the name of the condition that a value of the sensor is: the last two parts of its path; else nothing."""
     name = "_".join(path.split(".")[-2:])
@@ -209,7 +218,7 @@ def _of_sensor(path: str) -> str:
 def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:
     """Return what was swept and sampled as conditions: the last part of its path, in SI units."""
     found: dict[str, Any] = {}
-    for path, value in values.items():
+    for path, value in _single(values):
         name = path.rpartition(".")[2]
         if name in ("static", "friction_coefficient"):
             found["friction_coefficient"] = float(value)

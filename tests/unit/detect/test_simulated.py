@@ -136,7 +136,8 @@ def test_moduli_and_shape_of_a_sweep_are_conditions(tmp_path: Path, monkeypatch:
     swept = {
         f"tactip.materials.{name}.youngs_modulus": text for name, text in (("skin", "0.65 MPa"), ("gel", "10 kPa"))
     }
-    swept |= {"tactip.dome.radius": "15 mm", "tactip.rods.length": "1 mm", "tactip.skin.ridges.height": "2 mm"}
+    swept |= {"tactip.rods.length": "1 mm", "tactip.skin.ridges.height": "2 mm"}
+    swept |= {"tactip.dome": {"radius": "15 mm", "height": "15 mm"}}
     swept |= {"tactip.materials.gel.poisson_ratio": 0.49}
     result = SimpleNamespace(swept=swept, sampled={"contact.friction.static_kinetic.static": 0.7})
     monkeypatch.setattr(simulated, "stored_result", lambda _: result)
