@@ -5,7 +5,8 @@
 
 A plate with Coulomb friction 0.85 presses the sensor and slides along its plane of symmetry, in quasi-static steps of
 `--part` [mm]. Linear tetrahedra with nodal integration, as in the sections that go through at large strain. A run that
-ends early says where, and its rows until then are printed. Forces are those of the whole sensor.
+ends early, also by Ctrl-C, says where, and its rows until then are printed. Forces are those of the whole sensor; the
+error stream has them for each step.
 """
 
 from __future__ import annotations
@@ -58,8 +59,8 @@ def stepped(model: fs.Model) -> tuple[xr.Dataset, str, float]:
                 seen = sim.step()
                 force = 2.0 * seen["counterface_force"][0]
                 sys.stderr.write(f"{sim.time:.3f} s, {force[1]:.3f} N, {time.process_time() - start:.0f} CPU s\n")
-        except FingerslipError as error:
-            why = str(error)
+        except (FingerslipError, KeyboardInterrupt) as error:
+            why = str(error) or "interrupted"
         return sim.history(), why, time.process_time() - start
 
 
@@ -81,7 +82,7 @@ def rows_of(history: xr.Dataset, depth: float, travel: float) -> list[list[float
 
 
 def _is_told(length: float) -> bool:
-    """Tell whether a length is a whole number of half millimetres, and not none."""
+    """Tell whether a length is a whole number of half millimetres above none."""
     halves = length / 0.5e-3
     return round(halves) > 0 and abs(halves - round(halves)) < 1e-6
 
