@@ -1,0 +1,37 @@
+"""Draw the rows of trials alone, such as those of other moduli or shapes, of a table of fingerslip detect vary.
+
+First: fingerslip detect vary TRIALS --each CONDITION ... --output FOLDER
+Then: python docs/figures/alone_figure.py FOLDER docs/figures/detection-shape.png
+"""
+
+from __future__ import annotations
+
+import csv
+import sys
+from pathlib import Path
+
+from fingerslip.detect.evaluation.bootstrap import Estimate
+from fingerslip.report.figures.detection import assumption_figure
+from fingerslip.report.figures.save import save_figure
+
+_WORDS = 4
+
+
+def main() -> None:
+    """Draw the first row, all trials together, and those of each combination alone."""
+    folder, target = map(Path, sys.argv[1:3])
+    with (folder / "assumptions.csv").open(newline="", encoding="utf-8") as file:
+        names, *rows = csv.reader(file)
+    chosen = [("all together", rows[0]), *((row[1], row) for row in rows if row[0] == "trials alone of")]
+    drawn = [(words, dict(zip(names[_WORDS:], map(estimate, row[_WORDS:]), strict=True))) for words, row in chosen]
+    save_figure(assumption_figure(drawn), target)
+
+
+def estimate(text: str) -> Estimate:
+    """Return an estimate from its text, such as '0.912 [0.894, 0.929]'."""
+    value, low, high = (float(one) for one in text.replace("[", "").replace("]", "").replace(",", "").split())
+    return Estimate(value, low, high)
+
+
+if __name__ == "__main__":
+    main()
