@@ -15,7 +15,7 @@ import pytest
 from fingerslip import results
 from fingerslip.errors import ResultError
 from fingerslip.results import RefusedRun, RunResult, StudyResult
-from fingerslip.slip import MEASURES, Events, SlipEvents
+from fingerslip.slip import MEASURES, Events, Found, SlipEvents
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage.summary import (
@@ -55,7 +55,8 @@ def test_summary_has_exactly_the_promised_columns(write_study: Write) -> None:
 
 @pytest.mark.usefixtures("reports", "simulated")
 def test_event_that_did_not_happen_is_an_empty_field(write_study: Write, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(results, "find_events", lambda _: Events(acceleration=SlipEvents(recorded=False)))
+    none = Found(Events(acceleration=SlipEvents(recorded=False)))
+    monkeypatch.setattr(results, "find_slip", lambda _: none)
     result = run(write_study())
     lines = (result.folder / "summary.csv").read_text().splitlines()
     assert lines[1].startswith("friction_coefficient-0.2,0.2" + "," * 13 + "slip displacement,")
