@@ -76,7 +76,7 @@ OTHER = {
     "integration": {"selective": "full", "nodal": "full"},
     "kinematics": "finite",
     "contact.boundary": "pad",
-    "dynamics.basis": "automatic",
+    "dynamics.basis": "full",
     "contact.clearance": None,  # may not be given with an offset; see below
     "time.scheme": None,
     "record.receptors.0": "FA-II",
