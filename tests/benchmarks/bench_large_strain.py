@@ -1,8 +1,10 @@
 """What large strain costs: a run of a shipped study at small and at large strain, in turns in one process.
 
     python tests/benchmarks/bench_large_strain.py [--study finite_strain] [--end 0.5] [--repeat 2] [--threads 1]
+        [--alone]
 
 Prints the time of both and their ratio; of large strain the iterations, the factorisations, the split and the memory.
+``--alone`` leaves out the run at small strain.
 Beside each number stands that of ``results/reference/benchmark_large_strain.json``, where it has the same case;
 ``--write FILE`` writes the case into such a file.
 """
@@ -38,11 +40,13 @@ def models(study: str, end: float | None) -> dict[str, fs.Model]:
     return {kind: dataclasses.replace(model, kinematics=kind) for kind in ("small", "finite")}
 
 
-def measure(study: str, end: float | None, repeat: int, threads: int | None) -> dict[str, float]:
+def measure(study: str, end: float | None, repeat: int, threads: int | None, *, alone: bool) -> dict[str, float]:
     """Return the least times of some repetitions, and what else is known of the run at large strain."""
+    kinds = ("finite",) if alone else ("small", "finite")
     found: dict[str, float] = {}
     for _ in range(repeat):
-        for kind, model in models(study, end).items():
+        for kind in kinds:
+            model = models(study, end)[kind]
             start, cpu = time.perf_counter(), time.process_time()
             history = fs.simulate(model, threads=threads)
             times = {f"{kind}, clock [s]": time.perf_counter() - start, f"{kind}, CPU [s]": time.process_time() - cpu}
@@ -50,7 +54,9 @@ def measure(study: str, end: float | None, repeat: int, threads: int | None) -> 
                 for clock, short in (("seconds", "clock"), ("cpu_seconds", "CPU")):
                     times |= {f"{part}, {short} [s]": history.attrs.get(f"{clock}_{part}", 0.0) for part in PARTS}
             found |= {name: min(value, found.get(name, value)) for name, value in times.items()}
-    ratios = {f"ratio, {own}": found[f"finite, {own} [s]"] / found[f"small, {own} [s]"] for own in ("clock", "CPU")}
+    ratios = {}
+    if not alone:
+        ratios = {f"ratio, {own}": found[f"finite, {own} [s]"] / found[f"small, {own} [s]"] for own in ("clock", "CPU")}
     counts = {name: float(history.attrs[name]) for name in COUNTS}
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     return found | ratios | counts | {"steps": float(history.sizes["time"] - 1), "largest memory [GB]": memory}
@@ -69,11 +75,15 @@ def main() -> None:
     parser.add_argument("--end", type=float)
     parser.add_argument("--repeat", type=int, default=2)
     parser.add_argument("--threads", type=int)
+    parser.add_argument("--alone", action="store_true", help="large strain without small strain beside it")
     parser.add_argument("--write", type=Path, metavar="FILE", help="write the numbers, to compare with later")
     given = parser.parse_args()
     case = given.study if given.end is None else f"{given.study} to {given.end:g} s"
     reference = json.loads(REFERENCE.read_text(encoding="utf-8"))["cases"] if REFERENCE.exists() else {}
-    found, known = measure(given.study, given.end, given.repeat, given.threads), reference.get(case, {})
+    found, known = (
+        measure(given.study, given.end, given.repeat, given.threads, alone=given.alone),
+        reference.get(case, {}),
+    )
     sys.stdout.write(f"{case:26}{'now':>12}{'before':>12}{'ratio':>8}\n")
     sys.stdout.write("".join(line(name, value, known.get(name)) for name, value in found.items()))
     if given.write:
