@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from fingerslip.dynamics.recording.steps import step_count
-from fingerslip.dynamics.step.sharing import first_alike, material_key, same_body
+from fingerslip.dynamics.step.sharing import first_alike, material_key, same_body, same_matrix
 from fingerslip.dynamics.system.checks import checked
 from fingerslip.model import Model
 from fingerslip.study.running.cost import basis_saves
@@ -46,13 +46,14 @@ def _is_open(job: Job) -> bool:
 
 
 def _saves(models: Sequence[Model]) -> bool:
-    """Tell whether a basis saves time in all motions of a body together; a motion alone has the mesh."""
-    if len(models) == 1 or any(_needs_mesh(model) for model in models):
+    """Tell whether a basis saves time in all motions of a body together; never for a motion alone."""
+    if any(_needs_mesh(model) for model in models):
         return False
     known = checked(models[0])
     nodes = {*known.site_nodes.tolist(), *(node for own in known.candidates for node in own.nodes.tolist())}
-    # The first motion tries out how many vibrations the basis needs, and is then computed again.
-    steps = sum(map(step_count, models[1:]))
+    # The first motion with each matrix may try out how many vibrations it needs, and is then computed again.
+    first = first_alike(models, same_matrix)
+    steps = sum(step_count(model) for number, model in enumerate(models) if first[number] != number)
     return basis_saves(known.free.size, known.space.dim * len(nodes), steps, known.space.dim)
 
 

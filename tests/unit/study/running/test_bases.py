@@ -56,10 +56,15 @@ def test_runs_that_share_a_body_are_counted_together(write_study: Write, tmp_pat
     assert 0 < interface < unknowns
 
 
-def test_a_run_alone_takes_the_mesh(write_study: Write, tmp_path: Path, asked: list[Any]) -> None:
-    alone = values("automatic", sweep={"materials.block.poisson_ratio": [0.2, 0.3]}, time={"step": "0.1 ms"})
+@pytest.mark.parametrize("path", ["materials.block.poisson_ratio", "time.alpha"])
+def test_a_run_with_a_matrix_of_its_own_takes_the_mesh(
+    write_study: Write, tmp_path: Path, asked: list[tuple[int, ...]], path: str
+) -> None:
+    swept = {path: [0.2, 0.3] if path.startswith("materials") else [-0.05, -0.1]}
+    alone = values("automatic", sweep=swept, time={"step": "0.1 ms"})
     assert chosen(write_study(alone), tmp_path) == ["full"] * 2
-    assert asked == []
+    # Nothing is saved where each run is the first one with its matrix.
+    assert {steps for _, _, steps, _ in asked} == {0}
 
 
 @pytest.mark.parametrize(("basis", "wanted"), [("full", "full"), ("reduced", "reduced")])
