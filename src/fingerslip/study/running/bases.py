@@ -60,7 +60,8 @@ def _saves(models: Sequence[Model]) -> bool:
 def _needs_mesh(model: Model) -> bool:
     """Tell whether a model is never computed in a basis: :func:`~fingerslip.dynamics.reduced.march.march_reduced`."""
     relaxes = any(getattr(material, "prony", ()) for material in model.materials.values())
-    return relaxes or model.is_finite or bool(model.support_motions) or isinstance(model.time, Adaptive)
+    damped = any(body.dampers for body in model.bodies.values())
+    return relaxes or damped or model.is_finite or bool(model.support_motions) or isinstance(model.time, Adaptive)
 
 
 def _decided(job: Job, *, reduced: bool) -> Job:

@@ -112,12 +112,17 @@ def test_decisions_leave_everything_else_as_it_was(write_study: Write, tmp_path:
         {"prony": [{"share": 0.3, "time": "0.1 s"}]},
         {"time": {"step": "auto", "output": "2 ms"}},
         {
+            "programme": [],
+            "bodies": {"plate": {"mass": "1 g", "free": ["y"], "dampers": {"y": "1 N s/m"}, "programme": []}},
+            "time": {"step": "2 ms", "end": "20 ms"},
+        },
+        {
             "support_motions": {
                 "top": {"displacement": ["0 mm", "1 um"], "ramp": {"times": ["0 s", "0.1 s"], "factors": [0, 1]}}
             }
         },
     ],
-    ids=["large strain", "relaxing", "steps that control their error", "moving supports"],
+    ids=["large strain", "relaxing", "steps that control their error", "damped bodies", "moving supports"],
 )
 def test_what_a_basis_does_not_know_takes_the_mesh(
     write_study: Write, tmp_path: Path, asked: list[Any], changes: dict[str, Any]
