@@ -15,9 +15,12 @@ import argparse
 import dataclasses
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import fingerslip as fs
 from fingerslip.errors import FingerslipError
@@ -25,6 +28,7 @@ from fingerslip.linear.threads import limited_threads
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.specimens.tactip import PRESETS
 from fingerslip.specimens.tactip.meshing.source import SensorSolidSizes
+from problems.sensors import pressed_sensor
 
 SPEED = 5e-3
 
@@ -34,20 +38,8 @@ def model_of(skin: str, sizes: tuple[float, ...], depth: float, travel: float, p
     sensor = PRESETS.changed({"preset": f"tactip-{skin}-3d"})
     contact_size, bulk_size, rod_size = sizes
     mesh = SensorSolidSizes(contact_size=contact_size, bulk_size=bulk_size, rod_size=rod_size).build(sensor)
-    plane = fs.Plane((0.0, 1.0, 0.0))
-    contact = fs.Contact("contact", plane, fs.Coulomb(0.85), normal_penalty=5e9, tangential_penalty=5e9)
-    return fs.Model(
-        mesh=mesh,
-        materials=sensor.materials,
-        formulation="solid",
-        depth=1.0,
-        supports=sensor.supports(3),
-        integration="nodal",
-        contacts=(contact,),
-        time=fs.QuasiStatic(part / SPEED),
-        record=fs.Recording(sites=sensor.sites(("internal_markers",), 3)),
-        programme=(fs.Press(depth, SPEED), fs.Slide(travel, SPEED)),
-    )
+    programme = (fs.Press(depth, SPEED), fs.Slide(travel, SPEED))
+    return pressed_sensor(sensor, mesh, fs.Coulomb(0.85), programme, step=part / SPEED)
 
 
 def stepped(model: fs.Model) -> tuple[xr.Dataset, str, float]:

@@ -15,6 +15,32 @@ from fingerslip.sites import Site
 from fingerslip.specimens.tactip import TacTip
 
 
+def pressed_sensor(
+    sensor: TacTip,
+    mesh: skfem.Mesh,
+    friction: FrictionLaw,
+    programme: Sequence[Phase],
+    *,
+    step: float,
+    reach: float | None = None,
+) -> fs.Model:
+    """Return a sensor in space that a plate moves in steps [s], with its internal markers."""
+    plane = fs.Plane((0.0, 1.0, 0.0))
+    contact = fs.Contact("contact", plane, friction, normal_penalty=5e9, tangential_penalty=5e9, search_distance=reach)
+    return fs.Model(
+        mesh=mesh,
+        materials=sensor.materials,
+        formulation="solid",
+        depth=1.0,
+        supports=sensor.supports(3),
+        integration="nodal",
+        contacts=(contact,),
+        time=fs.QuasiStatic(step),
+        record=fs.Recording(sites=sensor.sites(("internal_markers",), 3)),
+        programme=tuple(programme),
+    )
+
+
 def slid_sensor(
     sensor: TacTip,
     mesh: skfem.Mesh,
@@ -27,20 +53,6 @@ def slid_sensor(
     patch: float,
 ) -> tuple[tuple[Site, ...], StaticMotion]:
     """Return the internal markers of a sensor, and their motion in steps [s]; the rest as for `static_body`."""
-    plane = fs.Plane((0.0, 1.0, 0.0))
-    contact = fs.Contact("contact", plane, friction, normal_penalty=5e9, tangential_penalty=5e9, search_distance=reach)
-    sites = sensor.sites(("internal_markers",), 3)
-    model = fs.Model(
-        mesh=mesh,
-        materials=sensor.materials,
-        formulation="solid",
-        depth=1.0,
-        supports=sensor.supports(3),
-        integration="nodal",
-        contacts=(contact,),
-        time=fs.QuasiStatic(step),
-        record=fs.Recording(sites=sites),
-        programme=tuple(programme),
-    )
+    model = pressed_sensor(sensor, mesh, friction, programme, step=step, reach=reach)
     body = static_body(model, reach=reach, hidden=hidden, patch=patch)
-    return sites, march_static(body, contact, model.programme, step)
+    return model.record.sites, march_static(body, model.contacts[0], model.programme, step)
