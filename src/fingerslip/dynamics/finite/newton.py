@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.finite.factors import Factors
 from fingerslip.dynamics.finite.mixing import Mixing
-from fingerslip.dynamics.step.contact_step import ContactStep, solve_step
+from fingerslip.dynamics.step.contact_step import GOAL, ContactStep, solve_step
 from fingerslip.dynamics.step.prediction import Prediction, predict_ends
 from fingerslip.dynamics.step.release import fading_forces
 from fingerslip.dynamics.step.state import State
@@ -41,6 +41,8 @@ _MOST, _HALVINGS, _RENEWALS = 60, 8, 15
 # Residual over that of the iteration before, from which on an iteration is slow; how many slow ones in a row ask for
 # new factors, and how many once there were some in the step.
 _SLOW, _PATIENCE, _LITTLE = 0.7, 3, 1
+# What contact may miss its law by in an iteration, over the error of the iteration before, and at most.
+_OF_ERROR, _COARSEST = 1e-3, 1e-5
 # Contraction that is expected before any is known.
 _USUAL = 0.1
 _PROBLEM = "motion at large strain"
@@ -122,7 +124,8 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
     found, mixing, contact = _first(stepper, start, watch), Mixing(), None
     last, contraction, slow, renewals = np.inf, _USUAL, 0, 0
     for iteration in range(1, _MOST + 1):
-        solved = _linearised(stepper, start, found, contact, watch)
+        goal = max(GOAL, min(_OF_ERROR * last, _COARSEST))
+        solved = _linearised(stepper, start, found, contact, goal, watch=watch)
         contact = solved.contact
         if iteration > 1:
             contraction = min(solved.error / last, 1.0)
@@ -170,9 +173,9 @@ def _first(stepper: Stepper, start: Prediction, watch: Stopwatch) -> _Iterate:
 
 
 def _linearised(
-    stepper: Stepper, start: Prediction, found: _Iterate, earlier: ContactStep | None, watch: Stopwatch
+    stepper: Stepper, start: Prediction, found: _Iterate, earlier: ContactStep | None, goal: float, *, watch: Stopwatch
 ) -> _Linearised:
-    """Solve the step linearised about an iterate; contact is searched from that of an earlier iteration."""
+    """Solve the step linearised about an iterate; contact is searched from that of an earlier iteration, to a goal."""
     system = stepper.system
     here = replace(
         start,
@@ -183,7 +186,7 @@ def _linearised(
     with watch.part("substitution"):
         halfway = stepper.condensed.forward(found.residual)
     with watch.part("contact"):
-        contact = solve_step(stepper, here, halfway.local[stepper.rows], earlier=earlier)
+        contact = solve_step(stepper, here, halfway.local[stepper.rows], earlier=earlier, goal=goal)
         force = weighted_forces(stepper, contact)
         forces = np.zeros_like(halfway.local)
         forces[stepper.rows] = force.ravel()

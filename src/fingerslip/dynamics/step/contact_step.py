@@ -29,6 +29,7 @@ Array = NDArray[np.float64]
 # space. Where rounding keeps a step from the goal, up to the tolerance it is still far finer than what is reported.
 GOAL = 1e-12
 TOLERANCE = 1e-10
+_MISSED_BY = TOLERANCE / GOAL
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,9 @@ class ContactStep:
         return forces
 
 
-def solve_step(stepper: Stepper, start: Prediction, local: Array, *, earlier: ContactStep | None = None) -> ContactStep:
+def solve_step(
+    stepper: Stepper, start: Prediction, local: Array, *, earlier: ContactStep | None = None, goal: float = GOAL
+) -> ContactStep:
     """Find the contact forces of a step.
 
     The frames of curved counterfaces are those at the predicted motion, about which the gap is linear.
@@ -83,6 +86,8 @@ def solve_step(stepper: Stepper, start: Prediction, local: Array, *, earlier: Co
         The candidates' part of the unknown without contact forces, in the unit of the scheme's unknown.
     earlier : ContactStep, optional
         Contact of an earlier iteration of the step, from which the search starts.
+    goal : float
+        Residual at which the search ends, relative to the largest contact force [-].
 
     Raises
     ------
@@ -92,7 +97,7 @@ def solve_step(stepper: Stepper, start: Prediction, local: Array, *, earlier: Co
     frames, relative = _free_motion(stepper, start, local.reshape(start.moved.shape))
     constant = stepper.constant_frames is not None
     compliance = stepper.compliance if constant else replace(stepper.compliance, frames=frames)
-    found = _solved(stepper, start, compliance, frames, relative, earlier=earlier)
+    found = _solved(stepper, start, compliance, frames, relative, earlier=earlier, goal=goal)
     marks = _changes(stepper, start, found)
     if not marks.any():
         return _faded(stepper, start, found)
@@ -102,7 +107,8 @@ def solve_step(stepper: Stepper, start: Prediction, local: Array, *, earlier: Co
         dropped = np.maximum(dropped, marks)
         release, release_force = drop(stepper.scheme, forces, before.release, dropped, frames[:, 0])
         given = in_frames(frames, release_force) / stepper.scheme.end_weight
-        again = _solved(stepper, start, compliance, frames, relative + compliance.response(given), earlier=found)
+        free = relative + compliance.response(given)
+        again = _solved(stepper, start, compliance, frames, free, earlier=found, goal=goal)
         found = replace(again, release=release, release_force=release_force)
         marks = _changes(stepper, start, found)
     return found
@@ -131,7 +137,8 @@ def _solved(
     frames: Array,
     relative: Array,
     *,
-    earlier: ContactStep | None = None,
+    earlier: ContactStep | None,
+    goal: float,
 ) -> ContactStep:
     """Solve the contact problem for a motion `relative` (n_c, dim) [m] without contact forces.
 
@@ -144,9 +151,9 @@ def _solved(
     old = start.before.working_set if earlier is None else earlier.working_set
     first, origin = (before.forces, None) if earlier is None else (earlier.solution.forces, before.forces)
     solution, working_set = solve_contact(
-        compliance, problem, coefficients, first, GOAL, working_set=old, origin=origin
+        compliance, problem, coefficients, first, goal, working_set=old, origin=origin
     )
-    _check_solved(stepper, start, solution)
+    _check_solved(stepper, start, solution, goal * _MISSED_BY)
     response = compliance.response(solution.forces) if solution.response is None else solution.response
     return ContactStep(frames, coefficients, relative + response, solution, working_set)
 
@@ -169,13 +176,13 @@ def _free_motion(stepper: Stepper, start: Prediction, unknown: Array) -> tuple[A
     return frames, relative
 
 
-def _check_solved(stepper: Stepper, start: Prediction, solution: ContactSolution) -> None:
-    if not solution.residual <= TOLERANCE:
+def _check_solved(stepper: Stepper, start: Prediction, solution: ContactSolution, tolerance: float) -> None:
+    if not solution.residual <= tolerance:
         nodes = stepper.system.candidates.nodes
         raise ConvergenceError(
             start.time,
             int(nodes[solution.worst]) if nodes.size else -1,
             solution.residual,
-            TOLERANCE,
+            tolerance,
             "try a smaller time step, softer contact penalties or less friction",
         )
