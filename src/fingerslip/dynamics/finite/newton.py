@@ -1,14 +1,14 @@
-"""Newton's method in a step at large strain: the bulk linearised about the last iterate, contact solved exactly.
+"""Newton's method in a step at large strain: the bulk linearised about the last iterate, contact solved on its own.
 
 With the elastic force R(u), the step from 0 to 1 finds the unknown x of ::
 
     M a_1 + w_1 (R(u_1) + C v_1 - f_1 - B^T r_1) = w_0 F_0,    u_1 = u~ + c_u x,    v_1 = v~ + c_v x,    a_1 = c_a x
 
 An iteration solves for the change of x with the effective matrix A of some tangent, condensed onto the contact nodes:
-the forces r obey the law of contact at the new displacement, whatever the iterate. So the only residual is that of the
-equation of motion, and of curved counterfaces, whose gap is linear about the iterate. It shrinks from one iteration to
-the next the more, the nearer the tangent is; iterates are mixed so that it shrinks faster
-(:mod:`fingerslip.dynamics.finite.mixing`).
+the forces r obey the law of contact at the new displacement, whatever the iterate, far better than the iterate itself
+obeys its equation. So the only residual is that of the equation of motion, and of curved counterfaces, whose gap is
+linear about the iterate. It shrinks from one iteration to the next the more, the nearer the tangent is; iterates are
+mixed so that it shrinks faster (:mod:`fingerslip.dynamics.finite.mixing`).
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ _MOST, _HALVINGS, _RENEWALS = 60, 8, 15
 # Residual over that of the iteration before, from which on an iteration is slow; how many slow ones in a row ask for
 # new factors, and how many once there were some in the step.
 _SLOW, _PATIENCE, _LITTLE = 0.7, 3, 1
-# What contact may miss its law by in an iteration, over the error of the iteration before, and at most.
+# What contact may miss its law by in an iteration, over the error of the iteration before, and at most. On the shipped
+# fingertip in space this takes as many iterations as 1e-12 does, and moves accelerations by 5e-6 of the largest.
 _OF_ERROR, _COARSEST = 1e-3, 1e-5
 # Contraction that is expected before any is known.
 _USUAL = 0.1
