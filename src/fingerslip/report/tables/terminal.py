@@ -19,7 +19,7 @@ __all__ = ["to_rich"]
 
 # Words of so many letters are never broken; longer ones first where their parts meet, as in `displacement_threshold`.
 _WHOLE = 16
-_PART = re.compile(r".+?(?:(?<=\w)[_/-](?=\w)|$)")
+_PART = re.compile(r".+?(?:(?<=\w)[_/-](?=\w)|(?<=\w)\.(?=[a-z])|$)")
 
 
 def to_rich(table: Table, width: int = 80) -> rich.console.Group:
@@ -34,7 +34,7 @@ def to_rich(table: Table, width: int = 80) -> rich.console.Group:
         all columns, or long texts would stand in narrow ones, every row becomes a list of its cells.
     """
     widths = _widths(table, width)
-    shown = _listed(table) if widths is None else [_gridded(table, widths)]
+    shown = _listed(table, width) if widths is None else [_gridded(table, widths)]
     # A caption of the table itself would be as narrow as the table.
     remarks = rich.text.Text(f"{table.remarks}\n" if table.remarks else "", style="dim italic")
     return rich.console.Group(*shown, remarks)
@@ -54,15 +54,17 @@ def _gridded(table: Table, widths: Sequence[int]) -> rich.table.Table:
     return shown
 
 
-def _listed(table: Table) -> list[rich.console.RenderableType]:
+def _listed(table: Table, width: int) -> list[rich.console.RenderableType]:
     """Write every row as a list of its cells, under the title."""
+    # Where headings leave less room, they are narrowed rather than the cells.
+    beside = max(_beside(table, width), _WHOLE)
     shown: list[rich.console.RenderableType] = [rich.text.Text(f"{table.title}\n", style="italic")]
     for index, cells in enumerate(texts(table)):
         row = rich.table.Table.grid(padding=(0, 1))
         row.add_column(overflow="fold", style="dim")
         row.add_column(overflow="fold", style="bold" if index in table.marked else "")
         for column, cell in zip(table.columns, cells, strict=True):
-            row.add_row(escape(column.heading), escape(cell))
+            row.add_row(escape(column.heading), escape("\n".join(_wrapped(cell, beside)[0])))
         shown += [row, rich.text.Text()]
     return shown
 
@@ -88,14 +90,19 @@ def _widths(table: Table, width: int) -> list[int] | None:
 def _is_readable(table: Table, widths: Sequence[int], width: int) -> bool:
     """Tell whether a grid is no longer than rows written as lists, where each broken word counts as two lines."""
     headings = [column.heading.replace(" [", "\n[") for column in table.columns]
-    beside = width - max((cell_len(column.heading) for column in table.columns), default=0) - 2
+    beside = _beside(table, width)
     grid, listed = 0, 0
     for cells in (headings, *texts(table)):
         wrapped = [_wrapped(cell, own) for cell, own in zip(cells, widths, strict=True)]
         grid += max((len(lines) for lines, _ in wrapped), default=0) + 2 * sum(broken for _, broken in wrapped)
-        listed += sum(len(_wrapped(cell, max(beside, 1))[0]) for cell in cells) + 1
+        listed += sum(len(_wrapped(cell, beside)[0]) for cell in cells) + 1
     # Headings stand once above the grid, and beside every cell of a list.
     return grid <= max(listed, 2 * len(table.columns))
+
+
+def _beside(table: Table, width: int) -> int:
+    """Return the room beside the headings of a list."""
+    return max(width - max((cell_len(column.heading) for column in table.columns), default=0) - 2, 1)
 
 
 def _wrapped(text: str, width: int) -> tuple[list[str], int]:

@@ -107,3 +107,11 @@ def test_columns_that_lack_as_much_become_as_wide() -> None:
         ["no_slip", *["0.893", "[0.855,"] * 3],
         ["0.930]"] * 3,
     ]
+
+
+def test_long_names_in_lists_break_where_their_parts_meet() -> None:
+    columns = tuple(map(Column, ("value", "slope_standard_error", *(f"a rather long heading {n}" for n in range(4)))))
+    table = Table("t", columns, (("fingertip.phalanx.sagittal.concavity_depth", *("0.0123456789",) * 5),))
+    lines = [line.strip() for line in printed(table, 50)]
+    assert "value                   fingertip.phalanx." in lines
+    assert "sagittal.concavity_depth" in lines
