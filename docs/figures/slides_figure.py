@@ -1,4 +1,4 @@
-"""Draw the figure of simulated slides in docs/detection.md.
+"""Draw the figure of simulated slides in docs/detection.md, and print when slip begins in them.
 
 First: fingerslip detect simulate studies/bulens2023_dataset.yaml --output bulens2023
 Then: python docs/figures/slides_figure.py bulens2023
@@ -30,6 +30,20 @@ def main() -> None:
     for name in trials.names:
         first.setdefault(trials.conditions[name]["indentation"], name)
     save_figure(draw(trials, tuple(first.values())), HERE / "tactip-slides.png")
+    print_onsets(trials, tuple(first))
+
+
+def print_onsets(trials: TrialSet, depths: tuple[float, ...]) -> None:
+    """Print the mean times of both onsets since the film began, by indentation and kind of label."""
+    for depth in depths:
+        names = [name for name in trials.names if trials.conditions[name]["indentation"] == depth]
+        for source in ("external_markers", "contact"):
+            onsets = [trials.labels(name)[source] for name in names]
+            means = [
+                np.mean([getattr(one, event) for one in onsets if getattr(one, event) is not None])
+                for event in ("incipient", "gross")
+            ]
+            sys.stdout.write(f"{1e3 * depth:g} mm, {source}: {means[0]:.2f} s, {means[1]:.2f} s\n")
 
 
 @styled

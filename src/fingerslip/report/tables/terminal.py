@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Literal
 
@@ -9,15 +10,16 @@ import rich.box
 import rich.console
 import rich.table
 import rich.text
-from rich.cells import cell_len
+from rich.cells import cell_len, chop_cells
 from rich.markup import escape
 
 from fingerslip.report.tables.table import Table, is_numeric, texts
 
 __all__ = ["to_rich"]
 
-# Letters of a word that a column leaves whole, where there is room and where there is little.
-_WIDEST_WORD, _NARROWEST = 16, 7
+# Words of so many letters are never broken; longer ones first where their parts meet, as in `displacement_threshold`.
+_WHOLE = 16
+_PART = re.compile(r".+?(?:(?<=\w)[_/-](?=\w)|(?<=\w)\.(?=[a-z])|$)")
 
 
 def to_rich(table: Table, width: int = 80) -> rich.console.Group:
@@ -28,11 +30,11 @@ def to_rich(table: Table, width: int = 80) -> rich.console.Group:
     table : Table
         The table.
     width : int, optional
-        Letters in a line of the terminal. Words are broken where it is narrow; where even that leaves no room for all
-        columns, or long texts would stand in narrow ones, every row becomes a list of its cells.
+        Letters in a line of the terminal. Long words are broken where it is narrow; where even that leaves no room for
+        all columns, or long texts would stand in narrow ones, every row becomes a list of its cells.
     """
     widths = _widths(table, width)
-    shown = _listed(table) if widths is None else [_gridded(table, widths)]
+    shown = _listed(table, width) if widths is None else [_gridded(table, widths)]
     # A caption of the table itself would be as narrow as the table.
     remarks = rich.text.Text(f"{table.remarks}\n" if table.remarks else "", style="dim italic")
     return rich.console.Group(*shown, remarks)
@@ -44,22 +46,25 @@ def _gridded(table: Table, widths: Sequence[int]) -> rich.table.Table:
     )
     for index, column in enumerate(table.columns):
         justify: Literal["left", "right"] = "right" if is_numeric(table, index) else "left"
-        heading = escape(column.heading.replace(" [", "\n["))
-        shown.add_column(heading, justify=justify, width=widths[index], overflow="fold")
+        heading = _wrapped(column.heading.replace(" [", "\n["), widths[index])[0]
+        shown.add_column(escape("\n".join(heading)), justify=justify, width=widths[index], overflow="fold")
     for index, cells in enumerate(texts(table)):
-        shown.add_row(*(escape(cell) for cell in cells), style="bold" if index in table.marked else None)
+        wrapped = (_wrapped(cell, own)[0] for cell, own in zip(cells, widths, strict=True))
+        shown.add_row(*(escape("\n".join(one)) for one in wrapped), style="bold" if index in table.marked else None)
     return shown
 
 
-def _listed(table: Table) -> list[rich.console.RenderableType]:
+def _listed(table: Table, width: int) -> list[rich.console.RenderableType]:
     """Write every row as a list of its cells, under the title."""
+    # Where headings leave less room, they are narrowed rather than the cells.
+    beside = max(_beside(table, width), _WHOLE)
     shown: list[rich.console.RenderableType] = [rich.text.Text(f"{table.title}\n", style="italic")]
     for index, cells in enumerate(texts(table)):
         row = rich.table.Table.grid(padding=(0, 1))
         row.add_column(overflow="fold", style="dim")
         row.add_column(overflow="fold", style="bold" if index in table.marked else "")
         for column, cell in zip(table.columns, cells, strict=True):
-            row.add_row(escape(column.heading), escape(cell))
+            row.add_row(escape(column.heading), escape("\n".join(_wrapped(cell, beside)[0])))
         shown += [row, rich.text.Text()]
     return shown
 
@@ -85,56 +90,70 @@ def _widths(table: Table, width: int) -> list[int] | None:
 def _is_readable(table: Table, widths: Sequence[int], width: int) -> bool:
     """Tell whether a grid is no longer than rows written as lists, where each broken word counts as two lines."""
     headings = [column.heading.replace(" [", "\n[") for column in table.columns]
-    beside = width - max((cell_len(column.heading) for column in table.columns), default=0) - 2
+    beside = _beside(table, width)
     grid, listed = 0, 0
     for cells in (headings, *texts(table)):
         wrapped = [_wrapped(cell, own) for cell, own in zip(cells, widths, strict=True)]
-        grid += max((lines for lines, _ in wrapped), default=0) + 2 * sum(broken for _, broken in wrapped)
-        listed += sum(_wrapped(cell, max(beside, 1))[0] for cell in cells) + 1
+        grid += max((len(lines) for lines, _ in wrapped), default=0) + 2 * sum(broken for _, broken in wrapped)
+        listed += sum(len(_wrapped(cell, beside)[0]) for cell in cells) + 1
     # Headings stand once above the grid, and beside every cell of a list.
     return grid <= max(listed, 2 * len(table.columns))
 
 
-def _wrapped(text: str, width: int) -> tuple[int, int]:
-    """Return how many lines a text takes in a width, and how many of its words are broken there.
+def _beside(table: Table, width: int) -> int:
+    """Return the room beside the headings of a list."""
+    return max(width - max((cell_len(column.heading) for column in table.columns), default=0) - 2, 1)
+
+
+def _wrapped(text: str, width: int) -> tuple[list[str], int]:
+    """Return the lines of a text in a width, and how many of its words are broken within a part.
 
     Examples
     --------
-    >>> _wrapped("incipient slip", 14), _wrapped("incipient slip", 10), _wrapped("incipient slip", 7)
-    ((1, 0), (2, 0), (2, 1))
+    >>> _wrapped("time_threshold slips", 14), _wrapped("time_threshold", 10), _wrapped("incipient", 7)
+    ((['time_threshold', 'slips'], 0), (['time_', 'threshold'], 0), (['incipie', 'nt'], 1))
     """
-    lines, broken = 0, 0
+    lines, broken = [], 0
     for line in text.split("\n"):
-        lines, used = lines + 1, 0
-        for size in map(cell_len, line.split()):
-            if used and used + 1 + size > width:
-                lines, used = lines + 1, 0
-            more = max(-(-size // width) - 1, 0)
-            lines, broken = lines + more, broken + (more > 0)
-            used = size - more * width + (used + 1 if used else 0)
+        if cell_len(line) <= width:
+            lines.append(line)
+            continue
+        own = [""]
+        for word in line.split():
+            parts = [word] if cell_len(word) <= width else _PART.findall(word)
+            for number, part in enumerate(parts):
+                joined = own[-1] + (" " if own[-1] and not number else "") + part
+                if cell_len(joined) <= width:
+                    own[-1] = joined
+                    continue
+                chopped = chop_cells(part, width)
+                broken += len(chopped) > 1
+                own += chopped
+        lines += own[1:] if not own[0] else own
     return lines, broken
 
 
-def _measured(heading: str, cells: Sequence[str], numeric: bool) -> tuple[int, int, int, int]:
-    """Return the least width of a column, those that leave usual and all words whole, and one that breaks no line."""
+def _measured(heading: str, cells: Sequence[str], numeric: bool) -> tuple[int, int, int]:
+    """Return the least width of a column, one that leaves all words whole, and one that breaks no line."""
     lines = (*heading.replace(" [", "\n[").split("\n"), *cells)
-    words = [cell_len(word) for line in lines for word in line.split()]
+    words = [word for line in lines for word in line.split()]
+    # A word that need not be whole may be broken where its parts meet.
+    parts = [part for word in words for part in _PART.findall(word)]
     # A number is never broken.
     kept = max(map(cell_len, cells), default=0) if numeric else 1
-    longest = max(words, default=1)
     return (
-        max(kept, min(longest, _NARROWEST)),
-        max(kept, min(longest, _WIDEST_WORD)),
-        max(kept, longest),
+        max(kept, min(max(map(cell_len, parts), default=1), _WHOLE)),
+        max(kept, *map(cell_len, words), 1),
         max(kept, *map(cell_len, lines)),
     )
 
 
 def _filled(widths: Sequence[int], wanted: Sequence[int], room: int) -> list[int]:
-    """Widen columns as far as they want and there is room, first those that lack least."""
+    """Widen columns as far as they want and there is room, which those that lack most share evenly."""
     found, left = list(widths), room - sum(widths)
-    for index in sorted(range(len(found)), key=lambda index: wanted[index] - found[index]):
-        more = min(max(wanted[index] - found[index], 0), left)
+    by_lack = sorted(range(len(found)), key=lambda index: wanted[index] - found[index])
+    for rest, index in zip(range(len(found), 0, -1), by_lack, strict=True):
+        more = min(max(wanted[index] - found[index], 0), left // rest)
         found[index] += more
         left -= more
     return found

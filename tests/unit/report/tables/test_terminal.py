@@ -75,3 +75,43 @@ def test_long_texts_in_narrow_columns_become_lists() -> None:
     assert any(line.split()[-4:] == ["1.000", "2.000", "3.000", "4.000"] for line in wide)
     words = quantity.split()
     assert all(any(word in line.split() for line in narrow) for word in words), "no word is broken"
+
+
+PREDICTED = Table(
+    "Predicted for friction 0.6",
+    tuple(map(Column, ("output", "unit", "predicted", "from", "to", "error", "largest error", "Q²"))),
+    (("incipient slip", "s", 0.12345, 0.12123, 0.12567, 0.0011, 0.0023, 0.987),) * 3,
+)
+
+
+@pytest.mark.parametrize("width", [40, 60, 80])
+def test_usual_words_are_whole_whatever_the_width(width: int) -> None:
+    words = [word for line in printed(PREDICTED, width) for word in line.split()]
+    assert {"incipient", "slip", "predicted", "largest", "error"} <= set(words)
+
+
+def test_long_names_break_where_their_parts_meet() -> None:
+    names = ("displacement_threshold", "residual_threshold")
+    columns = (Column("event"), *map(Column, names))
+    table = Table("t", columns, (("onset", "-0.907 [-1.189, -0.635]", "-0.537 [-0.681, -0.387]"),) * 4)
+    lines = printed(table, 34)
+    assert ["displacement_", "residual_"] in [line.split() for line in lines]
+    assert any(line.split()[1:] == ["threshold", "threshold"] for line in lines)
+
+
+def test_columns_that_lack_as_much_become_as_wide() -> None:
+    interval = "0.893 [0.855, 0.930]"
+    columns = tuple(map(Column, ("class", "precision", "recall", "F1")))
+    lines = printed(Table("t", columns, (("no_slip", interval, interval, interval),)), 60)
+    assert [line.split() for line in lines][-4:-2] == [
+        ["no_slip", *["0.893", "[0.855,"] * 3],
+        ["0.930]"] * 3,
+    ]
+
+
+def test_long_names_in_lists_break_where_their_parts_meet() -> None:
+    columns = tuple(map(Column, ("value", "slope_standard_error", *(f"a rather long heading {n}" for n in range(4)))))
+    table = Table("t", columns, (("fingertip.phalanx.sagittal.concavity_depth", *("0.0123456789",) * 5),))
+    lines = [line.strip() for line in printed(table, 50)]
+    assert "value                   fingertip.phalanx." in lines
+    assert "sagittal.concavity_depth" in lines
