@@ -5,8 +5,8 @@
 
 A plate with Coulomb friction 0.85 presses the sensor and slides along its plane of symmetry, in quasi-static steps of
 `--part` [mm]. Linear tetrahedra with nodal integration, as in the sections that go through at large strain. A run that
-ends early says where, also by Ctrl-C, which ends it after the step; its rows until then are printed. Forces are those of the whole sensor; the
-error stream has them for each step.
+ends early says where, also by Ctrl-C, which ends it after the step; its rows until then are printed. Forces are those
+of the whole sensor; the error stream has them for each step.
 """
 
 from __future__ import annotations
@@ -45,7 +45,8 @@ def model_of(skin: str, sizes: tuple[float, ...], depth: float, travel: float, p
 
 def stepped(model: fs.Model) -> tuple[xr.Dataset, str, float]:
     """Return the history as far as it goes, why it ended early, and processor seconds."""
-    start, why, stops = time.process_time(), "", []
+    start, why = time.process_time(), ""
+    stops: list[str] = []
     # A step that is interrupted has no factors, so that one stops between steps.
     signal.signal(signal.SIGINT, lambda *_: stops.append("interrupted"))
     with limited_threads(1), fs.Simulation(model, threads=1) as sim:
