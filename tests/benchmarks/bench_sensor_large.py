@@ -5,14 +5,15 @@
 
 A plate with Coulomb friction 0.85 presses the sensor and slides along its plane of symmetry, in quasi-static steps of
 `--part` [mm]. Linear tetrahedra with nodal integration, as in the sections that go through at large strain. A run that
-ends early, also by Ctrl-C, says where, and its rows until then are printed. Forces are those of the whole sensor; the
-error stream has them for each step.
+ends early says where, also by Ctrl-C, which ends it after the step; its rows until then are printed. Forces are those
+of the whole sensor; the error stream has them for each step.
 """
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
+import signal
 import sys
 import time
 from pathlib import Path
@@ -45,15 +46,18 @@ def model_of(skin: str, sizes: tuple[float, ...], depth: float, travel: float, p
 def stepped(model: fs.Model) -> tuple[xr.Dataset, str, float]:
     """Return the history as far as it goes, why it ended early, and processor seconds."""
     start, why = time.process_time(), ""
+    stops: list[str] = []
+    # A step that is interrupted has no factors, so that one stops between steps.
+    signal.signal(signal.SIGINT, lambda *_: stops.append("interrupted"))
     with limited_threads(1), fs.Simulation(model, threads=1) as sim:
         try:
-            while not sim.is_finished:
+            while not (sim.is_finished or stops):
                 seen = sim.step()
                 force = 2.0 * seen["counterface_force"][0]
                 sys.stderr.write(f"{sim.time:.3f} s, {force[1]:.3f} N, {time.process_time() - start:.0f} CPU s\n")
-        except (FingerslipError, KeyboardInterrupt) as error:
-            why = str(error) or "interrupted"
-        return sim.history(), why, time.process_time() - start
+        except FingerslipError as error:
+            why = str(error)
+        return sim.history(), why or "".join(stops[:1]), time.process_time() - start
 
 
 def rows_of(history: xr.Dataset, depth: float, travel: float) -> list[list[float]]:

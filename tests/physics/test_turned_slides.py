@@ -1,4 +1,4 @@
-"""A slide in another direction is the slide along x, turned: a whole small dome, slid at 45 degrees, and its half."""
+"""A slide in another direction is the slide along x, turned: whole small sensors, slid at 45 degrees, and halves."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from fingerslip.specimens.tactip import PRESETS, marker_places
 from fingerslip.specimens.tactip.sites import modelled_places
 from fingerslip.study.trials.turned import turned_whole
 from problems.sensors import slid_sensor
+from problems.whole_sensors import slid_beside_half
 
 TURN = np.pi / 4
 CHANGES = {
@@ -43,3 +44,17 @@ def test_a_whole_dome_slid_at_45_degrees_moves_as_its_half_turned():
     error = np.linalg.norm((own - own[0]) - (turned - turned[0]), axis=2).max()
     assert error < 0.02 * size
     assert force[:, 1] == pytest.approx(2.0 * of_half[:, 1], rel=0.02, abs=1e-9)
+
+
+@pytest.mark.slow
+def test_a_whole_ridged_sensor_moves_as_its_half_to_rounding_and_turned_as_the_mesh_allows():
+    ridges, markers = {"number": 1, "height": "2 mm"}, {"rings": [1, 8], "spacing": "3.3 mm"}
+    changes = {**CHANGES, "markers": markers, "skin": {"ridges": ridges}}
+    sensor = dataclasses.replace(PRESETS.changed({"preset": "tactip-ridged-3d", **changes}), part="whole")
+    sizes = {"contact_size": 1.2e-3, "contact_reach": 2.5e-3, "rod_size": 0.6e-3}
+    mesh = dataclasses.replace(sensor.default_mesh, **sizes).build(sensor)
+    straight, aside, _, _ = slid_beside_half(sensor, mesh, fs.Coulomb(0.85), depth=1.5e-3, travel=1e-3, part=0.25e-3)
+    assert max(straight.markers, straight.forces) < 1e-8
+    # The mesh does not look the same after the turn.
+    assert aside.markers < 0.05
+    assert aside.forces < 0.02

@@ -13,7 +13,9 @@ that of any other simulation; larger patches are an approximation of the contact
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +35,8 @@ __all__ = ["StaticBody", "static_body"]
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-_AT_ONCE = 64
+# Right-hand sides at once: fewer take longer, more take memory.
+_AT_ONCE = 32
 
 
 @dataclass(frozen=True)
@@ -91,16 +94,38 @@ def static_body(
         For a model that is not of this kind, and where nothing is within reach.
     """
     _check_kind(model)
+    surface = _surface(model, reach, hidden, patch)
+    found = _answers(surface.stiffness, surface.reads, solver or preferred_solver())
+    return StaticBody(surface.nodes, surface.positions, surface.area, *found[:2], surface.watched, found[2])
+
+
+class _Surface(NamedTuple):
+    """A body and its surface that may touch.
+
+    `stiffness` (n, n) is in N/m; `reads` are the maps from the n unknowns to patches, sites and watched nodes; the rest
+    is that of `StaticBody`.
+    """
+
+    stiffness: sparse.csr_matrix
+    reads: tuple[sparse.csr_matrix, sparse.csr_matrix, sparse.csr_matrix]
+    nodes: Integers
+    positions: Floats
+    area: Floats
+    watched: Floats
+
+
+def _surface(model: Model, reach: float, hidden: float, patch: float) -> _Surface:
+    """Return what is needed of the system of a model; the rest, as large as the stiffness, ends with this call."""
     system = build_system(model)
     area = nodal_areas(system.space, model.contacts[0].boundary, model.depth)
     kept, others = _split_boundary(model, system, reach, hidden)
     middles, means = patches(system.space.positions[kept], area[kept], patch)
-    reads = [_displacements_of(system, own) for own in (kept, system.site_nodes, others)]
-    reads[0] = sparse.csr_matrix(sparse.kron(means, sparse.eye(system.space.dim)) @ reads[0])
-    found = _answers(system, reads, solver or preferred_solver())
+    of_kept, at_sites, at_others = (_displacements_of(system, own) for own in (kept, system.site_nodes, others))
+    of_patches = sparse.csr_matrix(sparse.kron(means, sparse.eye(system.space.dim)) @ of_kept)
     positions, watched = means @ system.space.positions[kept], system.space.positions[others]
     total = np.asarray((means > 0).astype(float) @ area[kept])
-    return StaticBody(kept[middles], positions, total, *found[:2], watched, found[2])
+    reads = (of_patches, at_sites, at_others)
+    return _Surface(system.stiffness, reads, kept[middles], positions, total, watched)
 
 
 def _check_kind(model: Model) -> None:
@@ -134,9 +159,11 @@ def _split_boundary(model: Model, system: System, reach: float, hidden: float) -
     return nodes[may_touch], nodes[near & ~may_touch]
 
 
-def _answers(system: System, reads: list[sparse.csr_matrix], solver: LinearSolver) -> tuple[Floats, Floats, Floats]:
+def _answers(
+    stiffness: sparse.csr_matrix, reads: Sequence[sparse.csr_matrix], solver: LinearSolver
+) -> tuple[Floats, Floats, Floats]:
     """Return C and both S by solving for forces on each patch along each axis."""
-    factor = solver.factorise(system.stiffness)
+    factor = solver.factorise(stiffness)
     every, forces = sparse.csr_matrix(sparse.vstack(reads)), sparse.csc_matrix(reads[0].T)
     columns = np.empty((every.shape[0], forces.shape[1]))
     for start in range(0, forces.shape[1], _AT_ONCE):

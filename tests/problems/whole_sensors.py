@@ -1,0 +1,97 @@
+"""A whole sensor slid in two directions beside its half, every node of which touches by itself."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from dataclasses import dataclass
+
+import numpy as np
+import skfem
+import xarray as xr
+from numpy.typing import NDArray
+
+import fingerslip as fs
+from fingerslip.contact.friction import FrictionLaw
+from fingerslip.marker_tracks import marker_tracks
+from fingerslip.specimens.tactip import TacTip, marker_places
+from fingerslip.specimens.tactip.meshing.names import with_names
+from fingerslip.specimens.tactip.numbers import REGIONS
+from fingerslip.specimens.tactip.sites import modelled_places
+from fingerslip.study.trials.turned import turned_whole
+from problems.sensors import pressed_sensor
+
+Floats = NDArray[np.float64]
+
+SPEED = 5e-3
+
+
+@dataclass(frozen=True)
+class Slid:
+    """A slide of a whole sensor beside that of its half along x, mirrored and turned.
+
+    Parameters
+    ----------
+    markers, forces : float
+        Largest distance of a marker from where the half has it, and of the force from that of the half, at any time,
+        over the largest displacement and force [-].
+    force : (3,) array
+        Along the slide, up and across it, at the end [N].
+    """
+
+    markers: float
+    forces: float
+    force: Floats
+
+
+def slid_beside_half(
+    sensor: TacTip, mesh: skfem.MeshTet1, friction: FrictionLaw, *, depth: float, travel: float, part: float
+) -> tuple[Slid, Slid, float, float]:
+    """Press a whole sensor, slide it along x and at 45 degrees in steps of `part`, and do the same with its half.
+
+    Returns
+    -------
+    straight, aside : Slid
+        The slides of the whole, along x and at 45 degrees.
+    of_half, of_whole : float
+        Processor seconds of the half, and of both slides of the whole together.
+    """
+    half, whole = (dataclasses.replace(sensor, part=name) for name in ("half", "whole"))
+
+    def model_of(own: TacTip, its: skfem.Mesh, turn: float) -> fs.Model:
+        slide = fs.Slide(travel, SPEED, direction=(np.cos(turn), 0.0, np.sin(turn)))
+        programme = (fs.Press(depth, SPEED), slide)
+        return pressed_sensor(own, its, friction, programme, step=part / SPEED, reach=1.5 * depth)
+
+    start, turns = time.process_time(), (0.0, np.pi / 4)
+    of_half = fs.simulate(model_of(half, half_of(mesh), 0.0), threads=1)
+    between = time.process_time()
+    of_whole = fs.simulate_together([model_of(whole, mesh, turn) for turn in turns], threads=1)
+    end = time.process_time()
+    straight, aside = (_beside(of_half, own, half, turn) for own, turn in zip(of_whole, turns, strict=True))
+    return straight, aside, between - start, end - between
+
+
+def half_of(whole: skfem.MeshTet1) -> skfem.MeshTet1:
+    """Return the half z >= 0 of the mesh of a whole sensor, with the names that a half has."""
+    region = np.empty(whole.nelements, dtype=np.int64)
+    for number, name in enumerate(REGIONS):
+        region[whole.subdomains[name]] = number
+    front = np.flatnonzero(whole.p[2, whole.t].mean(axis=0) > 0.0)
+    used, corners = np.unique(whole.t[:, front], return_inverse=True)
+    mesh = skfem.MeshTet1(np.ascontiguousarray(whole.p[:, used]), corners.reshape(4, -1).astype(np.int32))
+    return with_names(mesh, region[front], half=True)
+
+
+def _beside(of_half: xr.Dataset, of_whole: xr.Dataset, half: TacTip, turn: float) -> Slid:
+    """Compare a slide in the direction `turn` [rad] with that of the half along x."""
+    own, straight = (marker_tracks(history, ("internal",))["position"].values for history in (of_whole, of_half))
+    wanted = turned_whole(straight, modelled_places(half), marker_places(half.markers), turn)
+    size = np.linalg.norm(straight - straight[0], axis=2).max()
+    cos, sin = np.cos(turn), np.sin(turn)
+    along = np.array([[cos, 0.0, sin], [0.0, 1.0, 0.0], [-sin, 0.0, cos]])
+    force = of_whole["counterface_force"].values[:, 0] @ along.T
+    # What presses the half across its plane is balanced by the other half.
+    doubled = of_half["counterface_force"].values[:, 0] * [2.0, 2.0, 0.0]
+    missed, largest = (np.linalg.norm(forces, axis=1).max() for forces in (force - doubled, doubled))
+    return Slid(float(np.linalg.norm(own - wanted, axis=2).max() / size), float(missed / largest), force[-1])
