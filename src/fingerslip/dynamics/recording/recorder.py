@@ -13,7 +13,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
+from fingerslip.contact.candidates import node_operator
 from fingerslip.dynamics.recording.body_records import BodyRecords, moments
 from fingerslip.dynamics.recording.record_coordinates import record_coordinates, rotation_axes
 from fingerslip.dynamics.recording.steps import record_type, snapshot_steps
@@ -48,11 +50,11 @@ _ENERGIES = {
 }
 _energies_of = operator.attrgetter(*_ENERGIES.values())
 # Steps whose strains are computed at once, and contact candidates times steps that are completed at once.
-_STRAINED_AT_ONCE, _AT_ONCE = 64, 50_000
+_STEPS_AT_ONCE, _AT_ONCE = 64, 50_000
 
 
 # What a recorder keeps beside its values.
-_KEPT = ("_strains", "_strained", "_taken", "_limits", "_energies")
+_KEPT = ("_strains", "_observed", "_touching", "_limits", "_energies")
 # What is taken at sites and at candidates.
 _FIELDS = ("displacement", "velocity", "acceleration")
 
@@ -98,24 +100,27 @@ class Recorder:
     def __init__(self, model: Model, system: System, times: Array, cells: CellFields | None = None) -> None:
         self._system, self._times, self._next, self._is_part = system, times, 0, False
         coordinates, space = system.coordinates, system.space
-        nodes = np.concatenate([system.site_nodes, system.candidates.nodes])
-        self._at_nodes = coordinates.components(vector_dofs(nodes, space.dim).ravel())
+        touching = system.candidates.nodes
+        self._at_candidates = coordinates.components(vector_dofs(touching, space.dim).ravel())
         regions = [site.region for site in model.record.sites]
         body = system.body
         self._finite = None if body is None else finite_site_recovery(body.bulk, system.site_nodes, regions)
         # At large strain, stresses are taken from the body in every step.
         sites, few = (system.site_nodes, regions) if body is None else (system.site_nodes[:0], [])
         self._sites = replace(site_recovery(space, system.materials, sites, few), relax=self._relaxed)
-        self._at_strained, self._strain_map = coordinates.mapped(self._sites.strain)
-        self._strained = np.zeros((min(_STRAINED_AT_ONCE, times.size), self._strain_map.shape[1]))
-        self._taken = np.zeros((len(_FIELDS), len(self._strained), nodes.size, space.dim))
+        moved = node_operator(system.site_nodes, space.dim, space.n_dofs)
+        self._near_sites, observed = coordinates.mapped(sparse.csr_matrix(sparse.vstack([moved, self._sites.strain])))
+        self._site_map, self._strain_map = observed[: moved.shape[0]], observed[moved.shape[0] :]
+        at_once = min(_STEPS_AT_ONCE, times.size)
+        self._observed = np.zeros((len(_FIELDS), at_once, observed.shape[1]))
+        self._touching = np.zeros((len(_FIELDS), at_once, touching.size, space.dim))
         self._energies = np.zeros((times.size, len(_ENERGIES)))
         self._strains = np.zeros((times.size, len(sites), self._sites.components))
         self._scheme = make_scheme(model.time)
         self._viscous = viscous_steps(system.relaxing, self._scheme.step)
         # Dashpots follow recorded strains from step to step; where steps lie between records, states remember them.
         self._of_states = bool(self._viscous) and isinstance(model.time, Adaptive)
-        self._supports = SupportRecords(system, self._scheme, model.damping, times.size, len(self._strained))
+        self._supports = SupportRecords(system, self._scheme, model.damping, times.size, at_once)
         self._bodies = BodyRecords(model, system, times)
         self._limits = np.zeros((times.size, len(system.candidates.nodes)))
         self._cells = cells or CellFields(system)
@@ -143,6 +148,11 @@ class Recorder:
         self.values |= record_coordinates(model, system, times, times[snapshots])
 
     @property
+    def _at_once(self) -> int:
+        """Steps that are completed at once."""
+        return self._observed.shape[1]
+
+    @property
     def nbytes(self) -> int:
         """Memory that the arrays take when they are filled [bytes]."""
         kept: list[Array] = [*(getattr(self, name) for name in _KEPT), *self._supports.kept.values()]
@@ -154,7 +164,7 @@ class Recorder:
         self._record_motion(step, state)
         self._record_contact(step, state)
         self._supports.record(step, state)
-        if step % len(self._strained) == len(self._strained) - 1:
+        if step % self._at_once == self._at_once - 1:
             self._complete_last()
         if self._finite is not None and state.body is not None:
             self.values["stress"][step] = self._finite.stresses(state.body.deformed)
@@ -237,10 +247,11 @@ class Recorder:
         self._bodies.complete_forces(self.values)
 
     def _record_motion(self, step: int, state: State) -> None:
-        row = step % len(self._strained)
-        for name, taken in zip(_FIELDS, self._taken, strict=True):
-            self._at_nodes.take(getattr(state, name), taken[row])
-        self._at_strained.take(state.displacement, self._strained[row])
+        row = step % self._at_once
+        for name, observed, touching in zip(_FIELDS, self._observed, self._touching, strict=True):
+            field = getattr(state, name)
+            self._near_sites.take(field, observed[row])
+            self._at_candidates.take(field, touching[row])
         self._bodies.record(step, state)
 
     def _record_contact(self, step: int, state: State) -> None:
@@ -264,13 +275,15 @@ class Recorder:
 
     def _complete_last(self) -> None:
         """Compute what follows from the last steps that are kept."""
-        start = (self._next - 1) // len(self._strained) * len(self._strained)
-        strains = self._strains[start : self._next]
-        strains[:] = (self._strain_map @ self._strained[: len(strains)].T).T.reshape(strains.shape)
-        self._supports.follow(slice(start, self._next))
-        for name, taken in zip(_FIELDS, self._taken[:, : len(strains)], strict=True):
-            sites = self.values[name][start : self._next]
-            sites[:], self.values[f"contact_{name}"][start : self._next] = np.split(taken, [sites.shape[1]], axis=1)
+        start = (self._next - 1) // self._at_once * self._at_once
+        steps = slice(start, self._next)
+        strains, count = self._strains[steps], self._next - start
+        strains[:] = (self._strain_map @ self._observed[0, :count].T).T.reshape(strains.shape)
+        self._supports.follow(steps)
+        for name, observed, touching in zip(_FIELDS, self._observed, self._touching, strict=True):
+            sites = self.values[name][steps]
+            sites[:] = (self._site_map @ observed[:count].T).T.reshape(sites.shape)
+            self.values[f"contact_{name}"][steps] = touching[:count]
 
     def _relaxed(self, material: Elastic, strains: Array, _: NDArray[np.int64]) -> Relaxed:
         """Return all strains of points (n_times, k, m) [-] with their dashpots."""

@@ -111,9 +111,8 @@ class ReducedCoordinates:
 
 def interface_unknowns(systems: Sequence[System]) -> Indices:
     """Return the unknowns of contact candidates, sites and rigid bodies of systems, ascending, shape (p,)."""
-    found = [own for system in systems for own in (system.relative.indices, _of_nodes(system, system.site_nodes))]
-    rigid = systems[0].coordinates.rigid
-    return np.unique(np.concatenate([*found, rigid])).astype(np.int64)
+    found = [system.relative.indices for system in systems]
+    return np.unique(np.concatenate([*found, systems[0].coordinates.rigid])).astype(np.int64)
 
 
 def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Indices:
@@ -123,7 +122,8 @@ def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Ind
         found += [sparse.csr_matrix(own.relative).indices for own in system.outsiders]
         regions = [site.region for site in model.record.sites]
         strained = site_recovery(system.space, system.materials, system.site_nodes, regions).strain
-        taken = system.coordinates.components(np.unique(strained.indices))
+        sites = vector_dofs(system.site_nodes, system.space.dim).ravel()
+        taken = system.coordinates.components(np.union1d(sites, strained.indices))
         found.append(taken.rows[~taken.held])
     return np.setdiff1d(np.concatenate(found), interface_unknowns(systems)).astype(np.int64)
 
