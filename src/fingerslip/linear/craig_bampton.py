@@ -228,7 +228,9 @@ class CraigBampton:
 
     def field(self, body: StaticResponses, coordinates: Array) -> Array:
         """Return the displacement of all unknowns, (n,) or (n, k) [m], for coordinates z, (m,) or (m, k)."""
-        field: Array = body.follow(self.at_interface @ coordinates) + self.shapes @ (self.of_shapes @ coordinates)
+        field = body.follow(self.at_interface @ coordinates)
+        # Of several fields, each is contiguous.
+        field += ((self.of_shapes @ coordinates).T @ self.shapes.T).T
         return field
 
     def project(self, body: StaticResponses, forces: Array) -> Array:

@@ -126,6 +126,7 @@ class Recorder:
         self._cells = cells or CellFields(system)
         snapshots = snapshot_steps(times, model.record.snapshots_every)
         self._snapshots = {step: number for number, step in enumerate(snapshots)}
+        self._waiting: list[tuple[int, State]] = []
         sizes = {
             "time": times.size,
             "site": len(model.record.sites),
@@ -176,7 +177,9 @@ class Recorder:
         self.values["contact_iterations"][step] = state.iterations
         self.values["contact_residual"][step] = state.residual
         if (snapshot := self._snapshots.get(step)) is not None:
-            self._record_snapshot(snapshot, state)
+            self._waiting.append((snapshot, state))
+            if len(self._waiting) >= self._system.coordinates.snapshots_at_once:
+                self._record_snapshots()
 
     def pass_by(self, state: State) -> None:
         """Take note of a state between two that are recorded: the inertia of what is held goes on from it."""
@@ -185,6 +188,7 @@ class Recorder:
     def part(self, start: int, end: int) -> Recorder:
         """Return a completed copy of the records from one step to before another that were made so far."""
         self._complete_last()
+        self._record_snapshots()
         steps = slice(start, end)
         taken = [step for step in self._snapshots if start <= step < end]
         shots = slice(self._snapshots[taken[0]], self._snapshots[taken[-1]] + 1) if taken else slice(0)
@@ -209,6 +213,7 @@ class Recorder:
 
     def saved(self) -> Any:
         """Return what :meth:`restore` needs, as plain data and arrays."""
+        self._record_snapshots()
         arrays = {name: getattr(self, name) for name in _KEPT} | self._supports.kept
         values = {name: value for name, value in self.values.items() if _is_over_time(name)}
         return {"next": self._next, "values": values, "moved": self._bodies.moved, **arrays}
@@ -233,6 +238,7 @@ class Recorder:
         """Fill in what follows from the recorded states."""
         if not self._is_part:
             self._complete_last()
+            self._record_snapshots()
         if self._finite is None and not self._of_states:
             self.values["stress"][:] = self._sites.stresses(self._strains)
             self.values["strain"][:] = self._sites.tensors(self._strains)
@@ -318,22 +324,28 @@ class Recorder:
         )
         self.values["largest_friction_utilisation"][steps, number] = shares.max(axis=1, initial=0.0)
 
-    def _nodal(self, field: Array) -> Array:
-        """Return a field on the unknowns (n,) at all nodes, shape (n_nodes, dim)."""
-        return self._system.coordinates.on_mesh(field).reshape(-1, self._system.space.dim)
+    def _record_snapshots(self) -> None:
+        """Record the snapshots that wait, whose fields are carried to the mesh together."""
+        waiting, self._waiting = self._waiting, []
+        if not waiting:
+            return
+        fields = [field for _, state in waiting for field in (state.displacement, state.velocity)]
+        on_mesh = self._system.coordinates.on_mesh(np.stack(fields, axis=1))
+        for (number, state), displacement, velocity in zip(waiting, on_mesh.T[::2], on_mesh.T[1::2], strict=True):
+            self._record_snapshot(number, state, displacement, velocity)
 
-    def _record_snapshot(self, number: int, state: State) -> None:
+    def _record_snapshot(self, number: int, state: State, displacement: Array, velocity: Array) -> None:
+        """Record a state with its fields (n_dofs,) on the mesh."""
         values = self.values
-        values["snapshot_velocity"][number] = self._nodal(state.velocity)
-        displacement = self._nodal(state.displacement)
-        values["snapshot_displacement"][number] = displacement
+        for name, field in (("displacement", displacement), ("velocity", velocity)):
+            values[f"snapshot_{name}"][number] = field.reshape(-1, self._system.space.dim)
         if state.body is not None:
             deformed, finite = state.body.deformed, self._cells.finite
             values["snapshot_strain_energy_density"][number] = finite.energy_densities(deformed)
             self._record_tensors(number, finite.stresses(deformed), finite.tensors(deformed))
             return
         cells = self._cells.recovery
-        strains = cells.strains(displacement.ravel())
+        strains = cells.strains(displacement)
         cells = replace(cells, relax=functools.partial(self._remembered, state, cells))
         values["snapshot_strain_energy_density"][number] = cells.energy_densities(strains)
         self._record_tensors(number, cells.stresses(strains), cells.tensors(strains))

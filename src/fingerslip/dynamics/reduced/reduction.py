@@ -49,6 +49,7 @@ class ReducedCoordinates:
     body: StaticResponses
     basis: CraigBampton
     checks_at_once = 32
+    snapshots_at_once = 16
 
     @property
     def rigid(self) -> Indices:
@@ -68,7 +69,7 @@ class ReducedCoordinates:
         return NodalComponents(every, np.zeros(every.size, dtype=bool)), self.restricted(of_unknowns)
 
     def on_mesh(self, field: Array) -> Array:
-        """Return a field (m + p,) at all degrees of freedom of the mesh, shape (n_dofs,)."""
+        """Return a field (m + p,) or (m + p, k) at all degrees of freedom of the mesh, (n_dofs,) or (n_dofs, k)."""
         return self.system.coordinates.on_mesh(self.lifted(field))
 
     def lifted(self, field: Array) -> Array:
