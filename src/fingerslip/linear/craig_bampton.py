@@ -1,12 +1,14 @@
-"""A reduced basis of a linear body: its static responses to motion of some unknowns, and its lowest vibrations.
+"""A reduced basis of a linear body: its static responses to motion of some unknowns, and vibrations that these excite.
 
 The unknowns are split into the interface b, where forces act and motion is read, and the inner ones i. The basis is ::
 
-    u = T u_b + V q,    T = [1; -K_ii^-1 K_ib],    V = [0; fixed-interface modes and static responses to loads]
+    u = T u_b + V q,    T = [1; -K_ii^-1 K_ib],    V = [0; fixed-interface vibrations and static responses to loads]
 
 after Craig & Bampton (1968). T moves the interface and lets the inside follow statically, so every static response to
-forces on the interface is exact. With K_ii V_i = M_ii V_i diag(w^2), the modes add what inertia does inside. Stiffness
-and mass of the reduced body are ::
+forces on the interface is exact. The vibrations add what inertia does inside. Those that matter are in the span of
+K_ii^-1 (M T y)_i, of K_ii^-1 M_ii times that, and so on, for the slowest motions y of the interface with the inside
+following statically: each of these corrects the motion by one more power of its frequency over that of the vibrations
+(load-dependent Ritz vectors; Wilson, Yuan & Dickens 1982). Stiffness and mass of the reduced body are ::
 
     K_r = [S, 0; 0, V^T K V],    M_r = [T^T M T, T^T M V; V^T M T, V^T M V]
 
@@ -176,7 +178,9 @@ def vibrations(body: StaticResponses, start: Array, count: int) -> Vibrations:
     while excited.shape[1] and shapes.shape[1] < count:
         excited = _added(body, body.give_way(body.mass @ excited), shapes)[:, : count - shapes.shape[1]]
         shapes = np.hstack([shapes, excited])
-    squares, vectors = linalg.eigh(shapes.T @ (body.stiffness @ shapes)) if shapes.size else (np.zeros(0), shapes[:0].T)
+    if not shapes.shape[1]:
+        return Vibrations(np.zeros(0), shapes)
+    squares, vectors = linalg.eigh(shapes.T @ (body.stiffness @ shapes))
     return Vibrations(np.sqrt(squares), np.asfortranarray(shapes @ vectors))
 
 
@@ -186,8 +190,10 @@ def _added(body: StaticResponses, fields: Array, shapes: Array) -> Array:
     fields = fields[:, lengths > 0.0] / lengths[lengths > 0.0]
     # The second time removes what rounding left.
     for _ in range(2):
+        if not fields.shape[1]:
+            break
         fields = fields - shapes @ (shapes.T @ (body.mass @ fields))
-        squares, vectors = linalg.eigh(fields.T @ (body.mass @ fields)) if fields.size else (np.zeros(0), np.zeros((0, 0)))
+        squares, vectors = linalg.eigh(fields.T @ (body.mass @ fields))
         kept = np.flatnonzero(squares > _NOTHING_NEW**2)[::-1]
         fields = fields @ (vectors[:, kept] / np.sqrt(squares[kept]))
     return fields

@@ -38,9 +38,10 @@ __all__ = ["BasisStore", "march_reduced"]
 
 Array = NDArray[np.float64]
 
-# Vibrations of the first basis and of the largest one, and how many times as many the next one has at most. Slow motions
-# that excite them: more vibrations for each bring more than more motions do (measured).
-_FEWEST, _MOST, _MOST_TIMES, _MOTIONS = 40, 320, 8, 20
+# Vibrations of the first basis and of the largest one, and how many times as many the next one has at most.
+_FEWEST, _MOST, _MOST_TIMES = 40, 320, 8
+# Slow motions that excite them: more vibrations for each bring more than more motions do (measured).
+_MOTIONS = 20
 # Square matrices of the interface's size that exist at once: static responses, eigenvectors, compliances.
 _SQUARES = 10
 _VERSION = 2
