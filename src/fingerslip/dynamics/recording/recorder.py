@@ -13,19 +13,18 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
-from fingerslip.contact.candidates import node_operator
 from fingerslip.dynamics.recording.body_records import BodyRecords, moments
 from fingerslip.dynamics.recording.record_coordinates import record_coordinates, rotation_axes
+from fingerslip.dynamics.recording.recoveries import Recoveries
 from fingerslip.dynamics.recording.steps import record_type, snapshot_steps
 from fingerslip.dynamics.recording.support_records import SupportRecords
 from fingerslip.dynamics.step.memory import viscous_steps
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
-from fingerslip.fe.finite.recovery import FiniteRecovery, finite_cell_recovery, finite_site_recovery
-from fingerslip.fe.recovery import Recovery, cell_recovery, site_recovery, stress_components, von_mises
+from fingerslip.fe.finite.recovery import finite_site_recovery
+from fingerslip.fe.recovery import Recovery, stress_components, von_mises
 from fingerslip.fe.space import vector_dofs
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.materials.elastic import Elastic
@@ -33,7 +32,7 @@ from fingerslip.materials.viscoelastic import Relaxed, followed, in_space
 from fingerslip.model import Model
 from fingerslip.timing import Adaptive
 
-__all__ = ["CellFields", "Recorder"]
+__all__ = ["Recorder"]
 
 Array = NDArray[np.float64]
 
@@ -59,29 +58,6 @@ _KEPT = ("_strains", "_observed", "_touching", "_limits", "_energies")
 _FIELDS = ("displacement", "velocity", "acceleration")
 
 
-class CellFields:
-    """The recovery of strains in all cells, made when it is first needed.
-
-    Parameters
-    ----------
-    system : System
-        The discrete system.
-    """
-
-    def __init__(self, system: System) -> None:
-        self._system = system
-
-    @functools.cached_property
-    def recovery(self) -> Recovery:
-        """The strains of all cells at small strain."""
-        return cell_recovery(self._system.space, self._system.materials)
-
-    @functools.cached_property
-    def finite(self) -> FiniteRecovery:
-        """The stresses of all cells at large strain."""
-        return finite_cell_recovery(self._system.require_body().bulk)
-
-
 class Recorder:
     """Arrays of a history, filled step by step.
 
@@ -93,11 +69,11 @@ class Recorder:
         Its discrete system.
     times : (n_times,) array
         Times of the steps, the start included [s].
-    cells : CellFields, optional
-        Recovery for snapshots; recorders of one mesh may share it.
+    recoveries : Recoveries, optional
+        How strains are read; recorders of motions of one body may share it.
     """
 
-    def __init__(self, model: Model, system: System, times: Array, cells: CellFields | None = None) -> None:
+    def __init__(self, model: Model, system: System, times: Array, recoveries: Recoveries | None = None) -> None:
         self._system, self._times, self._next, self._is_part = system, times, 0, False
         coordinates, space = system.coordinates, system.space
         touching = system.candidates.nodes
@@ -105,17 +81,14 @@ class Recorder:
         regions = [site.region for site in model.record.sites]
         body = system.body
         self._finite = None if body is None else finite_site_recovery(body.bulk, system.site_nodes, regions)
-        # At large strain, stresses are taken from the body in every step.
-        sites, few = (system.site_nodes, regions) if body is None else (system.site_nodes[:0], [])
-        self._sites = replace(site_recovery(space, system.materials, sites, few), relax=self._relaxed)
-        moved = node_operator(system.site_nodes, space.dim, space.n_dofs)
-        self._near_sites, observed = coordinates.mapped(sparse.csr_matrix(sparse.vstack([moved, self._sites.strain])))
-        self._site_map, self._strain_map = observed[: moved.shape[0]], observed[moved.shape[0] :]
+        self._recoveries = recoveries or Recoveries(system)
+        self._at_sites = self._recoveries.at_sites(system.site_nodes, regions)
+        self._sites = replace(self._at_sites.recovery, relax=self._relaxed)
         at_once = min(_STEPS_AT_ONCE, times.size)
-        self._observed = np.zeros((len(_FIELDS), at_once, observed.shape[1]))
+        self._observed = np.zeros((len(_FIELDS), at_once, self._at_sites.near.rows.size))
         self._touching = np.zeros((len(_FIELDS), at_once, touching.size, space.dim))
         self._energies = np.zeros((times.size, len(_ENERGIES)))
-        self._strains = np.zeros((times.size, len(sites), self._sites.components))
+        self._strains = np.zeros((times.size, *self._at_sites.strained))
         self._scheme = make_scheme(model.time)
         self._viscous = viscous_steps(system.relaxing, self._scheme.step)
         # Dashpots follow recorded strains from step to step; where steps lie between records, states remember them.
@@ -123,7 +96,6 @@ class Recorder:
         self._supports = SupportRecords(system, self._scheme, model.damping, times.size, at_once)
         self._bodies = BodyRecords(model, system, times)
         self._limits = np.zeros((times.size, len(system.candidates.nodes)))
-        self._cells = cells or CellFields(system)
         snapshots = snapshot_steps(times, model.record.snapshots_every)
         self._snapshots = {step: number for number, step in enumerate(snapshots)}
         self._waiting: list[tuple[int, State]] = []
@@ -256,7 +228,7 @@ class Recorder:
         row = step % self._at_once
         for name, observed, touching in zip(_FIELDS, self._observed, self._touching, strict=True):
             field = getattr(state, name)
-            self._near_sites.take(field, observed[row])
+            self._at_sites.near.take(field, observed[row])
             self._at_candidates.take(field, touching[row])
         self._bodies.record(step, state)
 
@@ -284,11 +256,11 @@ class Recorder:
         start = (self._next - 1) // self._at_once * self._at_once
         steps = slice(start, self._next)
         strains, count = self._strains[steps], self._next - start
-        strains[:] = (self._strain_map @ self._observed[0, :count].T).T.reshape(strains.shape)
+        strains[:] = (self._at_sites.strain @ self._observed[0, :count].T).T.reshape(strains.shape)
         self._supports.follow(steps)
         for name, observed, touching in zip(_FIELDS, self._observed, self._touching, strict=True):
             sites = self.values[name][steps]
-            sites[:] = (self._site_map @ observed[:count].T).T.reshape(sites.shape)
+            sites[:] = (self._at_sites.motion @ observed[:count].T).T.reshape(sites.shape)
             self.values[f"contact_{name}"][steps] = touching[:count]
 
     def _relaxed(self, material: Elastic, strains: Array, _: NDArray[np.int64]) -> Relaxed:
@@ -340,11 +312,11 @@ class Recorder:
         for name, field in (("displacement", displacement), ("velocity", velocity)):
             values[f"snapshot_{name}"][number] = field.reshape(-1, self._system.space.dim)
         if state.body is not None:
-            deformed, finite = state.body.deformed, self._cells.finite
+            deformed, finite = state.body.deformed, self._recoveries.finite_cells
             values["snapshot_strain_energy_density"][number] = finite.energy_densities(deformed)
             self._record_tensors(number, finite.stresses(deformed), finite.tensors(deformed))
             return
-        cells = self._cells.recovery
+        cells = self._recoveries.cells
         strains = cells.strains(displacement)
         cells = replace(cells, relax=functools.partial(self._remembered, state, cells))
         values["snapshot_strain_energy_density"][number] = cells.energy_densities(strains)
