@@ -155,7 +155,7 @@ def _require_suitable(motions: Motions) -> None:
         raise _UnsuitableError("rigid bodies have other damping than the material")
     interface = interface_unknowns(motions.systems)
     if not interface.size or interface.size >= system.mass.shape[0] - 1:
-        raise _UnsuitableError(f"{interface.size} of {system.mass.shape[0]} unknowns are those of contact and sites")
+        raise _UnsuitableError(f"{interface.size} of {system.mass.shape[0]} unknowns are those of contact")
     rows = observed_unknowns(motions.models, motions.systems)
     needed = 8 * interface.size * (_SQUARES * interface.size + 2 * rows.size)
     available = available_memory()

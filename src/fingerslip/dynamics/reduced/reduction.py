@@ -1,9 +1,9 @@
 """A system in the coordinates of a reduced body, which a step treats as it treats one on a mesh.
 
-The interface of the basis holds all degrees of freedom of the contact candidates and of the sites, and those of
-rigid bodies: their static responses are exact. An unknown of the reduced system is a coordinate of the basis or the
-displacement of an interface unknown, which follows from the coordinates but is kept beside them, so that contact and
-recording read it as they do on a mesh; see :mod:`fingerslip.dynamics.reduced.modal`.
+The interface of the basis holds all degrees of freedom of the contact candidates and those of rigid bodies: their
+static responses are exact. An unknown of the reduced system is a coordinate of the basis or the displacement of an
+interface unknown, which follows from the coordinates but is kept beside them, so that contact reads it as it does on a
+mesh; see :mod:`fingerslip.dynamics.reduced.modal`.
 """
 
 from __future__ import annotations
@@ -111,13 +111,13 @@ class ReducedCoordinates:
 
 
 def interface_unknowns(systems: Sequence[System]) -> Indices:
-    """Return the unknowns of contact candidates, sites and rigid bodies of systems, ascending, shape (p,)."""
+    """Return the unknowns of contact candidates and rigid bodies of systems, ascending, shape (p,)."""
     found = [system.relative.indices for system in systems]
     return np.unique(np.concatenate([*found, systems[0].coordinates.rigid])).astype(np.int64)
 
 
 def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Indices:
-    """Return the unknowns that strains at sites and checks of the other boundary nodes read, ascending, shape (r,)."""
+    """Return the unknowns that sites and checks of the other boundary nodes read, ascending, shape (r,)."""
     found: list[Indices] = []
     for model, system in zip(models, systems, strict=True):
         found += [sparse.csr_matrix(own.relative).indices for own in system.outsiders]
@@ -170,12 +170,6 @@ def reduced_system(system: System, body: StaticResponses, basis: CraigBampton) -
             mass=_reduced_rows(system.supports.mass, body, basis),
         ),
     )
-
-
-def _of_nodes(system: System, nodes: Indices) -> Indices:
-    """Return the unknowns of mesh nodes (k,)."""
-    found = system.coordinates.components(vector_dofs(nodes, system.space.dim).ravel())
-    return found.rows[~found.held]
 
 
 def _reduced_rows(rows: sparse.csr_matrix | Array, body: StaticResponses, basis: CraigBampton) -> Array:
