@@ -46,7 +46,8 @@ class Memory:
 
 def models(case: str):
     plan = plan_study(STUDIES / f"{CASES[case]}.yaml", "results")
-    model = prepare(plan, plan.runs[:1])[0].model
+    # Studies may take a basis for a run alone.
+    model = dataclasses.replace(prepare(plan, plan.runs[:1])[0].model, basis=None)
     if case != "sweep":
         return [model]
     (contact,) = model.contacts
