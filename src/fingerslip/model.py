@@ -173,10 +173,10 @@ _A_TIMING = pydantic.PlainValidator(conforms(Timing, "the time integration: Time
 
 @parameters
 class ReducedBasis:
-    """A reduced basis in place of the mesh: static responses of contact and sites, exactly, and a few vibrations.
+    """A reduced basis in place of the mesh: static responses to contact, exactly, and a few vibrations.
 
-    The lowest vibrations are taken, as many as the tolerance needs. Where they do not suffice, the motion is computed
-    on the mesh. See docs/theory.md.
+    Those that slow motions of the contact excite are taken, as many as the tolerance needs. Where they do not suffice,
+    the motion is computed on the mesh. See docs/theory.md.
 
     Parameters
     ----------

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.dynamics.march import Inspect, march
-from fingerslip.dynamics.recording.recorder import CellFields, Recorder
+from fingerslip.dynamics.recording.recorder import Recorder
+from fingerslip.dynamics.recording.recoveries import Recoveries
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver
@@ -94,9 +95,9 @@ def march_motions(
     """
     watch, first = motions.watch, motions.models[0]
     with watch.part("assembly"):
-        cells = CellFields(systems[0])
+        recoveries = Recoveries(systems[0])
         recorders = tuple(
-            Recorder(model, system, own, cells)
+            Recorder(model, system, own, recoveries)
             for model, system, own in zip(motions.models, systems, motions.times, strict=True)
         )
     with watch.part("factorisation"):

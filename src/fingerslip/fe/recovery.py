@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Generic
 
 import numpy as np
@@ -59,6 +60,11 @@ class Share(Generic[Law]):
     material: Law
     points: Integers
     weights: Array
+
+    @cached_property
+    def is_alone(self) -> bool:
+        """Whether no other material has a share in any of the points."""
+        return bool((self.weights == 1.0).all())
 
 
 @dataclass(frozen=True)
@@ -188,9 +194,12 @@ def mean_of_shares(
     """
     mean = np.zeros((*strains.shape[:-1], components))
     for share in shares:
-        own = strains[..., share.points, :]
+        own = np.take(strains, share.points, axis=-2)
         values = law(share.material, own.reshape(-1, strains.shape[-1])).reshape(*own.shape[:-1], components)
-        mean[..., share.points, :] += share.weights[:, None] * values
+        if share.is_alone:
+            mean[..., share.points, :] = values
+        else:
+            mean[..., share.points, :] += share.weights[:, None] * values
     return mean
 
 
@@ -299,6 +308,6 @@ def _incidence(space: Space) -> sparse.csr_matrix:
 def von_mises(stresses: Array) -> Array:
     """Return the von Mises stress [Pa], shape (n,), of stresses (n, 4 or 6) as :class:`Recovery` gives them."""
     xx, yy, zz = stresses[:, :3].T
-    shear = np.sum(stresses[:, 3:] ** 2, axis=1)
+    shear = np.einsum("ij,ij->i", stresses[:, 3:], stresses[:, 3:])
     deviation: Array = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * shear)
     return deviation

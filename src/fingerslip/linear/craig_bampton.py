@@ -1,12 +1,14 @@
-"""A reduced basis of a linear body: its static responses to motion of some unknowns, and its lowest vibrations.
+"""A reduced basis of a linear body: its static responses to motion of some unknowns, and vibrations that these excite.
 
 The unknowns are split into the interface b, where forces act and motion is read, and the inner ones i. The basis is ::
 
-    u = T u_b + V q,    T = [1; -K_ii^-1 K_ib],    V = [0; fixed-interface modes and static responses to loads]
+    u = T u_b + V q,    T = [1; -K_ii^-1 K_ib],    V = [0; fixed-interface vibrations and static responses to loads]
 
 after Craig & Bampton (1968). T moves the interface and lets the inside follow statically, so every static response to
-forces on the interface is exact. With K_ii V_i = M_ii V_i diag(w^2), the modes add what inertia does inside. Stiffness
-and mass of the reduced body are ::
+forces on the interface is exact. The vibrations add what inertia does inside. Those that matter are in the span of
+K_ii^-1 (M T y)_i, of K_ii^-1 M_ii times that, and so on, for the slowest motions y of the interface with the inside
+following statically: each of these corrects the motion by one more power of its frequency over that of the vibrations
+(load-dependent Ritz vectors; Wilson, Yuan & Dickens 1982). Stiffness and mass of the reduced body are ::
 
     K_r = [S, 0; 0, V^T K V],    M_r = [T^T M T, T^T M V; V^T M T, V^T M V]
 
@@ -23,18 +25,25 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
-from scipy.sparse.linalg import LinearOperator, eigsh
 
 from fingerslip.linear.solver import LinearSolver, SchurFactor
 
-__all__ = ["CraigBampton", "StaticResponses", "Vibrations", "craig_bampton", "static_responses", "vibrations"]
+__all__ = [
+    "CraigBampton",
+    "StaticResponses",
+    "Vibrations",
+    "craig_bampton",
+    "slow_motions",
+    "static_responses",
+    "vibrations",
+]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 _COLUMNS_AT_ONCE = 64
-# What is left of a load's response beside the modes, below which it adds nothing but rounding.
-_NOTHING_NEW = 1e-8
+# What is left of a shape beside others, below which it adds nothing but rounding.
+_NOTHING_NEW = 1e-6
 
 
 @dataclass(frozen=True)
@@ -114,7 +123,7 @@ def static_responses(
 
 @dataclass(frozen=True)
 class Vibrations:
-    """Vibrations of a body while its interface is held.
+    """Vibrations of a body while its interface is held, the slow ones of them as they are, the fast ones about so.
 
     Parameters
     ----------
@@ -128,35 +137,66 @@ class Vibrations:
     shapes: Array
 
 
-def vibrations(body: StaticResponses, count: int) -> Vibrations:
-    """Return the lowest vibrations while the interface is held: shift-invert Lanczos.
+def slow_motions(body: StaticResponses, mass: Array, count: int) -> Array:
+    """Return the slowest motions of a body whose inside follows its interface, as displacements of all unknowns.
 
     Parameters
     ----------
     body : StaticResponses
         The body and its interface.
+    mass : (p, p) array
+        The mass of its static responses [kg].
     count : int
-        How many; less where the inside has fewer unknowns.
+        How many; less where the interface has fewer unknowns.
+
+    Returns
+    -------
+    (n, k) array
+        [kg^-1/2].
     """
-    inner = np.setdiff1d(np.arange(body.stiffness.shape[0]), body.interface)
-    count = min(count, inner.size - 1)
-    if count <= 0:
-        return Vibrations(np.zeros(0), np.zeros((body.stiffness.shape[0], 0)))
+    last = min(count, body.interface.size) - 1
+    _, vectors = linalg.eigh(body.schur, mass, subset_by_index=[0, last], check_finite=False)
+    return body.follow(vectors)
 
-    def solve(forces: Array) -> Array:
-        given = np.zeros(body.stiffness.shape[0])
-        given[inner] = forces.ravel()
-        moved: Array = body.give_way(given)[inner]
-        return moved
 
-    stiffness, mass = (sparse.csr_matrix(matrix[inner][:, inner]) for matrix in (body.stiffness, body.mass))
-    inverse = LinearOperator(stiffness.shape, matvec=solve, dtype=np.float64)
-    # A fixed start makes the same basis every time.
-    start = np.random.default_rng(0).standard_normal(inner.size)
-    squares, vectors = eigsh(stiffness, count, M=mass, sigma=0.0, OPinv=inverse, v0=start)
-    shapes = np.zeros((body.stiffness.shape[0], count), order="F")
-    shapes[inner] = vectors
-    return Vibrations(np.sqrt(squares), shapes)
+def vibrations(body: StaticResponses, start: Array, count: int) -> Vibrations:
+    """Return vibrations that motions of a body excite while the interface is held: block Lanczos, with Ritz vectors.
+
+    Static displacement under the inertia of a motion is the first correction of one whose inside followed statically,
+    and that under the inertia of the correction the next one.
+
+    Parameters
+    ----------
+    body : StaticResponses
+        The body and its interface.
+    start : (n, k) array
+        The motions; their size does not count.
+    count : int
+        How many vibrations; less where the motions excite fewer.
+    """
+    shapes, excited = np.zeros((body.stiffness.shape[0], 0), order="F"), start
+    while excited.shape[1] and shapes.shape[1] < count:
+        excited = _added(body, body.give_way(body.mass @ excited), shapes)[:, : count - shapes.shape[1]]
+        shapes = np.hstack([shapes, excited])
+    if not shapes.shape[1]:
+        return Vibrations(np.zeros(0), shapes)
+    squares, vectors = linalg.eigh(shapes.T @ (body.stiffness @ shapes))
+    return Vibrations(np.sqrt(squares), np.asfortranarray(shapes @ vectors))
+
+
+def _added(body: StaticResponses, fields: Array, shapes: Array) -> Array:
+    """Return what fields (n, k) add to shapes (n, s), orthonormal in the mass, what they add most of first."""
+    lengths = np.sqrt(np.einsum("ij,ij->j", fields, body.mass @ fields))
+    fields = fields[:, lengths > 0.0] / lengths[lengths > 0.0]
+    # The second time removes what rounding left.
+    for _ in range(2):
+        if not fields.shape[1]:
+            break
+        fields = fields - shapes @ (shapes.T @ (body.mass @ fields))
+        squares, vectors = linalg.eigh(fields.T @ (body.mass @ fields))
+        kept = np.flatnonzero(squares > _NOTHING_NEW**2)[::-1]
+        fields = fields @ (vectors[:, kept] / np.sqrt(squares[kept]))
+    return fields
 
 
 @dataclass(frozen=True)
@@ -194,7 +234,9 @@ class CraigBampton:
 
     def field(self, body: StaticResponses, coordinates: Array) -> Array:
         """Return the displacement of all unknowns, (n,) or (n, k) [m], for coordinates z, (m,) or (m, k)."""
-        field: Array = body.follow(self.at_interface @ coordinates) + self.shapes @ (self.of_shapes @ coordinates)
+        field = body.follow(self.at_interface @ coordinates)
+        # Of several fields, each is contiguous.
+        field += ((self.of_shapes @ coordinates).T @ self.shapes.T).T
         return field
 
     def project(self, body: StaticResponses, forces: Array) -> Array:
@@ -225,7 +267,11 @@ def craig_bampton(
     further : sequence of (n,) array
         Further shapes that the basis has to hold, such as the responses to loads; only their inner part counts.
     """
-    shapes = _with_further(body, vibrations.shapes, further)
+    shapes = vibrations.shapes
+    if further:
+        inner = np.stack(further, axis=1)
+        inner[body.interface] = 0.0
+        shapes = np.hstack([shapes, _added(body, inner, shapes)])
     stiff, heavy = body.stiffness @ shapes, body.mass @ shapes
     mass, at_rows = known
     size = body.interface.size
@@ -244,22 +290,3 @@ def craig_bampton(
         of_shapes=of_shapes,
         frequencies=vibrations.frequencies,
     )
-
-
-def _with_further(body: StaticResponses, shapes: Array, further: Sequence[Array]) -> Array:
-    """Return shapes (n, s) and what further ones (n,) add to them, orthonormal in the mass."""
-    for field in further:
-        inner = np.array(field)
-        inner[body.interface] = 0.0
-        whole = _size(body, inner)
-        # The second time removes what rounding left.
-        for _ in range(2):
-            inner -= shapes @ (shapes.T @ (body.mass @ inner))
-        left = _size(body, inner)
-        if left > _NOTHING_NEW * whole:
-            shapes = np.column_stack([shapes, inner / left])
-    return shapes
-
-
-def _size(body: StaticResponses, field: Array) -> float:
-    return float(np.sqrt(field @ (body.mass @ field)))

@@ -11,6 +11,7 @@ from fingerslip.linear.craig_bampton import (
     StaticResponses,
     Vibrations,
     craig_bampton,
+    slow_motions,
     static_responses,
     vibrations,
 )
@@ -72,20 +73,46 @@ def test_mass_of_static_responses_is_gathered_some_columns_at_a_time(body, colum
     np.testing.assert_allclose(at_rows, exact[ROWS], atol=1e-12)
 
 
-def test_vibrations_are_the_lowest_ones(body):
-    found, every = vibrations(body, 6), all_vibrations(body)
-    np.testing.assert_allclose(found.frequencies, every.frequencies[:6], rtol=1e-9)
-    np.testing.assert_allclose(found.shapes.T @ (body.mass @ found.shapes), np.eye(6), atol=1e-10)
+def excited(body, count):
+    """Return vibrations that the slow motions of a body excite."""
+    return vibrations(body, slow_motions(body, static_responses(body, ROWS)[0], 3), count)
+
+
+def test_slow_motions_follow_the_interface(body):
+    mass, _ = static_responses(body, ROWS)
+    squares, vectors = linalg.eigh(body.schur, mass)
+    found = slow_motions(body, mass, 3)
+    np.testing.assert_allclose(found, body.follow(found[INTERFACE]), atol=1e-9 * np.abs(found).max())
+    np.testing.assert_allclose(np.abs(found[INTERFACE]), np.abs(vectors[:, :3]), rtol=1e-6)
+    np.testing.assert_allclose(found.T @ body.stiffness @ found, np.diag(squares[:3]), atol=1e-9 * squares[2])
+    assert slow_motions(body, mass, 100).shape[1] == INTERFACE.size
+
+
+def test_slow_vibrations_are_as_they_are_and_fast_ones_about_so(body):
+    found, every = excited(body, 24), all_vibrations(body)
+    np.testing.assert_allclose(found.frequencies[:4], every.frequencies[:4], rtol=1e-6)
+    assert (np.diff(found.frequencies) > 0.0).all()
+    np.testing.assert_allclose(found.shapes.T @ (body.mass @ found.shapes), np.eye(24), atol=1e-10)
+    stiffness = found.shapes.T @ (body.stiffness @ found.shapes)
+    np.testing.assert_allclose(stiffness, np.diag(found.frequencies**2), atol=1e-9 * found.frequencies[-1] ** 2)
     np.testing.assert_array_equal(found.shapes[INTERFACE], 0.0)
 
 
-def test_no_vibrations_where_nothing_is_inside(body):
-    whole = StaticResponses(body.stiffness, body.mass, np.arange(body.mass.shape[0]), body.solver)
-    assert vibrations(whole, 5).frequencies.size == 0
+def test_the_first_vibrations_hold_what_inertia_of_slow_motions_does(body):
+    moved = slow_motions(body, static_responses(body, ROWS)[0], 3)
+    correction, few = body.give_way(body.mass @ moved), excited(body, 3)
+    left = correction - few.shapes @ (few.shapes.T @ (body.mass @ correction))
+    assert np.abs(left).max() < 1e-9 * np.abs(correction).max()
+
+
+def test_no_more_vibrations_than_there_are(body):
+    every = inner(body).size
+    assert excited(body, 10 * every).frequencies.size <= every
+    assert vibrations(body, np.zeros((body.mass.shape[0], 2)), 5).frequencies.size == 0
 
 
 def test_stiffness_and_mass_are_diagonal_in_the_coordinates(body):
-    basis = craig_bampton(body, static_responses(body, ROWS), vibrations(body, 6), ROWS)
+    basis = craig_bampton(body, static_responses(body, ROWS), excited(body, 6), ROWS)
     field = basis.field(body, np.eye(basis.eigenvalues.size))
     assert field.shape == (body.mass.shape[0], 11)
     np.testing.assert_allclose(field.T @ body.mass @ field, np.eye(11), atol=1e-10)
@@ -98,7 +125,7 @@ def test_stiffness_and_mass_are_diagonal_in_the_coordinates(body):
 
 
 def test_static_responses_to_forces_on_the_interface_are_exact_without_any_vibration(body):
-    basis = craig_bampton(body, static_responses(body, ROWS), vibrations(body, 0), ROWS)
+    basis = craig_bampton(body, static_responses(body, ROWS), excited(body, 0), ROWS)
     force = np.zeros(body.mass.shape[0])
     force[INTERFACE] = [1.0, -2.0, 0.5, 3.0, 1.0]
     exact = np.linalg.solve(body.stiffness.toarray(), force)
@@ -109,7 +136,7 @@ def test_static_responses_to_forces_on_the_interface_are_exact_without_any_vibra
 def test_further_shapes_are_held_and_what_adds_nothing_is_left_out(body):
     load = np.random.default_rng(5).normal(size=body.mass.shape[0])
     response = body.give_way(load)
-    few = vibrations(body, 3)
+    few = excited(body, 3)
     basis = craig_bampton(body, static_responses(body, ROWS), few, ROWS, [response, 2.0 * response, few.shapes[:, 0]])
     assert basis.eigenvalues.size == INTERFACE.size + 3 + 1
     exact = np.linalg.solve(body.stiffness.toarray(), load)
@@ -129,6 +156,6 @@ def test_an_unknown_without_stiffness_is_part_of_the_interface(body):
     mass = sparse.block_diag([body.mass, [[4.0]]], format="csr")
     driven = StaticResponses(stiffness, mass, np.append(INTERFACE, body.mass.shape[0]), body.solver)
     assert driven.schur[-1, -1] == pytest.approx(0.0, abs=1e-12)
-    basis = craig_bampton(driven, static_responses(driven, ROWS), vibrations(driven, 2), ROWS)
+    basis = craig_bampton(driven, static_responses(driven, ROWS), excited(driven, 2), ROWS)
     assert basis.eigenvalues[0] == pytest.approx(0.0, abs=1e-6 * basis.eigenvalues[1])
     np.testing.assert_allclose(np.abs(basis.at_interface[-1, 0]), 0.5, rtol=1e-9)

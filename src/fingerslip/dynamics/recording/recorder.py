@@ -16,14 +16,15 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.recording.body_records import BodyRecords, moments
 from fingerslip.dynamics.recording.record_coordinates import record_coordinates, rotation_axes
+from fingerslip.dynamics.recording.recoveries import Recoveries
 from fingerslip.dynamics.recording.steps import record_type, snapshot_steps
 from fingerslip.dynamics.recording.support_records import SupportRecords
 from fingerslip.dynamics.step.memory import viscous_steps
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
-from fingerslip.fe.finite.recovery import FiniteRecovery, finite_cell_recovery, finite_site_recovery
-from fingerslip.fe.recovery import Recovery, cell_recovery, site_recovery, stress_components, von_mises
+from fingerslip.fe.finite.recovery import finite_site_recovery
+from fingerslip.fe.recovery import Recovery, stress_components, von_mises
 from fingerslip.fe.space import vector_dofs
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.materials.elastic import Elastic
@@ -31,7 +32,7 @@ from fingerslip.materials.viscoelastic import Relaxed, followed, in_space
 from fingerslip.model import Model
 from fingerslip.timing import Adaptive
 
-__all__ = ["CellFields", "Recorder"]
+__all__ = ["Recorder"]
 
 Array = NDArray[np.float64]
 
@@ -48,36 +49,13 @@ _ENERGIES = {
 }
 _energies_of = operator.attrgetter(*_ENERGIES.values())
 # Steps whose strains are computed at once, and contact candidates times steps that are completed at once.
-_STRAINED_AT_ONCE, _AT_ONCE = 64, 50_000
+_STEPS_AT_ONCE, _AT_ONCE = 64, 50_000
 
 
 # What a recorder keeps beside its values.
-_KEPT = ("_strains", "_strained", "_taken", "_limits", "_energies")
+_KEPT = ("_strains", "_observed", "_touching", "_limits", "_energies")
 # What is taken at sites and at candidates.
 _FIELDS = ("displacement", "velocity", "acceleration")
-
-
-class CellFields:
-    """The recovery of strains in all cells, made when it is first needed.
-
-    Parameters
-    ----------
-    system : System
-        The discrete system.
-    """
-
-    def __init__(self, system: System) -> None:
-        self._system = system
-
-    @functools.cached_property
-    def recovery(self) -> Recovery:
-        """The strains of all cells at small strain."""
-        return cell_recovery(self._system.space, self._system.materials)
-
-    @functools.cached_property
-    def finite(self) -> FiniteRecovery:
-        """The stresses of all cells at large strain."""
-        return finite_cell_recovery(self._system.require_body().bulk)
 
 
 class Recorder:
@@ -91,36 +69,36 @@ class Recorder:
         Its discrete system.
     times : (n_times,) array
         Times of the steps, the start included [s].
-    cells : CellFields, optional
-        Recovery for snapshots; recorders of one mesh may share it.
+    recoveries : Recoveries, optional
+        How strains are read; recorders of motions of one body may share it.
     """
 
-    def __init__(self, model: Model, system: System, times: Array, cells: CellFields | None = None) -> None:
+    def __init__(self, model: Model, system: System, times: Array, recoveries: Recoveries | None = None) -> None:
         self._system, self._times, self._next, self._is_part = system, times, 0, False
         coordinates, space = system.coordinates, system.space
-        nodes = np.concatenate([system.site_nodes, system.candidates.nodes])
-        self._at_nodes = coordinates.components(vector_dofs(nodes, space.dim).ravel())
+        touching = system.candidates.nodes
+        self._at_candidates = coordinates.components(vector_dofs(touching, space.dim).ravel())
         regions = [site.region for site in model.record.sites]
         body = system.body
         self._finite = None if body is None else finite_site_recovery(body.bulk, system.site_nodes, regions)
-        # At large strain, stresses are taken from the body in every step.
-        sites, few = (system.site_nodes, regions) if body is None else (system.site_nodes[:0], [])
-        self._sites = replace(site_recovery(space, system.materials, sites, few), relax=self._relaxed)
-        self._at_strained, self._strain_map = coordinates.mapped(self._sites.strain)
-        self._strained = np.zeros((min(_STRAINED_AT_ONCE, times.size), self._strain_map.shape[1]))
-        self._taken = np.zeros((len(_FIELDS), len(self._strained), nodes.size, space.dim))
+        self._recoveries = recoveries or Recoveries(system)
+        self._at_sites = self._recoveries.at_sites(system.site_nodes, regions)
+        self._sites = replace(self._at_sites.recovery, relax=self._relaxed)
+        at_once = min(_STEPS_AT_ONCE, times.size)
+        self._observed = np.zeros((len(_FIELDS), at_once, self._at_sites.near.rows.size))
+        self._touching = np.zeros((len(_FIELDS), at_once, touching.size, space.dim))
         self._energies = np.zeros((times.size, len(_ENERGIES)))
-        self._strains = np.zeros((times.size, len(sites), self._sites.components))
+        self._strains = np.zeros((times.size, *self._at_sites.strained))
         self._scheme = make_scheme(model.time)
         self._viscous = viscous_steps(system.relaxing, self._scheme.step)
         # Dashpots follow recorded strains from step to step; where steps lie between records, states remember them.
         self._of_states = bool(self._viscous) and isinstance(model.time, Adaptive)
-        self._supports = SupportRecords(system, self._scheme, model.damping, times.size, len(self._strained))
+        self._supports = SupportRecords(system, self._scheme, model.damping, times.size, at_once)
         self._bodies = BodyRecords(model, system, times)
         self._limits = np.zeros((times.size, len(system.candidates.nodes)))
-        self._cells = cells or CellFields(system)
         snapshots = snapshot_steps(times, model.record.snapshots_every)
         self._snapshots = {step: number for number, step in enumerate(snapshots)}
+        self._waiting: list[tuple[int, State]] = []
         sizes = {
             "time": times.size,
             "site": len(model.record.sites),
@@ -143,6 +121,11 @@ class Recorder:
         self.values |= record_coordinates(model, system, times, times[snapshots])
 
     @property
+    def _at_once(self) -> int:
+        """Steps that are completed at once."""
+        return self._observed.shape[1]
+
+    @property
     def nbytes(self) -> int:
         """Memory that the arrays take when they are filled [bytes]."""
         kept: list[Array] = [*(getattr(self, name) for name in _KEPT), *self._supports.kept.values()]
@@ -154,7 +137,7 @@ class Recorder:
         self._record_motion(step, state)
         self._record_contact(step, state)
         self._supports.record(step, state)
-        if step % len(self._strained) == len(self._strained) - 1:
+        if step % self._at_once == self._at_once - 1:
             self._complete_last()
         if self._finite is not None and state.body is not None:
             self.values["stress"][step] = self._finite.stresses(state.body.deformed)
@@ -166,7 +149,9 @@ class Recorder:
         self.values["contact_iterations"][step] = state.iterations
         self.values["contact_residual"][step] = state.residual
         if (snapshot := self._snapshots.get(step)) is not None:
-            self._record_snapshot(snapshot, state)
+            self._waiting.append((snapshot, state))
+            if len(self._waiting) >= self._system.coordinates.snapshots_at_once:
+                self._record_snapshots()
 
     def pass_by(self, state: State) -> None:
         """Take note of a state between two that are recorded: the inertia of what is held goes on from it."""
@@ -175,6 +160,7 @@ class Recorder:
     def part(self, start: int, end: int) -> Recorder:
         """Return a completed copy of the records from one step to before another that were made so far."""
         self._complete_last()
+        self._record_snapshots()
         steps = slice(start, end)
         taken = [step for step in self._snapshots if start <= step < end]
         shots = slice(self._snapshots[taken[0]], self._snapshots[taken[-1]] + 1) if taken else slice(0)
@@ -199,6 +185,7 @@ class Recorder:
 
     def saved(self) -> Any:
         """Return what :meth:`restore` needs, as plain data and arrays."""
+        self._record_snapshots()
         arrays = {name: getattr(self, name) for name in _KEPT} | self._supports.kept
         values = {name: value for name, value in self.values.items() if _is_over_time(name)}
         return {"next": self._next, "values": values, "moved": self._bodies.moved, **arrays}
@@ -223,6 +210,7 @@ class Recorder:
         """Fill in what follows from the recorded states."""
         if not self._is_part:
             self._complete_last()
+            self._record_snapshots()
         if self._finite is None and not self._of_states:
             self.values["stress"][:] = self._sites.stresses(self._strains)
             self.values["strain"][:] = self._sites.tensors(self._strains)
@@ -237,10 +225,11 @@ class Recorder:
         self._bodies.complete_forces(self.values)
 
     def _record_motion(self, step: int, state: State) -> None:
-        row = step % len(self._strained)
-        for name, taken in zip(_FIELDS, self._taken, strict=True):
-            self._at_nodes.take(getattr(state, name), taken[row])
-        self._at_strained.take(state.displacement, self._strained[row])
+        row = step % self._at_once
+        for name, observed, touching in zip(_FIELDS, self._observed, self._touching, strict=True):
+            field = getattr(state, name)
+            self._at_sites.near.take(field, observed[row])
+            self._at_candidates.take(field, touching[row])
         self._bodies.record(step, state)
 
     def _record_contact(self, step: int, state: State) -> None:
@@ -264,13 +253,15 @@ class Recorder:
 
     def _complete_last(self) -> None:
         """Compute what follows from the last steps that are kept."""
-        start = (self._next - 1) // len(self._strained) * len(self._strained)
-        strains = self._strains[start : self._next]
-        strains[:] = (self._strain_map @ self._strained[: len(strains)].T).T.reshape(strains.shape)
-        self._supports.follow(slice(start, self._next))
-        for name, taken in zip(_FIELDS, self._taken[:, : len(strains)], strict=True):
-            sites = self.values[name][start : self._next]
-            sites[:], self.values[f"contact_{name}"][start : self._next] = np.split(taken, [sites.shape[1]], axis=1)
+        start = (self._next - 1) // self._at_once * self._at_once
+        steps = slice(start, self._next)
+        strains, count = self._strains[steps], self._next - start
+        strains[:] = (self._at_sites.strain @ self._observed[0, :count].T).T.reshape(strains.shape)
+        self._supports.follow(steps)
+        for name, observed, touching in zip(_FIELDS, self._observed, self._touching, strict=True):
+            sites = self.values[name][steps]
+            sites[:] = (self._at_sites.motion @ observed[:count].T).T.reshape(sites.shape)
+            self.values[f"contact_{name}"][steps] = touching[:count]
 
     def _relaxed(self, material: Elastic, strains: Array, _: NDArray[np.int64]) -> Relaxed:
         """Return all strains of points (n_times, k, m) [-] with their dashpots."""
@@ -305,22 +296,28 @@ class Recorder:
         )
         self.values["largest_friction_utilisation"][steps, number] = shares.max(axis=1, initial=0.0)
 
-    def _nodal(self, field: Array) -> Array:
-        """Return a field on the unknowns (n,) at all nodes, shape (n_nodes, dim)."""
-        return self._system.coordinates.on_mesh(field).reshape(-1, self._system.space.dim)
+    def _record_snapshots(self) -> None:
+        """Record the snapshots that wait, whose fields are carried to the mesh together."""
+        waiting, self._waiting = self._waiting, []
+        if not waiting:
+            return
+        fields = [field for _, state in waiting for field in (state.displacement, state.velocity)]
+        on_mesh = self._system.coordinates.on_mesh(np.stack(fields, axis=1))
+        for (number, state), displacement, velocity in zip(waiting, on_mesh.T[::2], on_mesh.T[1::2], strict=True):
+            self._record_snapshot(number, state, displacement, velocity)
 
-    def _record_snapshot(self, number: int, state: State) -> None:
+    def _record_snapshot(self, number: int, state: State, displacement: Array, velocity: Array) -> None:
+        """Record a state with its fields (n_dofs,) on the mesh."""
         values = self.values
-        values["snapshot_velocity"][number] = self._nodal(state.velocity)
-        displacement = self._nodal(state.displacement)
-        values["snapshot_displacement"][number] = displacement
+        for name, field in (("displacement", displacement), ("velocity", velocity)):
+            values[f"snapshot_{name}"][number] = field.reshape(-1, self._system.space.dim)
         if state.body is not None:
-            deformed, finite = state.body.deformed, self._cells.finite
+            deformed, finite = state.body.deformed, self._recoveries.finite_cells
             values["snapshot_strain_energy_density"][number] = finite.energy_densities(deformed)
             self._record_tensors(number, finite.stresses(deformed), finite.tensors(deformed))
             return
-        cells = self._cells.recovery
-        strains = cells.strains(displacement.ravel())
+        cells = self._recoveries.cells
+        strains = cells.strains(displacement)
         cells = replace(cells, relax=functools.partial(self._remembered, state, cells))
         values["snapshot_strain_energy_density"][number] = cells.energy_densities(strains)
         self._record_tensors(number, cells.stresses(strains), cells.tensors(strains))

@@ -23,7 +23,14 @@ from fingerslip.dynamics.reduced.reduction import (
 from fingerslip.dynamics.reduced.residual import ResidualCheck
 from fingerslip.errors import FingerslipError
 from fingerslip.fe.rigid_motions import free_pieces
-from fingerslip.linear.craig_bampton import CraigBampton, StaticResponses, craig_bampton, static_responses, vibrations
+from fingerslip.linear.craig_bampton import (
+    CraigBampton,
+    StaticResponses,
+    craig_bampton,
+    slow_motions,
+    static_responses,
+    vibrations,
+)
 from fingerslip.linear.memory import available_memory
 from fingerslip.model import ReducedBasis
 
@@ -32,12 +39,12 @@ __all__ = ["BasisStore", "march_reduced"]
 Array = NDArray[np.float64]
 
 # Vibrations of the first basis and of the largest one, and how many times as many the next one has at most.
-_FEWEST, _MOST, _MOST_TIMES = 20, 320, 8
-# Beside many static responses a step costs no more with so many vibrations, the share of them and the most.
-_BESIDE, _MOST_BESIDE = 0.125, 80
+_FEWEST, _MOST, _MOST_TIMES = 40, 320, 8
+# Slow motions that excite them: more vibrations for each bring more than more motions do (measured).
+_MOTIONS = 20
 # Square matrices of the interface's size that exist at once: static responses, eigenvectors, compliances.
 _SQUARES = 10
-_VERSION = 1
+_VERSION = 2
 
 _logger = logging.getLogger("fingerslip.dynamics")
 
@@ -93,7 +100,8 @@ class _Maker:
     def make(self, count: int) -> CraigBampton:
         """Make a basis with some vibrations."""
         further = further_shapes(self.body, self.motions.systems)
-        return craig_bampton(self.body, self._responses, vibrations(self.body, count), self.rows, further)
+        start = np.column_stack([slow_motions(self.body, self._responses[0], _MOTIONS), *further])
+        return craig_bampton(self.body, self._responses, vibrations(self.body, start, count), self.rows, further)
 
     @cached_property
     def _responses(self) -> tuple[Array, Array]:
@@ -147,7 +155,7 @@ def _require_suitable(motions: Motions) -> None:
         raise _UnsuitableError("rigid bodies have other damping than the material")
     interface = interface_unknowns(motions.systems)
     if not interface.size or interface.size >= system.mass.shape[0] - 1:
-        raise _UnsuitableError(f"{interface.size} of {system.mass.shape[0]} unknowns are those of contact and sites")
+        raise _UnsuitableError(f"{interface.size} of {system.mass.shape[0]} unknowns are those of contact")
     rows = observed_unknowns(motions.models, motions.systems)
     needed = 8 * interface.size * (_SQUARES * interface.size + 2 * rows.size)
     available = available_memory()
@@ -175,7 +183,7 @@ def _begun(first: Motions, maker: _Maker, wanted: ReducedBasis) -> tuple[Marched
     """Return the basis that is kept, or a motion and the basis that suffices for it, which is kept from now on."""
     with first.watch.part("basis"):
         kept = maker.kept()
-        basis = kept or maker.make(_first_count(maker.body.interface.size))
+        basis = kept or maker.make(_FEWEST)
     if kept is not None:
         return None, kept
     marched, basis = _suitable(first, maker, basis, wanted)
@@ -216,11 +224,6 @@ def _is_promising(tried: Sequence[tuple[int, float]]) -> bool:
     before, larger = tried[-2]
     order = np.log(larger / error) / np.log(count / before) if count > before else 0.0
     return bool(error <= (_MOST / count) ** order)
-
-
-def _first_count(responses: int) -> int:
-    """Return how many vibrations to begin with beside some static responses."""
-    return max(_FEWEST, min(int(_BESIDE * responses), _MOST_BESIDE))
 
 
 def _next_count(count: int, excess: float) -> int:

@@ -1,7 +1,7 @@
 """The algebra of a step in the coordinates of a reduced body, in which all matrices are diagonal.
 
-A field is kept as the coordinates z (m,) with the displacement o = E z (p,) of the interface behind them, so that sites
-and contact candidates are read off as on a mesh. Matrices act on z alone. Forces may act on both: those on o do the
+A field is kept as the coordinates z (m,) with the displacement o = E z (p,) of the interface behind them, so that
+contact candidates are read off as on a mesh. Matrices act on z alone. Forces may act on both: those on o do the
 work of E^T times them on z. With [1; E] in front and behind, a diagonal matrix D of z has the solution ::
 
     x = [1; E] D^-1 [1, E^T] b

@@ -1,9 +1,9 @@
 """A system in the coordinates of a reduced body, which a step treats as it treats one on a mesh.
 
-The interface of the basis holds all degrees of freedom of the contact candidates and of the sites, and those of
-rigid bodies: their static responses are exact. An unknown of the reduced system is a coordinate of the basis or the
-displacement of an interface unknown, which follows from the coordinates but is kept beside them, so that contact and
-recording read it as they do on a mesh; see :mod:`fingerslip.dynamics.reduced.modal`.
+The interface of the basis holds all degrees of freedom of the contact candidates and those of rigid bodies: their
+static responses are exact. An unknown of the reduced system is a coordinate of the basis or the displacement of an
+interface unknown, which follows from the coordinates but is kept beside them, so that contact reads it as it does on a
+mesh; see :mod:`fingerslip.dynamics.reduced.modal`.
 """
 
 from __future__ import annotations
@@ -49,6 +49,7 @@ class ReducedCoordinates:
     body: StaticResponses
     basis: CraigBampton
     checks_at_once = 32
+    snapshots_at_once = 16
 
     @property
     def rigid(self) -> Indices:
@@ -68,7 +69,7 @@ class ReducedCoordinates:
         return NodalComponents(every, np.zeros(every.size, dtype=bool)), self.restricted(of_unknowns)
 
     def on_mesh(self, field: Array) -> Array:
-        """Return a field (m + p,) at all degrees of freedom of the mesh, shape (n_dofs,)."""
+        """Return a field (m + p,) or (m + p, k) at all degrees of freedom of the mesh, (n_dofs,) or (n_dofs, k)."""
         return self.system.coordinates.on_mesh(self.lifted(field))
 
     def lifted(self, field: Array) -> Array:
@@ -110,20 +111,20 @@ class ReducedCoordinates:
 
 
 def interface_unknowns(systems: Sequence[System]) -> Indices:
-    """Return the unknowns of contact candidates, sites and rigid bodies of systems, ascending, shape (p,)."""
-    found = [own for system in systems for own in (system.relative.indices, _of_nodes(system, system.site_nodes))]
-    rigid = systems[0].coordinates.rigid
-    return np.unique(np.concatenate([*found, rigid])).astype(np.int64)
+    """Return the unknowns of contact candidates and rigid bodies of systems, ascending, shape (p,)."""
+    found = [system.relative.indices for system in systems]
+    return np.unique(np.concatenate([*found, systems[0].coordinates.rigid])).astype(np.int64)
 
 
 def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Indices:
-    """Return the unknowns that strains at sites and checks of the other boundary nodes read, ascending, shape (r,)."""
+    """Return the unknowns that sites and checks of the other boundary nodes read, ascending, shape (r,)."""
     found: list[Indices] = []
     for model, system in zip(models, systems, strict=True):
         found += [sparse.csr_matrix(own.relative).indices for own in system.outsiders]
         regions = [site.region for site in model.record.sites]
         strained = site_recovery(system.space, system.materials, system.site_nodes, regions).strain
-        taken = system.coordinates.components(np.unique(strained.indices))
+        sites = vector_dofs(system.site_nodes, system.space.dim).ravel()
+        taken = system.coordinates.components(np.union1d(sites, strained.indices))
         found.append(taken.rows[~taken.held])
     return np.setdiff1d(np.concatenate(found), interface_unknowns(systems)).astype(np.int64)
 
@@ -169,12 +170,6 @@ def reduced_system(system: System, body: StaticResponses, basis: CraigBampton) -
             mass=_reduced_rows(system.supports.mass, body, basis),
         ),
     )
-
-
-def _of_nodes(system: System, nodes: Indices) -> Indices:
-    """Return the unknowns of mesh nodes (k,)."""
-    found = system.coordinates.components(vector_dofs(nodes, system.space.dim).ravel())
-    return found.rows[~found.held]
 
 
 def _reduced_rows(rows: sparse.csr_matrix | Array, body: StaticResponses, basis: CraigBampton) -> Array:

@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 
 # Checks at equal distances in a motion, and how much faster a motion has to become to be checked out of turn.
 _CHECKS, _FASTER = 16, 1.5
-# Squares of missing frequencies, over that of the highest one in the basis.
+# Squares of missing frequencies, over that of the lowest.
 _HIGHER = 10.0 ** np.arange(7)
 
 
@@ -63,8 +63,10 @@ class ResidualCheck:
         self._fastest = np.zeros(len(models))
         self._missing, self._largest = np.zeros(len(models)), np.zeros(len(models))
         self._missing_inertia, self._inertia = np.zeros(len(models)), np.zeros(len(models))
-        highest = float(coordinates[0].basis.frequencies.max(initial=1.0))
-        self._remembered = min(steps_remembered(self._scheme, self._damping, highest), steps)
+        # Vibrations above the middle of the frequencies are rough: what is like them may be missing.
+        frequencies = coordinates[0].basis.frequencies
+        missing = float(np.median(frequencies)) if frequencies.size else 1.0
+        self._remembered = min(steps_remembered(self._scheme, self._damping, missing), steps)
         self.count = 0
 
     @property

@@ -36,6 +36,10 @@ class Coordinates(Protocol):
     def checks_at_once(self) -> int:
         """Steps whose other boundary nodes are best checked at once for whether they reach a counterface."""
 
+    @property
+    def snapshots_at_once(self) -> int:
+        """Snapshots that are best carried to the mesh at once."""
+
     def components(self, dofs: Indices) -> NodalComponents:
         """Find degrees of freedom of the mesh, such as those of sites and candidates, shape (k,)."""
 
@@ -43,7 +47,7 @@ class Coordinates(Protocol):
         """Return what a linear map (k, n_dofs) of the mesh's displacement takes, and the map of that."""
 
     def on_mesh(self, field: Array) -> Array:
-        """Return a field (n,) at all degrees of freedom of the mesh, shape (n_dofs,), zero where it is held."""
+        """Return a field (n,) or k of them (n, k) at all degrees of freedom of the mesh, zero where it is held."""
 
     def factorise(self, matrix: sparse.csr_matrix, solver: LinearSolver) -> Factor:
         """Factorise a matrix (n, n)."""
@@ -69,6 +73,7 @@ class MeshCoordinates:
     unknowns: Unknowns
     n_dofs: int
     checks_at_once = 16
+    snapshots_at_once = 1
 
     @property
     def rigid(self) -> Indices:
@@ -85,8 +90,8 @@ class MeshCoordinates:
         return self.components(taken), matrix[:, taken]
 
     def on_mesh(self, field: Array) -> Array:
-        """Return a field (n,) on all of the mesh, shape (n_dofs,)."""
-        full = np.zeros(self.n_dofs)
+        """Return a field (n,) or (n, k) on all of the mesh, shape (n_dofs,) or (n_dofs, k)."""
+        full = np.zeros((self.n_dofs, *field.shape[1:]), order="F")
         full[self.unknowns.free] = field[: self.unknowns.free.size]
         for unknown, dofs in zip(self.unknowns.moving, self.unknowns.carried, strict=True):
             full[dofs] = field[unknown]

@@ -199,8 +199,8 @@ class DynamicsSettings:
     Parameters
     ----------
     basis : {'full', 'reduced', 'automatic'}
-        The mesh; a reduced basis of it, kept on disk for other runs; or the basis where so many runs of a sweep share
-        a body that it saves time, and the mesh elsewhere, also for a run alone.
+        The mesh; a reduced basis of it, kept on disk for other runs; or the basis where it saves time in the runs that
+        share a body, and the mesh elsewhere.
     tolerance : float
         Of the reduced basis: largest error of the displacement, estimated during the motion, over the largest
         displacement.

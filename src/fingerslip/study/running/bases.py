@@ -46,14 +46,16 @@ def _is_open(job: Job) -> bool:
 
 
 def _saves(models: Sequence[Model]) -> bool:
-    """Tell whether a basis saves time in all motions of a body together; never for a motion alone."""
+    """Tell whether a basis saves time in all motions of a body together."""
     if any(_needs_mesh(model) for model in models):
         return False
     known = checked(models[0])
-    nodes = {*known.site_nodes.tolist(), *(node for own in known.candidates for node in own.nodes.tolist())}
-    # The first motion with each matrix may try out how many vibrations it needs, and is then computed again.
+    nodes = {node for own in known.candidates for node in own.nodes.tolist()}
+    # The first of several motions with a matrix may try out how many vibrations they need, and is then computed again.
     first = first_alike(models, same_matrix)
-    steps = sum(step_count(model) for number, model in enumerate(models) if first[number] != number)
+    steps = sum(
+        step_count(model) for number, model in enumerate(models) if first[number] != number or first.count(number) == 1
+    )
     return basis_saves(known.free.size, known.space.dim * len(nodes), steps, known.space.dim)
 
 

@@ -104,7 +104,7 @@ def basis_saves(unknowns: int, interface: int, steps: int, dim: int = 2) -> bool
     unknowns : int
         Degrees of freedom of the mesh.
     interface : int
-        Those of contact candidates and sites among them, whose static responses make the basis.
+        Those of contact candidates among them, whose static responses make the basis.
     steps : int
         Steps of all runs together.
     dim : int, optional

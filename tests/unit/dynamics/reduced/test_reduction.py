@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
+from fingerslip.contact.candidates import node_operator
 from fingerslip.dynamics.reduced.reduction import (
     ReducedCoordinates,
     further_shapes,
@@ -17,7 +18,7 @@ from fingerslip.dynamics.reduced.reduction import (
 )
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.history import VARIABLES
-from fingerslip.linear.craig_bampton import StaticResponses, craig_bampton, static_responses, vibrations
+from fingerslip.linear.craig_bampton import StaticResponses, craig_bampton, slow_motions, static_responses, vibrations
 from fingerslip.linear.solver import preferred_solver
 from problems.reduced import REDUCED, SITES, deep_push_and_slide, difference, fine_pad
 
@@ -40,7 +41,9 @@ def parts(model, count=10):
     body = StaticResponses(system.stiffness, system.mass, interface_unknowns([system]), preferred_solver())
     rows = observed_unknowns([model], [system])
     responses = static_responses(body, rows)
-    basis = craig_bampton(body, responses, vibrations(body, count), rows, further_shapes(body, [system]))
+    further = further_shapes(body, [system])
+    start = np.column_stack([slow_motions(body, responses[0], 5), *further])
+    basis = craig_bampton(body, responses, vibrations(body, start, count), rows, further)
     return system, body, basis
 
 
@@ -123,12 +126,12 @@ def test_motions_together_are_those_alone():
             assert difference(beside, alone, name) < 1e-7
 
 
-def test_the_interface_is_that_of_candidates_sites_and_drives():
+def test_the_interface_is_that_of_candidates_and_drives():
     contact = fs.Contact("bottom", drive=fs.Drive(mass=1e-3, force=1e-3))
     system = build_system(deep_push_and_slide(contacts=(contact,)))
     found = interface_unknowns([system])
     assert found[-1] == system.mass.shape[0] - 1
-    nodes = np.unique([*system.candidates.nodes, *system.site_nodes])
+    nodes = system.candidates.nodes
     dofs = np.concatenate([2 * nodes, 2 * nodes + 1])
     np.testing.assert_array_equal(system.free[found[:-1]], np.intersect1d(system.free, dofs))
 
@@ -139,10 +142,16 @@ def test_fields_and_sites_are_read_from_the_coordinates():
     z = np.random.default_rng(1).normal(size=basis.eigenvalues.size)
     field = np.concatenate([z, basis.at_interface @ z])
     on_mesh = coordinates.on_mesh(field)
-    dofs = np.array([2 * system.site_nodes[0], 2 * system.site_nodes[1] + 1])
+    touching = 2 * system.candidates.nodes[:2]
     found = np.empty(2)
-    coordinates.components(dofs).take(field, found)
-    np.testing.assert_allclose(found, on_mesh[dofs], rtol=1e-9)
+    coordinates.components(touching).take(field, found)
+    np.testing.assert_allclose(found, on_mesh[touching], rtol=1e-9)
+    taken, read = coordinates.mapped(node_operator(system.site_nodes, 2, system.space.n_dofs))
+    sites, at_sites = np.empty(taken.rows.size), (2 * system.site_nodes[:, None] + [0, 1]).ravel()
+    taken.take(field, sites)
+    np.testing.assert_allclose(read @ sites, on_mesh[at_sites], rtol=1e-9)
+    both = np.stack([field, 2.0 * field], axis=1)
+    np.testing.assert_allclose(coordinates.on_mesh(both), np.stack([on_mesh, 2.0 * on_mesh], axis=1), rtol=1e-9)
     held = np.setdiff1d(np.arange(system.space.n_dofs), system.free)
     np.testing.assert_array_equal(on_mesh[held], 0.0)
     nothing = np.ones(held.size)

@@ -1,0 +1,96 @@
+"""How strains and motions are read from the coordinates of a system: made once for motions of one body."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from fingerslip.contact.candidates import node_operator
+from fingerslip.dynamics.system.operators import NodalComponents
+from fingerslip.dynamics.system.system import System
+from fingerslip.fe.finite.recovery import FiniteRecovery, finite_cell_recovery
+from fingerslip.fe.recovery import Recovery, cell_recovery, site_recovery
+
+__all__ = ["AtSites", "Recoveries"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class AtSites:
+    """How displacement and strain at sites are read.
+
+    Parameters
+    ----------
+    recovery : Recovery
+        Strains at the sites, as a map of the mesh's displacement, with the materials there; none at large strain.
+    near : NodalComponents
+        What of a field in the coordinates is taken, k numbers.
+    motion : (n_sites * dim, k) matrix
+        The field at the sites, as a map of these.
+    strain : (n_strains, k) matrix
+        The strains, as a map of these [1/m].
+    """
+
+    recovery: Recovery
+    near: NodalComponents
+    motion: Array | sparse.csr_matrix
+    strain: Array | sparse.csr_matrix
+
+    @property
+    def strained(self) -> tuple[int, int]:
+        """Points at which strains are read, and strain components at each."""
+        return self.strain.shape[0] // self.recovery.components, self.recovery.components
+
+
+class Recoveries:
+    """The recovery of strains of a body, made when it is first needed.
+
+    Parameters
+    ----------
+    system : System
+        The discrete system of a motion; others of its body share mesh and coordinates with it.
+    """
+
+    def __init__(self, system: System) -> None:
+        self._system = system
+        self._at_sites: dict[tuple[bytes, tuple[str | None, ...]], AtSites] = {}
+
+    @functools.cached_property
+    def cells(self) -> Recovery:
+        """The strains of all cells at small strain."""
+        return cell_recovery(self._system.space, self._system.materials)
+
+    @functools.cached_property
+    def finite_cells(self) -> FiniteRecovery:
+        """The stresses of all cells at large strain."""
+        return finite_cell_recovery(self._system.require_body().bulk)
+
+    def at_sites(self, nodes: NDArray[np.int64], regions: Sequence[str | None]) -> AtSites:
+        """Return how displacement and strain at sites are read.
+
+        Parameters
+        ----------
+        nodes : (n_sites,) array
+            Their mesh nodes.
+        regions : sequence of str or None
+            The region of each, on whose side strains are taken.
+        """
+        key = nodes.tobytes(), tuple(regions)
+        if key not in self._at_sites:
+            self._at_sites[key] = self._made_at_sites(nodes, regions)
+        return self._at_sites[key]
+
+    def _made_at_sites(self, nodes: NDArray[np.int64], regions: Sequence[str | None]) -> AtSites:
+        system = self._system
+        # At large strain, stresses are taken from the body in every step.
+        strained, sides = (nodes, regions) if system.body is None else (nodes[:0], [])
+        recovery = site_recovery(system.space, system.materials, strained, sides)
+        motion = node_operator(nodes, system.space.dim, system.space.n_dofs)
+        near, both = system.coordinates.mapped(sparse.csr_matrix(sparse.vstack([motion, recovery.strain])))
+        return AtSites(recovery, near, both[: motion.shape[0]], both[motion.shape[0] :])
