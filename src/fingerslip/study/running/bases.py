@@ -67,7 +67,8 @@ def _needs_mesh(model: Model) -> bool:
     weak = any(weakens(contact.friction) for contact in model.contacts)
     relaxes = any(getattr(material, "prony", ()) for material in model.materials.values())
     damped = any(body.dampers for body in model.bodies.values())
-    return weak or relaxes or damped or model.is_finite or bool(model.support_motions) or isinstance(model.time, Adaptive)
+    moved = bool(model.support_motions)
+    return weak or relaxes or damped or moved or model.is_finite or isinstance(model.time, Adaptive)
 
 
 def _decided(job: Job, *, reduced: bool) -> Job:

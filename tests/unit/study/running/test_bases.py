@@ -129,7 +129,10 @@ def test_decisions_leave_everything_else_as_it_was(write_study: Write, tmp_path:
             }
         },
     ],
-    ids=["large strain", "relaxing", "steps that control their error", "damped bodies", "weakening friction", "moving supports"],
+    ids=[
+        *("large strain", "relaxing", "steps that control their error", "damped bodies"),
+        *("weakening friction", "moving supports"),
+    ],
 )
 def test_what_a_basis_does_not_know_takes_the_mesh(
     write_study: Write, tmp_path: Path, asked: list[Any], changes: dict[str, Any]
