@@ -15,7 +15,7 @@ import shutil
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from fingerslip.digest import digest
 from fingerslip.errors import DamagedError, InputError, ResultError
@@ -46,6 +46,8 @@ __all__ = [
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _FOLDER = {errno.EISDIR, errno.ENOTEMPTY}
 _DAY = 86400.0
+# How often a lock is tried whose file is taken away meanwhile: every time, another process has been inside.
+_TRIES = 100_000
 _CHECKSUM = "checksum"
 _TEMPORARY = re.compile(r"\.(?P<name>.+)\.(?P<process>\d+)\.(?:partial|old)(?:\.\w+)?")
 
@@ -136,23 +138,43 @@ def alone(mark: Path) -> Iterator[None]:
     """Let one process at a time into the block, so that what one makes there, the others find.
 
     Whoever waits is let in when the process inside leaves, or ends for whatever reason. Where the system or the folder
-    allows no lock, nobody waits. Of three or more, one that comes while the first leaves may be let in beside one that
-    has waited, as the file is taken away then: the block saves work, and must be right without it.
+    allows no lock, nobody waits: the block saves work, and must be right without it.
 
     Parameters
     ----------
     mark : Path
         An empty file that is there meanwhile; its folder is made.
     """
-    with contextlib.ExitStack() as stack:
-        with contextlib.suppress(OSError):
-            mark.parent.mkdir(parents=True, exist_ok=True)
-            stack.callback(remove_empty, mark.parent)
-            file = stack.enter_context(mark.open("ab"))
-            stack.callback(mark.unlink, missing_ok=True)
-            if fcntl is not None:
-                fcntl.flock(file, fcntl.LOCK_EX)
+    file = _locked(mark)
+    try:
         yield
+    finally:
+        if file is not None:
+            with contextlib.suppress(OSError), file:
+                mark.unlink()
+            remove_empty(mark.parent)
+
+
+def _locked(mark: Path) -> BinaryIO | None:
+    """Return a file, open and locked, or None where no lock is to be had.
+
+    The process inside takes the file away when it leaves. Whoever waited has then locked a file without a name, beside
+    which others lock a new one, and tries again with the file that has the name.
+    """
+    for _ in range(_TRIES if fcntl is not None else 0):
+        try:
+            mark.parent.mkdir(parents=True, exist_ok=True)
+            with contextlib.ExitStack() as unwanted:
+                file = unwanted.enter_context(mark.open("ab"))
+                fcntl.flock(file, fcntl.LOCK_EX)
+                if os.path.samestat(os.fstat(file.fileno()), mark.stat()):
+                    unwanted.pop_all()
+                    return file
+        except (FileExistsError, FileNotFoundError):  # the file is taken away meanwhile, and the folder with it
+            continue
+        except OSError:
+            return None
+    return None
 
 
 def check_replaceable(folder: Path, mark: str) -> None:

@@ -73,6 +73,7 @@ _SHOWN: Mapping[tuple[str, str], float] = MappingProxyType(
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 # A number and the beginning of a unit, as JSON Schema writes patterns.
 _WITH_UNIT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*(?![eE][-+]?\d)[^\s\d.]"
+_COMMA = re.compile(r",\d")
 _NOT_ZERO = re.compile(r"[-+.0]*[1-9]")
 # Numbers stand in units as exponents alone, of one digit: others would be calculated, 9**9**9 for hours.
 _UNIT = re.compile(r"(?:[^\W\d_]\w*|[ ()/*%°Ωµ·-]|(?:\*\*|\^) ?-?\d(?!\w| ?\*\*| ?\^)|1 ?/)+")
@@ -171,6 +172,9 @@ def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quant
     if not unit:
         raise _no_unit(number, si, unit_example, where)
     factor = _factor(unit, si)
+    if _COMMA.match(unit) and number.isdecimal():
+        repair = f"write '{shortened(number + unit.replace(',', '.', 1))}'"
+        raise InputError(where, f"got '{shown}'", "needs a decimal point, not a comma", repair)
     if factor is None:
         repair = f"write for example '{shortened(number)} {unit_example}'"
         raise InputError(where, f"got '{shown}'", f"needs a unit of [{si}]", repair)

@@ -171,6 +171,29 @@ def test_processes_are_let_in_one_by_one(tmp_path: Path) -> None:
     assert not mark.parent.exists()
 
 
+ROUNDS, PROCESSES = 200, 4
+ENTER = """
+import os, sys
+from pathlib import Path
+from fingerslip.files import alone
+mark, inside = Path(sys.argv[1]), sys.argv[2]
+for _ in range(int(sys.argv[3])):
+    with alone(mark):
+        os.close(os.open(inside, os.O_CREAT | os.O_EXCL))
+        os.unlink(inside)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="has no such lock")
+def test_never_two_processes_are_inside(tmp_path: Path) -> None:
+    """The one that leaves takes file and folder away, while others wait and come."""
+    command = [sys.executable, "-c", ENTER, str(tmp_path / "made" / ".mark"), str(tmp_path / "inside"), str(ROUNDS)]
+    others = [subprocess.Popen(command, stderr=subprocess.PIPE, text=True) for _ in range(PROCESSES)]
+    assert [other.communicate()[1] for other in others] == [""] * PROCESSES
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_folder_in_the_form_of_others_has_to_be_empty(tmp_path: Path) -> None:
     check_empty(tmp_path / "new")
     check_empty(tmp_path)

@@ -61,7 +61,7 @@ def test_display_value_and_text_agree(value: float, pair: tuple[str, str]) -> No
         ("1.5", "'1.5' has no unit, needs a unit of [m]; write '1.5 mm' or '1.5 m'"),
         ("3 kg", "got '3 kg', needs a unit of [m]; write for example '3 mm'"),
         ("3 furlongz", "got '3 furlongz', needs a unit of [m]; write for example '3 mm'"),
-        ("1,5 mm", "got '1,5 mm', needs a unit of [m]; write for example '1 mm'"),
+        ("1,5 mm", "got '1,5 mm', needs a decimal point, not a comma; write '1.5 mm'"),
         ("mm", "'mm' is not a quantity, needs a number and a unit such as '1.5 mm'"),
         ("", "'' is not a quantity, needs a number and a unit such as '1.5 mm'"),
         ("nan mm", "'nan mm' is not a quantity, needs a number and a unit such as '1.5 mm'"),

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["read_file", "write_file"]
 
+_AGAIN = "look whether it is whole, and export it again"
 # Beyond it squares lose the size of the cells.
 _FARTHEST = 1e9
 # What meshio has to be told of some formats.
@@ -46,13 +47,15 @@ def read_file(file: Path, needed: str) -> meshio.Mesh:
 
     if not file.is_file():
         raise MeshError(str(file), "no such file", needed)
+    if not file.stat().st_size:
+        raise MeshError(str(file), "is empty", needed, _AGAIN)
     try:
         with _silence():
             data = meshio.read(file)
     # meshio ends the program where no reader fits, and its readers fail in any way on a damaged file.
     except (Exception, SystemExit) as error:
         cause = str(error) if isinstance(error, Exception) else "unknown or damaged format"
-        raise MeshError(str(file), f"cannot be read ({shortened(cause)})", needed) from error
+        raise MeshError(str(file), f"cannot be read ({shortened(cause)})", needed, _AGAIN) from error
     _check_numbers(file, data)
     return data
 

@@ -185,7 +185,9 @@ def _composed(text: str, where: str) -> Node | None:
         raise _too_deep(_place(where, error.problem_mark)) from None
     except MarkedYAMLError as error:
         problem = str(error.problem or "text that is no YAML").removeprefix("but ").removeprefix("found ")
-        raise InputError(_place(where, error.problem_mark or error.context_mark), f"found {problem}", _NEEDED) from None
+        repair = "indent with spaces" if "'\\t'" in problem else ""
+        place = _place(where, error.problem_mark or error.context_mark)
+        raise InputError(place, f"found {problem}", _NEEDED, repair) from None
     except ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
         found = f"found a character that YAML does not allow (code {error.character:#x})"

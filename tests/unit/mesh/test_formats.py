@@ -37,6 +37,9 @@ def test_missing_and_damaged_files_are_named(tmp_path: Path, capfd: pytest.Captu
     (tmp_path / "bad.stl").write_text("nothing")
     with pytest.raises(MeshError, match=r"bad\.stl: cannot be read \(.+\), needs a surface"):
         read_file(tmp_path / "bad.stl", "needs a surface")
+    (tmp_path / "empty.stl").touch()
+    with pytest.raises(MeshError, match=r"empty\.stl: is empty, needs a surface; look whether it is whole, and export"):
+        read_file(tmp_path / "empty.stl", "needs a surface")
     (tmp_path / "bad.nix").write_text("nothing")
     with pytest.raises(MeshError, match=r"bad\.nix: cannot be read"):
         read_file(tmp_path / "bad.nix", "needs a surface")

@@ -42,7 +42,13 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
         ("a: \x01", "f: line 1: found a character that YAML does not allow (code 0x1), needs text"),
         ('a: "\\UFFFFFFFF"', "f: found text that is no YAML"),
         ("%YAML 9.9\n---\na: 1", "f: line 1, column 1: found incompatible YAML document"),
-        ("a:\n\tb: 1", "f: line 2, column 1: found character '\\t' that cannot start any token"),
+        (
+            "a:\n\tb: 1",
+            (
+                "f: line 2, column 1: found character '\\t' that cannot start any token, needs 'key: value' lines, "
+                "each key once; indent with spaces"
+            ),
+        ),
     ],
 )
 def test_exotic_text_gives_one_clear_error(text: str, message: str) -> None:

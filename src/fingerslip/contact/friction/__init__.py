@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from fingerslip.contact.friction.anisotropic import Anisotropic
 from fingerslip.contact.friction.coulomb import Coulomb
-from fingerslip.contact.friction.law import ISOTROPIC, Conditions, FrictionLaw, TangentFrame
+from fingerslip.contact.friction.law import ISOTROPIC, Conditions, FrictionLaw, TangentFrame, weakens
 from fingerslip.contact.friction.pressure_dependent import PressureDependent
 from fingerslip.contact.friction.slip_weakening import SlipWeakening
 from fingerslip.contact.friction.static_kinetic import StaticKinetic
@@ -34,6 +34,7 @@ __all__ = [
     "StaticKinetic",
     "TangentFrame",
     "TimeDependent",
+    "weakens",
 ]
 
 # What study files can name, each by its class in snake case.

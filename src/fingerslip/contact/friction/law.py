@@ -8,9 +8,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ISOTROPIC", "Conditions", "FrictionLaw", "TangentFrame"]
+__all__ = ["ISOTROPIC", "Conditions", "FrictionLaw", "TangentFrame", "weakens"]
 
 Array = NDArray[np.float64]
+
+# Slips [m], slip rates [m/s] and a pressure [Pa] at which a law is asked whether it weakens.
+_SLIPS = np.concatenate([[0.0], np.geomspace(1e-9, 1.0, 91)])
+_PRESSURE = 1e3
 
 
 @dataclass(frozen=True)
@@ -82,3 +86,18 @@ class FrictionLaw(Protocol):
 
     def coefficients(self, conditions: Conditions) -> Array:
         """Return the friction coefficient of every node, along the first tangent, shape (n,) [-]."""
+
+
+def weakens(law: FrictionLaw) -> bool:
+    """Tell whether friction falls as a node slips farther or faster, so that contact may stick and slip by itself.
+
+    Examples
+    --------
+    >>> from fingerslip.contact.friction import Coulomb, StaticKinetic
+    >>> weakens(Coulomb(0.6)), weakens(StaticKinetic(0.6, 0.5, decay_speed=1e-3))
+    (False, True)
+    """
+    pressure, none = np.full(_SLIPS.size, _PRESSURE), np.zeros(_SLIPS.size)
+    further = law.coefficients(Conditions(pressure, none, _SLIPS, time=0.0))
+    faster = law.coefficients(Conditions(pressure, _SLIPS, none, time=0.0))
+    return bool(np.any(np.diff([further, faster]) < 0.0))

@@ -101,6 +101,6 @@ def _read_text(path: Path) -> str:
     except IsADirectoryError:
         raise InputError(str(path), "is a folder", "needs a study file") from None
     except UnicodeDecodeError:
-        raise InputError(str(path), "is not text in UTF-8", "needs a study file") from None
+        raise InputError(str(path), "is not text in UTF-8", "needs a study file", "save it as UTF-8") from None
     except OSError as error:  # such as a name that is too long
         raise InputError(shortened(str(path)), f"cannot be read ({error.strerror})", "needs a study file") from None

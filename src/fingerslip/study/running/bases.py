@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
+from fingerslip.contact.friction import weakens
 from fingerslip.dynamics.recording.steps import step_count
 from fingerslip.dynamics.step.sharing import first_alike, material_key, same_body, same_matrix
 from fingerslip.dynamics.system.checks import checked
@@ -60,10 +61,16 @@ def _saves(models: Sequence[Model]) -> bool:
 
 
 def _needs_mesh(model: Model) -> bool:
-    """Tell whether a model is never computed in a basis: :func:`~fingerslip.dynamics.reduced.march.march_reduced`."""
+    """Tell whether a model has to be computed on the mesh.
+
+    That is so for all that :func:`~fingerslip.dynamics.reduced.march.march_reduced` refuses, and where friction weakens
+    as nodes slip: such slip multiplies differences, however small, so that no tolerance holds.
+    """
+    weak = any(weakens(contact.friction) for contact in model.contacts)
     relaxes = any(getattr(material, "prony", ()) for material in model.materials.values())
     damped = any(body.dampers for body in model.bodies.values())
-    return relaxes or damped or model.is_finite or bool(model.support_motions) or isinstance(model.time, Adaptive)
+    moved = bool(model.support_motions)
+    return weak or relaxes or damped or moved or model.is_finite or isinstance(model.time, Adaptive)
 
 
 def _decided(job: Job, *, reduced: bool) -> Job:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
-from fingerslip.files import clean_stale, remove_empty
+from fingerslip.files import check_folder, clean_stale, remove_empty
 from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.protocols import require_kind
 from fingerslip.results import RefusedRun, RunResult, StudyResult
@@ -149,6 +149,9 @@ def run_plans(
 ) -> tuple[StudyResult, ...]:
     """Run studies that are planned already; see :func:`run_study`."""
     _require_workers(workers)
+    for plan in plans:
+        check_folder(plan.folder.parent)
+        check_folder(plan.folder)
     finished = [{} if force else plan.finished() for plan in plans]
     prepared = [
         _prepared(plan, [run for run in plan.runs if run.name not in there])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 
 import pytest
 import xarray as xr
+from matplotlib.path import Path as Outline
 
 from fingerslip.history import phase_times
 from fingerslip.published import published
@@ -59,6 +61,27 @@ def browser() -> Iterator[Any]:
         opened.close()
 
 
+# Notes the corners of every word that is drawn in the plots since the canvas was last cleared.
+WORDS = """
+window.drawn = [];
+const canvas = CanvasRenderingContext2D.prototype, [clear, write] = [canvas.clearRect, canvas.fillText];
+canvas.clearRect = function (...box) {
+  if (this.canvas.dataset.part === "plots") window.drawn = [];
+  clear.apply(this, box);
+};
+canvas.fillText = function (text, x, y) {
+  write.call(this, text, x, y);
+  if (this.canvas.dataset.part !== "plots") return;
+  const own = this.measureText(text), to = this.getTransform(), ratio = window.devicePixelRatio;
+  const [left, right] = [x - own.actualBoundingBoxLeft, x + own.actualBoundingBoxRight];
+  const [top, bottom] = [y - own.actualBoundingBoxAscent, y + own.actualBoundingBoxDescent];
+  const corners = [[left, top], [right, top], [right, bottom], [left, bottom]];
+  const at = corners.map(([a, b]) => new DOMPoint(a, b).matrixTransform(to)).map((p) => [p.x / ratio, p.y / ratio]);
+  window.drawn.push({ text, at });
+};
+"""
+
+
 @pytest.fixture(params=[1400, 390])
 def page(request: pytest.FixtureRequest, browser: Any, page_file: Path) -> Iterator[Any]:
     context = browser.new_context(viewport={"width": request.param, "height": 900}, offline=True)
@@ -67,6 +90,7 @@ def page(request: pytest.FixtureRequest, browser: Any, page_file: Path) -> Itera
     opened.on("console", lambda message: said.append(message.text))
     opened.on("pageerror", lambda error: said.append(str(error)))
     opened.on("requestfailed", lambda asked: said.append(asked.url))
+    opened.add_init_script(WORDS)
     opened.goto(page_file.as_uri())
     opened.wait_for_selector(".motion[data-ready]", timeout=60_000)
     yield opened
@@ -81,6 +105,21 @@ def test_page_is_accessible_and_fits_its_window(page: Any) -> None:
     assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
     assert page.locator("main h2").count() > 5
     assert page.locator("img:not([alt])").count() == 0
+
+
+def test_words_in_the_plots_are_all_there_and_apart(page: Any) -> None:
+    words = page.evaluate("window.drawn")
+    width = page.locator("[data-part=plots]").evaluate("canvas => canvas.clientWidth")
+    assert {"normal", "tangential", "tangential / normal force", "slipping area fraction"} <= {
+        word["text"] for word in words
+    }
+    shapes = [Outline([*word["at"], word["at"][0]]) for word in words]
+    for word, shape in zip(words, shapes, strict=True):
+        assert shape.vertices[:, 0].min() >= 0.0, word
+        assert shape.vertices[:, 0].max() <= width, word
+    pairs = itertools.combinations(zip(words, shapes, strict=True), 2)
+    found = [(one["text"], two["text"]) for (one, first), (two, second) in pairs if first.intersects_path(second)]
+    assert found == []
 
 
 def test_tables_sort_both_ways(page: Any) -> None:

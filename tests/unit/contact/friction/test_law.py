@@ -11,6 +11,7 @@ from fingerslip.contact.friction import (
     StaticKinetic,
     TangentFrame,
     TimeDependent,
+    weakens,
 )
 from unit.contact.friction.nodes import conditions
 
@@ -37,3 +38,17 @@ def test_conditions_at_some_nodes_keep_the_time():
         [7, 9],
     )
     assert some.time == given.time
+
+
+def test_friction_weakens_where_it_falls_with_slip_or_its_rate():
+    assert weakens(StaticKinetic(0.6, 0.5, 1e-3))
+    assert weakens(SlipWeakening(0.6, 0.5, 1e-5))
+    for law in (
+        StaticKinetic(0.6, 0.6, 1e-3),
+        StaticKinetic(0.5, 0.6, 1e-3),
+        SlipWeakening(0.6, 0.6, 1e-5),
+        Coulomb(0.6),
+        PressureDependent(0.6, 1e3, -1 / 3),
+        TimeDependent((0.0, 1.0), (0.6, 0.5)),
+    ):
+        assert not weakens(law)

@@ -45,7 +45,7 @@ def test_folder_and_binary_file_are_no_studies(tmp_path: Path) -> None:
     long = tmp_path / f"{'x' * 300}.yaml"
     for path, message in (
         (tmp_path, "is a folder"),
-        (tmp_path / "x.yaml", "is not text in UTF-8"),
+        (tmp_path / "x.yaml", "is not text in UTF-8, needs a study file; save it as UTF-8"),
         (long, "cannot be read"),
     ):
         with pytest.raises(InputError, match=message):

@@ -119,12 +119,22 @@ def test_decisions_leave_everything_else_as_it_was(write_study: Write, tmp_path:
             "time": {"step": "2 ms", "end": "20 ms"},
         },
         {
+            "contact": {
+                "boundary": "bottom",
+                "friction": {"slip_weakening": {"static": 0.6, "kinetic": 0.5, "distance": "0.1 mm"}},
+            },
+            "sweep": {"contact.friction.slip_weakening.static": [0.6, 0.7, 0.8]},
+        },
+        {
             "support_motions": {
                 "top": {"displacement": ["0 mm", "1 um"], "ramp": {"times": ["0 s", "0.1 s"], "factors": [0, 1]}}
             }
         },
     ],
-    ids=["large strain", "relaxing", "steps that control their error", "damped bodies", "moving supports"],
+    ids=[
+        *("large strain", "relaxing", "steps that control their error", "damped bodies"),
+        *("weakening friction", "moving supports"),
+    ],
 )
 def test_what_a_basis_does_not_know_takes_the_mesh(
     write_study: Write, tmp_path: Path, asked: list[Any], changes: dict[str, Any]

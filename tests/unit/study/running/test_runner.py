@@ -177,6 +177,18 @@ def test_all_runs_are_checked_before_anything_is_written(write_study: Write, sim
     assert not (path.parent / "results").exists()
 
 
+@pytest.mark.parametrize("name", ["results", "results/study"])
+def test_a_file_where_results_would_go_is_refused_first(write_study: Write, simulated: list[float], name: str) -> None:
+    path = write_study()
+    file = path.parent / name.replace("study", path.stem)
+    file.parent.mkdir(exist_ok=True)
+    file.write_text("mine")
+    with pytest.raises(InputError, match=rf"{re.escape(str(file))}: is a file, needs a folder; give another name"):
+        run(path)
+    assert simulated == []
+    assert file.read_text() == "mine"
+
+
 def test_all_studies_are_checked_before_the_first_runs(write_study: Write, simulated: list[float]) -> None:
     good = write_study()
     bad = write_study(changed("contact.friction_coefficient", -0.2), name="bad")

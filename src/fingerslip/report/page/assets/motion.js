@@ -4,6 +4,10 @@
 const language = JSON.parse(document.getElementById("colour-language").textContent);
 const runs = Array.from(document.querySelectorAll("script[data-motion]"));
 const TYPES = { u1: Uint8Array, i2: Int16Array, u2: Uint16Array, u4: Uint32Array, f4: Float32Array };
+// Words in plots: their font, the height of a line of them, the length of a colour before a name and the gap behind it.
+const FONT = "12px system-ui, sans-serif", LINE = 17, KEY = 18, GAP = 10;
+// Slanted names of events: the width of one, and how far one is from the next.
+const NAME = 60, APART = 21;
 const OPEN_MAP = language.map.map((text) => [1, 3, 5].map((at) => parseInt(text.slice(at, at + 2), 16)));
 
 async function unpack(script) {
@@ -45,7 +49,7 @@ function prepare(canvas, height) {
   const draw = canvas.getContext("2d");
   draw.setTransform(ratio, 0, 0, ratio, 0, 0);
   draw.clearRect(0, 0, width, height);
-  draw.font = "12px system-ui, sans-serif";
+  draw.font = FONT;
   return [draw, width, height];
 }
 
@@ -60,7 +64,7 @@ function ticks(low, high, count) {
 
 class Plots {
   constructor(canvas, run, choose) {
-    Object.assign(this, { canvas, run, left: 56, right: 10 });
+    Object.assign(this, { canvas, run, left: 56, right: 18 });
     const pick = (event) => {
       const share = (event.offsetX - this.left) / (canvas.clientWidth - this.left - this.right);
       choose(this.from + share * (this.to - this.from));
@@ -72,26 +76,46 @@ class Plots {
   }
 
   draw(now) {
-    const run = this.run, names = run.events.length || run.slide !== null ? 84 : 20;
-    const rows = [...(run.solid ? [] : [{ map: true, label: "along plate [mm]", height: 130 }]),
+    const run = this.run, names = run.events.length || run.slide !== null ? 84 : 8;
+    this.width = this.canvas.clientWidth || 500;
+    const measure = this.canvas.getContext("2d");
+    measure.font = FONT;
+    const rows = [...(run.solid ? [] : [{ label: "stick and slip along plate [mm]", lines: [], map: true, height: 130 }]),
       ...run.panels.map((panel) => ({ ...panel, height: 112 }))];
-    const total = names + rows.reduce((sum, row) => sum + row.height + 26, 0) + 26;
-    const [draw, width] = prepare(this.canvas, total);
-    this.draw2d = draw;
-    this.width = width;
     let top = names;
     for (const row of rows) {
-      if (row.map) this.map(row, top); else this.panel(row, top);
-      top += row.height + 26;
+      row.texts = this.texts(measure, row);
+      row.heading = top;
+      row.top = top + 4 + LINE * (1 + row.texts.reduce((last, text) => Math.max(last, text.line), 0));
+      top = row.top + row.height + 8;
     }
-    this.timeAxis(top - 24);
-    this.marks(names, top - 26, now);
+    [this.draw2d] = prepare(this.canvas, top + 40);
+    for (const row of rows) if (row.map) this.map(row); else this.panel(row);
+    this.timeAxis(top);
+    this.marks(names, top - 8, now);
+    for (const row of rows) this.heading(row);
+  }
+
+  // The label of a row and the key to its lines, which has its own lines of text where there is no room beside the label.
+  texts(measure, { label, lines }) {
+    const right = this.width - this.right, wide = (text) => measure.measureText(text).width;
+    const found = [{ text: label, at: this.left, line: 0, wide: wide(label) }];
+    const entries = lines.map(({ name, colour }) => ({ text: name, colour, wide: wide(name) + KEY }));
+    const all = entries.reduce((sum, entry) => sum + entry.wide + GAP, -GAP), beside = right - all;
+    let line = 0, at = beside;
+    if (beside < this.left + found[0].wide + GAP) [line, at] = [1, this.left];
+    for (const entry of entries) {
+      if (line && at > this.left && at + entry.wide > right) [line, at] = [line + 1, this.left];
+      found.push({ ...entry, at, line });
+      at += entry.wide + GAP;
+    }
+    return found;
   }
 
   x(time) { return this.left + (time - this.from) / (this.to - this.from) * (this.width - this.left - this.right); }
 
-  frame(row, top, low, high) {
-    const draw = this.draw2d, y = (value) => top + row.height * (1 - (value - low) / (high - low));
+  frame(row, low, high) {
+    const draw = this.draw2d, y = (value) => row.top + row.height * (1 - (value - low) / (high - low));
     const [values, digits] = ticks(low, high, 4);
     draw.textAlign = "right";
     draw.textBaseline = "middle";
@@ -104,9 +128,9 @@ class Plots {
     return y;
   }
 
-  map(row, top) {
+  map(row) {
     const { times, along, states } = this.run, count = along.length;
-    const y = this.frame(row, top, along[0], along[count - 1]), draw = this.draw2d;
+    const y = this.frame(row, along[0], along[count - 1]), draw = this.draw2d;
     for (let t = 0; t < times.length; t++) {
       const x0 = this.x(times[t]), x1 = t + 1 < times.length ? this.x(times[t + 1]) : x0 + 1;
       for (let i = 0; i < count; i++) {
@@ -116,13 +140,12 @@ class Plots {
         draw.fillRect(x0, y(high), x1 - x0 + 0.6, y(low) - y(high) + 0.6);
       }
     }
-    this.label("stick and slip " + row.label, top);
   }
 
-  panel(row, top) {
+  panel(row) {
     const values = row.lines.flatMap((line) => Array.from(this.run[line.array]).filter(Number.isFinite));
     const low = Math.min(0, ...values), high = Math.max(...values, low + 1e-9) * 1.04;
-    const y = this.frame(row, top, low, high), draw = this.draw2d;
+    const y = this.frame(row, low, high), draw = this.draw2d;
     draw.lineWidth = 1.6;
     for (const line of row.lines) {
       draw.strokeStyle = line.colour;
@@ -136,31 +159,22 @@ class Plots {
       draw.stroke();
     }
     draw.lineWidth = 1;
-    this.label(row.label, top);
-    this.key(row.lines, top);
   }
 
-  label(text, top) {
+  // Drawn after the marks of events, which would cross the words.
+  heading(row) {
     const draw = this.draw2d;
     draw.textAlign = "left";
-    draw.textBaseline = "bottom";
-    draw.fillStyle = "#000";
-    draw.fillText(text, this.left, top - 3);
-  }
-
-  key(lines, top) {
-    const draw = this.draw2d;
-    let at = this.width - this.right;
-    draw.textAlign = "right";
-    draw.textBaseline = "bottom";
-    for (const line of [...lines].reverse()) {
-      const length = draw.measureText(line.name).width;
-      if (at - length - 24 < this.left + draw.measureText(line.name).width * 0.2) break;
-      draw.fillStyle = "#333";
-      draw.fillText(line.name, at, top - 3);
-      draw.fillStyle = line.colour;
-      draw.fillRect(at - length - 18, top - 11, 14, 3);
-      at -= length + 28;
+    draw.textBaseline = "middle";
+    for (const { text, colour, at, line, wide } of row.texts) {
+      const middle = row.heading + LINE * (line + 0.5);
+      draw.fillStyle = "#fff";
+      draw.fillRect(at - 2, middle - LINE / 2, wide + 4, LINE);
+      draw.fillStyle = colour ? "#333" : "#000";
+      draw.fillText(text, at + (colour ? KEY : 0), middle);
+      if (!colour) continue;
+      draw.fillStyle = colour;
+      draw.fillRect(at, middle - 1.5, KEY - 4, 3);
     }
   }
 
@@ -178,16 +192,15 @@ class Plots {
     const lines = [...(run.slide === null ? [] : [{ name: "slide starts", time: run.slide, colour: language.grey, dash: [2, 2] }]),
       ...run.events];
     let reached = -Infinity;
-    for (const line of lines) {
-      const x = this.x(line.time);
+    for (const [number, line] of lines.entries()) {
+      const x = this.x(line.time), last = this.width - NAME - APART * (lines.length - 1 - number);
       draw.strokeStyle = line.colour;
       draw.lineWidth = 1.5;
       draw.setLineDash(line.dash);
       draw.beginPath(); draw.moveTo(x, top - 16); draw.lineTo(x, bottom); draw.stroke();
-      const at = Math.max(x, reached + 14);
-      reached = at;
+      reached = Math.min(Math.max(x, reached + APART), last);
       draw.save();
-      draw.translate(Math.min(at, this.width - 40), top - 20);
+      draw.translate(reached, top - 20);
       draw.rotate(-0.75);
       draw.textAlign = "left";
       draw.textBaseline = "middle";
