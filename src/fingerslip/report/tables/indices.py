@@ -31,11 +31,11 @@ def indices_table(one: Sensitivity) -> Table:
     if one.method == "morris":
         columns = (
             Column("value"),
-            *(Column(name, one.unit, significant=3) for name in ("mean size", "±", "mean", "standard deviation")),
+            *(Column(name, one.unit, significant=3) for name in ("mean size", "± size", "mean", "standard deviation")),
         )
         rows = tuple((labels[own.path], own.size, own.size_error, own.mean, own.other) for own in one.indices)
         return Table(title, columns, rows, f"{_of_runs(one)} {_MORRIS}")
-    columns = (Column("value"), *(Column(name, digits=3) for name in ("total index", "±", "first index", "± ")))
+    columns = (Column("value"), *(Column(name, digits=3) for name in ("total index", "± total", "first index", "± first")))
     rows = tuple((labels[own.path], own.size, own.size_error, own.other, own.other_error) for own in one.indices)
     return Table(title, columns, rows, f"{_of_runs(one)} {_SOBOL}")
 

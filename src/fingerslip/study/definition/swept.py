@@ -177,10 +177,16 @@ def _mistakes_of_runs(
 def unknown_paths(paths: Sequence[str], known_paths: Mapping[str, Sequence[str]], group: str) -> list[InputError]:
     """Return a mistake for each of `paths`, which stand in `group` of a study, that leads to no value of the study."""
     known = [path for own in known_paths.values() for path in own]
-    return [_unknown(path, nearest(path, known), group) for path in paths if path not in known]
+    return [_unknown(path, known, group) for path in paths if path not in known]
 
 
-def _unknown(path: str, near: str | None, group: str) -> InputError:
+def _unknown(path: str, known: Sequence[str], group: str) -> InputError:
+    parent = path.rpartition(".")[0]
+    beside = sorted({other.rpartition(".")[2] for other in known if parent and other.rpartition(".")[0] == parent})
+    near = nearest(path, known)
+    # A name that is like none of its group is better answered by the names of the group.
+    if near in {None, parent} and beside:
+        return InputError(f"{group}.{path}", "is not known", f"{parent} may have {', '.join(beside)}")
     repair = f"did you mean '{near}'?" if near else "fingerslip show STUDY lists all paths"
     return InputError(f"{group}.{path}", "is not known", "needs the dotted path of a value of the study", repair)
 

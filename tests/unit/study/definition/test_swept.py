@@ -38,6 +38,12 @@ def test_all_paths_and_values_are_judged() -> None:
     ]
 
 
+def test_a_name_like_none_of_its_group_is_answered_by_the_names_of_the_group() -> None:
+    (found,) = mistakes({"contact.mu": [0.4]})
+    assert found.startswith("sweep.contact.mu: is not known, contact may have boundary, clearance, counterface, ")
+    assert ", friction_coefficient, " in found
+
+
 def test_they_come_with_the_other_mistakes_of_the_file() -> None:
     found = mistakes({"contact.friction_coefficient": [-0.4], "time.stp": ["1 ms"]}, depth="1 s", time={"step": 3})
     assert [line.partition(":")[0] for line in found] == [

@@ -74,7 +74,7 @@ def test_a_folder_that_is_no_run_says_what_is_needed(folder: Path, tmp_path: Pat
 
 def test_a_run_that_has_gone_is_named(folder: Path) -> None:
     shutil.rmtree(folder / NAMES[1])
-    with pytest.raises(ResultError, match=rf"{NAMES[1]}: holds no finished run; run the study again"):
+    with pytest.raises(ResultError, match=rf"{NAMES[1]}: is not there; run the study again"):
         read_stored(folder)
 
 
