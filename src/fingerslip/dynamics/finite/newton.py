@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.finite.factors import Factors
 from fingerslip.dynamics.finite.mixing import Mixing
-from fingerslip.dynamics.step.contact_step import GOAL, ContactStep, solve_step
+from fingerslip.dynamics.step.contact_step import ContactStep, solve_step
 from fingerslip.dynamics.step.prediction import Prediction, predict_ends
 from fingerslip.dynamics.step.release import fading_forces
 from fingerslip.dynamics.step.state import State
@@ -41,9 +41,10 @@ _MOST, _HALVINGS, _RENEWALS = 60, 8, 15
 # Residual over that of the iteration before, from which on an iteration is slow; how many slow ones in a row ask for
 # new factors, and how many once there were some in the step.
 _SLOW, _PATIENCE, _LITTLE = 0.7, 3, 1
-# What contact may miss its law by in an iteration, over the error of the iteration before, and at most. On the shipped
-# fingertip in space this takes as many iterations as 1e-12 does, and moves accelerations by 5e-6 of the largest.
-_OF_ERROR, _COARSEST = 1e-3, 1e-5
+# What contact may miss its law by, relative to the largest force: in the iteration that should be the last, in others
+# over the error of the iterate, and at most. On the shipped fingertip in space this takes as many iterations as 1e-12
+# does, and moves accelerations by less than the tolerance does.
+_AT_END, _OF_ERROR, _COARSEST = 1e-8, 1e-2, 1e-5
 # Contraction that is expected before any is known.
 _USUAL = 0.1
 _PROBLEM = "motion at large strain"
@@ -69,7 +70,8 @@ class _Linearised:
     """The step linearised about an iterate, and solved.
 
     `force` (n_c, dim) is that of contact as the equation of motion counts it [N], `change` (n,) that of the unknown.
-    `residual` (n,) is that of the iterate with these forces [N], `error` its norm over the size.
+    `residual` (n,) is that of the iterate with these forces [N], `error` its norm over the size, and `contraction` that
+    over the error of the iteration before.
     """
 
     contact: ContactStep
@@ -77,6 +79,7 @@ class _Linearised:
     change: Array
     residual: Array
     error: float
+    contraction: float
 
 
 def advance_finite(
@@ -125,11 +128,8 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
     found, mixing, contact = _first(stepper, start, watch), Mixing(), None
     last, contraction, slow, renewals = np.inf, _USUAL, 0, 0
     for iteration in range(1, _MOST + 1):
-        goal = max(GOAL, min(_OF_ERROR * last, _COARSEST))
-        solved = _linearised(stepper, start, found, contact, goal, watch=watch)
-        contact = solved.contact
-        if iteration > 1:
-            contraction = min(solved.error / last, 1.0)
+        solved = _linearised(stepper, start, found, contact, (last, contraction), watch=watch)
+        contact, contraction = solved.contact, solved.contraction
         slow = slow + 1 if solved.error > _SLOW * last else 0
         if slow >= (_LITTLE if renewals else _PATIENCE):
             if renewals == _RENEWALS:
@@ -174,10 +174,20 @@ def _first(stepper: Stepper, start: Prediction, watch: Stopwatch) -> _Iterate:
 
 
 def _linearised(
-    stepper: Stepper, start: Prediction, found: _Iterate, earlier: ContactStep | None, goal: float, *, watch: Stopwatch
+    stepper: Stepper,
+    start: Prediction,
+    found: _Iterate,
+    earlier: ContactStep | None,
+    known: tuple[float, float],
+    *,
+    watch: Stopwatch,
 ) -> _Linearised:
-    """Solve the step linearised about an iterate; contact is searched from that of an earlier iteration, to a goal."""
-    system = stepper.system
+    """Solve the step linearised about an iterate.
+
+    Contact is searched from that of an earlier iteration. It is as exact as the iterate needs, whose error is expected
+    from the error of the iteration before and the contraction that are `known`, until contact tells it.
+    """
+    system, (last, contraction) = stepper.system, known
     here = replace(
         start,
         free=Predictor(found.displacement, found.velocity),
@@ -186,15 +196,29 @@ def _linearised(
     )
     with watch.part("substitution"):
         halfway = stepper.condensed.forward(found.residual)
-    with watch.part("contact"):
-        contact = solve_step(stepper, here, halfway.local[stepper.rows], earlier=earlier, goal=goal)
+    local, goal = halfway.local[stepper.rows], _goal(contraction * last, contraction)
+    for _ in range(2):
+        with watch.part("contact"):
+            contact = solve_step(stepper, here, local, earlier=earlier, goal=goal)
         force = weighted_forces(stepper, contact)
+        residual, size = _with_contact(stepper, found, force)
+        error = float(np.linalg.norm(residual)) / size
+        contraction = min(error / last, 1.0) if np.isfinite(last) else _USUAL
+        earlier, goal = contact, _goal(error, contraction)
+        if contact.solution.residual <= goal:
+            break
+    with watch.part("substitution"):
         forces = np.zeros_like(halfway.local)
         forces[stepper.rows] = force.ravel()
-    with watch.part("substitution"):
         change = stepper.condensed.backward(halfway, forces)
-    residual, size = _with_contact(stepper, found, force)
-    return _Linearised(contact, force, change, residual, float(np.linalg.norm(residual)) / size)
+    return _Linearised(contact, force, change, residual, error, contraction)
+
+
+def _goal(error: float, contraction: float) -> float:
+    """Return by how much contact may miss its law, relative to the largest force, for an iterate with an error."""
+    if contraction * error <= _TOLERANCE:
+        return _AT_END
+    return min(max(_OF_ERROR * error, _AT_END), _COARSEST)
 
 
 def _with_contact(stepper: Stepper, found: _Iterate, force: Array) -> tuple[Array, float]:

@@ -36,6 +36,8 @@ __all__ = ["Observation", "Simulation"]
 
 Array = NDArray[np.float64]
 
+# Raised where saved simulations hold something else than before.
+_FORMAT = 2
 # What of an observation would need all steps before it.
 _OF_ALL_STEPS = frozenset({"support_force"})
 
@@ -208,6 +210,7 @@ class Simulation:
         """
         self._steps.check()
         value = {
+            "format": _FORMAT,
             "model": _fingerprint(self._model),
             "commands": self._commands,
             "taken": self._steps.taken,
@@ -245,6 +248,9 @@ class Simulation:
         with contextlib.ExitStack() as stack:
             stack.callback(found.close)
             saved = read_packed(Path(path), found._outside())
+            if saved.get("format") != _FORMAT:
+                needs = "needs one that this version has saved"
+                raise InputError(str(path), "is of another version of fingerslip", needs, "save the simulation again")
             if saved["model"] != _fingerprint(model):
                 repair = "restore it with the model that was saved"
                 raise InputError("model", f"is not the one that {path} was saved from", "needs the same model", repair)

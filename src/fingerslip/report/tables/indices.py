@@ -35,7 +35,10 @@ def indices_table(one: Sensitivity) -> Table:
         )
         rows = tuple((labels[own.path], own.size, own.size_error, own.mean, own.other) for own in one.indices)
         return Table(title, columns, rows, f"{_of_runs(one)} {_MORRIS}")
-    columns = (Column("value"), *(Column(name, digits=3) for name in ("total index", "± total", "first index", "± first")))
+    columns = (
+        Column("value"),
+        *(Column(name, digits=3) for name in ("total index", "± total", "first index", "± first")),
+    )
     rows = tuple((labels[own.path], own.size, own.size_error, own.other, own.other_error) for own in one.indices)
     return Table(title, columns, rows, f"{_of_runs(one)} {_SOBOL}")
 

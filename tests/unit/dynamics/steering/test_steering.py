@@ -12,6 +12,7 @@ import xarray as xr
 from threadpoolctl import threadpool_info
 
 import fingerslip as fs
+from fingerslip.dynamics.steering import steering
 from fingerslip.errors import DamagedError, InputError
 from fingerslip.verification.meshes import box
 
@@ -171,6 +172,15 @@ def test_another_model_and_other_files_are_refused(tmp_path: Path) -> None:
             fs.Simulation.restore(tmp_path / name, a_model())
     with pytest.raises(DamagedError, match="is not there"):
         fs.Simulation.restore(tmp_path / "nothing", a_model())
+
+
+def test_what_another_version_has_saved_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(steering, "_FORMAT", 1)
+    with fs.Simulation(a_model()) as sim:
+        sim.save(tmp_path / "old")
+    monkeypatch.undo()
+    with pytest.raises(InputError, match=r"old: is of another version of fingerslip, .*; save the simulation again"):
+        fs.Simulation.restore(tmp_path / "old", a_model())
 
 
 def test_a_reduced_basis_cannot_be_stepped() -> None:
