@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from rows import line
 
 import fingerslip as fs
 from fingerslip.dynamics.statics.body import StaticBody, static_body
@@ -45,11 +46,6 @@ def timed(work: Callable[[], Any]) -> tuple[Any, float]:
     with limited_threads(1):
         found = work()
     return found, time.process_time() - start
-
-
-def line(*cells: object) -> None:
-    sys.stdout.write("| " + " | ".join(f"{c:.4g}" if isinstance(c, float) else str(c) for c in cells) + " |\n")
-    sys.stdout.flush()
 
 
 def run_of(name: str) -> Run:

@@ -23,6 +23,8 @@ import xarray as xr
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from rows import line
+
 import fingerslip as fs
 from fingerslip.errors import FingerslipError
 from fingerslip.linear.threads import limited_threads
@@ -81,11 +83,6 @@ def _is_told(length: float) -> bool:
     """Tell whether a length is a whole number of half millimetres above none."""
     halves = length / 0.5e-3
     return round(halves) > 0 and abs(halves - round(halves)) < 1e-6
-
-
-def line(*cells: object) -> None:
-    sys.stdout.write("| " + " | ".join(f"{c:.4g}" if isinstance(c, float) else str(c) for c in cells) + " |\n")
-    sys.stdout.flush()
 
 
 def main() -> None:

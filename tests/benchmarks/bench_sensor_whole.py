@@ -18,16 +18,13 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from rows import line
+
 import fingerslip as fs
 from fingerslip.linear.threads import limited_threads
 from fingerslip.specimens.tactip import PRESETS
 from fingerslip.specimens.tactip.meshing.source import SensorSolidSizes
 from problems.whole_sensors import half_of, slid_beside_half
-
-
-def line(*cells: object) -> None:
-    sys.stdout.write("| " + " | ".join(f"{c:.4g}" if isinstance(c, float) else str(c) for c in cells) + " |\n")
-    sys.stdout.flush()
 
 
 def main() -> None:

@@ -8,6 +8,7 @@ bad clips other noise, texture and reflections.
 from __future__ import annotations
 
 import argparse
+import functools
 import itertools
 import sys
 import tempfile
@@ -17,6 +18,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import rows
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -30,6 +32,7 @@ from problems import clips
 from problems.nearest import track_nearest
 
 REST, RATE = 20, 60.0
+line = functools.partial(rows.line, digits=3)
 WORST = clips.with_look(clips.BAD, marker=150.0, background=50.0)
 
 
@@ -42,11 +45,6 @@ def ours(frames, truth, **options) -> np.ndarray:
         except fs.InputError:
             return np.full(truth.shape, np.nan)
     return clips.in_true_order(tracks["position"].values, truth)
-
-
-def line(*cells) -> None:
-    sys.stdout.write("| " + " | ".join(f"{c:.3g}" if isinstance(c, float) else str(c) for c in cells) + " |\n")
-    sys.stdout.flush()
 
 
 def head(*cells) -> None:
