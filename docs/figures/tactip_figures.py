@@ -14,10 +14,13 @@ import numpy as np
 import pyvista
 import xarray as xr
 from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
 
 from fingerslip.history import nearest_snapshot, phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.report.figures.markers import ring_colours
+from fingerslip.report.figures.save import save_figure
+from fingerslip.report.figures.style import BLUE, add_legend, figure_grid, styled
 from fingerslip.specimens.choice import presets_of
 from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes, SensorSolidSizes
 
@@ -143,19 +146,26 @@ def saturation(travel: np.ndarray, pin: np.ndarray) -> float:
 
 def draw_gate(folder: Path) -> None:
     """Draw the displacement of the central pin of the smooth sensor in space, and where it saturates."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.2), layout="constrained")
-    pins = central_pin(folder)
-    for depth, (travel, pin) in pins.items():
-        left.plot(travel, pin, label=f"{depth:g} mm deep")
-    left.set_xlabel("travel of the plate [mm]")
-    left.set_ylabel("displacement of the central pin [mm]")
-    left.legend()
-    right.plot(list(REAL), list(REAL.values()), "ks", label="real smooth sensors")
-    right.plot(list(pins), [saturation(*pin) for pin in pins.values()], "o-", label="simulated, 95 %")
+    save_figure(gate_figure(central_pin(folder)), HERE / "tactip-gate.png")
+
+
+@styled
+def gate_figure(pins: dict[float, tuple[np.ndarray, np.ndarray]]) -> Figure:
+    """Return the figure for the travel and the displacement of the pin [mm], by depth [mm]."""
+    labels = ("travel of the plate [mm]", "displacement of the central pin [mm]")
+    title = "Central pin of the smooth sensor"
+    figure, (left, right) = figure_grid(2, 2, (4.2, 3.2), title, labels, share="none")
+    keys = {}
+    for (depth, (travel, pin)), colour in zip(pins.items(), ring_colours(len(pins)), strict=True):
+        (keys[f"{depth:g} mm deep"],) = left.plot(travel, pin, color=colour)
+    (keys["real smooth sensors"],) = right.plot(list(REAL), list(REAL.values()), "ks")
+    travels = [saturation(*pin) for pin in pins.values()]
+    (keys["simulated, 95 % of the end"],) = right.plot(list(pins), travels, "o-", color=BLUE)
     right.set_xlabel("depth [mm]")
     right.set_ylabel("travel at saturation [mm]")
-    right.legend()
-    figure.savefig(HERE / "tactip-gate.png", dpi=110)
+    right.set_ylim(bottom=0.0)
+    add_legend(figure, keys)
+    return figure
 
 
 def draw_solid() -> None:
