@@ -10,7 +10,7 @@ from __future__ import annotations
 import importlib
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -45,7 +45,11 @@ class Validation:
     covered : float
         Share of the runs inside the predicted 95 % interval [-].
     runs : int
-        Runs that differ.
+        Runs that the surrogate was fitted to: those with a value, each combination of inputs once.
+    repeated : int, optional
+        Runs with a value that were left out because another one has the same inputs.
+    missing : int, optional
+        Runs without a value.
     """
 
     error: float
@@ -53,6 +57,8 @@ class Validation:
     explained: float
     covered: float
     runs: int
+    repeated: int = 0
+    missing: int = 0
 
 
 @dataclass(frozen=True)
@@ -135,19 +141,23 @@ def fit_surrogate(runs: Sequence[RunResult], output: str, seed: int = 1) -> Surr
     """
     inputs = inputs_of(runs)
     unit = required_output(runs[0], output).unit
+    found = [(encoded(inputs, varied(run)), required_output(run, output).value) for run in runs]
+    valued = [(columns, value) for columns, value in found if value is not None]
     known: dict[bytes, tuple[Array, float]] = {}
-    for run in runs:
-        value = required_output(run, output).value
-        if value is not None:
-            columns = encoded(inputs, varied(run))
-            known.setdefault(columns.tobytes(), (columns, value))
+    for columns, value in valued:
+        known.setdefault(columns.tobytes(), (columns, value))
     if len(known) < _LEAST_RUNS:
         raise InputError("study", f"has {len(known)} runs with {output}", f"needs {_LEAST_RUNS} or more that differ")
     columns, values = np.array([one for one, _ in known.values()]), np.array([one for _, one in known.values()])
     if np.ptp(values) == 0.0:
         raise InputError("of", f"'{output}' is {values[0]:.6g} {unit} in all runs", "needs an output that differs")
     process = _fitted(columns, values, None)
-    return Surrogate(output, unit, inputs, _validated(columns, values, process, seed), process)
+    validation = replace(
+        _validated(columns, values, process, seed),
+        repeated=len(valued) - len(known),
+        missing=len(found) - len(valued),
+    )
+    return Surrogate(output, unit, inputs, validation, process)
 
 
 def _fitted(columns: Array, values: Array, start: Any) -> Any:

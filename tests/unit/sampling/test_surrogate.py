@@ -59,3 +59,10 @@ def test_runs_judge_a_process_that_has_not_seen_them() -> None:
     assert found.largest > 4.5
     assert found.error > 0.8
     assert 0.8 < found.covered < 1.0
+
+
+def test_runs_that_are_left_out_are_counted_by_reason() -> None:
+    # Two samples of a design with choices may have the same inputs; the output of another may be missing.
+    study = study_of(lambda x: float(x[0]) if x[0] < 0.9 else None, 1, "latin_hypercube", 30)
+    found = fit_surrogate((*study.runs, study.runs[0], study.runs[1]), "y").validation
+    assert (found.runs, found.repeated, found.missing) == (27, 2, 3)

@@ -47,7 +47,7 @@ def _of_runs(one: Sensitivity) -> str:
     unit = f" {one.unit}" if one.unit else ""
     said = f"{one.runs} runs, mean {one.mean:.3g}{unit}, standard deviation {one.deviation:.3g}{unit}"
     if one.surrogate is not None:
-        return f"{said}; indices of a surrogate: {_goodness(one.surrogate, unit)}."
+        return f"{said}; indices of a surrogate of {_fitted_to(one.surrogate)}: {_goodness(one.surrogate, unit)}."
     left = f", {one.left_out} left out because the event did not happen in all of their runs" if one.left_out else ""
     return f"{said}; {one.blocks} blocks{left}."
 
@@ -57,6 +57,17 @@ def _goodness(found: Validation, unit: str) -> str:
         f"for runs that it has not seen, its error is {found.error:.3g}{unit} (root mean square), at most "
         f"{found.largest:.3g}{unit}, Q² {found.explained:.3f}, and {100 * found.covered:.0f} % lie in its 95 % interval"
     )
+
+
+def _fitted_to(found: Validation) -> str:
+    """Say how many runs a surrogate was fitted to, of how many, and why the others were left out."""
+    why = [
+        *([f"{found.repeated} with the inputs of another"] if found.repeated else []),
+        *([f"{found.missing} without this output"] if found.missing else []),
+    ]
+    if not why:
+        return f"{found.runs} runs"
+    return f"{found.runs} of {found.runs + found.repeated + found.missing} runs (left out: {', '.join(why)})"
 
 
 def prediction_table(predicted: Sequence[tuple[Surrogate, Prediction]], values: Mapping[str, Any]) -> Table:
@@ -83,9 +94,11 @@ def prediction_table(predicted: Sequence[tuple[Surrogate, Prediction]], values: 
         for one, found in predicted
     )
     at = ", ".join(f"{label} {values[path]}" for path, label in short_labels(list(values)).items())
-    runs = predicted[0][0].validation.runs if predicted else 0
+    fitted = {one.output.replace("_", " "): _fitted_to(one.validation) for one, _ in predicted}
+    same = len(set(fitted.values())) == 1
+    of = next(iter(fitted.values())) if same else "; ".join(f"{name}: {runs}" for name, runs in fitted.items())
     note = (
-        f"A Gaussian process of {runs} runs. From, to: its 95 % interval. Errors and Q²: of runs that it has not seen, "
+        f"A Gaussian process of {of}. From, to: its 95 % interval. Errors and Q²: of runs that it has not seen, "
         "in five-fold cross-validation."
     )
     return Table(f"Predicted for {at}", columns, rows, note)

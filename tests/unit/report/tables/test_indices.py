@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from fingerslip.report.tables.indices import indices_table, prediction_table
@@ -40,3 +41,16 @@ def test_predictions_say_their_error() -> None:
     table = prediction_table([(surrogate, Prediction(1.5, 1.4, 1.6))], {"contact.friction_coefficient": 0.5})
     assert table.title == "Predicted for friction coefficient 0.5"
     assert table.rows == (("overall slip", "s", 1.5, 1.4, 1.6, 0.01, 0.03, 0.99),)
+    assert table.note.startswith("A Gaussian process of 40 runs. From, to:")
+
+
+def test_predictions_say_which_runs_they_do_without() -> None:
+    fewer = replace(GOOD, runs=427, repeated=21)
+    latency, slip = (Surrogate(name, "s", (), fewer, Path()) for name in ("latency", "overall_slip"))
+    found = Prediction(1.5, 1.4, 1.6)
+    of = "427 of 448 runs (left out: 21 with the inputs of another)"
+    assert prediction_table([(latency, found), (slip, found)], {}).note.startswith(f"A Gaussian process of {of}. From")
+    assert f"indices of a surrogate of {of}: for runs" in indices_table(one("sobol", surrogate=fewer)).note
+    seldom = Surrogate("latency", "s", (), replace(fewer, runs=424, missing=3), Path())
+    said = f"latency: 424 of 448 runs (left out: 21 with the inputs of another, 3 without this output); overall slip: {of}."
+    assert said in prediction_table([(seldom, found), (slip, found)], {}).note
