@@ -1,6 +1,6 @@
 """Time a sweep of 100 runs of the paper-size section, friction by depth by direction, beside separate runs.
 
-Run it as it is: ``python tests/benchmarks/bench_hundred.py [--workers 2] [--apart 5]``. The sweep is computed in a
+Run it as it is: ``python tests/benchmarks/bench_hundred.py [--workers 2] [--apart 5] [--basis automatic]``. The sweep is computed in a
 process of its own, from an empty folder to its summary, without figures; so are some of its runs, each as a study of
 its own on one worker, whose mean time is multiplied by 100. Seconds are those of the clock and of the CPU of all
 processes, imports included.
@@ -17,7 +17,6 @@ from bench_sweep import STUDY, Timing, apart
 FRICTIONS = [round(float(friction), 2) for friction in np.linspace(0.3, 0.9, 10)]
 DEPTHS = [f"{depth} mm" for depth in (1.1, 1.2, 1.3, 1.4, 1.5)]
 DIRECTIONS = "[[-1, 0], [1, 0]]"
-BASE = STUDY.format(basis="full")
 
 
 def sweep(frictions: list[float], depths: list[str], directions: str) -> str:
@@ -27,10 +26,10 @@ def sweep(frictions: list[float], depths: list[str], directions: str) -> str:
     )
 
 
-def separate(count: int) -> list[Timing]:
+def separate(base: str, count: int) -> list[Timing]:
     """Return what single runs of the sweep take, each in a process of its own."""
     return [
-        apart(BASE + sweep([friction], [DEPTHS[number % len(DEPTHS)]], "[[-1, 0]]"), 1)
+        apart(base + sweep([friction], [DEPTHS[number % len(DEPTHS)]], "[[-1, 0]]"), 1)
         for number, friction in enumerate(FRICTIONS[:: len(FRICTIONS) // count][:count])
     ]
 
@@ -39,10 +38,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--apart", type=int, default=5, help="how many separate runs are timed")
+    parser.add_argument("--basis", choices=["automatic", "full"], default="automatic")
     options = parser.parse_args()
-    apart(BASE, 1)  # the first time, code is compiled
-    single = separate(options.apart)
-    together = apart(BASE + sweep(FRICTIONS, DEPTHS, DIRECTIONS), options.workers)
+    base = STUDY.format(basis=options.basis)
+    apart(base, 1)  # the first time, code is compiled
+    single = separate(base, options.apart)
+    together = apart(base + sweep(FRICTIONS, DEPTHS, DIRECTIONS), options.workers)
     clock, cpu = (100 * float(np.mean([getattr(one, name) for one in single])) for name in ("clock", "cpu"))
     sys.stdout.write(
         f"{'':<28}{'clock':>9}{'CPU':>9}\n"

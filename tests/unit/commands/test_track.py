@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -33,6 +35,16 @@ def test_partial_tracks_are_called_so(invoke: Callable[..., Any], tmp_path: Path
     assert "warning: found 75 of 81 markers in the first frames" in done.stdout
     assert "partial tracks of 75 markers" in done.stdout
     assert "These tracks are partial." in (tmp_path / "there" / "quality.html").read_text()
+
+
+def test_a_broken_mp4_is_one_line(tmp_path: Path) -> None:
+    # FFmpeg would add lines of its own on the process's standard error, which only another process shows.
+    (tmp_path / "cut.mp4").write_bytes(b"\x00\x00\x00\x18ftypmp42\x00\x00\x00\x00mp42isom" + bytes(range(256)) * 9)
+    track = [sys.executable, "-m", "fingerslip", "track", "cut.mp4", "--quiet"]
+    done = subprocess.run(track, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert line.startswith("error: cut.mp4: cannot be read as a video, needs a whole file")
 
 
 def test_wrong_input_is_one_line_and_leaves_nothing(invoke: Callable[..., Any], tmp_path: Path) -> None:
