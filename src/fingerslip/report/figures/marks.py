@@ -68,7 +68,11 @@ def mark_run(axes: Axes, history: xr.Dataset, events: SlipEvents | None) -> None
 
 
 def limit_to_slides(
-    axes: Axes, histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], before: float = 0.06
+    axes: Axes,
+    histories: Mapping[str, xr.Dataset],
+    events: Mapping[str, Events],
+    before: float = 0.06,
+    marked: Iterable[SlipEvents] = (),
 ) -> None:
     """Show the slides of some runs until a while after overall slip; all panels that share the axis follow.
 
@@ -82,16 +86,22 @@ def limit_to_slides(
         Their events, as far as they are known.
     before : float, optional
         Time shown before the slides, as a share of what follows [-].
+    marked : iterable of SlipEvents, optional
+        Events of another reading than accumulated slip that the panels mark; the time reaches beyond all of them.
     """
     windows = [window for history in histories.values() if (window := slide_window(history)) is not None]
     end = shown_until(windows, [events[label].slip if label in events else None for label in histories])
     if end is not None:
         start = min(window.start for window in windows)
+        times = [time for own in marked for name in MAIN_EVENTS if (time := own.time(name)) is not None]
+        end = max(end, *(time + before * (time - start) for time in times)) if times else end
         axes.set_xlim(max(0.0, start - before * (end - start)), end)
 
 
 def name_events(axes: Axes, start: float | None, events: SlipEvents | None, names: Sequence[str] = MAIN_EVENTS) -> None:
     """Write the names of the marked events above a panel, each beside its line and clear of its neighbours.
+
+    Events beyond the limits of the panel have no line in it, and no name.
 
     Parameters
     ----------
@@ -111,7 +121,8 @@ def name_events(axes: Axes, start: float | None, events: SlipEvents | None, name
     figure = axes.get_figure(root=True)
     gap = _LABEL_GAP * _columns(axes) / figure.get_figwidth() if figure else 0.0
     reached = -np.inf
-    for name, time in sorted(times.items(), key=lambda item: item[1]):
+    shown = {name: time for name, time in times.items() if left <= time <= right}
+    for name, time in sorted(shown.items(), key=lambda item: item[1]):
         position = max((time - left) / (right - left), reached)
         reached = position + gap
         axes.text(

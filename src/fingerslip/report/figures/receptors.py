@@ -61,7 +61,7 @@ def acceleration_figure(history: xr.Dataset, events: Events | None = None, title
         _draw_areas(axes, signals, "acceleration", kind, signals["time"].values)
         mark_run(axes, history, own)
         axes.set_title(kind, pad=28.0 if axes is panels[0] else 3.0, fontweight="bold")
-    limit_to_slides(panels[0], {title: history}, {title: events} if events else {})
+    limit_to_slides(panels[0], {title: history}, {title: events} if events else {}, marked=[own] if own else [])
     name_run(panels[:1], history, own)
     _fit_after_transition(panels[0], signals, acceleration_peaks(history))
     add_legend(figure, _area_keys())
@@ -96,7 +96,7 @@ def acceleration_overview_figure(
     for axes, (name, history) in zip(panels, histories.items(), strict=True):
         _draw_peak_signal(axes, history, settings)
         mark_run(axes, history, read.get(name))
-    limit_to_slides(panels[0], histories, events)
+    limit_to_slides(panels[0], histories, events, marked=[own for own in read.values() if own is not None])
     keys: dict[str, Artist] = {
         "largest over the receptors": Line2D([], [], color=BLUE, linewidth=1.0),
         "peak that counts": Line2D([], [], color=BLACK, marker="o", markersize=4, linestyle=""),

@@ -56,6 +56,22 @@ def test_time_shown_begins_a_share_before_the_slides() -> None:
     assert axes.get_xlim() == pytest.approx((window.start, window.start + 0.135))
 
 
+def test_time_shown_reaches_beyond_events_of_another_reading() -> None:
+    window = slide_window(HISTORY)
+    _, (axes,) = figure_grid(1, 1, (3.0, 2.0), "", ("", ""))
+    early = {"run": Events(slip=SlipEvents(overall=window.start + 0.1))}
+    limit_to_slides(axes, {"run": HISTORY}, early, marked=[SlipEvents(incipient=window.start + 0.4)])
+    assert axes.get_xlim()[1] == pytest.approx(window.start + 0.4 * 1.06)
+
+
+def test_what_lies_beyond_a_panel_has_no_name() -> None:
+    # A name far outside would leave the layout no room for the panels.
+    _, (axes,) = figure_grid(1, 1, (6.0, 2.0), "", ("", ""))
+    axes.set_xlim(0.0, 2.0)
+    name_events(axes, 0.5, SlipEvents(incipient=1.0, overall=9.0))
+    assert [text.get_text() for text in axes.texts] == ["slide starts", "incipient"]
+
+
 def test_names_stand_beside_their_lines_and_apart_from_each_other() -> None:
     _, (axes,) = figure_grid(1, 1, (6.0, 2.0), "", ("", ""))
     axes.set_xlim(0.0, 2.0)
