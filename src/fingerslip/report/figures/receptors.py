@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.artist import Artist
@@ -180,7 +181,9 @@ def _fit_after_transition(axes: Axes, signals: xr.Dataset, peaks: PeakTable) -> 
     if cut > top:
         at, offset = (peaks.transition.time, top), (8.0, -10.0)
         text = f"cut, reaches {cut:.2g} m/s²"
-        note = axes.annotate(text, at, offset, textcoords="offset points", fontsize=8, color=GREY, zorder=6)
+        note = axes.annotate(
+            text, at, offset, textcoords="offset points", fontsize=mpl.rcParams["legend.fontsize"], color=GREY, zorder=6
+        )
         note.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 1.0})
 
 

@@ -99,7 +99,7 @@ def contact_displacement_figure(history: xr.Dataset, events: Events | None = Non
     axes.set_ylim(*((-top, 0.08 * top) if plate[-1] < 0.0 else (-0.08 * top, top)))
     axes.set_xlim(times[0], shown_until([window], [events.displacement if events else None]))
     axes.legend(loc="upper left", frameon=True, facecolor="white", edgecolor="none").set_zorder(5)
-    figure.colorbar(colours, ax=axes, label="position of the node along the plate [mm]", pad=0.02)
+    figure.colorbar(colours, ax=axes, label="position of the node\nalong the plate [mm]", pad=0.02)
     if events is not None:
         mark_events(axes, events.displacement)
         name_events(axes, None, events.displacement)

@@ -64,6 +64,8 @@ __all__ = [
 
 _LEAST_WIDTH = 5.2  # inch
 _KEY_WIDTH, _LETTER_WIDTH = 0.5, 0.07  # inch
+_BESIDE_PANELS, _KEY_HEIGHT = 0.8, 0.19  # inch: of a figure what is not panels; a row of its legend
+_LEAST_HEIGHT = 1.0  # inch: of a panel that is scaled to the width of a column
 _TITLE_LETTER_WIDTH, _PANEL_TITLE_LETTER_WIDTH, _LABEL_LETTER_WIDTH = 0.09, 0.08, 0.072  # inch
 # Width and height of a panel by the number of columns [inch].
 _RUN_PANELS = {1: (6.6, 3.0), 2: (3.8, 2.3), 3: (3.3, 2.3)}
@@ -239,7 +241,9 @@ def figure_grid(
         lowest.set_xlabel(labels[0])
     letters = _look.get().letters
     label_size = mpl.rcParams["axes.labelsize"]
-    figure.supylabel(_wrapped(labels[1], size[1] / (letters * _LABEL_LETTER_WIDTH)), fontsize=label_size)
+    # The label is as long as the panels, not the figure: the rest holds titles, ticks and the legend.
+    room = size[1] - _BESIDE_PANELS * letters
+    figure.supylabel(_wrapped(labels[1], room / (letters * _LABEL_LETTER_WIDTH)), fontsize=label_size)
     if _look.get().titled:
         figure.suptitle(_wrapped(title, size[0] / (letters * _TITLE_LETTER_WIDTH)), x=0.01, ha="left")
     return figure, panels[:count]
@@ -248,12 +252,12 @@ def figure_grid(
 def _figure_size(wide: int, rows: int, panel: tuple[float, float]) -> tuple[float, float]:
     """Return the size of a figure [inch]: as its panels need it, or scaled to the width of the look."""
     look = _look.get()
-    size = (max(wide * panel[0] + 0.6, _LEAST_WIDTH), rows * panel[1] + 0.8)
+    size = (max(wide * panel[0] + 0.6, _LEAST_WIDTH), rows * panel[1] + _BESIDE_PANELS)
     width = look.single if wide == 1 else look.width
     if width is None:
         return size
     scale = (width - 0.6) / (wide * panel[0])
-    return width, rows * panel[1] * scale + 0.8 * look.letters
+    return width, rows * max(panel[1] * scale, _LEAST_HEIGHT) + _BESIDE_PANELS * look.letters
 
 
 def run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> tuple[Figure, list[Axes]]:
@@ -290,11 +294,19 @@ def columns_for(count: int) -> int:
 
 
 def add_legend(figure: Figure, keys: Mapping[str, Artist]) -> None:
-    """Put a legend below all panels, in as many columns as the width of the figure holds; none without keys."""
+    """Put a legend below all panels, in as many columns as the width of the figure holds; none without keys.
+
+    The figure grows by the rows behind the first, so that the panels keep their height.
+    """
     if not keys:
         return
     widths = [_look.get().letters * (_KEY_WIDTH + _LETTER_WIDTH * len(name)) for name in keys]
     columns = _legend_columns(widths, figure.get_figwidth())
+    rows, row = math.ceil(len(keys) / columns), _KEY_HEIGHT * _look.get().letters
+    figure.set_figheight(figure.get_figheight() + (rows - 1) * row)
+    # The label of the vertical axes stays in the middle of what is above the legend.
+    middle = 0.5 + 0.5 * rows * row / figure.get_figheight()
+    figure.supylabel(figure.get_supylabel(), y=middle, fontsize=mpl.rcParams["axes.labelsize"])
     figure.legend(list(keys.values()), list(keys), loc="outside lower left", ncols=columns, columnspacing=1.4)
 
 

@@ -92,4 +92,4 @@ def test_overview_has_keys_for_the_events_that_happened_alone() -> None:
 
 def test_the_label_of_a_single_low_panel_is_wrapped() -> None:
     one = HISTORY.isel(site=np.flatnonzero(HISTORY["site_kind"].values == "FA-I"))
-    assert acceleration_figure(one).get_supylabel() == "acceleration along the plate\n[m/s²]"
+    assert acceleration_figure(one).get_supylabel() == "acceleration along\nthe plate [m/s²]"

@@ -122,6 +122,17 @@ def test_a_figure_without_keys_has_no_legend() -> None:
     assert figure.legends == []
 
 
+def test_a_long_legend_takes_no_height_of_the_panels_and_no_room_of_the_label() -> None:
+    figure, (axes,) = figure_grid(1, 1, (3.0, 1.5), "", ("x", "a label that is longer than its panel is high [s]"))
+    before = figure.get_figheight()
+    add_legend(figure, {f"a key that is rather long, {number}": Line2D([], []) for number in range(8)})
+    figure.canvas.draw()
+    (legend,), label = figure.legends, figure._supylabel
+    assert figure.get_figheight() > before + 0.5
+    assert axes.get_window_extent().height > 0.5 * before * figure.dpi
+    assert label.get_window_extent().y0 > legend.get_window_extent().y1
+
+
 def test_a_legend_has_as_many_columns_as_fit() -> None:
     assert style._legend_columns([1.0] * 4, 4.0) == 4
     assert style._legend_columns([1.0, 1.0, 3.0, 1.0], 4.5) == 2
