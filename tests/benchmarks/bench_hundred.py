@@ -1,9 +1,9 @@
 """Time a sweep of 100 runs of the paper-size section, friction by depth by direction, beside separate runs.
 
-Run it as it is: ``python tests/benchmarks/bench_hundred.py [--workers 2] [--apart 5] [--basis automatic]``. The sweep is computed in a
-process of its own, from an empty folder to its summary, without figures; so are some of its runs, each as a study of
-its own on one worker, whose mean time is multiplied by 100. Seconds are those of the clock and of the CPU of all
-processes, imports included.
+Run it as it is: ``python tests/benchmarks/bench_hundred.py [--workers 2] [--apart 5] [--basis automatic]``. The sweep
+is computed in a process of its own, from an empty folder to its summary, without figures; so are some of its runs, each
+as a study of its own on one worker, whose mean time is multiplied by 100. Seconds are those of the clock and of the CPU
+of all processes, imports included.
 """
 
 from __future__ import annotations

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from fingerslip.history import VARIABLES
+from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.units import unit_suffix
 
 if TYPE_CHECKING:
@@ -19,14 +19,15 @@ __all__ = ["history_tables"]
 # What a row is for, by the second dimension of its variables: the table's name, and the coordinates that label it.
 _TABLES: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "": ("series", ()),
-    "site": ("sites", ("site", "site_kind", "site_region")),
-    "contact_node": ("contact", ("contact_node", "contact_counterface", "contact_area")),
+    "site": ("sites", ("site", "site_kind", "site_region", "site_position")),
+    "contact_node": ("contact", ("contact_node", "contact_counterface", "contact_position", "contact_area")),
     "counterface": ("counterfaces", ("counterface",)),
     "rigid_body": ("rigid_bodies", ("rigid_body",)),
     "support": ("supports", ("support",)),
 }
 _COMPONENTS = ("component", "stress_component", "rotation_axis")
 _UNITLESS = ("", "1")
+_KNOWN = {**COORDINATES, **VARIABLES}
 
 
 def history_tables(history: xr.Dataset) -> dict[str, pd.DataFrame]:
@@ -72,12 +73,12 @@ def _table(history: xr.Dataset, dimension: str, labels: tuple[str, ...], variabl
     n_rows = history.sizes.get(dimension, 1)
     times = history["time"].values
     columns: dict[str, Any] = {"time_s": np.repeat(times, n_rows)}
-    columns |= {label: np.tile(history[label].values, times.size) for label in labels if label in history.coords}
     units = {"time_s": "s"}
-    for name in variables:
+    for name in (*(label for label in labels if label in history.coords), *variables):
         found = _columns(history, name)
-        columns |= found
-        units |= dict.fromkeys(found, VARIABLES[name].units)
+        # What labels a row is the same at all times.
+        columns |= {one: np.tile(values, times.size) for one, values in found.items()} if name in labels else found
+        units |= dict.fromkeys(found, _KNOWN[name].units)
     frame = pd.DataFrame(columns)
     frame.attrs["units"] = {column: unit for column, unit in units.items() if unit not in _UNITLESS}
     return frame
@@ -85,7 +86,7 @@ def _table(history: xr.Dataset, dimension: str, labels: tuple[str, ...], variabl
 
 def _columns(history: xr.Dataset, name: str) -> dict[str, Any]:
     """Return the columns of a variable: one for each component, or one."""
-    known, values = VARIABLES[name], history[name].values
+    known, values = _KNOWN[name], history[name].values
     suffix = f"_{unit_suffix(known.units)}" if known.units not in _UNITLESS else ""
     component = next((dim for dim in known.dims if dim in _COMPONENTS), None)
     if component is None:

@@ -32,11 +32,14 @@ def test_units_are_in_the_names_and_beside_the_table(pushed: xr.Dataset) -> None
     tables = fs.history_tables(pushed)
     assert tables["counterfaces"].attrs["units"]["counterface_velocity_x_m_per_s"] == "m/s"
     assert "contact_state" in tables["contact"].columns
+    assert tables["contact"].attrs["units"]["contact_area_m2"] == "m^2"
+    places = tables["contact"].query("time_s == 0")[["contact_position_x_m", "contact_position_y_m"]]
+    np.testing.assert_array_equal(places, pushed["contact_position"].values)
     assert "contact_state" not in tables["contact"].attrs["units"]
 
 
 def test_sums_of_the_contact_table_are_the_forces(pushed: xr.Dataset) -> None:
     tables = fs.history_tables(pushed)
     contact = tables["contact"]
-    normal = (contact["normal_traction_Pa"] * contact["contact_area"]).groupby(contact["time_s"]).sum()
+    normal = (contact["normal_traction_Pa"] * contact["contact_area_m2"]).groupby(contact["time_s"]).sum()
     assert normal.to_numpy() == pytest.approx(tables["counterfaces"]["counterface_force_y_N"].to_numpy(), rel=1e-9)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from fingerslip.published import PublishedSet, PublishedValue
-from fingerslip.report.labels import run_title, swept_text
+from fingerslip.report.labels import path_label, run_title, swept_text
 from fingerslip.report.tables.events import run_notes, swept_cells, swept_columns, swept_paths, time_cell
 from fingerslip.report.tables.table import Cell, Column, Missing, Table
 from fingerslip.results import RunResult
@@ -44,7 +44,7 @@ def compare_table(runs: Sequence[RunResult], reference: PublishedSet) -> Table:
         if value.holds_for(run.all_values)
     ]
     others = [
-        (*_condition_cells(value, runs), *_event_cells(value), *([Missing.NOT_COMPARED] * 2 * len(READINGS)))
+        (*_condition_cells(value, runs), *_event_cells(value, runs), *([Missing.NOT_COMPARED] * 2 * len(READINGS)))
         for value in values
         if not any(value.holds_for(run.all_values) for run in runs)
     ]
@@ -100,10 +100,14 @@ def _condition_cells(value: PublishedValue, runs: Sequence[RunResult]) -> tuple[
     return tuple(swept_text(value.conditions.get(path)) for path in paths) or unnamed
 
 
-def _event_cells(value: PublishedValue) -> tuple[Cell, ...]:
+def _event_cells(value: PublishedValue, unlike: Sequence[RunResult] = ()) -> tuple[Cell, ...]:
+    """Return event and published time; beside the event what none of other runs has, but for their columns."""
     low, high = _span(value)
     text = f"{low:.2f}" if low == high else f"{low:.2f} to {high:.2f}"
-    return (value.quantity.replace("_", "-"), text)
+    missed = min((value.unmet(run.all_values) for run in unlike), key=len, default={})
+    columns = swept_paths(unlike)
+    words = ", ".join(f"{path_label(path)} {swept_text(held)}" for path, held in missed.items() if path not in columns)
+    return (f"{value.quantity.replace('_', '-')}{f' ({words})' if words else ''}", text)
 
 
 def _span(value: PublishedValue) -> tuple[float, float]:

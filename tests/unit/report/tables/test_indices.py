@@ -52,5 +52,6 @@ def test_predictions_say_which_runs_they_do_without() -> None:
     assert prediction_table([(latency, found), (slip, found)], {}).note.startswith(f"A Gaussian process of {of}. From")
     assert f"indices of a surrogate of {of}: for runs" in indices_table(one("sobol", surrogate=fewer)).note
     seldom = Surrogate("latency", "s", (), replace(fewer, runs=424, missing=3), Path())
-    said = f"latency: 424 of 448 runs (left out: 21 with the inputs of another, 3 without this output); overall slip: {of}."
+    fewest = "424 of 448 runs (left out: 21 with the inputs of another, 3 without this output)"
+    said = f"latency: {fewest}; overall slip: {of}."
     assert said in prediction_table([(seldom, found), (slip, found)], {}).note
