@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import base64
+import threading
+import webbrowser
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -59,17 +61,25 @@ def serve(history: xr.Dataset, events: Events, options: SceneOptions, title: str
     control = SceneControl(plotter, history, options)
     page = _Page(server, control, events, title)
     page.build()
-    server.controller.on_server_ready.add(lambda **_: served.announce(f"http://{served.host}:{server.port}/"))
+    server.controller.on_server_ready.add(lambda **_: _shown(served, f"http://{served.host}:{server.port}/"))
     try:
         server.start(
             host=served.host,
             port=served.port,
-            open_browser=served.opened,
+            open_browser=False,  # trame would say how its own command line keeps the browser closed
             show_connection_info=False,
             disable_logging=True,
         )
     finally:
         plotter.close()
+
+
+def _shown(served: Served, address: str) -> None:
+    """Tell where the page is, and open it where that is wanted."""
+    served.announce(address)
+    if served.opened:
+        # A browser of the terminal would hold the server until it is closed.
+        threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
 
 def _server() -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import queue
 import shutil
 import socket
 import subprocess
@@ -34,6 +35,21 @@ def test_a_history_without_snapshots_is_refused() -> None:
     history = block_history("Q4").drop_dims("snapshot_time")
     with pytest.raises(ResultError, match="snapshots_every"):
         serve(history, Events(), SceneOptions(), "t", Served(opened=False))
+
+
+@pytest.mark.parametrize("opened", [True, False])
+def test_a_browser_is_opened_where_that_is_wanted_and_nothing_but_the_address_is_said(
+    opened: bool, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    asked: queue.Queue[str] = queue.Queue()
+    monkeypatch.setattr(web.webbrowser, "open", asked.put)
+    said: list[str] = []
+    web._shown(Served(announce=said.append, opened=opened), "http://127.0.0.1:1/")
+    assert said == ["http://127.0.0.1:1/"]
+    if opened:
+        assert asked.get(timeout=10) == said[0]
+    assert asked.empty()
+    assert capfd.readouterr().out == ""
 
 
 @pytest.fixture(scope="module")
