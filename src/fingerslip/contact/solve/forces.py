@@ -79,7 +79,9 @@ def solve_contact(
         old = working_set if isinstance(working_set, WorkingSet) else None
         problem = _problem(compliance, free, friction_coefficient)
         past = None if old is None else old.past
-        if past is not None and (old is None or old.edition != compliance.edition or not past.has_frames_of(compliance)):
+        if past is not None and (
+            old is None or old.edition != compliance.edition or not past.has_frames_of(compliance)
+        ):
             past = past.under_other_compliance()
         found = problem.check(*first_guess(compliance, past, start, origin))
         solution, used = _solve_on_working_set(problem, found, tolerance, old)

@@ -2,8 +2,8 @@
 
 A force moves the body most where it acts. Row by row, the inverse of I - G (I - rho W) is therefore near that of a
 small matrix: the part of it among a node and those most strongly coupled to it. A row is made again only where one of
-the nearest of these nodes has changed its state. So the cost follows the nodes that change, where that of factors follows all that
-touch.
+the nearest of these nodes has changed its state. So the cost follows the nodes that change, where that of factors
+follows all that touch.
 """
 
 from __future__ import annotations
