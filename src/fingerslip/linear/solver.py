@@ -77,8 +77,8 @@ class LinearSolver(Protocol):
     def rough(self) -> LinearSolver:
         """Return a series whose factors around unknowns may be rough, as those of single precision are.
 
-        They are for iterations and steps that correct what those before them missed. It is the solver itself where there
-        are none.
+        They are for iterations and steps that correct what those before them missed. It is the solver itself where
+        there are none.
         """
 
     def factorise(self, matrix: sparse.csr_matrix) -> Factor:
