@@ -43,6 +43,10 @@ class SchurFactor(Protocol):
     def substitutions(self) -> int:
         """Full substitutions that a forward and a backward half cost together."""
 
+    @property
+    def is_single(self) -> bool:
+        """Whether it is of single precision."""
+
     def forward(self, right_hand_side: Array) -> Array:
         """Return a new array that holds the right-hand side of the Schur complement at the kept unknowns."""
 
@@ -73,7 +77,8 @@ class LinearSolver(Protocol):
     def rough(self) -> LinearSolver:
         """Return a series whose factors around unknowns may be rough, as those of single precision are.
 
-        They are for iterations that correct what the factors miss. It is the solver itself where there are none.
+        They are for iterations and steps that correct what those before them missed. It is the solver itself where
+        there are none.
         """
 
     def factorise(self, matrix: sparse.csr_matrix) -> Factor:

@@ -63,6 +63,9 @@ DENSE = """
         def is_available(self):
             return True
 
+        def rough(self):
+            return self
+
         def factorise(self, matrix):
             return Factor(np.linalg.cholesky(matrix.toarray()))
 

@@ -79,11 +79,14 @@ def solve_contact(
         old = working_set if isinstance(working_set, WorkingSet) else None
         problem = _problem(compliance, free, friction_coefficient)
         past = None if old is None else old.past
-        if past is not None and (compliance.frames is not None or old is None or old.edition != compliance.edition):
+        if past is not None and (
+            old is None or old.edition != compliance.edition or not past.has_frames_of(compliance)
+        ):
             past = past.under_other_compliance()
         found = problem.check(*first_guess(compliance, past, start, origin))
         solution, used = _solve_on_working_set(problem, found, tolerance, old)
-        return solution, replace(used, past=updated(past, solution.forces, solution.response, start, origin))
+        left = updated(past, solution.forces, solution.response, start, origin)
+        return solution, replace(used, past=replace(left, frames=compliance.frames))
     matrix = compliance.matrix
     if free.shape[1] != 2:
         return solve_friction(matrix, free, friction_coefficient, start, tolerance), None

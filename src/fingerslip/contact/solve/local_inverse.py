@@ -2,8 +2,8 @@
 
 A force moves the body most where it acts. Row by row, the inverse of I - G (I - rho W) is therefore near that of a
 small matrix: the part of it among a node and those most strongly coupled to it. A row is made again only where one of
-these nodes has changed its state. So the cost follows the nodes that change, where that of factors follows all that
-touch.
+the nearest of these nodes has changed its state. So the cost follows the nodes that change, where that of factors
+follows all that touch.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ Indices = NDArray[np.int64]
 
 # Nodes of a local matrix, and change of the projection's derivative or of frames from which it is made again [-].
 _COUPLED, _CHANGE = 16, 0.3
+# The first of these nodes, itself included, whose change counts: others cost more rows than they save iterations.
+_COUNTING = 8
 _ROWS_AT_ONCE = 256
 
 
@@ -61,7 +63,7 @@ class LocalInverse:
     def renewed(
         self, marks: Array, slopes: Array, scale: Array, parts: tuple[Single, Array, Array, float]
     ) -> LocalInverse:
-        """Return the inverse with new rows for nodes that have changed, and for those coupled to them.
+        """Return the inverse with new rows for nodes that have changed, and for those most coupled to them.
 
         Parameters
         ----------
@@ -77,7 +79,8 @@ class LocalInverse:
         changed = self.stale(marks)
         if not changed.any():
             return self
-        which = np.flatnonzero((changed[self.near] & (self.near >= 0)).any(axis=1))
+        near = self.near[:, :_COUNTING]
+        which = np.flatnonzero((changed[near] & (near >= 0)).any(axis=1))
         rows = self.rows.copy()
         _make_rows(which, self.near, slopes, scale, *parts, rows)
         return LocalInverse(self.near, rows, np.where(changed[:, None, None], marks, self.marks))

@@ -28,12 +28,21 @@ class Past:
         Those found last, and those one step before [N].
     response, response_before : (n_c, dim) array or None
         Displacement of the body under them, without the penalties [m]; None where it is not known.
+    frames : (n_c, dim, dim) array or None
+        Frames of the candidates; None as for :class:`~fingerslip.contact.solve.compliance.Compliance`.
     """
 
     forces: Array
     before: Array
     response: Array | None = None
     response_before: Array | None = None
+    frames: Array | None = None
+
+    def has_frames_of(self, compliance: Compliance) -> bool:
+        """Tell whether a compliance is in the same frames."""
+        if self.frames is None or compliance.frames is None:
+            return self.frames is compliance.frames
+        return self.frames is compliance.frames or np.array_equal(self.frames, compliance.frames)
 
     def under_other_compliance(self) -> Past:
         """Return the forces without responses, which another compliance makes others."""

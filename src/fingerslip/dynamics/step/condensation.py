@@ -12,6 +12,10 @@ fills only along its path through the elimination tree.
 which the contact does not depend are factorised; the others are kept, with C, the inverse of their Schur complement,
 which is their part of A^-1. The forward half leaves the right-hand side c of the Schur complement. B C c is the local
 part without contact forces, C (c + B^T r) the solution at the kept unknowns, and the backward half gives all others.
+
+These factors may be of single precision. The right-hand side at the kept unknowns, against which contact forces nearly
+cancel, does not go through them, and C serves contact and solution alike: so the contact law holds to double precision,
+and what is rounded is as small as what a step changes.
 """
 
 from __future__ import annotations
@@ -136,11 +140,15 @@ class BySchur:
     def description(self) -> str:
         """How it is condensed, and what a step costs."""
         substitutions = "one substitution" if self.factor.substitutions == 1 else "two substitutions"
-        return f"Schur complement, {substitutions} a step"
+        precision = " in single precision" if self.factor.is_single else ""
+        return f"Schur complement, {substitutions} a step{precision}"
 
     def forward(self, right_hand_side: Array) -> Halfway:
         """Take the forward half for b, shape (n,) or (n, k) [N]; see :class:`Condensed`."""
-        vector = self.factor.forward(right_hand_side)
+        given = right_hand_side.copy(order="K")
+        given[self.kept] = 0.0
+        vector = self.factor.forward(given)
+        vector[self.kept] += right_hand_side[self.kept]
         kept = _symmetric_times(self.inverse, vector[self.kept])
         return Halfway(vector, kept if self.rows is None else self.rows @ kept, kept)
 

@@ -207,7 +207,12 @@ def build_steppers(
     InputError
         Where the memory does not suffice.
     """
-    return _build(systems, make_scheme(time), damping, solver or preferred_solver(), reserved_bytes)
+    scheme, solver = make_scheme(time), solver or preferred_solver()
+    # The equation of the next step contains the forces of the displacement reached, and so corrects what rough factors
+    # miss. Without inertia a single step may be all of a motion, and has to be exact.
+    corrected = bool(scheme.inertia_factor) and not systems[0].held_by_contact
+    steppers = _build(systems, scheme, damping, solver.rough() if corrected else solver, reserved_bytes)
+    return [replace(stepper, solver=solver) for stepper in steppers]
 
 
 def build_stepper(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import functools
+import os
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -33,6 +34,9 @@ _SINGLE_PRECISION = 27
 # Peak memory of the analysis, and what stays of it with the factors [KiB].
 _PEAK, _PERMANENT, _FACTORS = 14, 15, 16
 _ARGUMENTS = 16
+# Milliseconds that MKL's threads spin after their work: by default 200, longer than all else in a step takes, so that
+# they would take a core from contact and from other programs throughout.
+_SPIN = "KMP_BLOCKTIME", "0"
 _NONE = np.zeros(0, dtype=np.int64)
 
 
@@ -152,6 +156,7 @@ class PardisoFactor:
     def __init__(self, analysis: _Analysis, schur: NDArray[Any] | None = None) -> None:
         self._analysis, self._call, none = analysis, analysis.call, np.zeros(analysis.call.size)
         analysis.user = weakref.ref(self)
+        self.is_single = bool(analysis.call.settings[_SINGLE_PRECISION])
         self._call(_FACTORISE, none, schur)
         weakref.finalize(self, self._call.release, _RELEASE_VALUES)
 
@@ -267,6 +272,7 @@ def _mkl_pardiso() -> Any:
 
 def _mkl() -> ctypes.CDLL:
     """Load MKL as its package lists it; pypardiso searches the whole environment for it, which takes a second."""
+    os.environ.setdefault(*_SPIN)
     with contextlib.suppress(metadata.PackageNotFoundError):
         for file in metadata.files("mkl") or ():
             if "mkl_rt" in file.name and Path(file.locate()).is_file():

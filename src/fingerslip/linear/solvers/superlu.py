@@ -89,6 +89,7 @@ class SuperLUSchurFactor:
     """Factors of all unknowns of a matrix but `kept` (m,), ascending; each half is a solution of its own."""
 
     substitutions = 2
+    is_single = False
 
     def __init__(self, matrix: sparse.csr_matrix, kept: Indices) -> None:
         self._kept, self._others = kept, np.setdiff1d(np.arange(matrix.shape[0]), kept)

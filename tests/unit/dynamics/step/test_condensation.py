@@ -89,6 +89,10 @@ class Counted:
     def substitutions(self):
         return self.factor.substitutions
 
+    @property
+    def is_single(self):
+        return self.factor.is_single
+
 
 @dataclass(frozen=True)
 class Counting(SuperLU):

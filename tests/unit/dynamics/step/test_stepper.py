@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
+from fingerslip.dynamics.step import condensation
 from fingerslip.dynamics.step import stepper as stepper_module
 from fingerslip.dynamics.step.stepper import Stopwatch, build_steppers
 from fingerslip.dynamics.system.system import build_system
+from fingerslip.linear.solvers.superlu import SuperLU
+from problems.matrices import needs_mkl
 from problems.pushed import push_and_slide
 
 
@@ -59,3 +62,23 @@ def test_friction_that_turns_no_frames_shares_one_compliance():
     systems = [build_system(push_and_slide(friction=value)) for value in (0.2, 0.8)]
     one, other = build_steppers(systems, push_and_slide().time, fs.RayleighDamping())
     assert one.compliance is other.compliance
+
+
+@needs_mkl
+def test_the_next_step_corrects_what_factors_of_single_precision_miss(monkeypatch):
+    monkeypatch.setattr(condensation, "_COLUMNS_UP_TO", 0)
+    found, exact = (fs.simulate(push_and_slide(), solver=solver) for solver in (None, SuperLU()))
+    assert found.attrs["condensation"].endswith("single precision")
+    assert not exact.attrs["condensation"].endswith("single precision")
+    for name, share in {"contact_displacement": 1e-6, "contact_acceleration": 1e-3, "counterface_force": 1e-5}.items():
+        expected = exact[name].values
+        np.testing.assert_allclose(found[name].values, expected, atol=share * np.abs(expected).max(), err_msg=name)
+    largest = float(exact["external_work"].max())
+    assert float(np.abs(found["energy_imbalance"]).max()) <= 1e-6 * largest
+
+
+@needs_mkl
+def test_steps_without_inertia_have_exact_factors(monkeypatch):
+    monkeypatch.setattr(condensation, "_COLUMNS_UP_TO", 0)
+    history = fs.simulate(push_and_slide(time=fs.QuasiStatic(5e-3)))
+    assert not history.attrs["condensation"].endswith("single precision")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from importlib import metadata
 from pathlib import Path
@@ -27,6 +28,16 @@ def test_it_is_found_by_the_list_of_its_package_or_by_search(monkeypatch):
     listed = pardiso._mkl()
     monkeypatch.setattr(metadata, "files", without_a_list_of_files)
     assert Path(pardiso._mkl()._name).resolve() == Path(listed._name).resolve()
+
+
+@needs_mkl
+@pytest.mark.parametrize(("given", "found"), [(None, "0"), ("5", "5")])
+def test_idle_threads_sleep_unless_the_user_wants_them_to_spin(given, found, monkeypatch):
+    monkeypatch.delenv("KMP_BLOCKTIME", raising=False)
+    if given is not None:
+        monkeypatch.setenv("KMP_BLOCKTIME", given)
+    pardiso._mkl()
+    assert os.environ["KMP_BLOCKTIME"] == found
 
 
 def test_it_is_not_available_without_its_package(monkeypatch):
