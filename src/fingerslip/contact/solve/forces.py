@@ -88,10 +88,11 @@ def solve_contact(
     if free.shape[1] != 2:
         return solve_friction(matrix, free, friction_coefficient, start, tolerance), None
     last = working_set if isinstance(working_set, Piece) else None
-    solution, piece = solve_by_pieces(matrix, free, friction_coefficient, start, tolerance, piece=last)
-    if piece is not None and piece.forces is solution.forces:
-        solution = replace(solution, response=piece.product - compliance.penalty * solution.forces)
-    return solution, piece
+    found, piece = solve_by_pieces(matrix, free, friction_coefficient, start, tolerance, piece=last)
+    if piece is None or piece.forces is not found.forces:
+        return found, piece
+    response = piece.product - compliance.penalty * found.forces
+    return ContactSolution(found.forces, found.residual, found.iterations, found.worst, response), piece
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.frames import in_frames
+from fingerslip.contact.frames import in_components, in_frames
 from fingerslip.contact.interface import conditions, contact_problem, flat_motion
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.forces import solve_contact
@@ -65,7 +65,7 @@ class ContactStep:
     @cached_property
     def forces(self) -> Array:
         """Contact forces in global components, shape (n_c, dim) [N]."""
-        forces: Array = np.einsum("cij,ci->cj", self.frames, self.solution.forces)
+        forces: Array = in_components(self.frames, self.solution.forces)
         return forces
 
 
