@@ -8,7 +8,7 @@ mid-side nodes.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -55,6 +55,14 @@ _VTK_HEXAHEDRON = [0, 3, 6, 2, 1, 5, 7, 4]
 
 
 @dataclass(frozen=True)
+class _Boundary:
+    """The sorted nodes (k,) of a boundary, and the integrals of all shape functions over it, (n_nodes,) [m or m^2]."""
+
+    nodes: NDArray[np.int64]
+    lengths: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class Space:
     """Displacement space.
 
@@ -77,6 +85,7 @@ class Space:
     centre: skfem.CellBasis
     mass: skfem.CellBasis
     positions: NDArray[np.float64]
+    _boundaries: dict[str, _Boundary] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def dim(self) -> int:
@@ -157,8 +166,7 @@ def boundary_nodes(space: Space, name: str) -> NDArray[np.int64]:
     MeshError
         Where the mesh has no such boundary, or an empty one.
     """
-    facets = _named(space.mesh.boundaries, name, "boundary")
-    return np.unique(space.full.get_dofs(facets=np.asarray(facets)).all()).astype(np.int64)
+    return _boundary(space, name).nodes.copy()
 
 
 def region_nodes(space: Space, name: str) -> NDArray[np.int64]:
@@ -178,10 +186,18 @@ def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     The areas are the integrals of the shape functions over the boundary times `depth` [m], so that a
     uniform traction times the areas are its consistent nodal forces.
     """
-    facets = np.asarray(_named(space.mesh.boundaries, name, "boundary"))
-    basis = skfem.FacetBasis(space.mesh, space.scalar_element, facets=facets)
-    areas: NDArray[np.float64] = depth * _shape_function.assemble(basis)
+    areas: NDArray[np.float64] = depth * _boundary(space, name).lengths
     return areas
+
+
+def _boundary(space: Space, name: str) -> _Boundary:
+    """Return what is known of a boundary; all motions of a body ask for it."""
+    if name not in space._boundaries:
+        facets = np.asarray(_named(space.mesh.boundaries, name, "boundary"))
+        nodes = np.unique(space.full.get_dofs(facets=facets).all()).astype(np.int64)
+        basis = skfem.FacetBasis(space.mesh, space.scalar_element, facets=facets)
+        space._boundaries[name] = _Boundary(nodes, _shape_function.assemble(basis))
+    return space._boundaries[name]
 
 
 def _named(table: dict[str, Any] | None, name: str, kind: str) -> NDArray[np.int64]:
