@@ -119,7 +119,7 @@ def _empty_file(pickled: bytes) -> bytes:
     """Return a file of outlines with all that describes them, but without values: most of the work on a small file."""
     import h5py
 
-    outlines, sizes = pickle.loads(pickled)  # noqa: S301  pickled above
+    outlines, sizes = pickle.loads(pickled)
     with h5py.File("memory", "w", driver="core", backing_store=False, track_order=True) as file:
         made = {own.name: _made(file, own) for own in outlines}
         scales = _scales(file, sizes, made)

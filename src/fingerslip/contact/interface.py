@@ -235,7 +235,7 @@ def _settle(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     normal_stiffness,
     tangential_stiffness,
 ):
-    """Return both slips, slip of the step, state and limit of every node; energies stored now and before, of friction."""
+    """Return what becomes of every node, from its slips to its limit; energies stored now and before, of friction."""
     count, dim = forces.shape
     distances, since_contact = slip_distance.copy(), np.zeros(count)
     slips, states, limits = np.zeros(count), np.full(count, OPEN, dtype=np.int8), np.zeros(count)

@@ -77,6 +77,8 @@ class Space:
         cell centre alone, and with the quadrature of the mass.
     positions : (n_nodes, dim) array
         Reference positions of the nodes [m].
+    known_boundaries : dict
+        What was worked out of boundaries, by their names.
     """
 
     mesh: Any
@@ -85,7 +87,7 @@ class Space:
     centre: skfem.CellBasis
     mass: skfem.CellBasis
     positions: NDArray[np.float64]
-    _boundaries: dict[str, _Boundary] = field(default_factory=dict, init=False, repr=False, compare=False)
+    known_boundaries: dict[str, _Boundary] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def dim(self) -> int:
@@ -192,12 +194,12 @@ def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
 
 def _boundary(space: Space, name: str) -> _Boundary:
     """Return what is known of a boundary; all motions of a body ask for it."""
-    if name not in space._boundaries:
+    if name not in space.known_boundaries:
         facets = np.asarray(_named(space.mesh.boundaries, name, "boundary"))
         nodes = np.unique(space.full.get_dofs(facets=facets).all()).astype(np.int64)
         basis = skfem.FacetBasis(space.mesh, space.scalar_element, facets=facets)
-        space._boundaries[name] = _Boundary(nodes, _shape_function.assemble(basis))
-    return space._boundaries[name]
+        space.known_boundaries[name] = _Boundary(nodes, _shape_function.assemble(basis))
+    return space.known_boundaries[name]
 
 
 def _named(table: dict[str, Any] | None, name: str, kind: str) -> NDArray[np.int64]:

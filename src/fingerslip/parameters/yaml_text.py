@@ -179,7 +179,7 @@ def _entry(key: str, pickled: bytes) -> str:
     writer.width = 120
     writer.Representer = _PlainData
     stream = io.StringIO()
-    writer.dump({key: pickle.loads(pickled)}, stream)  # noqa: S301  pickled above
+    writer.dump({key: pickle.loads(pickled)}, stream)
     return stream.getvalue()
 
 

@@ -71,7 +71,7 @@ def factorise_dense(matrix: NDArray[T]) -> DenseFactor[T]:
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
 def solve_factorised(factors, pivots, found):  # type: ignore[no-untyped-def]
-    """Replace a right-hand side by the solution in compiled code; for small matrices, where a call of LAPACK costs more.
+    """Replace a right-hand side by the solution in compiled code, for small matrices: a call of LAPACK costs more.
 
     Parameters
     ----------

@@ -88,11 +88,11 @@ def solve_contact(
     if free.shape[1] != 2:
         return solve_friction(matrix, free, friction_coefficient, start, tolerance), None
     last = working_set if isinstance(working_set, Piece) else None
-    found, piece = solve_by_pieces(matrix, free, friction_coefficient, start, tolerance, piece=last)
-    if piece is None or piece.forces is not found.forces:
-        return found, piece
-    response = piece.product - compliance.penalty * found.forces
-    return ContactSolution(found.forces, found.residual, found.iterations, found.worst, response), piece
+    solution, piece = solve_by_pieces(matrix, free, friction_coefficient, start, tolerance, piece=last)
+    if piece is None or piece.forces is not solution.forces:
+        return solution, piece
+    forces, response = solution.forces, piece.product - compliance.penalty * solution.forces
+    return ContactSolution(forces, solution.residual, solution.iterations, solution.worst, response), piece
 
 
 @dataclass(frozen=True)

@@ -144,7 +144,7 @@ def solve_by_pieces(
     return replace(solution, iterations=iterations + solution.iterations), piece
 
 
-def _factors(piece: Piece | None) -> tuple[Any, ...]:
+def _factors(piece: Piece | None) -> tuple[Any, Any, Any, Any, Any]:
     """Return the arrays of a piece that its solution needs."""
     if piece is None:
         return _NO_PIECE
@@ -153,7 +153,19 @@ def _factors(piece: Piece | None) -> tuple[Any, ...]:
 
 @numba.njit(cache=True, nogil=True)
 def _newton(  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    compliance, free, friction, scale, tolerance, forces, product, of_states, of_slopes, unknowns, factors, pivots, begun
+    compliance,
+    free,
+    friction,
+    scale,
+    tolerance,
+    forces,
+    product,
+    of_states,
+    of_slopes,
+    unknowns,
+    factors,
+    pivots,
+    taken,
 ):
     """Run Newton's method as long as it stays in a piece, from given forces (n_c, 2) [N] and W times them [m].
 
@@ -162,9 +174,9 @@ def _newton(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """
     # As in the compiled solver, the force that would undo the worst free penetration alone sets the scale of rounding.
     least = 1e-12 * np.max(scale * np.abs(free))
-    iteration = begun
+    iteration = taken
     states, slopes, merit, residual, worst = _examine(forces, product, free, scale, friction, least)
-    if begun == 0 and of_states.size and not residual <= tolerance:
+    if taken == 0 and of_states.size and not residual <= tolerance:
         # Where the solution in the last step's piece is nearer to a solution than its forces, the search begins there.
         solved, moved = _solve_piece(compliance, free, of_slopes, unknowns, factors, pivots)
         look = _examine(solved, moved, free, scale, friction, least)
@@ -193,17 +205,15 @@ def _newton(  # type: ignore[no-untyped-def]  # noqa: PLR0917
 
 @numba.njit(cache=True, nogil=True)
 def _are_same(states, slopes, of_states, of_slopes):  # type: ignore[no-untyped-def]
-    """Tell whether a piece is another one."""
-    if not of_states.size:
-        return False
-    for i in range(states.size):
-        if states[i] != of_states[i] or slopes[i] != of_slopes[i]:
-            return False
-    return True
+    """Tell whether a piece is another one; none is like any."""
+    same = of_states.size == states.size
+    for i in range(of_states.size):
+        same = same and states[i] == of_states[i] and slopes[i] == of_slopes[i]
+    return same
 
 
 @numba.njit(cache=True, nogil=True)
-def _solve_piece(compliance, free, slopes, unknowns, factors, pivots):  # type: ignore[no-untyped-def]
+def _solve_piece(compliance, free, slopes, unknowns, factors, pivots):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Return the solution of a piece, forces (n_c, 2) [N], and W times it [m]."""
     wanted = np.empty(unknowns.size)
     for k in range(unknowns.size):

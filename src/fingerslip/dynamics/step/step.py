@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import repeat
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -176,7 +175,7 @@ def _finished(stepper: Stepper, start: Prediction, contact: ContactStep, end: _E
     ]
     moved, acting = system.moved(end.displacement, start.counterfaces), _mean_forces(before, contact)
     settled = _settled(stepper, before, contact, -float(np.vdot(acting, moved - before.moved)))
-    fields: dict[str, Any] = dict(
+    after = State(
         time=start.time,
         step=scheme.step,
         displacement=end.displacement,
@@ -191,6 +190,7 @@ def _finished(stepper: Stepper, start: Prediction, contact: ContactStep, end: _E
         contact_forces=contact.forces,
         contact_forces_before=before.contact_forces,
         interface=settled.state,
+        energies=before.energies,
         iterations=contact.solution.iterations,
         residual=contact.solution.residual,
         working_set=contact.working_set,
@@ -198,8 +198,7 @@ def _finished(stepper: Stepper, start: Prediction, contact: ContactStep, end: _E
         memories=tuple(memories),
         body=body,
     )
-    energies = _energies(stepper, before, State(**fields, energies=before.energies), end, (acting, settled))
-    return State(**fields, energies=energies)
+    return replace(after, energies=_energies(stepper, before, after, end, (acting, settled)))
 
 
 def _mean_forces(before: State, contact: ContactStep) -> Array:
