@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["contact_frames", "in_components", "in_frames", "rotate_compliance", "sliding_direction", "tangent_lengths"]
+__all__ = ["contact_frames", "in_frames", "rotate_compliance", "sliding_direction", "tangent_lengths"]
 
 Array = NDArray[np.float64]
 
@@ -48,23 +47,6 @@ def in_frames(frames: Array, forces: Array) -> Array:
     """
     given: Array = np.einsum("cij,cj->ci", frames, forces) / np.einsum("cij,cij->ci", frames, frames)
     return given
-
-
-@numba.njit(cache=True, nogil=True)
-def in_components(frames, forces):  # type: ignore[no-untyped-def]
-    """Return forces (n, dim) in frames in global components, same shape.
-
-    Examples
-    --------
-    >>> in_components(np.array([[[0.0, 1.0], [2.0, 0.0]]]), np.array([[5.0, 1.5]])).tolist()
-    [[3.0, 5.0]]
-    """
-    found = np.zeros_like(forces)
-    for i in range(len(forces)):
-        for k in range(forces.shape[1]):
-            for j in range(forces.shape[1]):
-                found[i, j] += frames[i, k, j] * forces[i, k]
-    return found
 
 
 def tangent_lengths(frames: Array) -> Array:

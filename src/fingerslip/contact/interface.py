@@ -25,7 +25,16 @@ from fingerslip.contact.candidates import Candidates
 from fingerslip.contact.friction import Conditions
 from fingerslip.contact.states import OPEN, SLIP, STICK
 
-__all__ = ["InterfaceState", "StepOutcome", "conditions", "contact_problem", "flat_motion", "rest_state", "settle"]
+__all__ = [
+    "InterfaceState",
+    "StepOutcome",
+    "conditions",
+    "contact_problem",
+    "flat_motion",
+    "in_components",
+    "rest_state",
+    "settle",
+]
 
 Array = NDArray[np.float64]
 
@@ -163,6 +172,23 @@ def flat_motion(frames, gaps, before, moved_before, moved):  # type: ignore[no-u
             found[i, k] = before[i, k] if k else gaps[i]
             for j in range(moved.shape[1]):
                 found[i, k] += frames[i, k, j] * (moved[i, j] - moved_before[i, j] if k else moved[i, j])
+    return found
+
+
+@numba.njit(cache=True, nogil=True)
+def in_components(frames, forces):  # type: ignore[no-untyped-def]
+    """Return forces (n, dim) in frames in global components, same shape.
+
+    Examples
+    --------
+    >>> in_components(np.array([[[0.0, 1.0], [2.0, 0.0]]]), np.array([[5.0, 1.5]])).tolist()
+    [[3.0, 5.0]]
+    """
+    found = np.zeros_like(forces)
+    for i in range(len(forces)):
+        for k in range(forces.shape[1]):
+            for j in range(forces.shape[1]):
+                found[i, j] += frames[i, k, j] * forces[i, k]
     return found
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Generic
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -308,17 +307,7 @@ def _incidence(space: Space) -> sparse.csr_matrix:
 
 def von_mises(stresses: Array) -> Array:
     """Return the von Mises stress [Pa], shape (n,), of stresses (n, 4 or 6) as :class:`Recovery` gives them."""
-    found: Array = _von_mises(stresses)
-    return found
-
-
-@numba.njit(cache=True, nogil=True)
-def _von_mises(stresses):  # type: ignore[no-untyped-def]
-    found = np.empty(len(stresses))
-    for i in range(len(stresses)):
-        xx, yy, zz = stresses[i, 0], stresses[i, 1], stresses[i, 2]
-        shear = 0.0
-        for k in range(3, stresses.shape[1]):
-            shear += stresses[i, k] ** 2
-        found[i] = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * shear)
-    return found
+    xx, yy, zz = stresses[:, :3].T
+    shear = np.einsum("ij,ij->i", stresses[:, 3:], stresses[:, 3:])
+    deviation: Array = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * shear)
+    return deviation

@@ -55,14 +55,6 @@ _VTK_HEXAHEDRON = [0, 3, 6, 2, 1, 5, 7, 4]
 
 
 @dataclass(frozen=True)
-class _Boundary:
-    """The sorted nodes (k,) of a boundary, and the integrals of all shape functions over it, (n_nodes,) [m or m^2]."""
-
-    nodes: NDArray[np.int64]
-    lengths: NDArray[np.float64]
-
-
-@dataclass(frozen=True)
 class Space:
     """Displacement space.
 
@@ -77,8 +69,9 @@ class Space:
         cell centre alone, and with the quadrature of the mass.
     positions : (n_nodes, dim) array
         Reference positions of the nodes [m].
-    known_boundaries : dict
-        What was worked out of boundaries, by their names.
+    known_nodes, known_lengths : dict
+        The nodes of boundaries and the integrals of the shape functions over them, by their names: all motions of a
+        body ask for them.
     """
 
     mesh: Any
@@ -87,7 +80,8 @@ class Space:
     centre: skfem.CellBasis
     mass: skfem.CellBasis
     positions: NDArray[np.float64]
-    known_boundaries: dict[str, _Boundary] = field(default_factory=dict, init=False, repr=False, compare=False)
+    known_nodes: dict[str, NDArray[np.int64]] = field(default_factory=dict, init=False, repr=False, compare=False)
+    known_lengths: dict[str, NDArray[np.float64]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def dim(self) -> int:
@@ -168,7 +162,10 @@ def boundary_nodes(space: Space, name: str) -> NDArray[np.int64]:
     MeshError
         Where the mesh has no such boundary, or an empty one.
     """
-    return _boundary(space, name).nodes.copy()
+    if name not in space.known_nodes:
+        facets = _named(space.mesh.boundaries, name, "boundary")
+        space.known_nodes[name] = np.unique(space.full.get_dofs(facets=np.asarray(facets)).all()).astype(np.int64)
+    return space.known_nodes[name].copy()
 
 
 def region_nodes(space: Space, name: str) -> NDArray[np.int64]:
@@ -188,18 +185,11 @@ def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     The areas are the integrals of the shape functions over the boundary times `depth` [m], so that a
     uniform traction times the areas are its consistent nodal forces.
     """
-    areas: NDArray[np.float64] = depth * _boundary(space, name).lengths
-    return areas
-
-
-def _boundary(space: Space, name: str) -> _Boundary:
-    """Return what is known of a boundary; all motions of a body ask for it."""
-    if name not in space.known_boundaries:
+    if name not in space.known_lengths:
         facets = np.asarray(_named(space.mesh.boundaries, name, "boundary"))
-        nodes = np.unique(space.full.get_dofs(facets=facets).all()).astype(np.int64)
         basis = skfem.FacetBasis(space.mesh, space.scalar_element, facets=facets)
-        space.known_boundaries[name] = _Boundary(nodes, _shape_function.assemble(basis))
-    return space.known_boundaries[name]
+        space.known_lengths[name] = _shape_function.assemble(basis)
+    return depth * space.known_lengths[name]
 
 
 def _named(table: dict[str, Any] | None, name: str, kind: str) -> NDArray[np.int64]:

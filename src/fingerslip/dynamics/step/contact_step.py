@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.frames import in_components, in_frames
-from fingerslip.contact.interface import conditions, contact_problem, flat_motion
+from fingerslip.contact.frames import in_frames
+from fingerslip.contact.interface import conditions, contact_problem, flat_motion, in_components
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.forces import solve_contact
 from fingerslip.contact.solve.newton import ContactSolution
