@@ -116,6 +116,8 @@ def result_of(history: xr.Dataset, name: str, swept: Mapping[str, Any]) -> RunRe
     swept : mapping of str to object
         The swept values by dotted path.
     """
+    # What is read off is looked up many times, each time with all coordinates that fit: without any that is faster.
+    history = history.reset_coords()
     found = find_slip(history)
     return RunResult(
         name=name,

@@ -1,8 +1,9 @@
 """Time motions on the mesh and in a reduced basis: runs of the paper in the plane and in space, and eight frictions.
 
 Run it as it is: ``python tests/benchmarks/bench_basis.py [--cases plane sweep solid] [--tolerance 1e-4]``. Each case is
-computed in one process: on the mesh, in a basis that is made, and in one that is kept. A sweep is eight runs one after
-the other, as small runs of a study are. Seconds are those of the clock and of the CPU; ratios are those of CPU seconds.
+computed in one process: on the mesh, in a basis that is made, and in one that is kept. A step is all of the stepping
+over the number of steps, with records, snapshots and checks of the basis. A sweep is eight runs one after the other, as
+small runs of a study are. Seconds are those of the clock and of the CPU; ratios are those of CPU seconds.
 """
 
 from __future__ import annotations
@@ -65,6 +66,9 @@ def line(name: str, histories: list, clock: float, cpu: float) -> str:
     parts = [
         f"{part} {sum(history.attrs.get(f'cpu_seconds_{part}', 0.0) for history in histories):.2f}" for part in PARTS
     ]
+    steps = sum(history.sizes["time"] - 1 for history in histories)
+    step = 1e3 * sum(history.attrs["cpu_seconds_stepping"] for history in histories) / steps
+    parts = [f"a step {step:.2f} ms", *parts]
     return f"  {name:<10}{clock:9.2f} s clock {cpu:9.2f} s CPU   (CPU: {', '.join(parts)})\n"
 
 

@@ -114,6 +114,8 @@ class Counterfaces:
 
     def coefficients(self, conditions: Conditions, counterface: Indices) -> Array:
         """Return the friction coefficient of every node under the given conditions, shape (n,) [-]."""
+        if len(self.friction) == 1:
+            return self.friction[0].coefficients(conditions)
         values = np.zeros(len(counterface))
         for number, law in enumerate(self.friction):
             own = self._own(counterface, number)

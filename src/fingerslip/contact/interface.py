@@ -25,7 +25,16 @@ from fingerslip.contact.candidates import Candidates
 from fingerslip.contact.friction import Conditions
 from fingerslip.contact.states import OPEN, SLIP, STICK
 
-__all__ = ["InterfaceState", "StepOutcome", "conditions", "contact_problem", "rest_state", "settle"]
+__all__ = [
+    "InterfaceState",
+    "StepOutcome",
+    "conditions",
+    "contact_problem",
+    "flat_motion",
+    "in_components",
+    "rest_state",
+    "settle",
+]
 
 Array = NDArray[np.float64]
 
@@ -129,10 +138,58 @@ def contact_problem(candidates: Candidates, before: InterfaceState, free_relativ
     -----
     The normal part is the gap. The tangential part is the motion of the step, less the elastic slip at its start.
     """
+    found: Array = _problem(free_relative, before.forces, before.relative, candidates.tangential_stiffness)
+    return found
+
+
+@numba.njit(cache=True, nogil=True)
+def _problem(free_relative, forces, relative, stiffness):  # type: ignore[no-untyped-def]
     free = free_relative.copy()
-    elastic = -before.forces[:, 1:] / candidates.tangential_stiffness[:, None]
-    free[:, 1:] += elastic - before.relative[:, 1:]
+    for i in range(len(free)):
+        for k in range(1, free.shape[1]):
+            free[i, k] -= forces[i, k] / stiffness[i] + relative[i, k]
     return free
+
+
+@numba.njit(cache=True, nogil=True)
+def flat_motion(frames, gaps, before, moved_before, moved):  # type: ignore[no-untyped-def]
+    """Return gap and relative tangential displacement (n_c, dim) [m] on flat counterfaces.
+
+    Parameters
+    ----------
+    frames : (n_c, dim, dim) array
+        Frames of the candidates, which never turn [-].
+    gaps : (n_c,) array
+        Gaps of the reference positions [m].
+    before : (n_c, dim) array
+        Gap and relative tangential displacement at the start of the step [m].
+    moved_before, moved : (n_c, dim) array
+        Displacement relative to the counterfaces at the start and at the end of the step [m].
+    """
+    found = np.empty_like(moved)
+    for i in range(len(moved)):
+        for k in range(moved.shape[1]):
+            found[i, k] = before[i, k] if k else gaps[i]
+            for j in range(moved.shape[1]):
+                found[i, k] += frames[i, k, j] * (moved[i, j] - moved_before[i, j] if k else moved[i, j])
+    return found
+
+
+@numba.njit(cache=True, nogil=True)
+def in_components(frames, forces):  # type: ignore[no-untyped-def]
+    """Return forces (n, dim) in frames in global components, same shape.
+
+    Examples
+    --------
+    >>> in_components(np.array([[[0.0, 1.0], [2.0, 0.0]]]), np.array([[5.0, 1.5]])).tolist()
+    [[3.0, 5.0]]
+    """
+    found = np.zeros_like(forces)
+    for i in range(len(forces)):
+        for k in range(forces.shape[1]):
+            for j in range(forces.shape[1]):
+                found[i, j] += frames[i, k, j] * forces[i, k]
+    return found
 
 
 def settle(
@@ -183,27 +240,30 @@ def settle(
     ([[4.0, -1.5], [4.0, -2.0]], [1, 2], [0.0, 0.03])
     """
     stiffnesses = candidates.normal_stiffness, candidates.tangential_stiffness
-    slip, state, limit, (stored, stored_before, friction) = _settle(
-        before.forces, before.relative, forces, relative, friction_coefficient, stretch, *stiffnesses
+    slips = before.slip_distance, before.slip_since_contact
+    *found, (stored, stored_before, friction) = _settle(
+        before.forces, before.relative, *slips, forces, relative, friction_coefficient, stretch, *stiffnesses
     )
-    after = InterfaceState(
-        forces=forces,
-        relative=relative,
-        slip_distance=before.slip_distance + slip,
-        slip_since_contact=np.where(state != OPEN, before.slip_since_contact + slip, 0.0),
-        slip=slip,
-        state=state,
-        limit=limit,
-    )
+    after = InterfaceState(forces, relative, *found)
     return StepOutcome(after, stored, friction, work - (stored - stored_before) - friction)
 
 
 @numba.njit(cache=True, nogil=True)
 def _settle(  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    forces_before, relative_before, forces, relative, friction, stretch, normal_stiffness, tangential_stiffness
+    forces_before,
+    relative_before,
+    slip_distance,
+    slip_since_contact,
+    forces,
+    relative,
+    friction,
+    stretch,
+    normal_stiffness,
+    tangential_stiffness,
 ):
-    """Return slip, state and limit of every node; the energies stored now and before, and that of friction."""
+    """Return what becomes of every node, from its slips to its limit; energies stored now and before, of friction."""
     count, dim = forces.shape
+    distances, since_contact = slip_distance.copy(), np.zeros(count)
     slips, states, limits = np.zeros(count), np.full(count, OPEN, dtype=np.int8), np.zeros(count)
     stored, stored_before, dissipated = 0.0, 0.0, 0.0
     for i in range(count):
@@ -231,4 +291,6 @@ def _settle(  # type: ignore[no-untyped-def]  # noqa: PLR0917
             # A node that lands during the step has moved freely for part of it: that is no slip.
             if slides and forces_before[i, 0] > 0.0:
                 slips[i] = np.sqrt(squared)
-    return slips, states, limits, (stored, stored_before, dissipated)
+            distances[i] += slips[i]
+            since_contact[i] = slip_since_contact[i] + slips[i]
+    return distances, since_contact, slips, states, limits, (stored, stored_before, dissipated)

@@ -8,7 +8,7 @@ mid-side nodes.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -69,6 +69,9 @@ class Space:
         cell centre alone, and with the quadrature of the mass.
     positions : (n_nodes, dim) array
         Reference positions of the nodes [m].
+    known_nodes, known_lengths : dict
+        The nodes of boundaries and the integrals of the shape functions over them, by their names: all motions of a
+        body ask for them.
     """
 
     mesh: Any
@@ -77,6 +80,8 @@ class Space:
     centre: skfem.CellBasis
     mass: skfem.CellBasis
     positions: NDArray[np.float64]
+    known_nodes: dict[str, NDArray[np.int64]] = field(default_factory=dict, init=False, repr=False, compare=False)
+    known_lengths: dict[str, NDArray[np.float64]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @property
     def dim(self) -> int:
@@ -157,8 +162,10 @@ def boundary_nodes(space: Space, name: str) -> NDArray[np.int64]:
     MeshError
         Where the mesh has no such boundary, or an empty one.
     """
-    facets = _named(space.mesh.boundaries, name, "boundary")
-    return np.unique(space.full.get_dofs(facets=np.asarray(facets)).all()).astype(np.int64)
+    if name not in space.known_nodes:
+        facets = _named(space.mesh.boundaries, name, "boundary")
+        space.known_nodes[name] = np.unique(space.full.get_dofs(facets=np.asarray(facets)).all()).astype(np.int64)
+    return space.known_nodes[name].copy()
 
 
 def region_nodes(space: Space, name: str) -> NDArray[np.int64]:
@@ -178,10 +185,11 @@ def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     The areas are the integrals of the shape functions over the boundary times `depth` [m], so that a
     uniform traction times the areas are its consistent nodal forces.
     """
-    facets = np.asarray(_named(space.mesh.boundaries, name, "boundary"))
-    basis = skfem.FacetBasis(space.mesh, space.scalar_element, facets=facets)
-    areas: NDArray[np.float64] = depth * _shape_function.assemble(basis)
-    return areas
+    if name not in space.known_lengths:
+        facets = np.asarray(_named(space.mesh.boundaries, name, "boundary"))
+        basis = skfem.FacetBasis(space.mesh, space.scalar_element, facets=facets)
+        space.known_lengths[name] = _shape_function.assemble(basis)
+    return depth * space.known_lengths[name]
 
 
 def _named(table: dict[str, Any] | None, name: str, kind: str) -> NDArray[np.int64]:

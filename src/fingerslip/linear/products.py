@@ -10,15 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-__all__ = ["add_columns", "add_rows", "as_rows", "long_product", "products", "two_products"]
+__all__ = ["add_columns", "add_rows", "as_rows", "compiled_parts", "long_product", "products", "two_products"]
 
 Array = NDArray[np.float64]
 
 
 def long_product(matrix: sparse.csr_matrix, vector: Array) -> Array:
-    """Return a matrix (n, m) with long rows times a vector (m,), shape (n,); for short rows SciPy is as fast."""
+    """Return a matrix (n, m) with long rows times a vector (m,), shape (n,).
+
+    For short rows SciPy is as fast, but where there are few of them: its calls cost more.
+    """
     found = np.empty(matrix.shape[0])
-    _long_product(*_parts(matrix), vector, found)
+    _long_product(*compiled_parts(matrix), vector, found)
     return found
 
 
@@ -37,7 +40,7 @@ def products(matrix: sparse.csr_matrix, rows: Array) -> Array:
     """
     match len(rows):
         case 1:
-            return as_rows([matrix @ rows[0]])
+            return as_rows([long_product(matrix, rows[0])])
         case 2:
             return np.stack(two_products(matrix, *rows))
     return np.ascontiguousarray((matrix @ rows.T).T)
@@ -53,14 +56,14 @@ def two_products(matrix: sparse.csr_matrix, first: Array, second: Array) -> tupl
     ([2.0, 0.0], [3.0, 3.0])
     """
     one, other = np.empty(matrix.shape[0]), np.empty(matrix.shape[0])
-    _two_products(*_parts(matrix), first, second, one, other)
+    _two_products(*compiled_parts(matrix), first, second, one, other)
     return one, other
 
 
 def add_columns(vector: Array, matrix: sparse.csc_matrix, weights: Array) -> Array:
     """Return a vector (n,) plus a matrix (n, m) times weights (m,), for which columns without weight are not read."""
     total = vector.copy()
-    _add_columns(*_parts(matrix), weights, total)
+    _add_columns(*compiled_parts(matrix), weights, total)
     return total
 
 
@@ -77,8 +80,8 @@ def add_rows(vector: Array, matrix: Array, weights: Array) -> Array:
     return total
 
 
-def _parts(matrix: sparse.csr_matrix | sparse.csc_matrix) -> tuple[NDArray[Any], NDArray[Any], Array]:
-    """Return starts and indices as numbers without sign, and values.
+def compiled_parts(matrix: sparse.csr_matrix | sparse.csc_matrix) -> tuple[NDArray[Any], NDArray[Any], Array]:
+    """Return starts and indices of a matrix as numbers without sign, and values.
 
     With a sign, compiled code allows for counting from the end at every entry, and takes twice as long.
     """

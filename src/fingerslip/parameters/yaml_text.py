@@ -6,7 +6,9 @@ would make anything else are refused.
 
 from __future__ import annotations
 
+import functools
 import io
+import pickle
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -163,6 +165,13 @@ def to_text(mapping: Mapping[str, Any]) -> str:
     - no
     - true
     """
+    # Runs of a sweep differ in few entries. Pickled, values are the same only where their text is.
+    return "".join(_entry(key, pickle.dumps(value)) for key, value in mapping.items()) or "{}\n"
+
+
+@functools.lru_cache(maxsize=128)
+def _entry(key: str, pickled: bytes) -> str:
+    """Return an entry of a mapping as YAML."""
     writer = YAML(typ="safe", pure=True)
     writer.Resolver = _CoreSchema
     writer.default_flow_style = False
@@ -170,7 +179,7 @@ def to_text(mapping: Mapping[str, Any]) -> str:
     writer.width = 120
     writer.Representer = _PlainData
     stream = io.StringIO()
-    writer.dump(dict(mapping), stream)
+    writer.dump({key: pickle.loads(pickled)}, stream)
     return stream.getvalue()
 
 

@@ -56,7 +56,7 @@ def edge_contact(history: xr.Dataset) -> EdgeContact | None:
     EdgeContact or None
         The first counterface, in their order, that comes that close; None where all contact keeps away.
     """
-    if "contact_edge_distance" not in history.coords:
+    if "contact_edge_distance" not in history.variables:
         return None
     for counterface, boundary in enumerate(history["counterface"].values):
         nodes = np.flatnonzero(history["contact_counterface"].values == counterface)
@@ -69,7 +69,7 @@ def edge_contact(history: xr.Dataset) -> EdgeContact | None:
 
 def edge_distance(history: xr.Dataset) -> float | None:
     """Return the smallest distance between contact and a free edge of its boundary [m]; None where there is none."""
-    if "contact_edge_distance" not in history.coords:
+    if "contact_edge_distance" not in history.variables:
         return None
     distances = _distances(history, np.arange(history.sizes["contact_node"]))
     smallest = float(distances.min(initial=np.inf))

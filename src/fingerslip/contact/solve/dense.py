@@ -12,11 +12,12 @@ import functools
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+import numba
 import numpy as np
 from numba.extending import get_cython_function_address
 from numpy.typing import NDArray
 
-__all__ = ["DenseFactor", "factorise_dense", "symmetric_product"]
+__all__ = ["DenseFactor", "factorise_dense", "solve_factorised", "symmetric_product"]
 
 T = TypeVar("T", np.float32, np.float64)
 
@@ -66,6 +67,33 @@ def factorise_dense(matrix: NDArray[T]) -> DenseFactor[T]:
     diagonal = np.einsum("ii->i", matrix)
     diagonal[diagonal == 0.0] = 1.0
     return DenseFactor(matrix, pivots)
+
+
+@numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
+def solve_factorised(factors, pivots, found):  # type: ignore[no-untyped-def]
+    """Replace a right-hand side by the solution in compiled code, for small matrices: a call of LAPACK costs more.
+
+    Parameters
+    ----------
+    factors, pivots : (n, n) array, (n,) array of int
+        Those of a :class:`DenseFactor`.
+    found : (n,) array
+        The right-hand side, then the solution.
+    """
+    # The rows of the factors of the transpose are columns of its triangles: U^T from the first row on, then L^T.
+    for i in range(found.size):
+        total = 0.0
+        for j in range(i):
+            total += factors[i, j] * found[j]
+        found[i] = (found[i] - total) / factors[i, i]
+    for i in range(found.size - 1, -1, -1):
+        total = 0.0
+        for j in range(i + 1, found.size):
+            total += factors[i, j] * found[j]
+        found[i] -= total
+    for i in range(found.size - 1, -1, -1):
+        other = pivots[i] - 1
+        found[i], found[other] = found[other], found[i]
 
 
 def symmetric_product(matrix: NDArray[T], vector: NDArray[T]) -> NDArray[T]:

@@ -92,9 +92,10 @@ def solve_contact(
         return solve_friction(matrix, free, friction_coefficient, start, tolerance), None
     last = working_set if isinstance(working_set, Piece) else None
     solution, piece = solve_by_pieces(matrix, free, friction_coefficient, start, tolerance, piece=last)
-    if piece is not None and piece.forces is solution.forces:
-        solution = replace(solution, response=piece.product - compliance.penalty * solution.forces)
-    return solution, piece
+    if piece is None or piece.forces is not solution.forces:
+        return solution, piece
+    forces, response = solution.forces, piece.product - compliance.penalty * solution.forces
+    return ContactSolution(forces, solution.residual, solution.iterations, solution.worst, response), piece
 
 
 @dataclass(frozen=True)

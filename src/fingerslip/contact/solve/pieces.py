@@ -15,13 +15,14 @@ the last one ended: where no node changes its state, that is all.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.solve.compliance import active_product
-from fingerslip.contact.solve.dense import DenseFactor, factorise_dense
+from fingerslip.contact.solve.dense import DenseFactor, factorise_dense, solve_factorised
 from fingerslip.contact.solve.line_search import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough
 from fingerslip.contact.solve.newton import ContactSolution, solve_friction
 from fingerslip.contact.solve.projection import step_lengths
@@ -30,6 +31,16 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 __all__ = ["Piece", "solve_by_pieces"]
 
 Array = NDArray[np.float64]
+
+# What comes of Newton's method in a piece: a solution, forces in another piece, or no step that helps.
+_SOLVED, _ELSEWHERE, _STUCK = 0, 1, 2
+_NO_PIECE = (
+    np.zeros(0, dtype=np.int8),
+    np.zeros(0),
+    np.zeros(0, dtype=np.int64),
+    np.zeros((0, 0)),
+    np.zeros(0, dtype=np.int32),
+)
 
 
 @dataclass(frozen=True)
@@ -113,113 +124,112 @@ def solve_by_pieces(
     if not free.size:
         return solve_friction(compliance, free, friction_coefficient, start, tolerance), None
     piece = piece if piece is not None and piece.compliance is compliance else None
-    problem = _problem(compliance, free, friction_coefficient, piece)
-    found, begun = _first(problem, start, piece, tolerance)
-    for iteration in range(begun, NEWTON_LIMIT):
-        if found.relative_residual <= tolerance:
-            return found.solution(iteration), piece and replace(piece, forces=found.forces, product=found.product)
-        piece = piece if piece is not None and found.is_in(piece) else _factorised(problem, found)
-        nearer = _search(problem, found, *_solve_piece(problem, piece))
-        if nearer is None:
-            break
-        found = nearer
-    solution = solve_friction(compliance, free, friction_coefficient, found.forces, tolerance)
-    return replace(solution, iterations=iteration + solution.iterations), piece
-
-
-@dataclass(frozen=True)
-class _Problem:
-    """The contact problem, with the step lengths of its projection and the scale of rounding [N]."""
-
-    compliance: Array
-    free: Array
-    friction: Array
-    scale: Array
-    least: float
-
-
-@dataclass(frozen=True)
-class _Look:
-    """Forces, the piece that their trial forces are in, and their residual: its sum of squares, its largest node."""
-
-    forces: Array
-    product: Array
-    states: NDArray[np.int8]
-    slopes: Array
-    merit: float
-    relative_residual: float
-    worst: int
-
-    def is_in(self, piece: Piece) -> bool:
-        same = self.states.tobytes() == piece.states.tobytes()
-        return same and self.slopes.tobytes() == piece.slopes.tobytes()
-
-    def solution(self, iterations: int) -> ContactSolution:
-        return ContactSolution(self.forces, self.relative_residual, iterations, self.worst)
-
-
-def _problem(compliance: Array, free: Array, friction: Array, piece: Piece | None) -> _Problem:
     scale = step_lengths(np.diag(compliance).reshape(free.shape)) if piece is None else piece.scale
-    # As in the compiled solver, the force that would undo the worst free penetration alone sets the scale of rounding.
-    return _Problem(compliance, free, friction, scale, 1e-12 * float(np.max(scale * np.abs(free))))
+    # After a step, W times its forces is known.
+    product = piece.product if piece is not None and piece.forces is start else active_product(compliance, start)
+    problem, factors = (compliance, free, friction_coefficient, scale, tolerance), _factors(piece)
+    found = _newton(*problem, start, product, *factors, 0)
+    while found[0] == _ELSEWHERE:
+        _, iterations, forces, product, states, slopes, _, _ = found
+        matrix, unknowns = _matrix(compliance, states, slopes)
+        piece = Piece(compliance, scale, states, slopes, unknowns, factorise_dense(matrix), forces, product)
+        found = _newton(*problem, forces, product, *_factors(piece), iterations)
+    outcome, iterations, forces, product, _, _, residual, worst = found
+    if outcome == _SOLVED:
+        if piece is not None and piece.forces is not forces:
+            known = piece.states, piece.slopes, piece.unknowns, piece.factor
+            piece = Piece(compliance, scale, *known, forces, product)
+        return ContactSolution(forces, residual, iterations, worst), piece
+    solution = solve_friction(compliance, free, friction_coefficient, forces, tolerance)
+    return replace(solution, iterations=iterations + solution.iterations), piece
 
 
-def _first(problem: _Problem, start: Array, piece: Piece | None, tolerance: float) -> tuple[_Look, int]:
-    """Return the forces to begin with, and the iterations that they took.
-
-    These are the last step's, or the solution in the last step's piece where that is nearer to a solution.
-    """
-    found = _look(problem, start, _product(problem, start, piece))
-    if piece is None or found.relative_residual <= tolerance:
-        return found, 0
-    solved = _look(problem, *_solve_piece(problem, piece))
-    return (solved, 1) if decreases_enough(solved.merit, found.merit, 1.0) else (found, 0)
-
-
-def _product(problem: _Problem, forces: Array, piece: Piece | None) -> Array:
-    """Return W times the forces (n_c, 2) [m]; after a step it is known."""
-    if piece is not None and piece.forces is forces:
-        return piece.product
-    product: Array = active_product(problem.compliance, forces)
-    return product
-
-
-def _look(problem: _Problem, forces: Array, product: Array) -> _Look:
-    given = problem.free, problem.scale, problem.friction
-    states, slopes, merit, largest, worst, force = _examine(forces, product, *given)
-    size = max(problem.least, force)
-    return _Look(forces, product, states, slopes, merit, largest / size if largest > 0.0 else largest, worst)
-
-
-def _factorised(problem: _Problem, found: _Look) -> Piece:
-    matrix, unknowns = _matrix(problem.compliance, found.states, found.slopes)
-    states, slopes, factor = found.states, found.slopes, factorise_dense(matrix)
-    return Piece(problem.compliance, problem.scale, states, slopes, unknowns, factor, found.forces, found.product)
-
-
-def _solve_piece(problem: _Problem, piece: Piece) -> tuple[Array, Array]:
-    """Return the solution of a piece, forces (n_c, 2) [N], and W times it [m]."""
-    forces = np.zeros_like(problem.free)
-    forces.reshape(-1)[piece.unknowns] = piece.factor.solve(-problem.free.reshape(-1)[piece.unknowns])
-    forces[:, 1] += piece.slopes * forces[:, 0]
-    return forces, active_product(problem.compliance, forces)
-
-
-def _search(problem: _Problem, found: _Look, solved: Array, product: Array) -> _Look | None:
-    """Return forces on the way to the solution (n_c, 2) [N] of a piece that are nearer to a solution; None without."""
-    length, nearer = 1.0, _look(problem, solved, product)
-    for _ in range(SEARCH_LIMIT):
-        if decreases_enough(nearer.merit, found.merit, length):
-            return nearer
-        length *= 0.5
-        forces = found.forces + length * (solved - found.forces)
-        nearer = _look(problem, forces, found.product + length * (product - found.product))
-    return None
+def _factors(piece: Piece | None) -> tuple[Any, Any, Any, Any, Any]:
+    """Return the arrays of a piece that its solution needs."""
+    if piece is None:
+        return _NO_PIECE
+    return piece.states, piece.slopes, piece.unknowns, piece.factor.factors, piece.factor.pivots
 
 
 @numba.njit(cache=True, nogil=True)
-def _examine(forces, product, free, scale, friction):  # type: ignore[no-untyped-def]
-    """Return states and slopes of the trial forces' piece; the residual's square, its largest, where; largest force."""
+def _newton(  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    compliance,
+    free,
+    friction,
+    scale,
+    tolerance,
+    forces,
+    product,
+    of_states,
+    of_slopes,
+    unknowns,
+    factors,
+    pivots,
+    taken,
+):
+    """Run Newton's method as long as it stays in a piece, from given forces (n_c, 2) [N] and W times them [m].
+
+    Returns what came of it, the iterations, the forces, W times them, the piece that their trial forces are in, their
+    residual and its worst node.
+    """
+    # As in the compiled solver, the force that would undo the worst free penetration alone sets the scale of rounding.
+    least = 1e-12 * np.max(scale * np.abs(free))
+    iteration = taken
+    states, slopes, merit, residual, worst = _examine(forces, product, free, scale, friction, least)
+    if taken == 0 and of_states.size and not residual <= tolerance:
+        # Where the solution in the last step's piece is nearer to a solution than its forces, the search begins there.
+        solved, moved = _solve_piece(compliance, free, of_slopes, unknowns, factors, pivots)
+        look = _examine(solved, moved, free, scale, friction, least)
+        if decreases_enough(look[2], merit, 1.0):
+            forces, product, iteration = solved, moved, 1
+            states, slopes, merit, residual, worst = look
+    while not residual <= tolerance and iteration < NEWTON_LIMIT:
+        if not _are_same(states, slopes, of_states, of_slopes):
+            return _ELSEWHERE, iteration, forces, product, states, slopes, residual, worst
+        solved, moved = _solve_piece(compliance, free, of_slopes, unknowns, factors, pivots)
+        length, nearer, nearer_product = 1.0, solved, moved
+        look = _examine(nearer, nearer_product, free, scale, friction, least)
+        halvings = 0
+        while not decreases_enough(look[2], merit, length) and halvings < SEARCH_LIMIT:
+            length, halvings = 0.5 * length, halvings + 1
+            nearer = forces + length * (solved - forces)
+            nearer_product = product + length * (moved - product)
+            look = _examine(nearer, nearer_product, free, scale, friction, least)
+        if halvings == SEARCH_LIMIT:
+            break
+        forces, product, iteration = nearer, nearer_product, iteration + 1
+        states, slopes, merit, residual, worst = look
+    outcome = _SOLVED if residual <= tolerance else _STUCK
+    return outcome, iteration, forces, product, states, slopes, residual, worst
+
+
+@numba.njit(cache=True, nogil=True)
+def _are_same(states, slopes, of_states, of_slopes):  # type: ignore[no-untyped-def]
+    """Tell whether a piece is another one; none is like any."""
+    same = of_states.size == states.size
+    for i in range(of_states.size):
+        same = same and states[i] == of_states[i] and slopes[i] == of_slopes[i]
+    return same
+
+
+@numba.njit(cache=True, nogil=True)
+def _solve_piece(compliance, free, slopes, unknowns, factors, pivots):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Return the solution of a piece, forces (n_c, 2) [N], and W times it [m]."""
+    wanted = np.empty(unknowns.size)
+    for k in range(unknowns.size):
+        wanted[k] = -free[unknowns[k] // 2, unknowns[k] % 2]
+    solve_factorised(factors, pivots, wanted)
+    forces = np.zeros_like(free)
+    for k in range(unknowns.size):
+        forces[unknowns[k] // 2, unknowns[k] % 2] = wanted[k]
+    for i in range(len(forces)):
+        forces[i, 1] += slopes[i] * forces[i, 0]
+    return forces, active_product(compliance, forces)
+
+
+@numba.njit(cache=True, nogil=True)
+def _examine(forces, product, free, scale, friction, least):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Return states and slopes of the trial forces' piece; the residual's square, its largest over the force, where."""
     count = len(forces)
     states, slopes = np.zeros(count, dtype=np.int8), np.zeros(count)
     merit, largest, worst, force = 0.0, -1.0, 0, 0.0
@@ -239,7 +249,9 @@ def _examine(forces, product, free, scale, friction):  # type: ignore[no-untyped
         if distance > largest:
             largest, worst = distance, i
     # A sum that is no number is a residual that is none.
-    return states, slopes, merit, (merit if np.isnan(merit) else largest), worst, force
+    if np.isnan(merit):
+        largest = merit
+    return states, slopes, merit, (largest / max(least, force) if largest > 0.0 else largest), worst
 
 
 @numba.njit(cache=True, nogil=True)

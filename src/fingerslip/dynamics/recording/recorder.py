@@ -47,15 +47,16 @@ _ENERGIES = {
     "external_work": "external_work",
     "energy_imbalance": "imbalance",
 }
+# What is taken at sites, at candidates and next to supports.
+_FIELDS = ("displacement", "velocity", "acceleration")
+_fields_of = operator.attrgetter(*_FIELDS)
 _energies_of = operator.attrgetter(*_ENERGIES.values())
 # Steps whose strains are computed at once, and contact candidates times steps that are completed at once.
 _STEPS_AT_ONCE, _AT_ONCE = 64, 50_000
 
 
 # What a recorder keeps beside its values.
-_KEPT = ("_strains", "_observed", "_touching", "_limits", "_energies")
-# What is taken at sites and at candidates.
-_FIELDS = ("displacement", "velocity", "acceleration")
+_KEPT = ("_strains", "_observed", "_limits", "_energies")
 
 
 class Recorder:
@@ -76,8 +77,6 @@ class Recorder:
     def __init__(self, model: Model, system: System, times: Array, recoveries: Recoveries | None = None) -> None:
         self._system, self._times, self._next, self._is_part = system, times, 0, False
         coordinates, space = system.coordinates, system.space
-        touching = system.candidates.nodes
-        self._at_candidates = coordinates.components(vector_dofs(touching, space.dim).ravel())
         regions = [site.region for site in model.record.sites]
         body = system.body
         self._finite = None if body is None else finite_site_recovery(body.bulk, system.site_nodes, regions)
@@ -85,15 +84,19 @@ class Recorder:
         self._at_sites = self._recoveries.at_sites(system.site_nodes, regions)
         self._sites = replace(self._at_sites.recovery, relax=self._relaxed)
         at_once = min(_STEPS_AT_ONCE, times.size)
-        self._observed = np.zeros((len(_FIELDS), at_once, self._at_sites.near.rows.size))
-        self._touching = np.zeros((len(_FIELDS), at_once, touching.size, space.dim))
         self._energies = np.zeros((times.size, len(_ENERGIES)))
         self._strains = np.zeros((times.size, *self._at_sites.strained))
         self._scheme = make_scheme(model.time)
         self._viscous = viscous_steps(system.relaxing, self._scheme.step)
         # Dashpots follow recorded strains from step to step; where steps lie between records, states remember them.
         self._of_states = bool(self._viscous) and isinstance(model.time, Adaptive)
-        self._supports = SupportRecords(system, self._scheme, model.damping, times.size, at_once)
+        self._supports = SupportRecords(system, self._scheme, model.damping, times.size)
+        near = self._at_sites.near
+        touching = coordinates.components(vector_dofs(system.candidates.nodes, space.dim).ravel())
+        self._taken = np.unique(np.concatenate([near.rows, touching.rows, self._supports.near]))
+        self._near, self._touching = near.among(self._taken), touching.among(self._taken)
+        self._beside = np.searchsorted(self._taken, self._supports.near)
+        self._observed = np.zeros((len(_FIELDS), at_once, self._taken.size))
         self._bodies = BodyRecords(model, system, times)
         self._limits = np.zeros((times.size, len(system.candidates.nodes)))
         snapshots = snapshot_steps(times, model.record.snapshots_every)
@@ -226,10 +229,8 @@ class Recorder:
 
     def _record_motion(self, step: int, state: State) -> None:
         row = step % self._at_once
-        for name, observed, touching in zip(_FIELDS, self._observed, self._touching, strict=True):
-            field = getattr(state, name)
-            self._at_sites.near.take(field, observed[row])
-            self._at_candidates.take(field, touching[row])
+        for field, observed in zip(_fields_of(state), self._observed, strict=True):
+            np.take(field, self._taken, out=observed[row], mode="clip")
         self._bodies.record(step, state)
 
     def _record_contact(self, step: int, state: State) -> None:
@@ -255,13 +256,14 @@ class Recorder:
         """Compute what follows from the last steps that are kept."""
         start = (self._next - 1) // self._at_once * self._at_once
         steps = slice(start, self._next)
-        strains, count = self._strains[steps], self._next - start
-        strains[:] = (self._at_sites.strain @ self._observed[0, :count].T).T.reshape(strains.shape)
-        self._supports.follow(steps)
-        for name, observed, touching in zip(_FIELDS, self._observed, self._touching, strict=True):
-            sites = self.values[name][steps]
-            sites[:] = (self._at_sites.motion @ observed[:count].T).T.reshape(sites.shape)
-            self.values[f"contact_{name}"][steps] = touching[:count]
+        strains, observed = self._strains[steps], self._observed[:, : self._next - start]
+        near, touching = self._near.read(observed), self._touching.read(observed)
+        strains[:] = (self._at_sites.strain @ near[0].T).T.reshape(strains.shape)
+        self._supports.follow(steps, observed[..., self._beside])
+        for name, around, own in zip(_FIELDS, near, touching, strict=True):
+            sites, contact = self.values[name][steps], self.values[f"contact_{name}"][steps]
+            sites[:] = (self._at_sites.motion @ around.T).T.reshape(sites.shape)
+            contact[:] = own.reshape(contact.shape)
 
     def _relaxed(self, material: Elastic, strains: Array, _: NDArray[np.int64]) -> Relaxed:
         """Return all strains of points (n_times, k, m) [-] with their dashpots."""

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 
 
 class SupportRecords:
-    """The motion next to what supports hold, kept step by step, and the forces that follow from it.
+    """The forces on what supports hold, step by step, from the motion of the unknowns `near` (k,) it.
 
     Parameters
     ----------
@@ -30,24 +30,23 @@ class SupportRecords:
         The time integration scheme.
     damping : RayleighDamping
         Damping of the material.
-    n_times, at_once : int
-        Number of steps, and of steps whose forces are computed at once.
+    n_times : int
+        Number of steps.
     """
 
-    def __init__(self, system: System, scheme: Scheme, damping: RayleighDamping, n_times: int, at_once: int) -> None:
+    def __init__(self, system: System, scheme: Scheme, damping: RayleighDamping, n_times: int) -> None:
         self._supports, self._scheme, self._damping = system.supports, scheme, damping
         self._viscous = viscous_steps(system.relaxing, scheme.step)
         self._is_elastic = system.body is None
-        self._near = self._supports.columns
-        self._near_maps = self._supports.stiffness[:, self._near], self._supports.mass[:, self._near]
-        self._near_fields = np.zeros((3, at_once, self._near.size))
+        self.near = self._supports.columns
+        self._near_maps = self._supports.stiffness[:, self.near], self._supports.mass[:, self.near]
         self._held = np.zeros((3, n_times, self._supports.contact.shape[0]))
         self._passed: dict[int, list[Array]] = {}
 
     @property
     def kept(self) -> dict[str, Array]:
         """The arrays in which records are kept."""
-        return {"held": self._held, "near": self._near_fields}
+        return {"held": self._held}
 
     def part(self, steps: slice) -> SupportRecords:
         """Return the records of some steps."""
@@ -56,11 +55,7 @@ class SupportRecords:
         return found
 
     def record(self, step: int, state: State) -> None:
-        """Keep the motion next to what is held, and the loads and contact forces on it."""
-        row = step % self._near_fields.shape[1]
-        fields = state.displacement, state.velocity, state.acceleration
-        for field, near in zip(fields, self._near_fields, strict=True):
-            np.take(field, self._near, out=near[row], mode="clip")
+        """Keep the loads and contact forces on what is held."""
         supports, others = self._supports, self._held[2, step]
         if supports.loads:
             others -= supports.load(state.time)
@@ -74,13 +69,21 @@ class SupportRecords:
     def pass_by(self, step: int, state: State) -> None:
         """Take note of a state before that of a step: the inertia of what is held goes on from it."""
         if self._scheme.start_weight and self._held.shape[2]:
-            acceleration = np.take(state.acceleration, self._near, mode="clip")
+            acceleration = np.take(state.acceleration, self.near, mode="clip")
             inertia: Array = self._scheme.inertia_factor * (self._near_maps[1] @ acceleration)
             self._passed.setdefault(step, []).append(inertia)
 
-    def follow(self, steps: slice) -> None:
-        """Compute elastic forces and inertia of the last steps that were recorded."""
-        displacement, velocity, acceleration = (near[: steps.stop - steps.start].T for near in self._near_fields)
+    def follow(self, steps: slice, near: Array) -> None:
+        """Compute elastic forces and inertia of steps.
+
+        Parameters
+        ----------
+        steps : slice
+            The steps.
+        near : (3, n, k) array
+            Displacement [m], velocity [m/s] and acceleration [m/s^2] of the unknowns `near` in them.
+        """
+        displacement, velocity, acceleration = (field.T for field in near)
         stiffness, mass = self._near_maps
         # At large strain the elastic forces are those of the states.
         strained = displacement if self._is_elastic else 0.0

@@ -246,6 +246,8 @@ def _attempt(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Marc
 
     described: dict[str, object] = {}
     marched = march_motions(motions, systems, described, look)
+    with motions.watch.part("basis"):
+        check.finish()
     described |= {
         "basis": "reduced",
         "basis_static_responses": basis.interface.size,

@@ -31,12 +31,16 @@ Array = NDArray[np.float64]
 
 # Checks at equal distances in a motion, and how much faster a motion has to become to be checked out of turn.
 _CHECKS, _FASTER = 16, 1.5
+# Steps that are looked at together.
+_AT_ONCE = 16
 # Squares of missing frequencies, over that of the lowest.
 _HIGHER = 10.0 ** np.arange(7)
 
 
 class ResidualCheck:
     """Looks at some steps of reduced motions: at equal distances, and wherever accelerations are larger than before.
+
+    What it found is known after :meth:`finish`.
 
     Parameters
     ----------
@@ -63,6 +67,7 @@ class ResidualCheck:
         self._fastest = np.zeros(len(models))
         self._missing, self._largest = np.zeros(len(models)), np.zeros(len(models))
         self._missing_inertia, self._inertia = np.zeros(len(models)), np.zeros(len(models))
+        self._waiting: list[tuple[list[int], tuple[State, State]]] = []
         # Vibrations above the middle of the frequencies are rough: what is like them may be missing.
         frequencies = coordinates[0].basis.frequencies
         missing = float(np.median(frequencies)) if frequencies.size else 1.0
@@ -80,7 +85,7 @@ class ResidualCheck:
         return self._remembered * _ratio(self._missing_inertia, self._inertia)
 
     def __call__(self, moving: Sequence[int], before: Sequence[State], after: Sequence[State]) -> None:
-        """Look at a step of the motions `moving`, from their states before and after."""
+        """Look at a step of the motions `moving`, from their states before and after, now or with some that follow."""
         self._step += 1
         wanted = []
         for number in moving:
@@ -90,19 +95,22 @@ class ResidualCheck:
             if self._step % self._every == 0 or fast > _FASTER * self._fastest[number]:
                 wanted.append(number)
                 self._fastest[number] = max(fast, self._fastest[number])
-        self._look(wanted, before, after)
-
-    def _look(self, numbers: Sequence[int], before: Sequence[State], after: Sequence[State]) -> None:
-        """Look at a step of some motions, at once; motions that are still the same share their states."""
+        # Motions that are still the same share their states.
         same: dict[int, list[int]] = {}
-        for number in numbers:
+        for number in wanted:
             same.setdefault(id(after[number]), []).append(number)
-        if not same:
+        self._waiting += [(members, (before[members[0]], after[members[0]])) for members in same.values()]
+        if len(self._waiting) >= _AT_ONCE:
+            self.finish()
+
+    def finish(self) -> None:
+        """Look at the steps that wait: at several at once, so that the factors are read once for them."""
+        waiting, self._waiting = self._waiting, []
+        if not waiting:
             return
-        first = [members[0] for members in same.values()]
-        systems, pairs = [self._systems[own] for own in first], [(before[own], after[own]) for own in first]
+        systems, pairs = [self._systems[members[0]] for members, _ in waiting], [pair for _, pair in waiting]
         known = missing_displacements(systems, self._coordinates[0], self._scheme, self._damping, pairs)
-        for members, system, displacement, missing in zip(same.values(), systems, *known, strict=True):
+        for (members, _), system, displacement, missing in zip(waiting, systems, *known, strict=True):
             self._take(members, system, displacement, missing)
 
     def _take(self, numbers: Sequence[int], system: System, displacement: Array, missing: Array) -> None:

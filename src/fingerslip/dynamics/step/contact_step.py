@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.frames import in_frames
-from fingerslip.contact.interface import conditions, contact_problem
+from fingerslip.contact.interface import conditions, contact_problem, flat_motion, in_components
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.forces import solve_contact
 from fingerslip.contact.solve.newton import ContactSolution
@@ -65,7 +65,7 @@ class ContactStep:
     @cached_property
     def forces(self) -> Array:
         """Contact forces in global components, shape (n_c, dim) [N]."""
-        forces: Array = np.einsum("cij,ci->cj", self.frames, self.solution.forces)
+        forces: Array = in_components(self.frames, self.solution.forces)
         return forces
 
 
@@ -160,14 +160,16 @@ def _solved(
 
 def _free_motion(stepper: Stepper, start: Prediction, unknown: Array) -> tuple[Array, Array]:
     """Return the frames, and gap and relative displacement in them at the end of the step without contact forces."""
-    counterfaces, candidates = stepper.system.counterfaces, stepper.system.candidates
-    moved, turned = start.moved, stepper.system.turned(start.free.displacement)
+    counterfaces, candidates, moved = stepper.system.counterfaces, stepper.system.candidates, start.moved
+    free = moved + stepper.scheme.displacement_factor * unknown
+    flat = stepper.constant_frames
+    if flat is not None:
+        relative = flat_motion(flat, stepper.gaps, start.before.interface.relative, start.before.moved, free)
+        return flat, relative
+    turned = stepper.system.turned(start.free.displacement)
     # The normals of a body do not turn with it: its shape is looked at as if it had not turned.
     points = candidates.positions + (moved if turned is None else moved + turned)
-    free = moved + stepper.scheme.displacement_factor * unknown
-    frames = stepper.constant_frames
-    if frames is None:
-        frames = counterfaces.frames(points, candidates.counterface)
+    frames = counterfaces.frames(points, candidates.counterface)
     beyond = np.einsum("cij,cj->ci", frames, free - moved)
     relative = start.before.interface.relative + np.einsum("cij,cj->ci", frames, free - start.before.moved)
     relative[:, 0] = counterfaces.gaps(points, candidates.counterface) + beyond[:, 0]

@@ -11,7 +11,7 @@ so whatever is left over is rounding, or an error. The numerical dissipation is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -73,8 +73,7 @@ class Energies:
         viscous: float = 0.0,
     ) -> Energies:
         """Return the energies after a step, from its new stored energies and its own dissipations and work [J]."""
-        return replace(
-            self,
+        return Energies(
             kinetic=kinetic,
             strain=strain,
             contact=contact,
@@ -82,6 +81,7 @@ class Energies:
             damping=self.damping + damping,
             numerical=self.numerical + numerical,
             external_work=self.external_work + work,
+            initial=self.initial,
             viscous=self.viscous + viscous,
         )
 

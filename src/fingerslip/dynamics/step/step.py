@@ -82,16 +82,16 @@ def _columns(vectors: Sequence[Array]) -> Array:
 
 def _own_rows(steppers: Sequence[Stepper], local: Array) -> list[Array]:
     """Return each motion's own part of the joint local displacements, (m,) or (m, k)."""
-    columns = local.reshape(len(local), len(steppers))
-    return [columns[stepper.rows, number] for number, stepper in enumerate(steppers)]
+    rows = np.ascontiguousarray(local.reshape(len(local), len(steppers)).T)
+    return [own[stepper.rows] for own, stepper in zip(rows, steppers, strict=True)]
 
 
 def _joint_forces(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], shape: tuple[int, ...]) -> Array:
     """Return what contact adds to the equations of all motions, on the joint rows, shape (m,) or (m, k) [N]."""
-    forces = np.zeros((shape[0], len(steppers)))
-    for number, (stepper, contact) in enumerate(zip(steppers, contacts, strict=True)):
-        forces[stepper.rows, number] = weighted_forces(stepper, contact).ravel()
-    return forces.reshape(shape)
+    forces = np.zeros((len(steppers), shape[0]))
+    for own, stepper, contact in zip(forces, steppers, contacts, strict=True):
+        own[stepper.rows] = weighted_forces(stepper, contact).ravel()
+    return forces.T.reshape(shape)
 
 
 def weighted_forces(stepper: Stepper, contact: ContactStep) -> Array:
@@ -269,9 +269,9 @@ def _damped(stepper: Stepper, before: State, after: State) -> float:
 def _external_work(stepper: Stepper, before: State, after: State, change: Array, acting: Array) -> float:
     """Return the work of loads, counterfaces and moving supports in a step, by the mean of the forces [J]."""
     work = 0.5 * float((before.load + after.load) @ change)
-    if after.counterfaces.size:
-        travel = (after.counterfaces - before.counterfaces)[stepper.system.candidates.counterface]
-        work += float(np.vdot(acting, travel))
+    travel = after.counterfaces - before.counterfaces
+    if travel.any():
+        work += float(np.vdot(acting, travel[stepper.system.candidates.counterface]))
     moving = stepper.system.unknowns.moving
     if moving.size:
         forces = stepper.support_force(before) + stepper.support_force(after)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Protocol
@@ -73,15 +73,24 @@ class Stopwatch:
     seconds: dict[str, float] = field(default_factory=dict)
     cpu_seconds: dict[str, float] = field(default_factory=dict)
 
-    @contextmanager
-    def part(self, name: str) -> Iterator[None]:
+    def part(self, name: str) -> AbstractContextManager[None]:
         """Add the time that the block takes to `name`."""
-        start, cpu_start = clock.perf_counter(), clock.process_time()
-        try:
-            yield
-        finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + clock.perf_counter() - start
-            self.cpu_seconds[name] = self.cpu_seconds.get(name, 0.0) + clock.process_time() - cpu_start
+        return _Part(self, name)
+
+
+class _Part(AbstractContextManager[None]):
+    """A block that is timed; a step has several, for which a generator would take as long as some of them."""
+
+    def __init__(self, watch: Stopwatch, name: str) -> None:
+        self._watch, self._name = watch, name
+
+    def __enter__(self) -> None:
+        self._start, self._cpu_start = clock.perf_counter(), clock.process_time()
+
+    def __exit__(self, *_: object) -> None:
+        watch, name = self._watch, self._name
+        watch.seconds[name] = watch.seconds.get(name, 0.0) + clock.perf_counter() - self._start
+        watch.cpu_seconds[name] = watch.cpu_seconds.get(name, 0.0) + clock.process_time() - self._cpu_start
 
 
 @dataclass(frozen=True)
@@ -132,6 +141,12 @@ class Stepper:
     def stretch(self) -> Array | None:
         """Lengths of the constant frames' tangents, shape (n_c, dim - 1) [-]; None where frames turn."""
         return None if self.constant_frames is None else tangent_lengths(self.constant_frames)
+
+    @cached_property
+    def gaps(self) -> Array:
+        """Gaps of the candidates' reference positions, shape (n_c,) [m]."""
+        candidates = self.system.candidates
+        return self.system.counterfaces.gaps(candidates.positions, candidates.counterface)
 
     def steered(self, system: System) -> Stepper:
         """Return the stepper of a system with the same matrices and candidates."""

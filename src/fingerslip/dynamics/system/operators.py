@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
@@ -13,7 +13,7 @@ from fingerslip.contact.candidates import node_operator
 from fingerslip.dynamics.system.bodies import RigidFreedom
 from fingerslip.fe.space import Space
 
-__all__ = ["NodalComponents", "Outsiders", "Unknowns", "relative_operator"]
+__all__ = ["NodalComponents", "Outsiders", "Unknowns", "relative_motion", "relative_operator"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -93,17 +93,15 @@ class NodalComponents:
         found = unknowns.rows(n_dofs)[components]
         return cls(np.maximum(found, 0), found < 0)
 
-    def take(self, field: Array, out: Array) -> None:
-        """Write the components of a field (n,) on the unknowns into `out`, any contiguous shape of k entries."""
-        flat = out.reshape(-1)
-        np.take(field, self.rows, out=flat, mode="clip")
-        if self.any_held:
-            flat[self.held] = 0.0
+    def among(self, taken: Indices) -> NodalComponents:
+        """Find them among some of the unknowns, `taken` (m,), ascending."""
+        return replace(self, rows=np.searchsorted(taken, self.rows))
 
-    @cached_property
-    def any_held(self) -> bool:
-        """Whether supports hold some of them."""
-        return bool(self.held.any())
+    def read(self, fields: Array) -> Array:
+        """Return the components (..., k) of fields (..., n) on the unknowns; zero where supports hold them."""
+        found: Array = fields[..., self.rows]
+        found[..., self.held] = 0.0
+        return found
 
 
 @dataclass(frozen=True)
@@ -155,3 +153,29 @@ def relative_operator(space: Space, unknowns: Unknowns, nodes: Indices, counterf
     ]
     first, last = of_mesh[:, : unknowns.free.size], of_mesh[:, unknowns.free.size + len(unknowns.rigid) :]
     return sparse.csr_matrix(sparse.hstack([first, *(sparse.csr_matrix(column) for column in columns), last]))
+
+
+@numba.njit(cache=True, nogil=True)
+def relative_motion(starts, columns, values, field, counterfaces, counterface):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Return the displacement of nodes relative to their counterfaces, shape (k, dim) [m].
+
+    Parameters
+    ----------
+    starts, columns, values : arrays
+        A :func:`relative_operator`, as :func:`~fingerslip.linear.products.compiled_parts` gives it.
+    field : (n,) array
+        Displacement of the unknowns [m].
+    counterfaces : (n_counterfaces, dim) array
+        Prescribed displacement of the counterfaces [m].
+    counterface : (k,) array
+        Index of the counterface of each node.
+    """
+    found = np.empty((counterface.size, counterfaces.shape[1]))
+    for i in range(found.shape[0]):
+        for k in range(found.shape[1]):
+            row = i * found.shape[1] + k
+            total = 0.0
+            for entry in range(starts[row], starts[row + 1]):
+                total += values[entry] * field[columns[entry]]
+            found[i, k] = total - counterfaces[counterface[i], k]
+    return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,14 +17,14 @@ from fingerslip.dynamics.system.checks import CheckedModel, checked
 from fingerslip.dynamics.system.coordinates import Coordinates, MeshCoordinates
 from fingerslip.dynamics.system.loads import Load
 from fingerslip.dynamics.system.motion import Motion
-from fingerslip.dynamics.system.operators import Outsiders, Unknowns, relative_operator
+from fingerslip.dynamics.system.operators import Outsiders, Unknowns, relative_motion, relative_operator
 from fingerslip.dynamics.system.supports import MovingComponent, Supports, held_rows, moving_components, supports_of
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.forms import mass_matrix, stiffness_matrix
 from fingerslip.fe.space import Space, carrying_nodes
 from fingerslip.fe.viscous import Relaxing, relaxing_layers
-from fingerslip.linear.products import long_product
+from fingerslip.linear.products import compiled_parts
 from fingerslip.materials.material import Material
 from fingerslip.model import Model
 
@@ -161,8 +161,12 @@ class System:
         counterfaces : (n_counterfaces, dim) array
             Prescribed displacement of the counterfaces [m].
         """
-        moved = long_product(self.relative, displacement).reshape(-1, self.space.dim)
-        return moved - counterfaces[self.candidates.counterface] if counterfaces.size else moved
+        moved: Array = relative_motion(*self._rows, displacement, counterfaces, self.candidates.counterface)
+        return moved
+
+    @cached_property
+    def _rows(self) -> tuple[NDArray[Any], NDArray[Any], Array]:
+        return compiled_parts(self.relative)
 
     @cached_property
     def _turns(self) -> list[tuple[int, Array]]:

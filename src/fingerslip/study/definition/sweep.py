@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -52,6 +53,10 @@ class Run:
 
     def resolved(self) -> dict[str, Any]:
         """Return everything that makes the run as plain data, which is a study file of its own."""
+        return dict(self._resolved)
+
+    @cached_property
+    def _resolved(self) -> dict[str, Any]:
         mapping = study_mapping(self.study)
         kind = self.study.specimen_kind
         if kind is not None:

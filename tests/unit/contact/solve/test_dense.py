@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 import pytest
 
-from fingerslip.contact.solve.dense import factorise_dense, symmetric_product
+from fingerslip.contact.solve.dense import factorise_dense, solve_factorised, symmetric_product
 
 
 def well_conditioned(size: int, seed: int = 0) -> np.ndarray:
@@ -25,6 +25,17 @@ def test_solutions_are_those_of_double_precision(size: int) -> None:
     exact = np.linalg.solve(matrix.astype(float), right.astype(float))
     np.testing.assert_allclose(found, exact, atol=1e-4 * np.abs(exact).max())
     np.testing.assert_array_equal(given, right)
+
+
+@pytest.mark.parametrize("size", [0, 1, 7, 150])
+def test_compiled_code_solves_as_lapack_does(size: int) -> None:
+    rng = np.random.default_rng(size)
+    # Rows have to be swapped.
+    matrix, wanted = rng.normal(size=(size, size)), rng.normal(size=size)
+    factor = factorise_dense(matrix.copy())
+    found = matrix @ wanted
+    solve_factorised(factor.factors, factor.pivots, found)
+    np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-10)
 
 
 def test_factors_take_the_place_of_the_matrix() -> None:

@@ -16,8 +16,7 @@ def test_motion_and_strain_at_sites_are_those_of_the_mesh():
     regions = [site.region for site in SITES]
     at_sites = Recoveries(system).at_sites(system.site_nodes, regions)
     field = np.random.default_rng(0).normal(size=system.mass.shape[0])
-    taken, on_mesh = np.empty(at_sites.near.rows.size), system.coordinates.on_mesh(field)
-    at_sites.near.take(field, taken)
+    taken, on_mesh = at_sites.near.read(field), system.coordinates.on_mesh(field)
     expected = on_mesh.reshape(-1, 2)[system.site_nodes]
     np.testing.assert_array_equal((at_sites.motion @ taken).reshape(expected.shape), expected)
     strains = site_recovery(system.space, system.materials, system.site_nodes, regions).strains(on_mesh)

@@ -143,20 +143,15 @@ def test_fields_and_sites_are_read_from_the_coordinates():
     field = np.concatenate([z, basis.at_interface @ z])
     on_mesh = coordinates.on_mesh(field)
     touching = 2 * system.candidates.nodes[:2]
-    found = np.empty(2)
-    coordinates.components(touching).take(field, found)
-    np.testing.assert_allclose(found, on_mesh[touching], rtol=1e-9)
+    np.testing.assert_allclose(coordinates.components(touching).read(field), on_mesh[touching], rtol=1e-9)
     taken, read = coordinates.mapped(node_operator(system.site_nodes, 2, system.space.n_dofs))
-    sites, at_sites = np.empty(taken.rows.size), (2 * system.site_nodes[:, None] + [0, 1]).ravel()
-    taken.take(field, sites)
-    np.testing.assert_allclose(read @ sites, on_mesh[at_sites], rtol=1e-9)
+    at_sites = (2 * system.site_nodes[:, None] + [0, 1]).ravel()
+    np.testing.assert_allclose(read @ taken.read(field), on_mesh[at_sites], rtol=1e-9)
     both = np.stack([field, 2.0 * field], axis=1)
     np.testing.assert_allclose(coordinates.on_mesh(both), np.stack([on_mesh, 2.0 * on_mesh], axis=1), rtol=1e-9)
     held = np.setdiff1d(np.arange(system.space.n_dofs), system.free)
     np.testing.assert_array_equal(on_mesh[held], 0.0)
-    nothing = np.ones(held.size)
-    coordinates.components(held).take(field, nothing)
-    np.testing.assert_array_equal(nothing, 0.0)
+    np.testing.assert_array_equal(coordinates.components(held).read(field), 0.0)
 
 
 def test_the_displacement_of_an_unknown_that_is_not_of_the_interface_is_not_at_hand():

@@ -59,12 +59,28 @@ def test_steps_are_looked_at_regularly_and_where_the_motion_is_fastest():
     speeds = [float(np.sqrt(state.acceleration @ state.inertia)) for state in found[1:]]
     for before, after in pairwise(found):
         check([0], [before], [after])
+    check.finish()
     assert 16 <= check.count < len(found) - 1
     regular = ResidualCheck([model], [system], [reduced.coordinates], 1)
     fastest = int(np.argmax(speeds))
     regular([0], [found[fastest]], [found[fastest + 1]])
+    regular.finish()
     assert 0.2 * check.error < regular.error
     assert 0.0 < check.error < 1e-2
+
+
+def test_steps_that_are_looked_at_together_are_judged_as_alone():
+    model = deep_push_and_slide()
+    system, reduced, found = states(model, 12)
+    together, alone = (ResidualCheck([model], [system], [reduced.coordinates], len(found) - 1) for _ in range(2))
+    for before, after in pairwise(found):
+        together([0], [before], [after])
+        alone([0], [before], [after])
+        alone.finish()
+    together.finish()
+    assert together.count == alone.count
+    assert together.error == pytest.approx(alone.error, rel=1e-9)
+    assert together.acceleration_error == pytest.approx(alone.acceleration_error, rel=1e-9)
 
 
 def test_a_motion_that_does_not_move_has_no_error():
@@ -72,6 +88,7 @@ def test_a_motion_that_does_not_move_has_no_error():
     system, reduced, found = states(model, 3)
     check = ResidualCheck([model], [system], [reduced.coordinates], 1)
     check([0], [found[0]], [found[0]])
+    check.finish()
     assert (check.count, check.error) == (1, 0.0)
 
 

@@ -41,6 +41,10 @@ def test_no_nodes_make_an_empty_map():
 def test_components_of_nodes_are_taken_from_the_unknowns_and_held_ones_are_zero():
     unknowns = Unknowns(np.array([0, 2, 3, 5]), (driven(0),))
     components = NodalComponents.of(unknowns, 6, np.array([4, 5, 0, 1]))
-    out = np.full((2, 2), np.nan)
-    components.take(np.array([10.0, 12.0, 13.0, 15.0, 99.0]), out)
-    assert out.tolist() == [[0.0, 15.0], [10.0, 0.0]]
+    field = np.array([10.0, 12.0, 13.0, 15.0, 99.0])
+    assert components.read(field).tolist() == [0.0, 15.0, 10.0, 0.0]
+    taken = np.array([0, 2, 3])
+    assert components.among(taken).read(np.stack([field, 2.0 * field])[:, taken]).tolist() == [
+        [0.0, 15.0, 10.0, 0.0],
+        [0.0, 30.0, 20.0, 0.0],
+    ]
