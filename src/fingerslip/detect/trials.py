@@ -51,6 +51,7 @@ CONDITIONS: Mapping[str, tuple[str, str]] = MappingProxyType(
         "dome_radius": ("m", "radius of the dome"),
         "ridges_height": ("m", "height of the ridges, from crown to valley"),
         "rods_length": ("m", "length of the rods inside the skin"),
+        "rods_radius": ("m", "radius of the rods"),
         "repeat": ("1", "number of the repeat"),
         "seed": ("1", "seed of everything random in the trial"),
         "task": ("", "slide, hold or pour"),
