@@ -43,8 +43,8 @@ OWN = {
 LONG = (
     *("finite_strain", "ridged_vs_smooth", "viscoelastic"),
     *("ridged_vs_smooth_large", "tactip_relaxing", "marker_layout", "wang2014_artificial_finger"),
-    *("bulens2023_section_slides", "bulens2023_section_moduli", "bulens2023_section_shape", "bulens2023_section_rods", "bulens2023_section_ridges"),
-    "bulens2023_pouring",
+    *("bulens2023_section_slides", "bulens2023_section_moduli", "bulens2023_section_shape"),
+    *("bulens2023_section_rods", "bulens2023_section_ridges", "bulens2023_pouring"),
 )
 STUDIES = [path for path in SHIPPED if path not in CONTROLLED and path.stem not in OWN]
 # Runs in space press for 0.5 s; some of the slide is as much as a test has time for.

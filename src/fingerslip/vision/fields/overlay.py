@@ -30,8 +30,9 @@ _COLOURS = ("divergence", "curl", "strain")
 #: Fields that overlays show.
 SHOWN_FIELDS = (*_ARROWS, *_COLOURS, "contact_centroid")
 
-# Blue first: above zero, below zero, arrows, and the cross of the centroid.
-_ABOVE, _BELOW, _ARROW, _CROSS = RING_COLOURS[0], RING_COLOURS[4], RING_COLOURS[1], RING_COLOURS[0]
+# Blue first: above zero, below zero and arrows.
+_ABOVE, _BELOW, _ARROW = RING_COLOURS[0], RING_COLOURS[4], RING_COLOURS[1]
+_BLACK, _WHITE = (0, 0, 0), (255, 255, 255)
 _DENSEST = 0.75  # share of the colour of the largest value in a picture
 _LONGEST = 0.9  # length of the longest arrow over the distance of markers
 _REFERENCE_HEIGHT = 480.0  # px, of a frame in which a line of one pixel is right
@@ -152,10 +153,12 @@ def _coloured(cv2: ModuleType, picture: Frame, triangles: Floats, values: Floats
 
 
 def _cross(pen: Pen, centre: Floats) -> None:
+    """Draw a cross, white with a black shadow as words are, so that it is seen on any ground."""
     if np.isfinite(centre).all():
         arm = 8.0 * pen.line
-        for side in ((arm, 0.0), (0.0, arm)):
-            pen.segment(centre - side, centre + side, _CROSS)
+        for shift, colour in ((2.0 * pen.line, _BLACK), (0.0, _WHITE)):
+            for side in ((arm, 0.0), (0.0, arm)):
+                pen.segment(centre + shift - side, centre + shift + side, colour)
 
 
 def _words(name: str) -> str:
