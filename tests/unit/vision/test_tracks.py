@@ -141,3 +141,8 @@ def test_pixels_become_metres_by_the_scale_of_each_axis():
 def test_pixels_without_a_scale_are_no_metres():
     with pytest.raises(InputError, match="metres_per_pixel: got"):
         tracks_in_metres(moving_tracks())
+
+
+def test_missing_file_is_said_to_be_missing(tmp_path):
+    with pytest.raises(ResultError, match=r"none\.nc: is not there; needs a file of tracks"):
+        read_tracks(tmp_path / "none.nc")

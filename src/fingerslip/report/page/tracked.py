@@ -61,7 +61,8 @@ def track_video(
     count, times = tracks.sizes["marker"], tracks.sizes["time"]
     often = int((np.isnan(tracks["position"].values).any(axis=2).mean(axis=0) > _OFTEN).sum())
     if often:
-        yield f"warning: {often} of {count} markers were not seen in more than a tenth of the frames; the page lists them"
+        told = f"{often} of {count} markers were not seen in more than a tenth of the frames; the page lists them"
+        yield f"warning: {told}"
     partial = "partial tracks" if tracks.attrs["partial"] else "tracks"
     yield f"{partial} of {count} markers in {times} frames, {100 * seen_share(tracks):.2f} % of the positions found"
     yield f"quality: {folder / 'quality.html'}"

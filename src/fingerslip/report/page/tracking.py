@@ -34,9 +34,7 @@ _LONGEST_LIST = 40
 _TRACKS = "tracks.nc"
 
 
-def write_tracking(
-    tracks: xr.Dataset, frames: Frames, folder: str | Path, *, fields: xr.Dataset | None = None
-) -> Path:
+def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path, *, fields: xr.Dataset | None = None) -> Path:
     """Write tracks and what shows their quality to a folder, whole or not at all.
 
     Parameters
@@ -48,8 +46,8 @@ def write_tracking(
     folder : path
         Gets ``tracks.nc``, ``tracks.csv``, ``overlay.avi`` and ``quality.html``; such a folder is replaced.
     fields : xarray.Dataset, optional
-        What :func:`fingerslip.marker_fields` makes of the tracks. Then the folder gets ``fields.nc``, ``fields.png`` of the
-        time at which a rigid motion leaves most, and a video of each field, such as ``curl.avi``.
+        What :func:`fingerslip.marker_fields` makes of the tracks. Then the folder gets ``fields.nc``, ``fields.png`` of
+        the time at which a rigid motion leaves most, and a video of each field, such as ``curl.avi``.
 
     Returns
     -------

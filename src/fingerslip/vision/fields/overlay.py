@@ -69,9 +69,9 @@ def write_field_overlay(frames: Iterable[Frame], fields: xr.Dataset, name: str, 
 def field_frames(frames: Iterable[Frame], fields: xr.Dataset, name: str) -> Iterator[Frame]:
     """Yield frames with a field drawn on them at the places of the markers, the same scale in all.
 
-    Displacement is drawn as long as it is; other arrows so that the longest one nearly reaches the next marker. Divergence,
-    curl and the larger principal strain are colours of the triangles between markers, orange above zero and blue below.
-    The contact centroid is a cross on each picture.
+    Displacement is drawn as long as it is; other arrows so that the longest one nearly reaches the next marker.
+    Divergence, curl and the larger principal strain are colours of the triangles between markers, orange above zero and
+    blue below. The contact centroid is a cross on each picture.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def _spacing(rest: Floats) -> float:
 
 
 def _coloured(cv2: ModuleType, picture: Frame, triangles: Floats, values: Floats) -> Frame:
-    """Return a picture with colours over (n, 3, 2) triangles [px] of values from -1 to 1; what is not known has none."""
+    """Return a picture with colours over (n, 3, 2) triangles [px] of values from -1 to 1, none where one is NaN."""
     colour, share = picture.copy(), np.zeros(picture.shape[:2], dtype=np.float32)
     for corners, value in zip(triangles, values, strict=True):
         if np.isfinite(value) and np.isfinite(corners).all():
