@@ -113,7 +113,7 @@ def test_other_datasets_are_refused(change, said):
 
 def test_damaged_and_missing_files_are_told(tmp_path):
     path = tmp_path / "tracks.nc"
-    with pytest.raises(ResultError, match="cannot be read as tracks"):
+    with pytest.raises(ResultError, match=r"tracks.nc: is not there; needs a file of tracks"):
         read_tracks(path)
     write_tracks(moving_tracks(), path)
     path.write_bytes(path.read_bytes()[:500])
@@ -141,8 +141,3 @@ def test_pixels_become_metres_by_the_scale_of_each_axis():
 def test_pixels_without_a_scale_are_no_metres():
     with pytest.raises(InputError, match="metres_per_pixel: got"):
         tracks_in_metres(moving_tracks())
-
-
-def test_missing_file_is_said_to_be_missing(tmp_path):
-    with pytest.raises(ResultError, match=r"none\.nc: is not there; needs a file of tracks"):
-        read_tracks(tmp_path / "none.nc")
