@@ -20,6 +20,7 @@ from fingerslip.report.figures.save import save_figure
 from fingerslip.vision.cameras.errors import following, window_centroids
 from fingerslip.vision.cameras.look import DARK_ON_BRIGHT, HARSH_LIGHT
 from fingerslip.vision.cameras.pixel import frames_of
+from fingerslip.vision.fields.overlay import field_frames
 from fingerslip.vision.opencv import opencv
 from fingerslip.vision.overlay import overlay_frames
 
@@ -74,6 +75,19 @@ def draw_fields() -> None:
     save_figure(marker_tracks_figure(seen), FOLDER / "vision-tracks.png")
 
 
+def draw_overlays() -> None:
+    """Draw a frame with three of the fields, as overlay videos have them."""
+    moving, camera = press_and_slide(), fs.PixelCamera(CAMERA)
+    fields = fs.marker_fields(fs.point_tracks(fs.PointCamera(CAMERA), moving), rest=1)
+    shown = [
+        next(islice(field_frames(frames_of(camera, moving), fields, name), 75, None))
+        for name in ("displacement", "rigid_residual", "divergence", "curl")
+    ]
+    together = np.vstack([np.hstack(shown[:2]), np.hstack(shown[2:])])
+    half = opencv().resize(together, None, fx=0.7, fy=0.7, interpolation=opencv().INTER_AREA)
+    opencv().imwrite(str(FOLDER / "vision-field-overlays.png"), half, [opencv().IMWRITE_PNG_COMPRESSION, 9])
+
+
 def table() -> list[str]:
     """Return the lines of the table of errors."""
     plain = fs.PixelCamera(CAMERA)
@@ -121,4 +135,5 @@ def beside_glare() -> str:
 if __name__ == "__main__":
     draw_frames()
     draw_fields()
+    draw_overlays()
     sys.stdout.write("\n".join([*table(), beside_glare()]) + "\n")

@@ -37,13 +37,14 @@ OWN = {
     **dict.fromkeys(("tactip_slide", "ridged_vs_smooth", "tactip_gate_3d", "tactip_directions_3d", *DATA_SETS), 1e-8),
     **dict.fromkeys(("tactip_relaxing", "marker_layout"), 1e-8),
     **dict.fromkeys(("bulens2023_section_slides", "bulens2023_section_moduli", "bulens2023_pouring"), 1e-8),
-    "bulens2023_section_shape": 1e-8,
+    **dict.fromkeys(("bulens2023_section_shape", "bulens2023_section_rods", "bulens2023_section_ridges"), 1e-8),
 }
 # Eight to eleven sections of sensors each, large strain, or a finger in space: in the slow tier only.
 LONG = (
     *("finite_strain", "ridged_vs_smooth", "viscoelastic"),
     *("ridged_vs_smooth_large", "tactip_relaxing", "marker_layout", "wang2014_artificial_finger"),
-    *("bulens2023_section_slides", "bulens2023_section_moduli", "bulens2023_section_shape", "bulens2023_pouring"),
+    *("bulens2023_section_slides", "bulens2023_section_moduli", "bulens2023_section_shape"),
+    *("bulens2023_section_rods", "bulens2023_section_ridges", "bulens2023_pouring"),
 )
 STUDIES = [path for path in SHIPPED if path not in CONTROLLED and path.stem not in OWN]
 # Runs in space press for 0.5 s; some of the slide is as much as a test has time for.

@@ -37,6 +37,9 @@ def track(  # noqa: PLR0917  the options of a command line have no order
         float | None, typer.Option("--frame-rate", metavar="HZ", help="Frames a second, where the video does not say.")
     ] = None,
     channel: Annotated[str, typer.Option("--channel", help="Of colour frames: grey, blue, green or red.")] = "grey",
+    fields: Annotated[
+        bool, typer.Option("--fields", help="Write displacement, velocity, strain and more, with a video of each.")
+    ] = False,
     quiet: Quiet = False,
 ) -> None:
     """Follow the markers of an optical tactile sensor: tracks as netCDF and CSV, an overlay video, a quality page.
@@ -48,5 +51,5 @@ def track(  # noqa: PLR0917  the options of a command line have no order
     options = {"mask": mask, "calibration": calibration, "bright": bright, "frame_rate": frame_rate, "channel": channel}
     chosen = {"n_markers": markers, "rest_frames": rest, "layout": layout, **options}
     with screen_progress(quiet) as progress:
-        lines = list(track_video(video, out, chosen, progress.say))
+        lines = list(track_video(video, out, chosen, progress.say, fields=fields))
     typer.echo("\n".join(lines))

@@ -306,7 +306,7 @@ def run_detector(detector: Path, source: Path, n_markers: int | None = None, lay
     with threadpool_limits(1):
         if source.suffix in TRACK_FILES:
             findings = list(run_on_tracks(made, read_any_tracks(source)))
-            return findings_table(findings, title, "Latency without the tracker.")
+            return findings_table(findings, title, "Latency without the tracker. A first run compiles, too.")
         rest_frames = made.features.motion.rest_frames
         stream = open_markers(source, n_markers=n_markers, rest_frames=rest_frames, layout=layout)
         findings = list(run_on_markers(made, stream))

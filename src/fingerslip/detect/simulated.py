@@ -227,7 +227,8 @@ def _conditions(values: Mapping[str, Any]) -> dict[str, Any]:
         elif name == "mass":
             found["mass"] = parse_quantity(value, "kg", where=path)
         elif own := _of_sensor(path):
-            found[own] = parse_quantity(value, CONDITIONS[own][0], where=path)
+            unit = CONDITIONS[own][0]
+            found[own] = value if unit == "1" else parse_quantity(value, unit, where=path)
         elif isinstance(value, int | float):
             found[name] = value
     return found

@@ -330,6 +330,8 @@ def read_tracks(path: str | Path) -> xr.Dataset:
     InputError
         Where it holds something else than tracks.
     """
+    if not Path(path).is_file():
+        raise ResultError(f"{path}: is not there; needs a file of tracks")
     try:
         tracks = read_netcdf(path)
     # The readers of HDF5 fail in any way on a damaged file.

@@ -136,14 +136,15 @@ def test_moduli_and_shape_of_a_sweep_are_conditions(tmp_path: Path, monkeypatch:
     swept = {
         f"tactip.materials.{name}.youngs_modulus": text for name, text in (("skin", "0.65 MPa"), ("gel", "10 kPa"))
     }
-    swept |= {"tactip.rods.length": "1 mm", "tactip.skin.ridges.height": "2 mm"}
+    swept |= {"tactip.rods.length": "1 mm", "tactip.rods.radius": "0.6 mm", "tactip.skin.ridges.height": "2 mm"}
     swept |= {"tactip.dome": {"radius": "15 mm", "height": "15 mm"}}
-    swept |= {"tactip.materials.gel.poisson_ratio": 0.49}
+    swept |= {"tactip.materials.gel.poisson_ratio": 0.49, "tactip.skin.ridges.number": 6}
     result = SimpleNamespace(swept=swept, sampled={"contact.friction.static_kinetic.static": 0.7})
     monkeypatch.setattr(simulated, "stored_result", lambda _: result)
     monkeypatch.setattr(simulated, "read_history", lambda _: history())
     (trial,) = film_results(tmp_path)
     wanted = {"skin_youngs_modulus": 0.65e6, "gel_youngs_modulus": 1e4, "friction_coefficient": 0.7}
-    wanted |= {"dome_radius": 15e-3, "rods_length": 1e-3, "ridges_height": 2e-3}
+    wanted |= {"dome_height": 15e-3, "ridges_number": 6}
+    wanted |= {"dome_radius": 15e-3, "rods_length": 1e-3, "rods_radius": 0.6e-3, "ridges_height": 2e-3}
     assert {name: trial.conditions[name] for name in wanted} == pytest.approx(wanted)
     assert trial.conditions["poisson_ratio"] == 0.49

@@ -15,6 +15,7 @@ from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
 from fingerslip.report.figures.style import BLACK, BLUE, GREY, VERMILLION, add_legend, figure_grid, say, styled, titled
+from fingerslip.vision.fields.triangles import larger_principal
 
 __all__ = ["fields_figure", "marker_tracks_figure", "ring_colours"]
 
@@ -109,7 +110,7 @@ def fields_figure(fields: xr.Dataset, time: float, title: str = "") -> Figure:
         axes.set_title(f"{name} [%]")
         _draw_surface(axes, now, scale, _PERCENT * values, figure.colorbar)
     panels[5].set_title("larger principal strain [%]")
-    _draw_surface(panels[5], now, scale, _PERCENT * _larger_principal(now["strain"].values), figure.colorbar)
+    _draw_surface(panels[5], now, scale, _PERCENT * larger_principal(now["strain"].values), figure.colorbar)
     for axes in panels:
         axes.set_aspect("equal")
     # In pictures y points down.
@@ -164,11 +165,3 @@ def _draw_surface(axes: Axes, now: xr.Dataset, scale: float, values: Floats, col
     else:
         drawn = axes.tripcolor(mesh, facecolors=np.nan_to_num(values), **given)
     colorbar(drawn, ax=axes, shrink=0.75)
-
-
-def _larger_principal(strain: Floats) -> Floats:
-    """Return the principal strain (n,) of larger size of strains xx, yy, xy (n, 3) [-], with its sign."""
-    middle, half = 0.5 * (strain[:, 0] + strain[:, 1]), 0.5 * (strain[:, 0] - strain[:, 1])
-    radius = np.hypot(half, strain[:, 2])
-    larger: Floats = np.where(middle >= 0, middle + radius, middle - radius)
-    return larger

@@ -7,14 +7,26 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from fingerslip.vision.fields.fields import marker_fields
+from fingerslip.vision.fields.overlay import SHOWN_FIELDS
 from fingerslip.vision.tracking.frames import open_frames
 from fingerslip.vision.tracking.track import TrackingWarning, track_markers
 
 __all__ = ["track_video"]
 
+# Share of the frames without a marker from which it is worth a warning.
+_OFTEN = 0.1
+
 
 def track_video(
-    video: Path, out: Path | None, options: Mapping[str, Any], tell: Callable[[str], object] = lambda _: None
+    video: Path,
+    out: Path | None,
+    options: Mapping[str, Any],
+    tell: Callable[[str], object] = lambda _: None,
+    *,
+    fields: bool = False,
 ) -> Iterator[str]:
     """Track a video, write the folder, and yield lines that say what came out.
 
@@ -28,6 +40,8 @@ def track_video(
         Keyword arguments of :func:`fingerslip.track_markers`.
     tell : callable, optional
         Gets lines that say what is being done.
+    fields : bool, optional
+        Whether to write fields of the markers too, with a picture and a video of each.
     """
     tell(f"{video}: following its markers")
     with warnings.catch_warnings():
@@ -38,12 +52,19 @@ def track_video(
     from fingerslip.report.page.tracking import write_tracking
     from fingerslip.vision.tracking.quality import seen_share
 
+    made = marker_fields(tracks, rest=min(int(options["rest_frames"]), tracks.sizes["time"])) if fields else None
     tell(f"{video}: writing {tracks.sizes['time']} frames, overlay and page")
     frames = open_frames(video, options.get("frame_rate"), options.get("channel", "grey"))
-    folder = write_tracking(tracks, frames, out or video.with_name(f"{video.stem}_tracks"))
+    folder = write_tracking(tracks, frames, out or video.with_name(f"{video.stem}_tracks"), fields=made)
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         yield f"warning: {text}"
     count, times = tracks.sizes["marker"], tracks.sizes["time"]
+    often = int((np.isnan(tracks["position"].values).any(axis=2).mean(axis=0) > _OFTEN).sum())
+    if often:
+        told = f"{often} of {count} markers were not seen in more than a tenth of the frames; the page lists them"
+        yield f"warning: {told}"
     partial = "partial tracks" if tracks.attrs["partial"] else "tracks"
     yield f"{partial} of {count} markers in {times} frames, {100 * seen_share(tracks):.2f} % of the positions found"
     yield f"quality: {folder / 'quality.html'}"
+    if made is not None:
+        yield f"fields: {folder / 'fields.nc'}, fields.png, {', '.join(f'{name}.avi' for name in SHOWN_FIELDS)}"

@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.files import check_replaceable, new_folder
+from fingerslip.files import check_replaceable, new_folder, write_bytes
+from fingerslip.report.figures.markers import fields_figure
+from fingerslip.report.figures.save import save_figure
 from fingerslip.report.figures.tracking import count_figure, jump_figure, noise_figure
 from fingerslip.report.page.page import Picture, Report, ReportSection, write_page
 from fingerslip.report.tables.table import Column, Table
 from fingerslip.version import __version__
 from fingerslip.vision.exposure import STATES
+from fingerslip.vision.fields.overlay import SHOWN_FIELDS, field_frames
 from fingerslip.vision.overlay import overlay_frames
 from fingerslip.vision.tables import write_tracks_csv
 from fingerslip.vision.tracking.frames import Frames
@@ -31,7 +34,7 @@ _LONGEST_LIST = 40
 _TRACKS = "tracks.nc"
 
 
-def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path) -> Path:
+def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path, *, fields: xr.Dataset | None = None) -> Path:
     """Write tracks and what shows their quality to a folder, whole or not at all.
 
     Parameters
@@ -42,6 +45,9 @@ def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path) -> Pa
         The video that they come from.
     folder : path
         Gets ``tracks.nc``, ``tracks.csv``, ``overlay.avi`` and ``quality.html``; such a folder is replaced.
+    fields : xarray.Dataset, optional
+        What :func:`fingerslip.marker_fields` makes of the tracks. Then the folder gets ``fields.nc``, ``fields.png`` of
+        the time at which a rigid motion leaves most, and a video of each field, such as ``curl.avi``.
 
     Returns
     -------
@@ -65,7 +71,20 @@ def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path) -> Pa
         write_video(partial / "overlay.avi", overlay_frames(shown, _in_the_image(tracks)), frames.frame_rate)
         first = next(iter(frames.read()))
         write_page(quality_report(tracks, first), partial / "quality.html")
+        if fields is not None:
+            _write_fields(fields, _in_the_image(tracks), frames, partial)
     return final
+
+
+def _write_fields(fields: xr.Dataset, tracks: xr.Dataset, frames: Frames, folder: Path) -> None:
+    """Write fields, a picture, and videos with the fields at the places of tracks in the image."""
+    write_bytes(folder / "fields.nc", bytes(fields.to_netcdf(engine="h5netcdf")))
+    left = np.nan_to_num(fields["rigid_residual_rms"].values)
+    save_figure(fields_figure(fields, float(fields["time"][int(left.argmax())])), folder / "fields.png")
+    placed = fields.assign(position=tracks["position"])
+    for name in SHOWN_FIELDS:
+        shown = itertools.islice(frames.read(), tracks.sizes["time"])
+        write_video(folder / f"{name}.avi", field_frames(shown, placed, name), frames.frame_rate)
 
 
 def _in_the_image(tracks: xr.Dataset) -> xr.Dataset:

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay, QhullError
 
-__all__ = ["green_strain", "marker_means", "marker_triangles", "triangle_gradients"]
+__all__ = ["green_strain", "larger_principal", "marker_means", "marker_triangles", "triangle_gradients"]
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -98,3 +98,28 @@ def marker_means(values: Floats, rest: Floats, triangles: Ints) -> Floats:
     with np.errstate(divide="ignore", invalid="ignore"):
         means: Floats = np.where(weights > 0, np.nan_to_num(values) @ around / weights, np.nan)
     return means
+
+
+def larger_principal(strain: Floats) -> Floats:
+    """Return the principal strain of larger size, with its sign.
+
+    Parameters
+    ----------
+    strain : (..., 3) array
+        Strains xx, yy and xy [-].
+
+    Returns
+    -------
+    (...) array
+        The principal strain [-].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> larger_principal(np.array([[0.1, -0.3, 0.0]])).tolist()
+    [-0.3]
+    """
+    middle, half = 0.5 * (strain[..., 0] + strain[..., 1]), 0.5 * (strain[..., 0] - strain[..., 1])
+    radius = np.hypot(half, strain[..., 2])
+    larger: Floats = np.where(middle >= 0, middle + radius, middle - radius)
+    return larger

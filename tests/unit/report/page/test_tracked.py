@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from fingerslip.netcdf import read_netcdf
 from fingerslip.report.page.tracked import track_video
-from fingerslip.vision.video import write_video
+from fingerslip.vision.fields.overlay import SHOWN_FIELDS
+from fingerslip.vision.video import read_frames, write_video
 from problems import clips
 
 
@@ -30,3 +33,26 @@ def test_more_markers_than_asked_for_are_said_and_on_the_page(tmp_path: Path) ->
     page = (tmp_path / "a_tracks" / "quality.html").read_text(encoding="utf-8")
     assert warning in page
     assert "These tracks are partial." in page
+
+
+@pytest.mark.slow
+def test_markers_that_are_often_lost_are_counted(tmp_path: Path) -> None:
+    field = clips.field()
+    frames = list(clips.filmed(clips.still(field, 10)))
+    x, y = np.round(np.asarray(clips.still(field, 10))[0, 0]).astype(int)
+    for frame in frames[5:]:
+        frame[y - 15 : y + 15, x - 15 : x + 15] = np.median(frame)
+    write_video(tmp_path / "a.mkv", frames, 30.0)
+    lines = list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3, "n_markers": 81}))
+    warning = "warning: 1 of 81 markers were not seen in more than a tenth of the frames; the page lists them"
+    assert warning in lines
+
+
+@pytest.mark.slow
+def test_fields_are_written_with_a_picture_and_videos(tmp_path: Path) -> None:
+    write_video(tmp_path / "a.mkv", clips.filmed(clips.still(clips.field(), 8)), 30.0)
+    lines = list(track_video(tmp_path / "a.mkv", None, {"rest_frames": 3, "n_markers": 81}, fields=True))
+    assert lines[-1].startswith(f"fields: {tmp_path / 'a_tracks' / 'fields.nc'}, fields.png, displacement.avi")
+    assert read_netcdf(tmp_path / "a_tracks" / "fields.nc")["strain"].sizes["time"] == 8
+    for name in SHOWN_FIELDS:
+        assert len(list(read_frames(tmp_path / "a_tracks" / f"{name}.avi", colour="bgr"))) == 8

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import gmsh
 import numpy as np
 import skfem
 from numpy.typing import NDArray
 
+from fingerslip.errors import MeshError
 from fingerslip.mesh.fragments import Fragments, fragmented, generate, read_fragments
 from fingerslip.mesh.gmsh_session import gmsh_session
 from fingerslip.mesh.quality import check_quality
@@ -17,15 +20,28 @@ from fingerslip.specimens.tactip.meshing.sizes import SensorSizes, size_at_rods,
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
 from fingerslip.specimens.tactip.profile import skin_lines
 from fingerslip.specimens.tactip.sites import modelled_places, points_at
+from fingerslip.units import millimetres
 
 __all__ = ["mesh_sensor_section"]
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+# What is tried until no cell is refused: a share of all sizes, and the largest size at a rod over its radius.
+_ATTEMPTS = ((1.0, 0.7), (1.0, 0.85), (0.95, 0.7), (0.9, 0.7), (0.8, 0.7), (0.9, 0.85), (0.85, 0.85))
+# Gel between a rod and the sides of its ridge that is thinner than this share of the skin has cells that are refused.
+_SLIVER = 0.1
+
+
+@dataclass(frozen=True)
+class _Sizes:
+    contact_size: float
+    bulk_size: float
+    contact_reach: float
+
 
 def mesh_sensor_section(sensor: TacTipNumbers, sizes: SensorSizes, element: str) -> skfem.Mesh2D:
-    """Build the mesh of a section.
+    """Build the mesh of a section, somewhat finer than asked for where cells would be refused.
 
     Parameters
     ----------
@@ -41,18 +57,43 @@ def mesh_sensor_section(sensor: TacTipNumbers, sizes: SensorSizes, element: str)
     MeshError
         Where no mesh of good quality comes out.
     """
+    refused: list[MeshError] = []
+    for share, at_rods in _ATTEMPTS:
+        finer = _Sizes(share * sizes.contact_size, share * sizes.bulk_size, sizes.contact_reach)
+        try:
+            mesh = _meshed(sensor, finer, at_rods, element)
+            check_quality(mesh)
+        except MeshError as error:
+            refused.append(error)
+        else:
+            return mesh
+    raise _with_gap(sensor, refused[0])
+
+
+def _with_gap(sensor: TacTipNumbers, refused: MeshError) -> MeshError:
+    """Return why a mesh is refused, with the rods as the reason where they nearly fill the inside of a ridge."""
+    radius, skin = sensor.rods.radius, sensor.skin
+    inside = skin.ridges.bend_radius - 0.5 * skin.thickness
+    if not (skin.ridges.enabled and 0.0 < inside - radius < _SLIVER * skin.thickness):
+        return refused
+    found = f"got {millimetres(radius)}, which leaves a sliver of gel inside a ridge, with a {refused.where}"
+    thin = millimetres(inside - _SLIVER * skin.thickness)
+    return MeshError("tactip.rods.radius", found, f"needs at least {millimetres(inside)}, or at most {thin}")
+
+
+def _meshed(sensor: TacTipNumbers, sizes: SensorSizes, at_rods: float, element: str) -> skfem.Mesh2D:
+    """Return a mesh whose cells may be of any quality."""
     places = modelled_places(sensor)
     feet, ends, crowns = (points_at(sensor, places, d) for d in (sensor.rod_depth, sensor.marker_depth, 0.0))
     quadrilaterals = element == "Q4"
     with gmsh_session():
         shapes = _draw(sensor, feet, ends)
         pieces = fragmented(shapes, np.vstack([crowns, feet, ends]), 2)
-        size = size_function(sensor, sizes, np.stack([feet, ends], axis=1), size_at_rods(sensor))
+        size = size_function(sensor, sizes, np.stack([feet, ends], axis=1), size_at_rods(sensor, at_rods))
         generate(2, size, quadrilaterals=quadrilaterals)
         found = read_fragments(pieces, 2, 4 if quadrilaterals else 3)
-    mesh = with_names(_container(_smoothed(found) if quadrilaterals else found, element), found.region, half=False)
-    check_quality(mesh)
-    return mesh
+    good = _smoothed(found) if quadrilaterals else found
+    return with_names(_container(good, element), found.region, half=False)
 
 
 def _draw(sensor: TacTipNumbers, feet: Floats, ends: Floats) -> dict[str, list[int]]:

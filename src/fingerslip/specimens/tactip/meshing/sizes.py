@@ -13,8 +13,6 @@ from fingerslip.specimens.tactip.numbers import TacTipNumbers
 
 __all__ = ["SensorSizes", "SolidSizes", "size_at_rods", "size_function"]
 
-# Largest element at a rod over the radius of the rod in the plane, so that two fit on each half of its end.
-_OF_ROD = 0.7
 # The same over the thickness of the skin where it cannot touch, in the plane.
 _OF_SKIN = 0.6
 
@@ -49,9 +47,9 @@ class SolidSizes(SensorSizes, Protocol):
         ...
 
 
-def size_at_rods(sensor: TacTipNumbers) -> float:
-    """Return the size at the rods of a section [m]."""
-    return _OF_ROD * sensor.rods.radius
+def size_at_rods(sensor: TacTipNumbers, share: float = 0.7) -> float:
+    """Return the size at the rods of a section [m]: a share of their radius, so that two fit on each half of an end."""
+    return share * sensor.rods.radius
 
 
 def size_function(

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
+from fingerslip.errors import MeshError
 from fingerslip.mesh.quality import quality_table
 from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.specimens.tactip.meshing.section import mesh_sensor_section
@@ -57,3 +60,22 @@ def test_a_smooth_skin_is_a_half_ring():
     skin = 0.5 * np.abs(sides[0][:, 0] * sides[1][:, 1] - sides[0][:, 1] * sides[1][:, 0]).sum()
     ring = 0.5 * np.pi * (20e-3**2 - 19e-3**2) - 9 * 1e-3 * 0.5e-3
     assert skin == pytest.approx(ring, rel=5e-3)
+
+
+def with_rods(radius):
+    sensor = PRESETS.read("tactip-ridged-2d")
+    return dataclasses.replace(sensor, rods=dataclasses.replace(sensor.rods, radius=radius))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("radius", [0.4e-3, 0.6e-3])
+def test_what_is_refused_is_meshed_again_somewhat_finer(radius):
+    sizes = SensorSectionSizes(contact_size=0.4e-3, bulk_size=1.6e-3)
+    assert all(row.scaled_jacobian > 0.25 for row in quality_table(sizes.build(with_rods(radius))))
+
+
+@pytest.mark.slow
+def test_rods_that_nearly_fill_a_ridge_are_refused_with_what_fits():
+    with pytest.raises(MeshError, match=r"^tactip\.rods\.radius: got 0\.3 mm, which leaves a sliver of gel") as caught:
+        SIZES.build(with_rods(0.3e-3))
+    assert caught.value.allowed == "needs at least 0.325 mm, or at most 0.225 mm"
