@@ -94,7 +94,8 @@ def simulate_together(
 
     The matrix is factorised once, and every step is one substitution for all of them. Motions that are still the same,
     such as those of several sliding directions before the slide, are computed once. The histories are those of
-    :func:`simulate`, but for rounding.
+    :func:`simulate`, but for rounding: in space that of factors of single precision, where motions alone have other
+    contact candidates.
 
     Parameters
     ----------
