@@ -52,7 +52,7 @@ def _read(path: Path, seen: tuple[Path, ...]) -> dict[str, Any]:
 
 def _base_of(path: Path, name: object) -> Path:
     """Return the file of a base, which is in the folder of the study, as paths of mesh files are."""
-    if not isinstance(name, str) or Path(name).name != name:
+    if not isinstance(name, str) or not name or Path(name).name != name:
         found = f"got {shortened(repr(name))}"
         raise InputError(f"{path}: {BASE}", found, "needs the name of a study file in the same folder", "copy it there")
     return path.with_name(name)

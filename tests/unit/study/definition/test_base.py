@@ -57,6 +57,7 @@ def test_a_base_may_have_a_base(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("base", "message"),
     [
+        ("", r"own\.yaml: base: got '', needs the name of a study file in the same"),
         ("nothing.yaml", r"nothing\.yaml: is not there, needs a study file"),
         (
             "../other/block.yaml",
