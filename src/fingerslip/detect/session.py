@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from threadpoolctl import threadpool_limits
 
@@ -40,7 +41,9 @@ from fingerslip.detect.videos import readers
 from fingerslip.errors import InputError, shortened
 from fingerslip.files import write_text, writing
 from fingerslip.report.tables.table import Table, to_csv, to_markdown
-from fingerslip.vision.tracking.topology import LayoutName
+
+if TYPE_CHECKING:
+    from fingerslip.vision.tracking.topology import LayoutName
 
 __all__ = [
     "Choices",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +15,11 @@ from fingerslip.detect.evaluation.confusion import FrameScores
 from fingerslip.detect.evaluation.events import EventScores
 from fingerslip.detect.evaluation.inquiries import CurvePoint
 from fingerslip.detect.evaluation.robustness import Robustness
-from fingerslip.detect.live import Finding, latency_of
 from fingerslip.detect.onsets import CLASSES
 from fingerslip.report.tables.table import Cell, Column, Missing, Table
+
+if TYPE_CHECKING:
+    from fingerslip.detect.live import Finding
 
 __all__ = [
     "accuracy_table",
@@ -189,6 +192,9 @@ def robustness_table(results: Sequence[Robustness]) -> Table:
 
 def findings_table(findings: list[Finding], title: str, note: str) -> Table:
     """Return what a detector found, and how long it took; the note says what is in that time."""
+    # What the detector ran in is slow to load, and no other table needs it.
+    from fingerslip.detect.live import latency_of
+
     latency, onsets = latency_of(findings), findings[-1].onsets
     rows: tuple[tuple[Cell, ...], ...] = (
         ("slip begins [s]", Missing.NO_EVENT if onsets.incipient is None else f"{onsets.incipient:.4g}"),

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks
 from fingerslip.errors import InputError
-from fingerslip.vision.tracking.topology import LayoutName
-from fingerslip.vision.tracking.track import TrackingWarning, track_markers
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from fingerslip.vision.tracking.topology import LayoutName
 
 __all__ = ["read_recording", "readers"]
 
@@ -44,6 +44,9 @@ def read_recording(
     """
     if path.suffix in TRACK_FILES:
         return read_any_tracks(path)
+    # The tracker is slow to load, and files of tracks do not need it.
+    from fingerslip.vision.tracking.track import TrackingWarning, track_markers
+
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", TrackingWarning)
         tracks = track_markers(path, n_markers=n_markers, rest_frames=rest_frames, layout=layout)

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
@@ -18,6 +17,9 @@ from fingerslip.vision.exposure import FINE, STATES
 from fingerslip.vision.opencv import opencv
 from fingerslip.vision.tracks import check_tracks
 from fingerslip.vision.video import write_video
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["RING_COLOURS", "Pen", "overlay_frames", "write_overlay"]
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.errors import InputError, ResultError, shortened
 from fingerslip.files import write_text
@@ -15,6 +14,7 @@ from fingerslip.vision.tracks import AXES, UNITS, check_tracks, make_tracks
 
 if TYPE_CHECKING:
     import pandas as pd
+    import xarray as xr
 
 __all__ = ["read_tracks_csv", "tracks_from_table", "tracks_table", "write_tracks_csv"]
 

@@ -131,11 +131,11 @@ def _file_info(path: Path) -> VideoInfo:
 @contextlib.contextmanager
 def _opened(path: Path) -> Iterator[tuple[ModuleType, Any]]:
     """Give OpenCV and its reader of a video file."""
-    cv2 = opencv()
     if not path.is_file():
         raise InputError(str(path), "is not there", "needs a video file or a folder of images")
     if path.stat().st_size == 0:
         raise InputError(str(path), "is empty", "needs a video", "record it again")
+    cv2 = opencv()
     capture = cv2.VideoCapture(str(path))
     try:
         if not capture.isOpened():

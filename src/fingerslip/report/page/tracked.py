@@ -9,10 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fingerslip.vision.fields.fields import marker_fields
-from fingerslip.vision.fields.overlay import SHOWN_FIELDS
 from fingerslip.vision.tracking.frames import open_frames
-from fingerslip.vision.tracking.track import TrackingWarning, track_markers
 
 __all__ = ["track_video"]
 
@@ -43,18 +40,22 @@ def track_video(
     fields : bool, optional
         Whether to write fields of the markers too, with a picture and a video of each.
     """
+    frames = open_frames(video, options.get("frame_rate"), options.get("channel", "grey"))
+    # The tracker is slow to load, and figures are: what is wrong with a video is said before.
+    from fingerslip.vision.tracking.track import TrackingWarning, track_markers
+
     tell(f"{video}: following its markers")
     with warnings.catch_warnings():
         # The lines below say the same.
         warnings.simplefilter("ignore", TrackingWarning)
         tracks = track_markers(video, **options)
-    # Figures are slow to load: what is wrong with a video is said before.
     from fingerslip.report.page.tracking import write_tracking
+    from fingerslip.vision.fields.fields import marker_fields
+    from fingerslip.vision.fields.overlay import SHOWN_FIELDS
     from fingerslip.vision.tracking.quality import seen_share
 
     made = marker_fields(tracks, rest=min(int(options["rest_frames"]), tracks.sizes["time"])) if fields else None
     tell(f"{video}: writing {tracks.sizes['time']} frames, overlay and page")
-    frames = open_frames(video, options.get("frame_rate"), options.get("channel", "grey"))
     folder = write_tracking(tracks, frames, out or video.with_name(f"{video.stem}_tracks"), fields=made)
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         yield f"warning: {text}"

@@ -7,15 +7,13 @@ import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from fingerslip.detect.trial_set import MANIFEST, TrialSet, gather_trials, open_trials
 from fingerslip.detect.trials import FILES, write_trial
 from fingerslip.digest import digest
-from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
 from fingerslip.files import check_replaceable, clean_stale, new_folder, read_json
-from fingerslip.linear.threads import limited_threads
 from fingerslip.parameters import as_mapping
 from fingerslip.study.definition.spec import Study, read_study
 from fingerslip.study.definition.sweep import expand_samples
@@ -24,9 +22,10 @@ from fingerslip.study.definition.yaml import line_numbers
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
 from fingerslip.study.running.spawning import without_main_module
 from fingerslip.study.storage.provenance import commit
-from fingerslip.study.trials.bodies import shared_body, shared_key
-from fingerslip.study.trials.card import card_notes
-from fingerslip.study.trials.trials import TrialPlan, simulated_trial, trial_plans
+
+if TYPE_CHECKING:
+    from fingerslip.dynamics.statics.body import StaticBody
+    from fingerslip.study.trials.trials import TrialPlan
 
 __all__ = ["TrialsFailedError", "simulate_trials"]
 
@@ -87,6 +86,11 @@ def simulate_trials(
     check_replaceable(final, MANIFEST)
     study = read_study(source)
     settings = _settings(study, source)
+    # What simulates and films is slow to load: what is wrong with a study is said before.
+    from fingerslip.study.trials.bodies import shared_body, shared_key
+    from fingerslip.study.trials.card import card_notes
+    from fingerslip.study.trials.trials import trial_plans
+
     with line_numbers(source):
         runs = expand_samples(study, source).runs
     plans = trial_plans(runs, settings, study.sample.count if study.sample else None)
@@ -142,7 +146,7 @@ def _is_finished(folder: Path, key: str) -> bool:
     return bool(found.get("inputs") == key)
 
 
-_Shared = tuple[TrialSettings, StaticBody, Mapping[str, Any], Mapping[str, str], Path]
+_Shared: TypeAlias = "tuple[TrialSettings, StaticBody, Mapping[str, Any], Mapping[str, str], Path]"
 
 
 def _compute(plans: Sequence[TrialPlan], shared: _Shared, workers: int, progress: StudyProgress) -> None:
@@ -186,6 +190,9 @@ def _begin(shared: _Shared) -> None:
 
 def _simulate(plan: TrialPlan) -> tuple[str, FingerslipError | None]:
     """Simulate a trial and write its folder."""
+    from fingerslip.linear.threads import limited_threads
+    from fingerslip.study.trials.trials import simulated_trial
+
     settings, body, origin, keys, work = _given[0]
     try:
         with limited_threads(1), new_folder(work / plan.name) as folder:

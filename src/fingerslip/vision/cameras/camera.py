@@ -6,11 +6,10 @@ same time.
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 import pydantic
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
@@ -18,6 +17,9 @@ from fingerslip.parameters import Length, parameters
 from fingerslip.units import Unit
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
 from fingerslip.vision.tracks import check_tracks, make_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Camera", "Pose", "frame_times", "interpolated", "pixels_of", "pixels_per_metre", "true_tracks"]
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import pydantic
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
@@ -16,6 +15,9 @@ from fingerslip.vision.cameras.camera import true_tracks
 from fingerslip.vision.cameras.look import PixelCamera
 from fingerslip.vision.cameras.pixel import frames_of
 from fingerslip.vision.tracks import make_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["Locate", "PositionErrors", "following", "measure_errors", "position_errors", "window_centroids"]
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from fingerslip.errors import InputError
 from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
@@ -13,6 +13,9 @@ from fingerslip.vision.cameras.camera import Camera, image_attributes, pixels_pe
 from fingerslip.vision.cameras.errors import PositionErrors
 from fingerslip.vision.cameras.point import MEASURED_ERRORS, PointCamera, point_tracks
 from fingerslip.vision.tracks import make_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["PUBLISHED_FRAME_RATE", "CameraPair", "metres_per_pixel", "pair_tracks"]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.vision.cameras.camera import Camera, frame_times, interpolated, pixels_per_metre, seen_kind, true_tracks
@@ -15,6 +15,9 @@ from fingerslip.vision.cameras.lighting import brightness, empty_picture, marker
 from fingerslip.vision.cameras.look import PixelCamera
 from fingerslip.vision.opencv import opencv
 from fingerslip.vision.video import write_video
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["film", "frames_of"]
 

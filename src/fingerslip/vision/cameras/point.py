@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import pydantic
-import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.parameters import parameters
 from fingerslip.vision.cameras.camera import Camera, true_tracks
 from fingerslip.vision.cameras.errors import PositionErrors
 from fingerslip.vision.tracks import make_tracks
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 __all__ = ["MEASURED_ERRORS", "PointCamera", "point_tracks"]
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import Delaunay, QhullError
 
 __all__ = ["green_strain", "larger_principal", "marker_means", "marker_triangles", "triangle_gradients"]
 
@@ -28,6 +27,9 @@ def marker_triangles(rest: Floats) -> Ints:
     known = np.flatnonzero(~np.isnan(rest).any(axis=1))
     if known.size < 3:
         return np.empty((0, 3), dtype=np.intp)
+    # Slow to load, and needed only here: commands that read a detector or a data set start without it.
+    from scipy.spatial import Delaunay, QhullError
+
     try:
         corners = Delaunay(rest[known]).simplices
     except QhullError:  # all on one line

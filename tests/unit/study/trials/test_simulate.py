@@ -11,7 +11,6 @@ import pytest
 
 from fingerslip.detect.trial_table import write_parquet
 from fingerslip.errors import InputError
-from fingerslip.study.trials import simulate
 from fingerslip.study.trials.simulate import TrialsFailedError, simulate_trials
 from places import ROOT
 
@@ -70,14 +69,14 @@ def test_finished_trials_are_kept_when_others_fail(made, tmp_path, monkeypatch):
     for name in trials.names[1:]:
         shutil.copytree(trials.folder / name, work / name)
     key = trials.trial(trials.names[0]).provenance["body"]
-    monkeypatch.setattr(simulate, "shared_body", lambda *_: (key, None))
+    monkeypatch.setattr("fingerslip.study.trials.bodies.shared_body", lambda *_: (key, None))
     computed = []
 
     def failing(plan, *_):
         computed.append(plan.name)
         raise InputError("here", "is wrong", "needs no such thing")
 
-    monkeypatch.setattr(simulate, "simulated_trial", failing)
+    monkeypatch.setattr("fingerslip.study.trials.trials.simulated_trial", failing)
     with pytest.raises(TrialsFailedError, match="1 of 16 trials failed, the others are kept"):
         simulate_trials(STUDY, tmp_path / "again", workers=1)
     assert computed == ["trial-0000"]
@@ -90,7 +89,7 @@ def test_a_whole_data_set_is_read_back_unless_it_is_damaged(made, tmp_path, monk
     def body(*_):
         raise InputError("body", "is made", "needs no such thing")
 
-    monkeypatch.setattr(simulate, "shared_body", body)
+    monkeypatch.setattr("fingerslip.study.trials.bodies.shared_body", body)
     assert simulate_trials(STUDY, tmp_path / "small").digest == made[0].digest
     (tmp_path / "small" / "trial-0003" / "labels.csv").unlink()
     with pytest.raises(InputError, match="body: is made"):
