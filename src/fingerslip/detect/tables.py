@@ -173,21 +173,23 @@ def left_out_table(key: str, rows: Sequence[tuple[str, str, int, Estimate]]) -> 
 
 def curve_table(points: Sequence[CurvePoint]) -> Table:
     """Return a learning curve."""
-    columns = (Column("trials"), Column("accuracy", digits=3), Column("mean F1", digits=3))
-    return Table("Learning curve", columns, tuple((one.trials, one.accuracy, one.f1) for one in points))
+    columns = (Column("trials"), Column("accuracy"), Column("mean F1"))
+    rows = tuple((one.trials, estimate_text(one.accuracy), estimate_text(one.f1)) for one in points)
+    return Table("Learning curve", columns, rows, _INTERVALS)
 
 
-def importance_table(drops: Mapping[int, float]) -> Table:
+def importance_table(drops: Mapping[int, Estimate]) -> Table:
     """Return how much accuracy falls without each ring."""
-    columns = (Column("ring"), Column("drop in accuracy", digits=3))
-    return Table("Importance of rings", columns, tuple(drops.items()), "Ring 0 is the centre.")
+    columns = (Column("ring"), Column("drop in accuracy"))
+    rows = tuple((ring, estimate_text(drop)) for ring, drop in drops.items())
+    return Table("Importance of rings", columns, rows, f"Ring 0 is the centre. {_INTERVALS}")
 
 
 def robustness_table(results: Sequence[Robustness]) -> Table:
     """Return accuracies under disturbances."""
-    columns = (Column("disturbance"), Column("amount"), Column("accuracy", digits=3), Column("unusable", digits=3))
-    rows = tuple((one.disturbance, one.amount, one.accuracy, one.unusable) for one in results)
-    return Table("Robustness, all frames of the test trials", columns, rows)
+    columns = (Column("disturbance"), Column("amount"), Column("accuracy"), Column("unusable", digits=3))
+    rows = tuple((one.disturbance, one.amount, estimate_text(one.accuracy), one.unusable) for one in results)
+    return Table("Robustness, all frames of the test trials", columns, rows, _INTERVALS)
 
 
 def findings_table(findings: list[Finding], title: str, note: str) -> Table:

@@ -66,9 +66,11 @@ def test_events_have_a_column_for_each_classifier() -> None:
 def test_the_other_tables_have_what_they_are_given() -> None:
     reliability = reliability_of(np.array([[1.0, 0.0, 0.0]]), np.array([0], dtype=np.int8))
     assert calibration_table({"a": reliability}).rows == (("a", 0.0, 0.0),)
-    assert curve_table([CurvePoint(4, 0.5, 0.4)]).rows == ((4, 0.5, 0.4),)
-    assert importance_table({0: 0.1}).rows == ((0, 0.1),)
-    assert robustness_table([Robustness("lost", 0.1, 0.9, 0.0)]).rows == (("lost", 0.1, 0.9, 0.0),)
+    assert curve_table([CurvePoint(4, Estimate(0.5, 0.4, 0.6), Estimate(0.4))]).rows == (
+        (4, "0.500 [0.400, 0.600]", "0.400"),
+    )
+    assert importance_table({0: Estimate(0.1, 0.0, 0.2)}).rows == ((0, "0.100 [0.000, 0.200]"),)
+    assert robustness_table([Robustness("lost", 0.1, Estimate(0.9), 0.0)]).rows == (("lost", 0.1, "0.900", 0.0),)
     assert to_csv(left_out_table("depth", [("a", "1", 4, Estimate(0.5))])).splitlines()[1] == "a,1,4,0.500"
     found = findings_table([Finding(1.0, 0.0, 0.0, Onsets(0.5, None), 2e-3)], "live", "Latency without the tracker.")
     assert [row[1] for row in found.rows] == ["0.5", Missing.NO_EVENT, "1", "2", "2", "500"]

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.detect.classifiers import Candidate, columns_of, probabilities
-from fingerslip.detect.evaluation.confusion import precision_recall_f1
+from fingerslip.detect.evaluation.bootstrap import Estimate, bootstrapped
+from fingerslip.detect.evaluation.confusion import confusion_by_trial, frame_scores_of, precision_recall_f1
 from fingerslip.detect.features import ring_of_features
 from fingerslip.detect.samples import Samples
 from fingerslip.detect.splits import held_out
@@ -27,13 +28,13 @@ class CurvePoint:
     ----------
     trials : int
         Trials that were learned from.
-    accuracy, f1 : float
-        Share of right frames, and mean F1 of the classes, on the test trials.
+    accuracy, f1 : Estimate
+        Share of right frames, and mean F1 of the classes, on the test trials, with intervals over these.
     """
 
     trials: int
-    accuracy: float
-    f1: float
+    accuracy: Estimate
+    f1: Estimate
 
 
 def learning_curve(
@@ -59,19 +60,18 @@ def learning_curve(
         if not 1 <= size <= len(rest):
             raise InputError("sizes", f"got {size}", f"needs 1 to {len(rest)}, the trials that are no test trials")
         estimator = fit_detector(candidate, samples, _rows(samples, order[:size]), seed, workers)
-        matrix = _matrix(samples, candidate, estimator, _rows(samples, tests))
-        accuracy = float(np.trace(matrix) / matrix.sum())
-        points.append(CurvePoint(size, accuracy, float(np.nanmean(precision_recall_f1(matrix)[2]))))
+        matrices = _matrices(samples, candidate, estimator, _rows(samples, tests))
+        points.append(CurvePoint(size, frame_scores_of(matrices, seed=seed).accuracy, _mean_f1(matrices, seed)))
     return points
 
 
 def importance_by_ring(
     samples: Samples, candidate: Candidate, tests: Sequence[str], *, draws: int = 5, seed: int = 0, workers: int = 1
-) -> Mapping[int, float]:
+) -> Mapping[int, Estimate]:
     """Return by how much accuracy falls when all features of a ring are shuffled among the test samples.
 
     Permutation importance (Breiman 2001), for a ring at a time: its markers say nearly the same, and one of them alone
-    would not be missed.
+    would not be missed. Intervals are over the test trials; shuffles are averaged.
 
     Raises
     ------
@@ -85,29 +85,47 @@ def importance_by_ring(
     rest = [name for name in samples.trials if name not in set(tests)]
     estimator = fit_detector(candidate, samples, _rows(samples, rest), seed, workers)
     rows = _rows(samples, tests)
-    values, classes = samples.values[np.ix_(rows, columns)], samples.classes[rows]
-    whole, draw = _accuracy(estimator, values, classes), np.random.default_rng(seed)
+    values, classes, draw = samples.values[np.ix_(rows, columns)], samples.classes[rows], np.random.default_rng(seed)
+    _, trial = np.unique(samples.trial[rows], return_inverse=True)
+    frames, whole = np.bincount(trial), _right(estimator, values, classes, trial)
     found = {}
     for ring in sorted({one for one in rings if one is not None}):
         own = np.array([one == ring for one in rings])
-        drops = []
+        left = np.zeros(len(frames))
         for _ in range(draws):
             mixed = values.copy()
             mixed[:, own] = values[draw.permutation(len(values))][:, own]
-            drops.append(whole - _accuracy(estimator, mixed, classes))
-        found[ring] = float(np.mean(drops))
+            left += _right(estimator, mixed, classes, trial) / draws
+        found[ring] = _share(whole - left, frames, seed)
     return found
+
+
+def _share(part: NDArray[np.float64], frames: NDArray[np.intp], seed: int) -> Estimate:
+    """Return a sum over trials as a share of their frames, with its interval."""
+    return bootstrapped(lambda drawn: float(part[drawn].sum() / frames[drawn].sum()), len(frames), seed=seed)
+
+
+def _mean_f1(matrices: NDArray[np.intp], seed: int) -> Estimate:
+    def value(drawn: NDArray[np.intp]) -> float:
+        return float(np.nanmean(precision_recall_f1(matrices[drawn].sum(axis=0))[2]))
+
+    return bootstrapped(value, len(matrices), seed=seed)
 
 
 def _rows(samples: Samples, names: Sequence[str]) -> NDArray[np.intp]:
     return np.flatnonzero(np.isin(np.array(samples.trials)[samples.trial], list(names)))
 
 
-def _matrix(samples: Samples, candidate: Candidate, estimator: object, rows: NDArray[np.intp]) -> NDArray[np.intp]:
+def _matrices(samples: Samples, candidate: Candidate, estimator: object, rows: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return a confusion matrix for each trial of some samples."""
     values = samples.values[np.ix_(rows, columns_of(samples.names, candidate.sets))]
     found = probabilities(estimator, values).argmax(axis=1)
-    return np.bincount(samples.classes[rows] * 3 + found, minlength=9).reshape(3, 3)
+    return confusion_by_trial(samples.classes[rows], found, samples.trial[rows])
 
 
-def _accuracy(estimator: object, values: NDArray[np.float32], classes: NDArray[np.int8]) -> float:
-    return float((probabilities(estimator, values).argmax(axis=1) == classes).mean())
+def _right(
+    estimator: object, values: NDArray[np.float32], classes: NDArray[np.int8], trial: NDArray[np.intp]
+) -> NDArray[np.float64]:
+    """Return how many samples of each trial are right."""
+    right = probabilities(estimator, values).argmax(axis=1) == classes
+    return np.bincount(trial, weights=right).astype(float)

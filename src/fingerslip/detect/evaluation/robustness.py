@@ -9,8 +9,10 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingerslip.detect.classifiers import probabilities
+from fingerslip.detect.evaluation.bootstrap import Estimate, bootstrapped
 from fingerslip.detect.features import FeatureSettings, features_of
 from fingerslip.detect.motion import MotionSettings, motion_of
 from fingerslip.detect.onsets import Onsets, classes_at
@@ -34,15 +36,15 @@ class Robustness:
         Its name in :data:`DISTURBANCES`.
     amount : float
         How much of it.
-    accuracy : float
-        Share of the frames that could be classified and are right.
+    accuracy : Estimate
+        Share of the frames that could be classified and are right, with its interval over trials.
     unusable : float
         Share of the frames with too few markers.
     """
 
     disturbance: str
     amount: float
-    accuracy: float
+    accuracy: Estimate
     unusable: float
 
 
@@ -140,15 +142,22 @@ def robustness_of(
 def _at_level(
     detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets], level: tuple[str, float], seed: int
 ) -> Robustness:
-    right = usable = frames = 0
+    counts = []
     settings = replace(detector.features, motion=_motion(detector.features, *level))
     for name in onsets:
         tracks = disturbed(trials.tracks(name), *level, seed=seed + zlib.crc32(name.encode()))
         moved = motion_of(tracks, settings.motion)
         found = probabilities(detector.estimator, features_of(moved, settings)).argmax(axis=1)
-        right += int((found == classes_at(onsets[name], moved.time))[moved.usable].sum())
-        usable, frames = usable + int(moved.usable.sum()), frames + len(moved.time)
-    return Robustness(*level, accuracy=right / max(usable, 1), unusable=1.0 - usable / max(frames, 1))
+        right = (found == classes_at(onsets[name], moved.time))[moved.usable].sum()
+        counts.append((right, moved.usable.sum(), len(moved.time)))
+    right, usable, frames = np.array(counts, dtype=float).reshape(-1, 3).T
+
+    def share(drawn: NDArray[np.intp]) -> float:
+        known = usable[drawn].sum()
+        return float(right[drawn].sum() / known) if known else np.nan
+
+    accuracy = bootstrapped(share, len(counts), seed=seed)
+    return Robustness(*level, accuracy=accuracy, unusable=float(1.0 - usable.sum() / max(frames.sum(), 1.0)))
 
 
 def _motion(features: FeatureSettings, disturbance: str, amount: float) -> MotionSettings:

@@ -7,11 +7,27 @@ from typing import Protocol
 
 import numpy as np
 from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
-from fingerslip.report.figures.style import BLUE, GREEN, GREY, ORANGE, add_legend, figure_grid, say, styled, titled
+from fingerslip.report.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    add_legend,
+    figure_grid,
+    say,
+    styled,
+    titled,
+)
 
 __all__ = ["assumption_figure", "importance_figure", "learning_curve_figure", "robustness_figure"]
+
+Floats = NDArray[np.float64]
 
 #: What the amount of a disturbance of tracks means, by its name.
 _AMOUNTS = {
@@ -19,31 +35,6 @@ _AMOUNTS = {
     "noise": "noise added [unit of the tracks]",
     "slower": "only every nth frame",
 }
-
-
-@styled
-def learning_curve_figure(points: Sequence[tuple[int, float, float]], title: str = "") -> Figure:
-    """Draw how well a classifier does on test trials over the number of trials that it learned from.
-
-    Parameters
-    ----------
-    points : sequence of (int, float, float)
-        Trials, accuracy on frames and mean F1 of the classes.
-    title : str, optional
-        What the title adds.
-    """
-    labels = ("trials learned from", "on trials that were not seen")
-    figure, (axes,) = figure_grid(1, 1, (6.0, 3.0), titled("Learning curve", title), labels)
-    trials, accuracy, scores = (np.array(one, dtype=float) for one in zip(*points, strict=True))
-    keys: dict[str, Artist] = {}
-    (keys["accuracy"],) = axes.plot(trials, accuracy, "o-", color=BLUE)
-    (keys["mean F1"],) = axes.plot(trials, scores, "s--", color=ORANGE)
-    axes.set_xscale("log", base=2)
-    axes.set_xticks(trials, [f"{one:g}" for one in trials])
-    axes.minorticks_off()
-    axes.set_ylim(None, 1.01)
-    add_legend(figure, keys)
-    return figure
 
 
 class Interval(Protocol):
@@ -55,6 +46,31 @@ class Interval(Protocol):
     def low(self) -> float | None: ...
     @property
     def high(self) -> float | None: ...
+
+
+@styled
+def learning_curve_figure(points: Sequence[tuple[int, Interval, Interval]], title: str = "") -> Figure:
+    """Draw how well a classifier does on test trials over the number of trials that it learned from.
+
+    Parameters
+    ----------
+    points : sequence of (int, interval, interval)
+        Trials, accuracy on frames and mean F1 of the classes.
+    title : str, optional
+        What the title adds.
+    """
+    labels = ("trials learned from", "on trials that were not seen")
+    figure, (axes,) = figure_grid(1, 1, (6.0, 3.0), titled("Learning curve", title), labels)
+    trials, accuracy, scores = zip(*points, strict=True)
+    keys: dict[str, Artist] = {}
+    (keys["accuracy"],) = _with_intervals(axes, trials, accuracy, "o-", BLUE)
+    (keys["mean F1"],) = _with_intervals(axes, trials, scores, "s--", ORANGE)
+    axes.set_xscale("log", base=2)
+    axes.set_xticks(trials, [f"{one:g}" for one in trials])
+    axes.minorticks_off()
+    axes.set_ylim(None, 1.01)
+    add_legend(figure, keys)
+    return figure
 
 
 @styled
@@ -89,31 +105,33 @@ def assumption_figure(rows: Sequence[tuple[str, Mapping[str, Interval]]], title:
 
 
 @styled
-def importance_figure(drops: Mapping[int, float], title: str = "") -> Figure:
+def importance_figure(drops: Mapping[int, Interval], title: str = "") -> Figure:
     """Draw by how much accuracy falls when the features of a ring of markers are shuffled.
 
     Parameters
     ----------
-    drops : mapping of int to float
+    drops : mapping of int to interval
         Fall in accuracy by ring, 0 in the centre.
     title : str, optional
         What the title adds.
     """
     labels = ("ring, 0 in the centre", "fall in accuracy when it is shuffled")
     figure, (axes,) = figure_grid(1, 1, (6.0, 2.8), titled("Importance of rings", title), labels)
-    axes.bar(list(drops), list(drops.values()), color=BLUE, width=0.6)
+    rings, centre, ends = _parts(list(drops), list(drops.values()))
+    axes.bar(rings, centre, color=BLUE, width=0.6)
+    axes.vlines(rings, *ends, color=BLACK, linewidth=1.2)
     axes.axhline(0.0, color=GREY, linewidth=0.8)
     axes.set_xticks(list(drops))
     return figure
 
 
 @styled
-def robustness_figure(results: Sequence[tuple[str, float, float, float]], title: str = "") -> Figure:
+def robustness_figure(results: Sequence[tuple[str, float, Interval, float]], title: str = "") -> Figure:
     """Draw how many frames a detector gets right over the amount of each disturbance.
 
     Parameters
     ----------
-    results : sequence of (str, float, float, float)
+    results : sequence of (str, float, interval, float)
         Disturbance, its amount, accuracy on the frames that could be classified, and share of those that could not.
     title : str, optional
         What the title adds.
@@ -124,16 +142,29 @@ def robustness_figure(results: Sequence[tuple[str, float, float, float]], title:
     )
     keys: dict[str, Artist] = {}
     for axes, name in zip(panels, names, strict=True):
-        amount, accuracy, unusable = (
-            np.array(one) for one in zip(*(row[1:] for row in results if row[0] == name), strict=True)
-        )
-        usable = unusable < 1.0
-        (keys["right, of those classified"],) = axes.plot(amount[usable], accuracy[usable], "o-", color=BLUE)
+        amount, accuracy, unusable = zip(*(row[1:] for row in results if row[0] == name), strict=True)
+        (keys["right, of those classified"],) = _with_intervals(axes, amount, accuracy, "o-", BLUE)
         (keys["not classified: too few markers"],) = axes.plot(amount, unusable, "s--", color=GREY)
         axes.set_title(name)
         axes.set_xlabel(_AMOUNTS.get(name, "amount"))
         axes.set_ylim(-0.03, 1.03)
-        if not usable.any():
+        if min(unusable) >= 1.0:
             say(axes, "no frame can be classified")
     add_legend(figure, keys)
     return figure
+
+
+def _parts(places: Sequence[float], values: Sequence[Interval]) -> tuple[Floats, Floats, Floats]:
+    """Return places and values (n,) and the ends of their intervals (2, n), without what has no value."""
+    rows = [(place, one.value, one.low, one.high) for place, one in zip(places, values, strict=True)]
+    place, centre, *ends = np.array([row for row in rows if row[1] is not None], dtype=float).reshape(-1, 4).T
+    return place, centre, np.array(ends)
+
+
+def _with_intervals(
+    axes: Axes, places: Sequence[float], values: Sequence[Interval], style: str, colour: str
+) -> list[Line2D]:
+    """Draw values with bars for their intervals; return the line."""
+    place, centre, ends = _parts(places, values)
+    axes.vlines(place, *ends, color=colour, linewidth=1.2)
+    return axes.plot(place, centre, style, color=colour)
