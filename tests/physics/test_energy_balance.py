@@ -20,6 +20,7 @@ from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key
 from fingerslip.verification.reference import condensed_states, make_stepper
 from places import ROOT
+from problems.matrices import EXACT
 
 SHIPPED = sorted((ROOT / "studies").glob("*.yaml"))
 # Their material relaxes, which the sum of this file does not know; its balance is that of the history.
@@ -51,7 +52,9 @@ STUDIES = [path for path in SHIPPED if path not in CONTROLLED and path.stem not 
 START_OF_SLIDE = 0.56
 CONTACT_SIZE, BULK_SIZE, STEP = 0.6e-3, 0.8e-3, 40e-3
 # Of the external work. 1e-6 is wanted; rounding leaves less than 1e-12, and 1e-6 would not see the scheme's own share.
-ALLOWED = 1e-9
+# So the closed forms are held against steps with factors of double precision, and those of single precision, which
+# MKL PARDISO makes in space, against what is wanted.
+ALLOWED, WANTED = 1e-9, 1e-6
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,7 @@ def balance(model):
     times the new gap where it opens, less the new force times the old gap where it closes; forces that are dropped do
     work by their mean as well.
     """
-    stepper = make_stepper(model)
+    stepper = make_stepper(model, EXACT)
     system, marching = stepper.system, condensed_states(stepper, model)
     states = [next(marching)]
     start = stored(system, states[0])
@@ -256,9 +259,11 @@ def test_energy_is_balanced_by_the_terms_of_the_history(name):
 @pytest.mark.parametrize("name", ["finite_strain_3d", "viscoelastic_3d"])
 def test_energy_is_balanced_in_space_by_the_terms_of_the_history(name):
     for run, model in models(ROOT / "studies" / f"{name}.yaml", coarse_in_space):
-        history = fs.simulate(replace(model, time=replace(model.time, end=START_OF_SLIDE)))
-        assert history["friction_dissipation"].values[-1] > 0.0, run
-        assert np.abs(history["energy_imbalance"]).max() <= OWN[name] * history["external_work"].max(), run
+        short = replace(model, time=replace(model.time, end=START_OF_SLIDE))
+        for solver, allowed in ((EXACT, OWN[name]), (None, WANTED)):
+            history = fs.simulate(short, solver=solver)
+            assert history["friction_dissipation"].values[-1] > 0.0, run
+            assert np.abs(history["energy_imbalance"]).max() <= allowed * history["external_work"].max(), run
 
 
 @pytest.mark.slow

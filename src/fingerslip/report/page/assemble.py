@@ -104,7 +104,7 @@ def _assembled(content: ReportContent, sections: Sequence[ReportSection], hero: 
 def _motion_section(content: ReportContent) -> ReportSection:
     """Show runs in motion, as many as keep the page small."""
     motions = run_motions((content.histories[run.name], run.events, content.titles[run.name]) for run in content.drawn)
-    text = ["Move the slider or the plots; the deformed body is drawn to scale."]
+    text = ["Move the slider or the plots; a body that was recorded is drawn deformed, to scale."]
     if len(motions) < len(content.study.runs):
         text.append(
             f"The first {len(motions)} of {len(content.study.runs)} runs can be seen here, to keep the page small."

@@ -8,6 +8,8 @@ from fingerslip.units import millimetres
 
 __all__ = ["Fingerprint", "Layers", "Receptors", "RidgeZone", "Ridges", "SagittalOutline", "TransverseOutline"]
 
+_LONGEST = 1.0  # m
+
 
 @parameters
 class RidgeZone:
@@ -58,6 +60,7 @@ class SagittalOutline:
     zone: RidgeZone
 
     def __post_init__(self) -> None:
+        _check_lengths(self, "half_height", "pad_length", "tip_length")
         if self.pad_rise >= 2 * self.half_height:
             allowed = f"needs a value < {millimetres(2 * self.half_height)} (twice half_height)"
             raise InputError("pad_rise", f"got {millimetres(self.pad_rise)}", allowed)
@@ -78,6 +81,17 @@ class TransverseOutline:
     half_width: PositiveLength
     half_height: PositiveLength
     zone: RidgeZone
+
+    def __post_init__(self) -> None:
+        _check_lengths(self, "half_width", "half_height")
+
+
+def _check_lengths(outline: SagittalOutline | TransverseOutline, *names: str) -> None:
+    """Refuse what no finger has, before its outline is sampled every hundredth of a millimetre."""
+    for name in names:
+        if getattr(outline, name) > _LONGEST:
+            found, allowed = f"got {millimetres(getattr(outline, name))}", f"needs at most {millimetres(_LONGEST)}"
+            raise InputError(name, found, allowed, "write the unit with the number, as in 7 mm")
 
 
 @parameters

@@ -5,7 +5,14 @@ from __future__ import annotations
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.specimens.fingertip.parts import Fingerprint, Layers, Ridges, RidgeZone, SagittalOutline
+from fingerslip.specimens.fingertip.parts import (
+    Fingerprint,
+    Layers,
+    Ridges,
+    RidgeZone,
+    SagittalOutline,
+    TransverseOutline,
+)
 
 ZONE = RidgeZone(-12e-3, 7e-3, 1e-3)
 
@@ -15,6 +22,11 @@ ZONE = RidgeZone(-12e-3, 7e-3, 1e-3)
     [
         (lambda: RidgeZone(-1e-3, 1e-3, 1e-3), "zone from -1 mm to 1 mm with fade 1 mm, needs end - start > 2 fade"),
         (lambda: SagittalOutline(6e-3, 16e-3, 12e-3, 8e-3, ZONE), "pad_rise: got 12 mm, needs a value < 12 mm"),
+        (
+            lambda: SagittalOutline(6.5, 16.0, 6.0, 8.0, ZONE),
+            "half_height: got 6500 mm, needs at most 1000 mm",
+        ),
+        (lambda: TransverseOutline(1e9, 6e-3, ZONE), "half_width: got .* mm, needs at most 1000 mm"),
         (lambda: Layers(1e-3, 1e-3), "epidermis_thickness: got 1 mm, needs a value < 1 mm"),
         (lambda: Layers("1.5", "0.5 mm"), "'1.5' has no unit"),
     ],

@@ -347,7 +347,7 @@ class Player {
     // A canvas keeps the kind of its first drawing, so each run gets a new one.
     const old = this.find("body"), canvas = old.cloneNode(false);
     old.replaceWith(canvas);
-    canvas.hidden = !run.body;
+    this.root.classList.toggle("plots", !run.body);
     this.body = run.body && (run.solid ? new Solid(canvas, run, () => this.redraw()) : new Section(canvas, run));
     this.find("field").parentElement.hidden = this.find("bar").hidden = !run.body;
     this.find("field").querySelector("[value=contact]").hidden = !run.solid;
