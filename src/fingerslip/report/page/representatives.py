@@ -84,7 +84,8 @@ def samples_in_motion(content: ReportContent) -> ReportSection:
         (content.representatives[one.run.name], one.run.events, one.title.capitalize()) for one in chosen
     )
     text = (
-        "Move the slider or the plots; a body that was recorded is drawn deformed, to scale. Of all samples, the one in the middle and "
+        "Move the slider or the plots; a body that was recorded is drawn deformed, to scale. "
+        "Of all samples, the one in the middle and "
         "those at both ends are shown."
     )
     shown = chosen[: len(motions)]
