@@ -122,7 +122,8 @@ def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, l
     limits : tuple of float
         Range of its colours, in the units of :data:`~fingerslip.report.scene.scene.SCALARS`.
     """
-    points = 1e3 * (history["node_position"].values + history["snapshot_displacement"].values[number])
+    moving = 1e3 * (history["node_position"].values + history["snapshot_displacement"].values)
+    points = moving[number]
     cells = history["cell_nodes"].values[:, : _CORNERS[history.attrs["element"]]]
     colours = _cell_colours(history, number, cells, scalar, limits)
     axes.add_collection(
@@ -131,7 +132,8 @@ def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, l
     axes.set_aspect("equal")
     axes.grid(visible=False)
     _draw_skin(axes, history, number, points)
-    low, high = points.min(axis=0), points.max(axis=0)
+    # All snapshots have the same frame, so that panels compare and nothing jumps in a film.
+    low, high = moving.min(axis=(0, 1)), moving.max(axis=(0, 1))
     margin = _MARGIN * (high - low).max()
     axes.set_xlim(low[0] - margin, high[0] + margin)
     _draw_plates(axes, history, number)

@@ -176,17 +176,20 @@ def _until(events: Events, time: float) -> Any:
 
 
 def _name(axes: Axes, history: xr.Dataset, events: Events, time: float) -> None:
-    """Write the names of the events that have happened above a panel."""
+    """Write the names of the events that have happened above a panel.
+
+    Those to come take their room unseen: nothing moves when a name appears.
+    """
     end = float(history["time"].values[-1])
     reached = -1.0
     for name, words in EVENTS.items():
         own = events.slip.time(name)
-        if own is None or own > time or name == "noticed":
+        if own is None or name == "noticed":
             continue
         at = max(own / end, reached)
         reached = at + 0.06
-        colour = EVENT_COLOURS[name]
-        axes.text(at, 1.02, words, transform=axes.transAxes, rotation=30, rotation_mode="anchor", color=colour)
+        look: dict[str, Any] = {"color": EVENT_COLOURS[name], "alpha": float(own <= time)}
+        axes.text(at, 1.02, words, transform=axes.transAxes, rotation=30, rotation_mode="anchor", **look)
 
 
 def _now(history: xr.Dataset, events: Events, time: float) -> str:

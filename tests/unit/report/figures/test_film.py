@@ -22,6 +22,15 @@ def test_frames_have_the_asked_size_and_number_and_change(element: str) -> None:
     assert (frames[0] != frames[-1]).any()
 
 
+@pytest.mark.parametrize("element", ["Q4", "T4"])
+def test_nothing_moves_when_the_name_of_an_event_appears(element: str) -> None:
+    film = Film(size=(640, 360), frame_rate=8.0, seconds=1.0)
+    frames = np.array(list(film_frames(block_history(element), EVENTS, film=film)))
+    # Between the lines that are drawn at events and at the time of a frame, grid lines stay where they are.
+    plot = frames[..., int(0.62 * 640) : int(0.97 * 640), :]
+    assert (plot == plot[0]).all(axis=(0, 1, 3)).any()
+
+
 @pytest.mark.parametrize(
     ("values", "words"),
     [
