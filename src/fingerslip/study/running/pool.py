@@ -8,6 +8,7 @@ import os
 import queue
 import signal
 import threading
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
@@ -167,6 +168,7 @@ def _interrupts_ignored() -> Iterator[None]:
 
 _news: Any = None
 _stop: Any = None
+_told: dict[str, float] = {}
 
 
 def _begin_worker(news: Any, stop: Any) -> None:
@@ -190,6 +192,11 @@ def _compute_in_worker(jobs: Sequence[Job], threads: int, drawings: Mapping[str,
 
 
 def _tell(name: str, fraction: float) -> None:
+    """Tell how far a run is, no more often than the parent looks: a message takes as long as a part of a step."""
+    now = time.monotonic()
+    if now - _told.get(name, -_SECONDS_BETWEEN_LOOKS) < _SECONDS_BETWEEN_LOOKS:
+        return
     if _stop.is_set():
         raise _StoppedError
+    _told[name] = now
     _news.put((name, fraction))
