@@ -129,13 +129,18 @@ def test_a_worker_tells_how_far_it_is_until_it_has_to_stop(monkeypatch: pytest.M
     news: queue.Queue[tuple[str, float]] = queue.Queue()
     monkeypatch.setattr(pool, "_news", news)
     monkeypatch.setattr(pool, "_stop", SimpleNamespace(is_set=lambda: stopping))
+    monkeypatch.setattr(pool, "_told", {})
     if stopping:
         with pytest.raises(pool._StoppedError):
             pool._tell("a", 0.5)
         assert news.empty()
     else:
-        pool._tell("a", 0.5)
-        assert news.get() == ("a", 0.5)
+        for fraction in (0.5, 0.51):
+            pool._tell("a", fraction)
+        pool._tell("b", 0.51)
+        # The parent does not look again so soon.
+        assert [news.get(), news.get()] == [("a", 0.5), ("b", 0.51)]
+        assert news.empty()
 
 
 def test_a_lost_worker_says_what_to_do_also_after_the_way_between_processes() -> None:
