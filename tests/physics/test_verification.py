@@ -23,7 +23,8 @@ LONG = {
     *("reduced-basis", "reduced-basis-static", "held-block", "impact", "stick-slip", "dragged-cylinder"),
     *("large-relaxation-limits", "large-relaxation-shear", "large-relaxation-order", "large-shear", "large-biaxial"),
     *("calculix-block", "locking-3d", "complex-modulus", "turning-body", "bar", "convergence-3d", "large-tension"),
-    *("viscous-line", "small-limit", "hertz-line-3d"),
+    *("viscous-line", "small-limit", "hertz-line-3d", "damped-fall", "filled-jug", "large-relaxation-tension"),
+    *("viscous-limits", "large-relaxation-turned"),
 }
 MARKED = [
     pytest.param(one, id=one.name, marks=[pytest.mark.slow] if one.slow or one.name in LONG else []) for one in PROBLEMS

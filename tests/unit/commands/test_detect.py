@@ -59,6 +59,7 @@ def test_a_submission_is_scored(invoke: Callable[..., Any], folder: Path) -> Non
     assert "| onset error [s] | 0.000" in found.output
 
 
+@pytest.mark.slow
 def test_an_inquiry_is_printed_and_written(invoke: Callable[..., Any], folder: Path) -> None:
     asked = ("--classifier", "time_threshold", "--lost", "0", "--noise", "", "--slower", "2", "--output", "asked")
     found = invoke("detect", "inquire", folder, *asked, *SETTINGS)

@@ -53,7 +53,7 @@ def test_shortest_steps_are_those_of_a_fixed_step(scheme, changes):
     [
         pytest.param({}, id="elastic"),
         pytest.param(RELAXING, id="relaxing"),
-        pytest.param(LARGE, id="large"),
+        pytest.param(LARGE, id="large", marks=pytest.mark.slow),
         pytest.param(SOFTER, id="both", marks=pytest.mark.slow),
     ],
 )
