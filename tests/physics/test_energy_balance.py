@@ -215,7 +215,13 @@ def test_there_are_studies():
 COARSE = [path for path in STUDIES if "_3d" not in path.stem and not path.stem.endswith("_thickness")]
 
 
-@pytest.mark.parametrize("path", COARSE, ids=lambda path: path.stem)
+# Those of Table 2, of geometry and of friction test the same terms in the fast tier.
+FINER = ("wang2014_fingerprint", "wang2014_accidents", "wang2014_formulation")
+
+
+@pytest.mark.parametrize(
+    "path", [pytest.param(path, id=path.stem, marks=[pytest.mark.slow] * (path.stem in FINER)) for path in COARSE]
+)
 def test_energy_is_balanced_on_a_coarse_mesh(path):
     assert_balanced(path, coarse)
 

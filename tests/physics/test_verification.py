@@ -18,13 +18,14 @@ from places import ROOT
 PROBLEMS = tuple(map(problem, known_names()))
 DOCUMENTED = (ROOT / "docs" / "verification.md").read_text(encoding="utf-8")
 RESULTS = DOCUMENTED.partition("## Results")[2]
-# Problems that take three seconds and more, of which lighter ones beside them test the same code.
+# Problems that take 1.5 seconds and more, of which lighter ones beside them test the same code.
 LONG = {
     *("reduced-basis", "reduced-basis-static", "held-block", "impact", "stick-slip", "dragged-cylinder"),
     *("large-relaxation-limits", "large-relaxation-shear", "large-relaxation-order", "large-shear", "large-biaxial"),
     *("calculix-block", "locking-3d", "complex-modulus", "turning-body", "bar", "convergence-3d", "large-tension"),
     *("viscous-line", "small-limit", "hertz-line-3d", "damped-fall", "filled-jug", "large-relaxation-tension"),
-    *("viscous-limits", "large-relaxation-turned"),
+    *("viscous-limits", "large-relaxation-turned", "coulomb-oscillator", "controlled-creep", "elastica", "large-tube"),
+    *("halved-step", "viscous-hertz"),
 }
 MARKED = [
     pytest.param(one, id=one.name, marks=[pytest.mark.slow] if one.slow or one.name in LONG else []) for one in PROBLEMS

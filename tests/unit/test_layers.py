@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import graphlib
 import re
 from collections.abc import Iterator, Mapping
@@ -25,6 +26,12 @@ LAYERS = [name for row in ROWS for name in row.split()]
 FACES = {"__init__", "__main__", "version"}
 # Looks for missing system libraries, so it must work where the package itself cannot be loaded.
 ALONE = {"installation"}
+
+
+@functools.cache
+def parsed(path: Path) -> ast.Module:
+    """Return the syntax tree of a file, which several tests walk through."""
+    return ast.parse(path.read_text(encoding="utf-8"))
 
 
 def imported(tree: ast.AST, module: str) -> Iterator[str]:
@@ -61,7 +68,7 @@ MODULES = [(name, path) for name, path in modules() if name.split(".")[1] not in
 def test_module_imports_lower_layers_only(name: str, path: Path) -> None:
     own = layer_of(name)
     assert own is not None, f"{name} belongs to no layer"
-    for other in imported(ast.parse(path.read_text(encoding="utf-8")), name):
+    for other in imported(parsed(path), name):
         layer = layer_of(other)
         if layer is not None:
             assert LAYERS.index(layer) <= LAYERS.index(own), f"{name} imports {other}"
@@ -77,7 +84,7 @@ def test_what_looks_at_markers_knows_nothing_of_finite_elements() -> None:
     allowed = {*ROWS[0].split(), "vision"}
     for name, path in MODULES:
         if name.split(".")[1] == "vision":
-            found = {layer_of(other) for other in imported(ast.parse(path.read_text(encoding="utf-8")), name)}
+            found = {layer_of(other) for other in imported(parsed(path), name)}
             assert found - {None} <= allowed, name
 
 
@@ -106,7 +113,7 @@ def cycle(graph: Mapping[str, set[str]]) -> list[str]:
 
 def test_no_two_files_import_each_other() -> None:
     files = {name.removesuffix(".__init__"): path for name, path in modules()}
-    trees = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in files.items()}
+    trees = {name: parsed(path) for name, path in files.items()}
     graph = {name: files_imported(tree, name, files) for name, tree in trees.items()}
     assert sum(map(len, graph.values())) > 2 * len(graph), "the walk sees the imports"
     assert cycle(graph) == []

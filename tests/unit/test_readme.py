@@ -28,6 +28,7 @@ def test_python_example_finds_overall_slip(capsys: pytest.CaptureFixture[str]) -
     assert "overall slip at" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_example_in_space_slips_and_has_what_the_page_names(capsys: pytest.CaptureFixture[str]) -> None:
     (example,) = re.findall(r"```python\n(.*?)```", SOLID.read_text(encoding="utf-8"), re.DOTALL)
     names: dict[str, Any] = {}

@@ -23,6 +23,7 @@ def without_a_list_of_files(*_):
     raise metadata.PackageNotFoundError
 
 
+@pytest.mark.slow
 @needs_mkl
 def test_it_is_found_by_the_list_of_its_package_or_by_search(monkeypatch):
     listed = pardiso._mkl()
