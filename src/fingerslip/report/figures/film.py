@@ -79,7 +79,7 @@ def film_frames(
     events : Events
         Its slip events; those from accumulated slip are named as they come.
     options : SceneOptions, optional
-        The field, and how a solid is shown.
+        The field, and how a solid is shown; `written` or not, time and colours stand beside it, once.
     film : Film, optional
         Size, frame rate and length.
 
@@ -113,7 +113,8 @@ def _pictures(history: xr.Dataset, numbers: NDArray[Any], options: SceneOptions,
         yield from (None for _ in numbers)
         return
     side = (film.size[0] // 2, film.size[1] - 80)
-    yield from stills(history, [int(number) for number in numbers], options, side)
+    bare = dataclasses.replace(options, written=False)
+    yield from stills(history, [int(number) for number in numbers], bare, side)
 
 
 @styled

@@ -7,6 +7,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.report.figures.film import Film, film_frames
+from fingerslip.report.scene.options import SceneOptions
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
 
@@ -29,6 +30,14 @@ def test_nothing_moves_when_the_name_of_an_event_appears(element: str) -> None:
     # Between the lines that are drawn at events and at the time of a frame, grid lines stay where they are.
     plot = frames[..., int(0.62 * 640) : int(0.97 * 640), :]
     assert (plot == plot[0]).all(axis=(0, 1, 3)).any()
+
+
+def test_time_and_colours_are_written_once() -> None:
+    film = Film(size=(480, 270), frame_rate=1.0, seconds=1.0)
+    by_default, bare = (
+        next(film_frames(block_history("T4"), EVENTS, SceneOptions(written=written), film)) for written in (True, False)
+    )
+    np.testing.assert_array_equal(by_default, bare)
 
 
 @pytest.mark.parametrize(
