@@ -38,6 +38,7 @@ OWN = {
     **dict.fromkeys(("tactip_slide", "ridged_vs_smooth", "tactip_gate_3d", "tactip_directions_3d", *DATA_SETS), 1e-8),
     **dict.fromkeys(("tactip_relaxing", "marker_layout"), 1e-8),
     **dict.fromkeys(("bulens2023_section_slides", "bulens2023_section_moduli", "bulens2023_pouring"), 1e-8),
+    "bulens2023_pouring_3d": 1e-8,
     **dict.fromkeys(("bulens2023_section_shape", "bulens2023_section_rods", "bulens2023_section_ridges"), 1e-8),
 }
 # Eight to eleven sections of sensors each, large strain, or a finger in space: in the slow tier only.

@@ -30,10 +30,8 @@ from fingerslip.marker_tracks import marker_tracks, seen_with_plate
 from fingerslip.run_folder import HISTORY, RESULT, stored_result
 from fingerslip.slip.fractions import stick_ratio
 from fingerslip.units import parse_quantity
-from fingerslip.vision.cameras.camera import frame_times, interpolated
-from fingerslip.vision.cameras.pair import PUBLISHED_FRAME_RATE, CameraPair, pair_tracks
+from fingerslip.vision.cameras.pair import PUBLISHED_FRAME_RATE, CameraPair, pair_tracks, plate_mark
 from fingerslip.vision.cameras.presets import external_camera, internal_camera
-from fingerslip.vision.tracks import make_tracks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -157,8 +155,11 @@ def pouring_trial(
     shown, plate = shown.isel(time=slice(0, last)), plate[:last]
     height = np.where(np.arange(plate.shape[1]) == 1, plate, 0.0)
     tracks = _filmed(seen_with_plate(shown, height), filming, seed)
+    fallen_by = np.zeros((len(plate), 3))
+    fallen_by[:, 0] = plate[:, 0] - plate[0, 0]
+    mark = plate_mark(_cameras_of(filming, seed), fallen_by, shown["time"].values)
     labels = {
-        "plate": labels_from_plate(tracks, _plate_track(plate, shown, filming, seed), filming.labels),
+        "plate": labels_from_plate(tracks, mark, filming.labels),
         "contact": _contact_labels(history, shown),
     }
     own = {"task": "pour", **_depth(plate), "seed": seed}
@@ -260,19 +261,11 @@ def _touching(tracks: xr.Dataset, plate: Floats) -> NDArray[np.intp]:
 
 def _filmed(tracks: xr.Dataset, filming: Filming, seed: int) -> xr.Dataset:
     """Return what both cameras see, in pixels, with the markers in their order."""
-    return pair_tracks(dataclasses.replace(filming.cameras, seed=seed % 2**61), tracks)
+    return pair_tracks(_cameras_of(filming, seed), tracks)
 
 
-def _plate_track(plate: Floats, tracks: xr.Dataset, filming: Filming, seed: int) -> xr.Dataset:
-    """Return the track of a marker on the plate, seen by the outer camera [px]."""
-    fallen = np.zeros((len(plate), 1, 3))
-    fallen[:, 0, 0] = plate[:, 0] - plate[0, 0]
-    mark = make_tracks(fallen, tracks["time"].values, units="m", kind="external")
-    camera, errors = filming.cameras.external, filming.cameras.errors
-    # As far as a marker may fall it is in sight: it need not be in the middle of the image.
-    image = camera.intrinsics.project(camera.pose.to_camera(interpolated(mark, frame_times(camera, mark))))
-    noise = errors.noise * np.random.default_rng([seed % 2**62, 3]).standard_normal(image.shape)
-    return make_tracks(image + noise, frame_times(camera, mark), units="px", kind="external")
+def _cameras_of(filming: Filming, seed: int) -> CameraPair:
+    return dataclasses.replace(filming.cameras, seed=seed % 2**61)
 
 
 def _contact_labels(history: xr.Dataset, shown: xr.Dataset) -> Onsets:

@@ -18,11 +18,13 @@ from fingerslip.contact.solve.pieces import Piece
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.dynamics.statics.body import StaticBody
+from fingerslip.dynamics.statics.plate import PRESCRIBED, FreePlate, free_plate
 from fingerslip.dynamics.step.contact_step import GOAL, TOLERANCE
 from fingerslip.dynamics.system.motion import Motion, counterface_motion, largest_approach
 from fingerslip.errors import ConvergenceError, InputError
 from fingerslip.model import Contact
 from fingerslip.programme import Phase
+from fingerslip.rigid_bodies import RigidBody
 
 __all__ = ["StaticMotion", "march_static"]
 
@@ -74,7 +76,10 @@ class StaticMotion:
 
 @dataclass(frozen=True)
 class _Setting:
-    """What stays the same from step to step; `rows` are the contact nodes among those of the body."""
+    """What stays the same from step to step; `rows` are the contact nodes among those of the body.
+
+    `compliance` has that of the plate where it is free.
+    """
 
     rows: Integers
     candidates: Candidates
@@ -82,9 +87,18 @@ class _Setting:
     motion: Motion
     frames: Floats
     compliance: Compliance
+    plate: FreePlate
 
 
-def march_static(body: StaticBody, contact: Contact, programme: Sequence[Phase], step: float) -> StaticMotion:
+def march_static(
+    body: StaticBody,
+    contact: Contact,
+    programme: Sequence[Phase],
+    step: float,
+    *,
+    plate: RigidBody | None = None,
+    farthest: float = math.inf,
+) -> StaticMotion:
     """Compute a motion of a condensed body.
 
     Parameters
@@ -97,6 +111,10 @@ def march_static(body: StaticBody, contact: Contact, programme: Sequence[Phase],
         How the plane moves, where the contact has no programme of its own.
     step : float
         Time step [s].
+    plate : RigidBody, optional
+        The rigid body that the plane is a face of, where it is free along axes; loads, springs and dampers act on it.
+    farthest : float, optional
+        The motion ends with the step in which a free plate is farther than this from where it began [m].
 
     Raises
     ------
@@ -105,20 +123,29 @@ def march_static(body: StaticBody, contact: Contact, programme: Sequence[Phase],
     SlipOutsideContactError
         Where a node that is no contact node has reached the counterface.
     InputError
-        Where penalties are missing, the counterface is curved, or it comes to no contact node.
+        Where penalties are missing, the counterface is curved, or it comes to no contact node, and for a plate that
+        :func:`fingerslip.dynamics.statics.plate.free_plate` refuses.
     """
-    setting = _setting(body, contact, contact.programme or programme)
+    setting = _setting(body, contact, contact.programme or programme, plate, step)
     times = _times(setting.motion, step)
     shifts, records = setting.motion.displacement(times), _Records(body, setting, times.size)
     gaps = setting.counterfaces.gaps(setting.candidates.positions, setting.candidates.counterface)
     state, kept = rest_state(setting.candidates, gaps), None
+    fallen, last = np.zeros(len(setting.plate.axes)), times.size - 1
     for number in range(1, times.size):
-        free, over = _free_motion(setting, shifts[number]), (step if number > 1 else 0.0, float(times[number]))
-        state, kept, iterations = _taken(setting, state, kept, free, over)
-        records.take(number, state, iterations)
-        if number % _LOOK_EVERY == 0 or number == times.size - 1:
-            records.look(number, shifts[number], float(times[number]))
-    return records.motion(times, shifts)
+        time = float(times[number])
+        unheld = setting.plate.unheld(time, fallen)
+        free = _free_motion(setting, shifts[number] + setting.plate.shift(unheld))
+        state, kept, iterations = _taken(setting, state, kept, free, (step if number > 1 else 0.0, time))
+        fallen = setting.plate.held(unheld, records.take(number, state, iterations))
+        shifts[number] += setting.plate.shift(fallen)
+        if np.linalg.norm(fallen) > farthest:
+            last = number
+        if number % _LOOK_EVERY == 0 or number == last:
+            records.look(number, shifts[number], time)
+        if number == last:
+            break
+    return records.motion(times[: last + 1], shifts[: last + 1])
 
 
 def _times(motion: Motion, step: float) -> Floats:
@@ -127,12 +154,15 @@ def _times(motion: Motion, step: float) -> Floats:
     return times
 
 
-def _setting(body: StaticBody, contact: Contact, programme: Sequence[Phase]) -> _Setting:
+def _setting(
+    body: StaticBody, contact: Contact, programme: Sequence[Phase], plate: RigidBody | None, step: float
+) -> _Setting:
     """Return the contact nodes that a motion needs, and what stays the same in it."""
     plane = contact.counterface.placed(np.vstack([body.positions, body.watched]))
     if not plane.is_flat:
         raise InputError("contact.counterface", "is curved", "needs a plane", "simulate the model step by step")
     motion = counterface_motion(programme, plane)
+    free = PRESCRIBED if plate is None else free_plate(plate, motion, step)
     reach = _NEAR * largest_approach(motion, plane)
     rows = np.flatnonzero(plane.gap(body.positions) <= reach)
     if not rows.size:
@@ -141,10 +171,9 @@ def _setting(body: StaticBody, contact: Contact, programme: Sequence[Phase]) -> 
     counterfaces = Counterfaces((plane,), (contact.friction,))
     frames = counterfaces.frames(candidates.positions, candidates.counterface)
     stiffness = [candidates.normal_stiffness, *[candidates.tangential_stiffness] * 2]
-    own = np.ascontiguousarray(body.compliance[np.ix_(_dofs(rows), _dofs(rows))])
-    return _Setting(
-        rows, candidates, counterfaces, motion, frames, Compliance(own, 1.0 / np.stack(stiffness, 1), frames)
-    )
+    own = free.added(np.ascontiguousarray(body.compliance[np.ix_(_dofs(rows), _dofs(rows))]))
+    compliance = Compliance(own, 1.0 / np.stack(stiffness, 1), frames)
+    return _Setting(rows, candidates, counterfaces, motion, frames, compliance, free)
 
 
 def _candidates(body: StaticBody, contact: Contact, rows: Integers) -> Candidates:
@@ -216,10 +245,12 @@ class _Records:
         self._iterations = np.zeros(count, dtype=np.int64)
         self._at_sites, self._at_watched = body.at_sites[:, dofs], body.at_watched[:, dofs]
 
-    def take(self, number: int, state: InterfaceState, iterations: int) -> None:
-        """Take the interface after a step."""
+    def take(self, number: int, state: InterfaceState, iterations: int) -> Floats:
+        """Take the interface after a step; return the force on the body (3,) [N]."""
         self._forces[number] = np.einsum("cij,ci->cj", self._setting.frames, state.forces)
         self._states[number], self._iterations[number] = state.state, iterations
+        force: Floats = self._forces[number].sum(axis=0)
+        return force
 
     def look(self, number: int, shift: Floats, time: float) -> None:
         """Refuse a step in which a node that must not touch does."""
@@ -229,12 +260,12 @@ class _Records:
         check_outsiders(gaps, np.arange(len(gaps)), watched, time)
 
     def motion(self, times: Floats, shifts: Floats) -> StaticMotion:
-        """Return what the steps came to."""
-        area = self._setting.candidates.area
-        whole, sticking = (self._states != OPEN) @ area, (self._states == STICK) @ area
-        ratio = np.divide(sticking, whole, out=np.full(times.size, np.nan), where=whole > 0.0)
-        moved = (self._forces.reshape(times.size, -1) @ self._at_sites.T).reshape(times.size, -1, 3)
-        force = self._forces.sum(axis=1)
+        """Return what the steps until the last of the given times came to."""
+        area, count = self._setting.candidates.area, times.size
+        forces, states, iterations = self._forces[:count], self._states[:count], self._iterations[:count]
+        whole, sticking = (states != OPEN) @ area, (states == STICK) @ area
+        ratio = np.divide(sticking, whole, out=np.full(count, np.nan), where=whole > 0.0)
+        moved = (forces.reshape(count, -1) @ self._at_sites.T).reshape(count, -1, 3)
         return StaticMotion(
-            times, moved, shifts, force, whole, ratio, self._states, self._setting.rows, self._iterations
+            times, moved, shifts, forces.sum(axis=1), whole, ratio, states, self._setting.rows, iterations
         )

@@ -13,11 +13,12 @@ from fingerslip.dynamics.statics.body import StaticBody, static_body
 from fingerslip.errors import InputError
 from fingerslip.linear.threads import limited_threads
 from fingerslip.model import Model
-from fingerslip.programme import Press
+from fingerslip.programme import Phase, Press
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.definition.trial_settings import TrialSettings
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key
 from fingerslip.study.storage.bases import BasisFolder
+from fingerslip.study.trials.plates import programme_of
 
 __all__ = ["body_key", "shared_body", "shared_key"]
 
@@ -92,20 +93,22 @@ def _one_body(runs: Sequence[Run], settings: TrialSettings) -> tuple[str, Run, f
 
 def _press(run: Run) -> float:
     """Return how deep the plate is pressed in a run [m]."""
-    phases = [entry.phase for entry in run.study.programme]
-    return sum(phase.depth for phase in phases if isinstance(phase, Press))
+    return sum(phase.depth for phase in programme_of(run.study) if isinstance(phase, Press))
 
 
 def _made(run: Run, settings: TrialSettings, reach: float) -> StaticBody:
-    model = _upright(build_model(run, build_mesh(run)), reach)
+    model = _upright(build_model(run, build_mesh(run)), programme_of(run.study), reach)
     with limited_threads(1):
         return static_body(model, reach=reach, hidden=settings.hidden, patch=settings.patch)
 
 
-def _upright(model: Model, reach: float) -> Model:
-    """Return a model whose plate is square to the axis of the sensor, with candidates as far as they are watched."""
+def _upright(model: Model, programme: Sequence[Phase], reach: float) -> Model:
+    """Return a model whose plate is square to the axis of the sensor, with candidates as far as they are watched.
+
+    What the body answers does not depend on a plate that is free.
+    """
     contacts = tuple(
-        dataclasses.replace(contact, counterface=Plane((0.0, 1.0, 0.0)), search_distance=reach)
+        dataclasses.replace(contact, counterface=Plane((0.0, 1.0, 0.0)), search_distance=reach, rigid_body=None)
         for contact in model.contacts
     )
-    return dataclasses.replace(model, contacts=contacts)
+    return dataclasses.replace(model, contacts=contacts, bodies={}, programme=tuple(programme))

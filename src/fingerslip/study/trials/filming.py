@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from fingerslip.study.definition.trial_settings import TrialSettings
 from fingerslip.vision.cameras.camera import Camera, Pose
 from fingerslip.vision.cameras.errors import PositionErrors
-from fingerslip.vision.cameras.pair import CameraPair, pair_tracks
+from fingerslip.vision.cameras.pair import CameraPair
 from fingerslip.vision.cameras.point import MEASURED_ERRORS
 from fingerslip.vision.cameras.presets import aimed_camera
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["Eyes", "drawn_eyes", "filmed"]
+__all__ = ["Eyes", "drawn_cameras", "drawn_eyes"]
 
 Floats = NDArray[np.float64]
 
@@ -54,8 +54,8 @@ def drawn_eyes(settings: TrialSettings, number: int) -> Eyes:
     return Eyes(float(noise), (settings.shift * float(x), settings.shift * float(z)), settings.turn * float(turn), seed)
 
 
-def filmed(settings: TrialSettings, eyes: Eyes, markers: xr.Dataset) -> xr.Dataset:
-    """Return what both cameras and the tracker make of markers.
+def drawn_cameras(settings: TrialSettings, eyes: Eyes, markers: xr.Dataset) -> CameraPair:
+    """Return the cameras of a trial, which look at its markers.
 
     Parameters
     ----------
@@ -64,13 +64,7 @@ def filmed(settings: TrialSettings, eyes: Eyes, markers: xr.Dataset) -> xr.Datas
     eyes : Eyes
         The cameras of the trial.
     markers : xarray.Dataset
-        Tracks [m] of internal and external markers at the steps of the simulation, which are joined by straight lines;
-        external ones relative to the plate, NaN for those that the camera does not see.
-
-    Returns
-    -------
-    xarray.Dataset
-        Tracks [px] of the internal, then of the external markers.
+        Tracks [m] of internal and external markers; external ones at heights above the plate.
     """
     cameras = {}
     for kind in ("internal", "external"):
@@ -78,7 +72,7 @@ def filmed(settings: TrialSettings, eyes: Eyes, markers: xr.Dataset) -> xr.Datas
         cameras[kind] = _camera(settings, eyes, kind, own["position"].values[0, :, 1])
     share = eyes.noise / MEASURED_ERRORS.noise
     errors = PositionErrors(eyes.noise, share * MEASURED_ERRORS.bias, MEASURED_ERRORS.correlation)
-    return pair_tracks(CameraPair(cameras["internal"], cameras["external"], errors, eyes.seed), markers)
+    return CameraPair(cameras["internal"], cameras["external"], errors, eyes.seed)
 
 
 def _camera(settings: TrialSettings, eyes: Eyes, kind: str, heights: Floats) -> Camera:

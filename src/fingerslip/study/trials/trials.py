@@ -11,22 +11,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN
-from fingerslip.detect.labels import LabelSettings, labels_from_contact, labels_from_external_markers
+from fingerslip.detect.labels import (
+    LabelSettings,
+    labels_from_contact,
+    labels_from_external_markers,
+    labels_from_plate,
+)
 from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.trials import Trial
 from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.dynamics.statics.march import StaticMotion, march_static
 from fingerslip.errors import InputError
-from fingerslip.programme import Hold, Press, Slide
+from fingerslip.programme import Hold, Press, Slide, phase_duration
 from fingerslip.specimens.tactip import TacTip, marker_places
 from fingerslip.specimens.tactip.sites import modelled_places
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.definition.trial_settings import TrialSettings
 from fingerslip.study.running.build import contact_of
-from fingerslip.study.trials.filming import Eyes, drawn_eyes, filmed
+from fingerslip.study.trials.filming import Eyes, drawn_cameras, drawn_eyes
+from fingerslip.study.trials.plates import load_rate, plate_of, programme_of
 from fingerslip.study.trials.turned import turned_whole
 from fingerslip.version import __version__
 from fingerslip.vision.cameras.camera import interpolated
+from fingerslip.vision.cameras.pair import pair_tracks, plate_mark
 from fingerslip.vision.tracks import make_tracks
 
 if TYPE_CHECKING:
@@ -38,6 +45,8 @@ Floats = NDArray[np.float64]
 
 #: Groups of sites that a study of trials records, in this order.
 RECORDED = ("internal_markers", "external_markers")
+# A plate that falls is filmed until it is as far as plates slide in the paper [m].
+_FALL = 14e-3
 
 
 @dataclass(frozen=True)
@@ -51,7 +60,8 @@ class TrialPlan:
     run : Run
         Its run.
     direction : float
-        Direction of the slide, from +x towards +z of the sensor, which is from x to y of the internal image [rad].
+        Direction of the slide or fall, from +x towards +z of the sensor, which is from x to y of the internal image
+        [rad].
     repeat : int
         How many trials of the same indentation and direction come before it.
     """
@@ -115,48 +125,72 @@ def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, 
     ConvergenceError, SlipOutsideContactError
         As of :func:`fingerslip.dynamics.statics.march.march_static`.
     InputError
-        Where the programme is no press, hold and slide, or the sensor does not look the same after the turn.
+        Where the programme is no press, hold and slide, or second hold under a plate that is free, or the sensor does
+        not look the same after the turn.
     """
+    _check(plan, settings)
     study, eyes = plan.run.study, drawn_eyes(settings, plan.number)
     contact = contact_of(study.all_contacts[0], 3)
-    programme = tuple(entry.phase for entry in study.programme)
-    motion = march_static(body, contact, programme, study.time.stepping.step)
-    span = _filmed_span(plan, settings)
-    tracks = filmed(settings, eyes, _markers(plan, settings, body, motion, span))
+    step, plate = study.time.stepping.step, plate_of(study)
+    motion = march_static(body, contact, programme_of(study), step, plate=plate, farthest=_FALL)
+    span = _filmed_span(plan, settings, motion)
+    markers = _markers(plan, settings, body, motion, span)
+    cameras = drawn_cameras(settings, eyes, markers)
+    tracks = pair_tracks(cameras, markers)
+    mark = plate_mark(cameras, _fallen(plan, motion, span, markers), markers["time"].values) if _falls(plan) else None
+    labels = _labels(motion, (tracks, mark), span, settings)
     conditions = _conditions(plan, settings, eyes) | _forces(motion, span[0])
-    return Trial(plan.name, tracks, _labels(motion, tracks, span, settings), conditions, _provenance(plan, origin))
+    return Trial(plan.name, tracks, labels, conditions, _provenance(plan, origin))
 
 
-def _filmed_span(plan: TrialPlan, settings: TrialSettings) -> tuple[float, float]:
-    """Return when the film begins and ends, in the time of the run [s]."""
-    press, hold, slide = _phases(plan)
-    begin = press.depth / press.speed + hold.duration
+def _check(plan: TrialPlan, settings: TrialSettings) -> None:
+    """Refuse runs that are no trials."""
+    _sensor(plan)
+    _, hold, _ = _phases(plan)
     if settings.rest > hold.duration:
         found = f"films {settings.rest:g} s of rest"
         raise InputError("trials.rest", found, f"needs at most the hold, {hold.duration:g} s")
-    return begin - settings.rest, begin + slide.distance / slide.speed
 
 
-def _phases(plan: TrialPlan) -> tuple[Press, Hold, Slide]:
-    """Return the phases of the run of a trial."""
-    match [entry.phase for entry in plan.run.study.programme]:
-        case [Press() as press, Hold() as hold, Slide() as slide]:
-            return press, hold, slide
+def _falls(plan: TrialPlan) -> bool:
+    """Tell whether the plate of a trial is free to fall."""
+    plate = plate_of(plan.run.study)
+    return plate is not None and bool(plate.free)
+
+
+def _filmed_span(plan: TrialPlan, settings: TrialSettings, motion: StaticMotion) -> tuple[float, float]:
+    """Return when the film begins and ends, in the time of the run [s]."""
+    press, hold, task = _phases(plan)
+    begin = phase_duration(press) + hold.duration
+    return begin - settings.rest, min(begin + phase_duration(task), float(motion.time[-1]))
+
+
+def _phases(plan: TrialPlan) -> tuple[Press, Hold, Slide | Hold]:
+    """Return the phases of the run of a trial; a plate that is free falls in a second hold."""
+    match programme_of(plan.run.study):
+        case (Press() as press, Hold() as hold, Slide() | Hold() as task) if isinstance(task, Hold) == _falls(plan):
+            return press, hold, task
         case found:
             kinds = ", ".join(type(phase).__name__ for phase in found) or "nothing"
-            raise InputError("programme", f"has {kinds}", "trials need a press, a hold and a slide")
+            needed = "trials need a press, a hold and a slide, or a second hold under a plate that is free"
+            raise InputError("programme", f"has {kinds}", needed)
 
 
 def _markers(
     plan: TrialPlan, settings: TrialSettings, body: StaticBody, motion: StaticMotion, span: tuple[float, float]
 ) -> xr.Dataset:
-    """Return the markers of the whole sensor [m] over the filmed time; external ones relative to the plate."""
+    """Return the markers of the whole sensor [m] over the filmed time.
+
+    The outer camera goes with a plate that slides, and stands still beside one that falls: external markers are
+    relative to the plate, or to its height alone.
+    """
     sensor = _sensor(plan)
     half, whole = modelled_places(sensor), marker_places(sensor.markers)
     rest = np.array([site.position for site in sensor.sites(RECORDED, 3)])
     moved, count = rest + motion.displacement, len(half.ring)
     touching = _touching(rest[count:], settings, body, motion, span[0])
-    outside = np.where(touching[:, None], moved[:, count:] - motion.counterface[:, None], np.nan)
+    camera = motion.counterface * (0.0, 1.0, 0.0) if _falls(plan) else motion.counterface
+    outside = np.where(touching[:, None], moved[:, count:] - camera[:, None], np.nan)
     both = [turned_whole(one, half, whole, plan.direction) for one in (moved[:, :count], outside)]
     known = make_tracks(np.concatenate(both, axis=1), motion.time, units="m")
     times = np.concatenate([span[:1], motion.time[(motion.time > span[0]) & (motion.time < span[1])], span[1:]])
@@ -168,6 +202,15 @@ def _markers(
         ring=np.tile(whole.ring, 2),
         angle=np.tile(whole.azimuth, 2),
     )
+
+
+def _fallen(plan: TrialPlan, motion: StaticMotion, span: tuple[float, float], markers: xr.Dataset) -> Floats:
+    """Return how far the plate has fallen since the film began, at the times of markers, shape (n, 3) [m]."""
+    times = markers["time"].values + span[0]
+    x, z = (np.interp(times, motion.time, motion.counterface[:, axis]) for axis in (0, 2))
+    x, z = x - x[0], z - z[0]
+    cos, sin = math.cos(plan.direction), math.sin(plan.direction)
+    return np.column_stack([cos * x - sin * z, np.zeros_like(x), sin * x + cos * z])
 
 
 def _sensor(plan: TrialPlan) -> TacTip:
@@ -191,33 +234,37 @@ def _touching(
 
 
 def _labels(
-    motion: StaticMotion, tracks: xr.Dataset, span: tuple[float, float], settings: TrialSettings
+    motion: StaticMotion,
+    filmed: tuple[xr.Dataset, xr.Dataset | None],
+    span: tuple[float, float],
+    settings: TrialSettings,
 ) -> dict[str, Onsets]:
     """Return the onsets that external markers and the contact show, in the time of the film.
 
+    With a mark on the plate, which `filmed` holds beside the tracks, they are those of the mark and of the contact.
     What slips at rest slips because of the press, and does not count.
     """
+    tracks, mark = filmed
     part = (motion.time >= span[0] + settings.rest - 1e-9) & (motion.time <= span[1])
     frames = max(1, math.floor(settings.rest * settings.frame_rate + 1e-9))
-    return {
-        "external_markers": labels_from_external_markers(tracks, LabelSettings(rest_frames=frames)),
-        "contact": labels_from_contact(motion.time[part] - span[0], motion.stick_ratio[part]),
-    }
+    contact = labels_from_contact(motion.time[part] - span[0], motion.stick_ratio[part])
+    seen = LabelSettings(rest_frames=frames)
+    if mark is not None:
+        return {"plate": labels_from_plate(tracks, mark, seen), "contact": contact}
+    return {"external_markers": labels_from_external_markers(tracks, seen), "contact": contact}
 
 
 def _conditions(plan: TrialPlan, settings: TrialSettings, eyes: Eyes) -> dict[str, Any]:
     """Return what a trial was done with, in SI units."""
     study = plan.run.study
-    press, _, slide = _phases(plan)
+    press, _, task = _phases(plan)
     contact = contact_of(study.all_contacts[0], 3)
     law = contact.friction
     x, y, _ = contact.counterface.unit_normal
     return {
-        "task": "slide",
         "indentation": press.depth,
         "direction": plan.direction,
-        "speed": slide.speed,
-        "travel": slide.distance,
+        **_task(plan, task),
         "friction_coefficient": law.coefficient,
         **{f"friction_{name}": value for name, value in vars(law).items() if name != "static"},
         "tilt": math.atan2(float(x), float(y)),
@@ -229,6 +276,15 @@ def _conditions(plan: TrialPlan, settings: TrialSettings, eyes: Eyes) -> dict[st
         "camera_turn": eyes.turn,
         "metres_per_pixel": settings.metres_per_pixel,
     }
+
+
+def _task(plan: TrialPlan, task: Slide | Hold) -> dict[str, Any]:
+    """Return what the plate does; its loads are those of the whole sensor, of which the model is half."""
+    if isinstance(task, Slide):
+        return {"task": "slide", "speed": task.speed, "travel": task.distance}
+    plate = plate_of(plan.run.study)
+    assert plate is not None  # a second hold is refused without one
+    return {"task": "pour", "load_rate": 2.0 * load_rate(plate)}
 
 
 def _forces(motion: StaticMotion, start: float) -> dict[str, float]:

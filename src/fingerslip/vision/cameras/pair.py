@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
-from fingerslip.vision.cameras.camera import Camera, image_attributes, pixels_per_metre
+from fingerslip.vision.cameras.camera import Camera, frame_times, image_attributes, interpolated, pixels_per_metre
 from fingerslip.vision.cameras.errors import PositionErrors
 from fingerslip.vision.cameras.point import MEASURED_ERRORS, PointCamera, point_tracks
 from fingerslip.vision.tracks import make_tracks
@@ -17,7 +18,7 @@ from fingerslip.vision.tracks import make_tracks
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["PUBLISHED_FRAME_RATE", "CameraPair", "metres_per_pixel", "pair_tracks"]
+__all__ = ["PUBLISHED_FRAME_RATE", "CameraPair", "metres_per_pixel", "pair_tracks", "plate_mark"]
 
 
 # Positions are kept to this share of a pixel, far below their noise, so that files are small.
@@ -103,6 +104,26 @@ def pair_tracks(pair: CameraPair, markers: xr.Dataset) -> xr.Dataset:
         },
         **more,
     )
+
+
+def plate_mark(pair: CameraPair, displacement: NDArray[np.float64], time: NDArray[np.float64]) -> xr.Dataset:
+    """Return the track of a marker on the plate, below the axis at first, as the external camera sees it [px].
+
+    Parameters
+    ----------
+    pair : CameraPair
+        The cameras.
+    displacement : (n, 3) array
+        Displacement of the plate along the skin [m].
+    time : (n,) array
+        Times [s], between which the plate moves along straight lines.
+    """
+    mark = make_tracks(displacement[:, None], time, units="m", kind="external")
+    camera, times = pair.external, frame_times(pair.external, mark)
+    # As far as a marker may fall it is in sight: it need not be in the middle of the image.
+    image = camera.intrinsics.project(camera.pose.to_camera(interpolated(mark, times)))
+    noise = pair.errors.noise * np.random.default_rng([pair.seed, 3]).standard_normal(image.shape)
+    return make_tracks(image + noise, times, units="px", kind="external")
 
 
 def metres_per_pixel(camera: Camera) -> float:

@@ -81,3 +81,60 @@ def test_a_curved_counterface_is_refused(body):
     round_one = dataclasses.replace(model.contacts[0], counterface=fs.Sphere(4e-3, (0.0, 1.0, 0.0)))
     with pytest.raises(InputError, match=r"contact\.counterface: is curved"):
         march_static(body, round_one, model.programme, 0.1)
+
+
+def hanging_plate(**changes):
+    """Return a plate that is pressed against the dome, and then hangs on it while its load grows."""
+    plate = fs.RigidBody(
+        mass=0.1,
+        free=("x",),
+        loads=(fs.BodyLoad(x=0.3, ramp=fs.Ramp((0.6, 3.0), (0.0, 1.0))),),
+        dampers=fs.Dampers(x=5.0),
+        springs=fs.Springs(x=2.0),
+        programme=(fs.Press(0.4e-3, 1e-3), fs.Hold(2.6)),
+    )
+    return dataclasses.replace(plate, **changes)
+
+
+def test_a_plate_that_hangs_on_the_body_falls_as_it_does_on_the_mesh(body):
+    plate, model = hanging_plate(), pressed_dome()
+    contact = dataclasses.replace(model.contacts[0], rigid_body="plate")
+    history = fs.simulate(
+        dataclasses.replace(model, contacts=(contact,), bodies={"plate": plate}, programme=plate.programme)
+    )
+    found = march_static(body, model.contacts[0], plate.programme, model.time.step, plate=plate)
+    fallen = history["counterface_displacement"].values[:, 0]
+    assert fallen[-1, 0] > 1e-3
+    assert found.counterface == pytest.approx(fallen, abs=1e-9 * fallen.max())
+    assert found.displacement == pytest.approx(history["displacement"].values, abs=1e-9 * fallen.max())
+    assert found.force == pytest.approx(history["counterface_force"].values[:, 0], abs=1e-9)
+    assert {0.0, 1.0} <= set(found.stick_ratio[1:].round(12))
+
+
+def test_the_motion_ends_where_the_plate_has_fallen_far_enough(body):
+    plate, model = hanging_plate(), pressed_dome()
+    whole, part = (
+        march_static(body, model.contacts[0], plate.programme, model.time.step, plate=plate, farthest=farthest)
+        for farthest in (np.inf, 1e-3)
+    )
+    count = part.time.size
+    assert part.counterface[-2, 0] <= 1e-3 < part.counterface[-1, 0]
+    assert count < whole.time.size
+    np.testing.assert_array_equal(part.displacement, whole.displacement[:count])
+    np.testing.assert_array_equal(part.state, whole.state[:count])
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"free": ("ry",), "centre": (0.0, 0.0, 0.0), "inertia": (1.0, 1.0, 1.0)}, "is ry, needs x, y or z"),
+        ({"free": ("y",)}, "is y, along which the programme moves the plate"),
+        ({}, "is x, along which contact alone holds the plate"),
+        ({"dampers": fs.Dampers(x=1.0), "initial_velocity": fs.BodyVelocity(x=1.0)}, "with a velocity at the start"),
+    ],
+)
+def test_a_plate_that_moves_otherwise_is_refused(body, changes, words):
+    none = {"loads": (), "dampers": None, "springs": None}
+    plate, model = hanging_plate(**{**none, **changes}), pressed_dome()
+    with pytest.raises(InputError, match=words):
+        march_static(body, model.contacts[0], plate.programme, 0.1, plate=plate)

@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 
 from fingerslip.study.definition.trial_settings import TrialSettings
-from fingerslip.study.trials.filming import Eyes, drawn_eyes, filmed
+from fingerslip.study.trials.filming import Eyes, drawn_cameras, drawn_eyes
+from fingerslip.vision.cameras.pair import pair_tracks
 from fingerslip.vision.tracks import make_tracks
 
 SETTINGS = TrialSettings(frame_rate=20.0)
+
+
+def filmed(settings, eyes, markers):
+    return pair_tracks(drawn_cameras(settings, eyes, markers), markers)
 
 
 def markers():

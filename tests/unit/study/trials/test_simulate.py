@@ -106,3 +106,49 @@ def test_a_folder_of_something_else_is_refused_before_anything_is_computed(tmp_p
     with pytest.raises(InputError, match=r"holds files, but no manifest\.json"):
         simulate_trials(STUDY, tmp_path)
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.txt"]
+
+
+POURING = """
+title: a plate that falls off a small dome
+tactip:
+  preset: tactip-smooth-3d
+  dome: {radius: 10 mm, height: 8 mm}
+  rods: {radius: 0.6 mm, length: 1.5 mm}
+  markers: {rings: [1, 8], spacing: 3 mm}
+mesh: {contact_size: 1.5 mm, bulk_size: 3 mm, contact_reach: 2 mm}
+integration: nodal
+contact:
+  boundary: contact
+  friction: {static_kinetic: {static: 0.85, kinetic: 0.6, decay_speed: 1 mm/s}}
+  normal_penalty: 5 GPa/m
+  tangential_penalty: 5 GPa/m
+  rigid_body: plate
+bodies:
+  plate:
+    mass: 100 g
+    free: [x]
+    dampers: {x: 2 N s/m}
+    loads: [{x: 2 N, ramp: {times: [1.9 s, 11.9 s], factors: [0, 1]}}]
+    programme: [{press: {depth: 1.5 mm, speed: 5 mm/s}}, {hold: {duration: 1.6 s}}, {hold: {duration: 10 s}}]
+time: {step: 200 ms, scheme: quasi_static}
+record: {groups: [internal_markers, external_markers]}
+sample: {count: 2, ranges: {bodies.plate.loads.0.x: [1 N, 2 N]}}
+trials: {directions: 2, view_width: 25 mm}
+"""
+
+
+def test_a_plate_that_is_loaded_falls(tmp_path):
+    study = tmp_path / "pouring.yaml"
+    study.write_text(POURING, encoding="utf-8")
+    trials = simulate_trials(study, tmp_path / "poured", workers=1)
+    assert {one["task"] for one in trials.conditions.values()} == {"pour"}
+    assert {round(one["load_rate"], 1) for one in trials.conditions.values()} <= {0.2, 0.3, 0.4}
+    for name, onsets in trials.onsets("plate").items():
+        assert 1.5 < onsets.incipient < onsets.gross
+        # The mark is a pixel of 39 um ahead of the skin once all of the contact slips, if not before.
+        assert trials.labels(name)["contact"].incipient < onsets.gross
+        tracks, direction = trials.tracks(name), trials.conditions[name]["direction"]
+        inside = tracks["position"].values[:, tracks["kind"].values == "internal"]
+        way = np.nanmean(inside[-1] - inside[0], axis=0)
+        assert np.cos(np.arctan2(way[1], way[0]) - direction) > 0.99
+    assert "carries half a plate" in (trials.folder / "README.md").read_text(encoding="utf-8")

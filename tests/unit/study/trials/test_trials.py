@@ -10,7 +10,6 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand_samples
-from fingerslip.study.trials import trials
 from fingerslip.study.trials.trials import simulated_trial, trial_plans
 from places import ROOT
 
@@ -63,16 +62,14 @@ def refused(study, runs, **changes):
     return trial_plans((run,), dataclasses.replace(study.trials, directions=1), 1)[0]
 
 
-def test_other_programmes_are_refused(study, runs, monkeypatch):
-    monkeypatch.setattr(trials, "march_static", lambda *_: None)
+def test_other_programmes_are_refused(study, runs):
     with pytest.raises(InputError, match="programme: has Press, Hold, trials need a press, a hold and a slide"):
         simulated_trial(refused(study, runs, programme=study.programme[:2]), study.trials, None, {})
     with pytest.raises(InputError, match=r"trials\.rest: films 2 s of rest, needs at most the hold, 1\.6 s"):
         simulated_trial(refused(study, runs), dataclasses.replace(study.trials, rest=2.0), None, {})
 
 
-def test_both_kinds_of_markers_have_to_be_recorded(study, runs, monkeypatch):
-    monkeypatch.setattr(trials, "march_static", lambda *_: None)
+def test_both_kinds_of_markers_have_to_be_recorded(study, runs):
     record = dataclasses.replace(study.record, groups=())
     with pytest.raises(InputError, match=r"record\.groups: has none, needs internal_markers, external_markers"):
         simulated_trial(refused(study, runs, record=record), study.trials, None, {})
