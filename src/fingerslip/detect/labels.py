@@ -109,7 +109,7 @@ def labels_from_plate(tracks: xr.Dataset, plate: xr.Dataset, settings: LabelSett
     Parameters
     ----------
     tracks : xarray.Dataset
-        Tracks with external markers.
+        Tracks with external markers; those that are never seen at rest do not count.
     plate : xarray.Dataset
         Track of one marker on the plate, at the same times and in the same unit.
     settings : LabelSettings, optional
@@ -118,13 +118,15 @@ def labels_from_plate(tracks: xr.Dataset, plate: xr.Dataset, settings: LabelSett
     Raises
     ------
     InputError
-        Where the times differ, the plate has more than one marker, or units do not fit.
+        Where the times differ, the plate has more than one marker, no external one is seen, or units do not fit.
     """
     settings = settings or LabelSettings()
     if plate.sizes["marker"] != 1 or not np.array_equal(plate["time"].values, tracks["time"].values):
         found = f"has {plate.sizes['marker']} markers at {plate.sizes['time']} times"
         raise InputError("plate", found, f"needs one, at the {tracks.sizes['time']} times of the tracks")
-    skin, rest = _displacement(markers_of(_in_units(tracks, settings), "external"), settings)
+    skin, rest = _displacement(_seen_at_rest(tracks, settings), settings)
+    if not len(rest):
+        raise InputError("tracks", "have no external marker that is seen at rest", "needs the central one")
     own, _ = _displacement(_in_units(plate, settings).isel(axis=slice(0, 2)), settings)
     relative = np.linalg.norm(own[:, 0] - skin[:, _central(rest)], axis=1)
     return Onsets(
@@ -244,10 +246,15 @@ def read_labels(path: str | Path) -> dict[str, Onsets]:
 
 def _travel(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Floats, Floats]:
     """Return how far each external marker is from rest, (n_times, n_markers), and where it rests."""
+    moved, rest = _displacement(_seen_at_rest(tracks, settings), settings)
+    return np.linalg.norm(moved, axis=2), rest
+
+
+def _seen_at_rest(tracks: xr.Dataset, settings: LabelSettings) -> xr.Dataset:
+    """Return the external markers that are seen at rest, in the unit of the thresholds."""
     external = markers_of(_in_units(tracks, settings), "external")
     at_rest = seen(external)[: settings.rest_frames].any(axis=0)
-    moved, rest = _displacement(external.isel(marker=np.flatnonzero(at_rest)), settings)
-    return np.linalg.norm(moved, axis=2), rest
+    return external.isel(marker=np.flatnonzero(at_rest))
 
 
 def _displacement(tracks: xr.Dataset, settings: LabelSettings) -> tuple[Floats, Floats]:

@@ -76,6 +76,10 @@ def test_a_plate_that_falls_with_and_then_from_the_skin() -> None:
     fall = 1.5 * np.maximum(frame - 3, 0.0) + 3.0 * np.maximum(frame - 9, 0.0)
     plate = make_tracks(np.stack([fall, 0 * fall], axis=1)[:, None], frame / 10.0, units="px", attributes=SCALE)
     assert labels_from_plate(skin, plate, REST) == Onsets(0.5, 1.0)
+    hidden = skin["position"].where(skin["marker"] != skin["marker"][3])
+    assert labels_from_plate(skin.assign(position=hidden), plate, REST) == Onsets(0.5, 1.0)
+    with pytest.raises(InputError, match="no external marker that is seen at rest"):
+        labels_from_plate(skin.assign(position=skin["position"] * np.nan), plate, REST)
     with pytest.raises(InputError, match="plate: has 7 markers at 16 times, needs one"):
         labels_from_plate(skin, skin, REST)
 
