@@ -1,14 +1,16 @@
 """Draw the figures of docs/slip-in-pictures.md and measure its tables.
 
-First: fingerslip validate --pouring (or run both studies of fingerslip.validation.pouring.POURING)
-Then: python docs/figures/detection_figures.py [RESULTS]
+First: fingerslip validate --pouring (or what it computes in fingerslip.validation.pouring)
+Then: python docs/figures/detection_figures.py [RESULTS] [section] [space]
 """
 
 from __future__ import annotations
 
 import itertools
 import sys
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -29,19 +31,37 @@ from fingerslip.history import phase_times, read_history
 from fingerslip.report.figures.markers import ring_colours
 from fingerslip.report.figures.save import save_figure
 from fingerslip.report.figures.style import BLUE, GREEN, GREY, VERMILLION, add_legend, figure_grid, styled
-from fingerslip.validation.pouring import POURING
+from fingerslip.validation.pouring import POURING, POURING_IN_SPACE
 from fingerslip.vision.cameras.camera import true_tracks
 from fingerslip.vision.cameras.pixel import frames_of
 
 HERE = Path(__file__).parent
 COLOURS = dict(zip(CLASSES, (GREY, BLUE, VERMILLION), strict=True))
 SLIDE, POUR = "depth-4mm_direction-1_0_sample-01", "depth-4mm_sample-01"
+# The first trial at 4 mm.
+POUR_IN_SPACE = "trial-0020"
+GRAVITY = 9.81
 LABELS = ("external_markers", "all_external_markers", "contact")
 
 
 def main() -> None:
     """Draw all figures and print the tables."""
-    results = Path(sys.argv[1] if len(sys.argv) > 1 else "results")
+    results, parts = Path(sys.argv[1] if len(sys.argv) > 1 else "results"), sys.argv[2:] or ["section", "space"]
+    for part in parts:
+        {"section": of_section, "space": in_space}[part](results)
+
+
+def in_space(results: Path) -> None:
+    """Draw the figure and print the tables of pouring in space."""
+    slides, pours = (open_trials(results / f"{name}_trials") for name in POURING_IN_SPACE)
+    detector = trained(slides, "external_markers")
+    figure = draw(pours, POUR_IN_SPACE, detector, "plate", "Pouring in space, 4 mm deep")
+    save_figure(figure, HERE / "slip-pouring-3d.png")
+    print_transfer(slides, pours, ("external_markers", "contact"))
+
+
+def of_section(results: Path) -> None:
+    """Draw the figures and print the tables of the section."""
     slides, pours = (open_trials(results / f"{name}_trials") for name in POURING)
     detector = trained(slides, "external_markers")
     save_figure(
@@ -50,7 +70,7 @@ def main() -> None:
     save_figure(draw(pours, POUR, detector, "plate", "Pouring, 4 mm deep"), HERE / "slip-pouring.png")
     save_figure(draw_frames(slides, results / POURING[0] / SLIDE), HERE / "slip-frames.png")
     print_labels(slides)
-    print_transfer(slides, pours)
+    print_transfer(slides, pours, LABELS)
 
 
 def trained(slides: TrialSet, labels: str) -> Detector:
@@ -139,21 +159,21 @@ def print_labels(slides: TrialSet) -> None:
         say(f"{1e3 * depth:g}", *cells)
 
 
-def print_transfer(slides: TrialSet, pours: TrialSet) -> None:
+def print_transfer(slides: TrialSet, pours: TrialSet, sources: tuple[str, ...]) -> None:
     """Print the scores while pouring for each kind of label that was learned from, and by rate and indentation."""
-    for labels in LABELS:
+    for labels in sources:
         found = on_unseen(trained(slides, labels), pours, pours.onsets("plate"))
         for reading, one in found.scores.items():
             numbers = (one.error.value, one.error_spread, one.lead.value, one.lead_spread, one.gross_error.value)
             say(labels, reading, one.missed, *(f"{value:.2f}" for value in numbers), one.before_gross.value)
-        if labels == LABELS[0]:
+        if labels == sources[0]:
             by_condition(pours, found.found["single frames"])
 
 
 def by_condition(pours: TrialSet, found: dict) -> None:
     """Print mean onset error and lead by thirds of the rate of pouring, and by indentation."""
     true = pours.onsets("plate")
-    rate = {name: 1e3 * one["mass"] / 40.0 for name, one in pours.conditions.items()}
+    rate = {name: 1e3 * poured(one) for name, one in pours.conditions.items()}
     edges = np.quantile(list(rate.values()), [0.0, 1 / 3, 2 / 3, 1.0])
     groups = {
         f"{low:.1f} to {high:.1f} g/s": [
@@ -169,6 +189,11 @@ def by_condition(pours: TrialSet, found: dict) -> None:
         error = [found[name].first - true[name].incipient for name in names if found[name].first is not None]
         lead = [true[name].gross - found[name].first for name in names if found[name].first is not None]
         say(label, len(names), f"{np.mean(error):.2f}", f"{np.mean(lead):.2f}")
+
+
+def poured(conditions: Mapping[str, Any]) -> float:
+    """Return the rate of pouring of a trial [kg/s]: the section is filled with its mass in 40 s."""
+    return conditions["load_rate"] / GRAVITY if "load_rate" in conditions else conditions["mass"] / 40.0
 
 
 def say(*cells: object) -> None:

@@ -19,15 +19,30 @@ from fingerslip.validation.stored import RowFile, Stored, stored_rows
 # What simulates, films and trains is loaded where rows are computed: stored ones are read without it.
 if TYPE_CHECKING:
     from fingerslip.detect.evaluation.events import EventScores
+    from fingerslip.detect.trial_set import TrialSet
     from fingerslip.detect.unseen import Unseen
 
-__all__ = ["POURING", "POURING_FILE", "pouring_of", "pouring_rows", "rows_of_pouring"]
+__all__ = [
+    "POURING",
+    "POURING_FILE",
+    "POURING_IN_SPACE",
+    "pouring_in_space",
+    "pouring_of",
+    "pouring_rows",
+    "rows_of_pouring",
+]
 
-#: The study to learn from, and the one to be tested on.
+#: The study to learn from, and the one to be tested on: sections, and sensors in space.
 POURING = ("bulens2023_section_slides", "bulens2023_pouring")
+POURING_IN_SPACE = ("bulens2023_dataset", "bulens2023_pouring_3d")
 #: Where the rows are stored.
 POURING_FILE = RowFile(
-    "pouring.json", "rows of the pouring task", "fingerslip validate --pouring", "half an hour", POURING, Row
+    "pouring.json",
+    "rows of the pouring task",
+    "fingerslip validate --pouring",
+    "half an hour",
+    (*POURING, *POURING_IN_SPACE),
+    Row,
 )
 
 _NUMBERS, _STATEMENTS = "bulens2023_pouring-numbers", "bulens2023_pouring-statements"
@@ -68,8 +83,8 @@ def pouring_rows(
     ------
     InputError
         Where a study file is missing or wrong.
-    StudyFailedError
-        Where runs failed.
+    StudyFailedError, TrialsFailedError
+        Where runs or trials failed.
     ResultError
         Where results cannot be written or read back.
     """
@@ -79,7 +94,9 @@ def pouring_rows(
 
         paths = [Path(studies) / f"{name}.yaml" for name in POURING]
         run_studies(paths, results_dir=results, workers=workers, progress=progress)
-        return rows_of_pouring(pouring_of(Path(results), workers))
+        section = pouring_of(Path(results), workers)
+        space = pouring_in_space(Path(studies), Path(results), workers, progress)
+        return (*rows_of_pouring(section, "section"), *rows_of_pouring(space, "in space"))
 
     return stored_rows(POURING_FILE, studies, results, computed if compute else None)
 
@@ -96,17 +113,45 @@ def pouring_of(results: Path, workers: int = 2) -> Unseen:
     workers : int, optional
         Cores.
     """
-    from fingerslip.detect.samples import Sampling
     from fingerslip.detect.simulated import film_results
-    from fingerslip.detect.splits import benchmark_test_trials
-    from fingerslip.detect.training import train
     from fingerslip.detect.trial_set import write_trials
-    from fingerslip.detect.unseen import on_unseen
 
     slides, pours = (
         write_trials(film_results(results / name), results / f"{name}_trials", name.replace("_", " "))
         for name in POURING
     )
+    return _tested(slides, pours, workers)
+
+
+def pouring_in_space(studies: Path, results: Path, workers: int = 2, progress: StudyProgress | None = None) -> Unseen:
+    """Make both data sets in space, train the forest on the slides and return what it finds while rice is poured.
+
+    Data sets that are whole are read back; trials are learned from as in :func:`pouring_of`.
+
+    Parameters
+    ----------
+    studies, results : Path
+        Folder of the study files, and of the results, in which the data sets are written.
+    workers : int, optional
+        Cores.
+    progress : StudyProgress, optional
+        Receives the progress.
+    """
+    from fingerslip.study.trials.simulate import simulate_trials
+
+    slides, pours = (
+        simulate_trials(studies / f"{name}.yaml", results / f"{name}_trials", workers=workers, progress=progress)
+        for name in POURING_IN_SPACE
+    )
+    return _tested(slides, pours, workers)
+
+
+def _tested(slides: TrialSet, pours: TrialSet, workers: int) -> Unseen:
+    from fingerslip.detect.samples import Sampling
+    from fingerslip.detect.splits import benchmark_test_trials
+    from fingerslip.detect.training import train
+    from fingerslip.detect.unseen import on_unseen
+
     tests = benchmark_test_trials(slides.names)
     learned = [name for name in slides.names if name not in tests]
     # Some slides have only a few frames between incipient and gross slip.
@@ -114,36 +159,39 @@ def pouring_of(results: Path, workers: int = 2) -> Unseen:
     return on_unseen(detector, pours, pours.onsets("plate"))
 
 
-def rows_of_pouring(found: Unseen) -> tuple[Row, ...]:
-    """Return a row for each published number and statement, in both readings of the onset."""
+def rows_of_pouring(found: Unseen, where: str) -> tuple[Row, ...]:
+    """Return a row for each published number and statement, in both readings of the onset.
+
+    `where` says of which sensor: 'section' or 'in space'.
+    """
     from fingerslip.detect.unseen import READINGS
 
     return tuple(
         row
         for reading in reversed(READINGS)
         for scores in (found.scores[reading],)
-        for row in (*_number_rows(scores, reading), *_statement_rows(scores, reading))
+        for row in (*_number_rows(scores, where, reading), *_statement_rows(scores, where, reading))
     )
 
 
-def _number_rows(scores: EventScores, reading: str) -> Iterator[Row]:
+def _number_rows(scores: EventScores, where: str, reading: str) -> Iterator[Row]:
     for value in published(_NUMBERS).values:
         name, resolution = _SCORES[value.id]
         ours = getattr(scores, name)
         number = ours.value if isinstance(ours, Estimate) else ours
-        words = _quantity(value, scores, reading)
+        words = _quantity(value, scores, where, reading)
         yield number_row(words, value, number, _half_width(ours), resolution=resolution)
 
 
-def _quantity(value: PublishedValue, scores: EventScores, reading: str) -> str:
+def _quantity(value: PublishedValue, scores: EventScores, where: str, reading: str) -> str:
     missed = f", {scores.missed} of {scores.trials} trials missed" if scores.missed else ""
-    return f"{value.quantity.replace('_', ' ')} while pouring, section, forest ({reading}{missed})"
+    return f"{value.quantity.replace('_', ' ')} while pouring, {where}, forest ({reading}{missed})"
 
 
-def _statement_rows(scores: EventScores, reading: str) -> Iterator[Row]:
+def _statement_rows(scores: EventScores, where: str, reading: str) -> Iterator[Row]:
     for value in published(_STATEMENTS).values:
         share = scores.gross_found.value
-        named = PublishedValue(**{**vars(value), "check": f"{value.check} ({reading})"})
+        named = PublishedValue(**{**vars(value), "check": f"{value.check} ({where}, {reading})"})
         yield statement_row(named, share, _half_width(scores.gross_found), None if share is None else share == 0.0)
 
 
