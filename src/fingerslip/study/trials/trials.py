@@ -125,8 +125,8 @@ def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, 
     ConvergenceError, SlipOutsideContactError
         As of :func:`fingerslip.dynamics.statics.march.march_static`.
     InputError
-        Where the programme is no press, hold and slide, or second hold under a plate that is free, or the sensor does
-        not look the same after the turn.
+        Where the programme is no press, hold and slide, or second hold under a plate that is free along x, or the
+        sensor does not look the same after the turn.
     """
     _check(plan, settings)
     study, eyes = plan.run.study, drawn_eyes(settings, plan.number)
@@ -147,6 +147,10 @@ def _check(plan: TrialPlan, settings: TrialSettings) -> None:
     """Refuse runs that are no trials."""
     _sensor(plan)
     _, hold, _ = _phases(plan)
+    plate = plate_of(plan.run.study)
+    if plate is not None and set(plate.free) - {"x"}:
+        found, name = f"is {', '.join(plate.free)}", plan.run.study.all_contacts[0].rigid_body
+        raise InputError(f"bodies.{name}.free", found, "needs x, as the half of the sensor is mirrored at z = 0")
     if settings.rest > hold.duration:
         found = f"films {settings.rest:g} s of rest"
         raise InputError("trials.rest", found, f"needs at most the hold, {hold.duration:g} s")

@@ -69,6 +69,17 @@ def test_other_programmes_are_refused(study, runs):
         simulated_trial(refused(study, runs), dataclasses.replace(study.trials, rest=2.0), None, {})
 
 
+def test_a_plate_falls_along_the_plane_of_symmetry_alone():
+    path = ROOT / "studies" / "bulens2023_pouring_3d.yaml"
+    pours = read_study(path)
+    run = expand_samples(pours, path).runs[0]
+    plate = dataclasses.replace(run.study.bodies["plate"], free=("x", "z"))
+    wrong = dataclasses.replace(run, study=dataclasses.replace(run.study, bodies={"plate": plate}))
+    (plan,) = trial_plans((wrong,), pours.trials, 1)
+    with pytest.raises(InputError, match=r"bodies\.plate\.free: is x, z, needs x"):
+        simulated_trial(plan, pours.trials, None, {})
+
+
 def test_both_kinds_of_markers_have_to_be_recorded(study, runs):
     record = dataclasses.replace(study.record, groups=())
     with pytest.raises(InputError, match=r"record\.groups: has none, needs internal_markers, external_markers"):
