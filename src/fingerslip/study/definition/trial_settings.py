@@ -30,8 +30,8 @@ class TrialSettings:
     Parameters
     ----------
     directions : int
-        Directions of the slide or fall, evenly over a turn. The run slides along +x; the others are that slide turned, which
-        is exact for an upright sensor whose rings all have a multiple of so many markers.
+        Directions of the slide or fall, evenly over a turn. The run goes along +x; the others are that run turned,
+        which is exact for an upright sensor whose rings all have a multiple of so many markers.
     rest : float
         Time at rest that is filmed before the slide [s]; the last part of the hold.
     frame_rate : float
