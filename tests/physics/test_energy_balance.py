@@ -216,8 +216,11 @@ def test_there_are_studies():
 COARSE = [path for path in STUDIES if "_3d" not in path.stem and not path.stem.endswith("_thickness")]
 
 
-# Those of Table 2, of geometry and of friction test the same terms in the fast tier.
-FINER = ("wang2014_fingerprint", "wang2014_accidents", "wang2014_formulation")
+# Others test the same terms in the fast tier.
+FINER = (
+    *("wang2014_fingerprint", "wang2014_accidents", "wang2014_formulation", "wang2014_section", "slip_weakening"),
+    *("latency_sensitivity", "wang2014_direction", "wang2014_calibration"),
+)
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ LONG = {
     *("calculix-block", "locking-3d", "complex-modulus", "turning-body", "bar", "convergence-3d", "large-tension"),
     *("viscous-line", "small-limit", "hertz-line-3d", "damped-fall", "filled-jug", "large-relaxation-tension"),
     *("viscous-limits", "large-relaxation-turned", "coulomb-oscillator", "controlled-creep", "elastica", "large-tube"),
-    *("halved-step", "viscous-hertz"),
+    *("halved-step", "viscous-hertz", "sliding-block", "condensed-2d", "friction-tangents"),
 }
 MARKED = [
     pytest.param(one, id=one.name, marks=[pytest.mark.slow] if one.slow or one.name in LONG else []) for one in PROBLEMS

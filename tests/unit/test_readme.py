@@ -49,6 +49,7 @@ def test_example_in_space_slips_and_has_what_the_page_names(capsys: pytest.Captu
     assert f"{names['history'].sizes['node']:,} nodes" in SOLID.read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_example_of_slip_detection_finds_slip_and_says_that_it_is_no_result(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -409,7 +409,13 @@ def test_reading_changes_nothing_in_its_argument() -> None:
     assert values == before
 
 
-@pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
+# Hundreds of runs each.
+LONG = ("latency_sensitivity", "bulens2023_dataset", "bulens2023_section_moduli")
+
+
+@pytest.mark.parametrize(
+    "path", [pytest.param(path, id=path.stem, marks=[pytest.mark.slow] * (path.stem in LONG)) for path in STUDIES]
+)
 def test_shipped_study_is_read_and_read_back(path: Path) -> None:
     for run in expand(read_study(path), path):
         again = parse_study(run.resolved(), path)

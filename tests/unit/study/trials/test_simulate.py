@@ -137,6 +137,7 @@ trials: {directions: 2, view_width: 25 mm}
 """
 
 
+@pytest.mark.slow
 def test_a_plate_that_is_loaded_falls(tmp_path):
     study = tmp_path / "pouring.yaml"
     study.write_text(POURING, encoding="utf-8")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import pytest
 import skfem
@@ -145,7 +143,14 @@ def test_same_input_gives_the_same_mesh_bit_by_bit(element):
     assert first.t.tobytes() == second.t.tobytes()
 
 
-@pytest.mark.parametrize(("section", "variant"), list(itertools.product(SECTIONS, VARIANTS)))
+@pytest.mark.parametrize(
+    ("section", "variant"),
+    [
+        pytest.param(section, variant, marks=[pytest.mark.slow] * (variant != VARIANTS[number]))
+        for number, section in enumerate(SECTIONS)
+        for variant in VARIANTS
+    ],
+)
 def test_all_variants_mesh_with_good_cells(section, variant):
     cases = [(c, e, True) for c in (0.08e-3, 0.15e-3) for e in ("Q4", "T3")] + [
         (0.6e-3, "Q4", False),
