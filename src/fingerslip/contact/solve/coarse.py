@@ -13,7 +13,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CoarseInverse", "CoarseSpace", "groups", "unit_forces"]
+__all__ = ["CoarseInverse", "CoarseSpace", "group_columns", "groups", "unit_forces"]
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
@@ -29,17 +29,19 @@ class CoarseSpace:
 
     Parameters
     ----------
-    forces, moved : (k * dim, q) array
-        Z, and rho W Z, in single precision.
+    columns : (k * dim,) array of int
+        For each component of each node, which of the q unit forces Z it belongs to: one for each group and axis.
+    moved : (k * dim, q) array
+        rho W Z, in single precision.
     """
 
-    forces: Single
+    columns: Indices
     moved: Single
 
     def inverse(self, slopes: Single) -> CoarseInverse:
         """Return the coarse inverse for the derivative G of the projection, (k, dim, dim) [-]."""
-        images = _images(slopes, self.forces, self.moved)
-        return CoarseInverse(self.forces, images, _inverse((self.forces.T @ images).astype(np.float64)))
+        images = _images(slopes, self.columns, self.moved)
+        return CoarseInverse(self.columns, images, _inverse(_sums(self.columns, images).astype(np.float64)))
 
 
 @dataclass(frozen=True)
@@ -48,20 +50,23 @@ class CoarseInverse:
 
     Parameters
     ----------
-    forces, images : (k * dim, q) array
-        Z and J Z.
+    columns : (k * dim,) array of int
+        Which unit force each component belongs to.
+    images : (k * dim, q) array
+        J Z.
     inverse : (q, q) array
         Of Z^T J Z.
     """
 
-    forces: Single
+    columns: Indices
     images: Single
     inverse: Array
 
     def split(self, vector: Single) -> tuple[Single, Single]:
         """Return the coarse solution for a residual (k * dim,), and what is left of the residual."""
-        shares = (self.inverse @ (vector @ self.forces)).astype(np.float32)
-        return self.forces @ shares, vector - self.images @ shares
+        sums = np.bincount(self.columns, weights=vector, minlength=len(self.inverse))
+        shares = (self.inverse @ sums).astype(np.float32)
+        return shares[self.columns], vector - self.images @ shares
 
 
 def _inverse(matrix: Array) -> Array:
@@ -96,23 +101,40 @@ def groups(body: Array, nodes: Indices, dim: int) -> Indices:
     return group
 
 
-def unit_forces(group: Indices, dim: int) -> Single:
-    """Return unit forces on all nodes of a group along an axis of their frames, for groups (k,); shape (k * dim, q)."""
-    columns = (group[:, None] * dim + np.arange(dim)).ravel()
-    forces = np.zeros((columns.size, dim * (int(group.max(initial=-1)) + 1)), dtype=np.float32)
+def group_columns(group: Indices, dim: int) -> Indices:
+    """Return which unit force each component of the nodes of groups (k,) belongs to, shape (k * dim,)."""
+    columns: Indices = (group[:, None] * dim + np.arange(dim)).ravel()
+    return columns
+
+
+def unit_forces(columns: Indices) -> Single:
+    """Return the q unit forces to which components belong, (n,) array of int, as a matrix of shape (n, q)."""
+    forces = np.zeros((columns.size, int(columns.max(initial=-1)) + 1), dtype=np.float32)
     forces[np.arange(columns.size), columns] = 1.0
     return forces
 
 
 @numba.njit(cache=True, nogil=True)
-def _images(slopes, forces, moved):  # type: ignore[no-untyped-def]
-    """Return (I - G (I - rho W)) Z from Z and rho W Z."""
+def _images(slopes, columns, moved):  # type: ignore[no-untyped-def]
+    """Return (I - G (I - rho W)) Z from rho W Z."""
     count, dim = slopes.shape[:2]
-    out = forces.copy()
+    out = np.zeros_like(moved)
     for i in range(count):
         for k in range(dim):
             row = out[i * dim + k]
+            row[columns[i * dim + k]] = 1.0
             for m in range(dim):
-                if slopes[i, k, m] != 0.0:
-                    row -= slopes[i, k, m] * (forces[i * dim + m] - moved[i * dim + m])
+                slope = slopes[i, k, m]
+                if slope != 0.0:
+                    row += slope * moved[i * dim + m]
+                    row[columns[i * dim + m]] -= slope
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def _sums(columns, images):  # type: ignore[no-untyped-def]
+    """Return Z^T times vectors (n, q), shape (q, q)."""
+    out = np.zeros((images.shape[1], images.shape[1]), images.dtype)
+    for i in range(columns.size):
+        out[columns[i]] += images[i]
     return out

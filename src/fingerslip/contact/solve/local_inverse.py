@@ -35,7 +35,7 @@ class LocalInverse:
     ----------
     near : (k, m) array of int
         The nodes of each local matrix among the k, itself first; -1 for one that is not among them.
-    rows : (k, m, dim, dim) array
+    rows : (k, dim, m * dim) array
         Rows of the inverses, in single precision [-].
     marks : (k, j, dim) array
         What the rows were made for; no numbers where they were not made yet.
@@ -48,11 +48,12 @@ class LocalInverse:
     @classmethod
     def empty(cls, near: Indices, shape: tuple[int, ...]) -> LocalInverse:
         """Return an inverse of which no row is made, for marks of the given shape."""
-        return cls(near, np.zeros((*near.shape, shape[2], shape[2]), dtype=np.float32), np.full(shape, np.nan))
+        count, dim = shape[0], shape[2]
+        return cls(near, np.zeros((count, dim, near.shape[1] * dim), dtype=np.float32), np.full(shape, np.nan))
 
     def solve(self, vector: Single) -> Single:
         """Return the product with a vector (k * dim,), same shape."""
-        found: Single = _product(self.near, self.rows, vector.reshape(-1, self.rows.shape[-1]))
+        found: Single = _product(self.near, self.rows, vector.reshape(-1, self.rows.shape[1]))
         return found.ravel()
 
     def stale(self, marks: Array) -> NDArray[np.bool_]:
@@ -112,17 +113,20 @@ def coupled_nodes(body: Array, count: int) -> Indices:
     return found
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
 def _product(near, rows, vector):  # type: ignore[no-untyped-def]
-    count, most, dim = rows.shape[:3]
-    out = np.zeros_like(vector)
+    count, dim, width = rows.shape
+    out, given = np.empty_like(vector), np.empty(width, vector.dtype)
     for i in range(count):
-        for a in range(most):
+        for a in range(near.shape[1]):
             j = near[i, a]
-            if j >= 0:
-                for k in range(dim):
-                    for m in range(dim):
-                        out[i, k] += rows[i, a, k, m] * vector[j, m]
+            for m in range(dim):
+                given[a * dim + m] = vector[j, m] if j >= 0 else 0.0
+        for k in range(dim):
+            total = np.float32(0.0)
+            for c in range(width):
+                total += rows[i, k, c] * given[c]
+            out[i, k] = total
     return out
 
 
@@ -136,7 +140,7 @@ def _make_rows(which, near, slopes, scale, body, frames, penalty, factor, rows):
         # An open node's own row is that of the identity.
         if columns.size == 0 or columns[0] != 0:
             for k in range(dim):
-                rows[i, 0, k, k] = 1.0
+                rows[i, k, k] = 1.0
             continue
         nodes = near[i][columns]
         for j in nodes:
@@ -147,7 +151,7 @@ def _make_rows(which, near, slopes, scale, body, frames, penalty, factor, rows):
         for a in range(columns.size):
             for k in range(dim):
                 for m in range(dim):
-                    rows[i, columns[a], k, m] = found[a * dim + m, k]
+                    rows[i, k, columns[a] * dim + m] = found[a * dim + m, k]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -222,14 +226,30 @@ def _eliminate(system):  # type: ignore[no-untyped-def]
     """Make a matrix upper triangular in place, with right-hand sides behind it; tell whether it is regular."""
     size, width = system.shape
     for j in range(size):
-        pivot = j + np.argmax(np.abs(system[j:, j]))
+        pivot = _pivot(system, j)
         if system[pivot, j] == 0.0:
             return False
         if pivot != j:
             for c in range(j, width):
                 system[j, c], system[pivot, c] = system[pivot, c], system[j, c]
-        for r in range(j + 1, size):
-            share = system[r, j] / system[j, j]
+        # Two rows at a time, for which the row of the pivot is read once.
+        for r in range(j + 1, size - 1, 2):
+            first, second = system[r, j] / system[j, j], system[r + 1, j] / system[j, j]
             for c in range(j + 1, width):
-                system[r, c] -= share * system[j, c]
+                system[r, c] -= first * system[j, c]
+                system[r + 1, c] -= second * system[j, c]
+        if (size - j) % 2 == 0:
+            last = system[size - 1, j] / system[j, j]
+            for c in range(j + 1, width):
+                system[size - 1, c] -= last * system[j, c]
     return True
+
+
+@numba.njit(cache=True, nogil=True)
+def _pivot(system, column):  # type: ignore[no-untyped-def]
+    """Return the row, at or below the diagonal, with the largest entry of a column."""
+    pivot = column
+    for r in range(column + 1, len(system)):
+        if abs(system[r, column]) > abs(system[pivot, column]):
+            pivot = r
+    return pivot

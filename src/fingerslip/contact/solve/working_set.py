@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import blas
 
-from fingerslip.contact.solve.coarse import CoarseSpace, groups, unit_forces
+from fingerslip.contact.solve.coarse import CoarseSpace, group_columns, groups, unit_forces
 from fingerslip.contact.solve.compliance import Compliance
 from fingerslip.contact.solve.dense import symmetric_product
 from fingerslip.contact.solve.local_inverse import LocalInverse, coupled_nodes
@@ -141,7 +141,7 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
     coupled = coupled_nodes(compliance.body, count) if old is None else old.coupled
     position = np.full(count, -1)
     position[nodes] = np.arange(nodes.size)
-    group = unit_forces(groups(compliance.body, nodes, dim), dim)
+    columns = group_columns(groups(compliance.body, nodes, dim), dim)
     made = WorkingSet(
         nodes=nodes,
         scale=scale[nodes],
@@ -151,11 +151,11 @@ def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet
         factor=compliance.factor,
         coupled=coupled,
         inverse=_taken_over(LocalInverse.empty(position[coupled[nodes]], (nodes.size, 2 * dim, dim)), position, old),
-        coarse=CoarseSpace(group, group),
+        coarse=CoarseSpace(columns, np.zeros((0, 0), dtype=np.float32)),
         past=None if old is None else old.past,
         edition=compliance.edition,
     )
-    return replace(made, coarse=CoarseSpace(group, made.products(group)))
+    return replace(made, coarse=CoarseSpace(columns, made.products(unit_forces(columns))))
 
 
 def _taken_over(inverse: LocalInverse, position: Indices, old: WorkingSet | None) -> LocalInverse:
