@@ -16,10 +16,10 @@ study: $(READY)  ## recompute Table 2 of Wang et al. 2014 and write its report
 	$(BIN)/fingerslip run studies/wang2014_table2.yaml
 
 test: $(READY)  ## run the fast tests
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 --dist worksteal
 
 test-all: $(READY)  ## run all tests, the slow ones too
-	$(BIN)/pytest -n 2 -m ""
+	$(BIN)/pytest -n 2 --dist worksteal -m ""
 
 lint: $(READY)  ## check style and types
 	$(BIN)/ruff check .

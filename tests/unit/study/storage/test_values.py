@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import functools
+import tempfile
 from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
 from fingerslip.parameters.dotted import flatten
 from fingerslip.parameters.fields import unit_of
@@ -126,13 +127,13 @@ def smaller(number: float) -> float:
 
 def with_value(mapping: dict[str, Any], path: str, value: object) -> dict[str, Any]:
     """Return a deep copy of nested data with another value at a path."""
-    copy = yaml.safe_load(yaml.safe_dump(mapping))
-    inner: Any = copy
+    other = copy.deepcopy(mapping)
+    inner: Any = other
     *groups, last = path.split(".")
     for key in groups:
         inner = inner[int(key)] if isinstance(inner, list) else inner[key]
     inner[int(last) if isinstance(inner, list) else last] = value
-    return copy
+    return other
 
 
 def shown(mapping: dict[str, Any], folder: Path) -> dict[str, ShownValue]:
@@ -141,6 +142,12 @@ def shown(mapping: dict[str, Any], folder: Path) -> dict[str, ShownValue]:
     rows = value_rows([read_specified(folder / "run.yaml")])
     assert len({row.path for row in rows}) == len(rows), "no value may be shown twice"
     return {row.path: row for row in rows}
+
+
+@functools.cache
+def base_rows(kind: str) -> dict[str, ShownValue]:
+    with tempfile.TemporaryDirectory() as folder:
+        return shown(base(kind), Path(folder))
 
 
 def page_of(rows: dict[str, ShownValue]) -> str:
@@ -177,7 +184,7 @@ def test_every_changed_value_is_in_the_page(kind: str, path: str, tmp_path: Path
     if (kind, path) in TOGETHER:
         mapping = with_value(mapping, TOGETHER[kind, path], new)
     rows = shown(mapping, tmp_path)
-    row, before = row_of(path, rows), row_of(path, shown(base(kind), tmp_path))
+    row, before = row_of(path, rows), row_of(path, base_rows(kind))
     assert row.value != before.value, "the page has to show another value"
     expected = in_display_units(new, path, row)
     if expected is None:
@@ -192,8 +199,8 @@ def test_every_changed_value_is_in_the_page(kind: str, path: str, tmp_path: Path
 
 
 @pytest.mark.parametrize("kind", ["plane", "solid"])
-def test_every_leaf_of_run_yaml_has_a_row(kind: str, tmp_path: Path) -> None:
-    rows = shown(base(kind), tmp_path)
+def test_every_leaf_of_run_yaml_has_a_row(kind: str) -> None:
+    rows = base_rows(kind)
     for path in flatten(base(kind)):
         if path != "title":
             row_of(path, rows)
