@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg, sparse
@@ -11,7 +13,7 @@ from fingerslip.linear.solver import Factor, LinearSolver, SchurFactor, preferre
 
 __all__ = ["factorise", "factorise_around"]
 
-Array = NDArray[np.float64]
+Reals = NDArray[np.floating[Any]]
 
 _MIRRORED_AT_ONCE = 512
 
@@ -31,7 +33,7 @@ def factorise(matrix: sparse.csr_matrix, solver: LinearSolver | None = None) -> 
 
 def factorise_around(
     matrix: sparse.csr_matrix, kept: NDArray[np.int64], solver: LinearSolver | None = None
-) -> tuple[SchurFactor, Array]:
+) -> tuple[SchurFactor, Reals]:
     """Factorise a matrix but for some unknowns, and invert their Schur complement.
 
     Parameters
@@ -48,8 +50,8 @@ def factorise_around(
     factor : SchurFactor
         Factors of the others.
     inverse : (m, m) array
-        The inverse of the Schur complement, which is the part of A^-1 among the kept unknowns; exactly symmetric. For
-        thousands of unknowns this is many times faster than solving for its columns.
+        The inverse of the Schur complement, which is the part of A^-1 among the kept unknowns; exactly symmetric, in
+        the precision of the factors. For thousands of unknowns this is many times faster than solving for its columns.
 
     Raises
     ------
@@ -60,13 +62,14 @@ def factorise_around(
     return factor, _inverted(schur)
 
 
-def _inverted(matrix: Array) -> Array:
+def _inverted(matrix: Reals) -> Reals:
     """Invert a symmetric positive definite matrix (m, m) in its own memory."""
     # LAPACK works on columns; the transpose is the same matrix in that order.
-    lower, failed = linalg.lapack.dpotrf(matrix.T, lower=1, overwrite_a=1)
+    factorise, invert = linalg.get_lapack_funcs(("potrf", "potri"), (matrix,))
+    lower, failed = factorise(matrix.T, lower=1, overwrite_a=1)
     if failed:
         raise FingerslipError("the Schur complement on the contact nodes is not positive definite")
-    inverse: Array = linalg.lapack.dpotri(lower, lower=1, overwrite_c=1)[0]
+    inverse: Reals = invert(lower, lower=1, overwrite_c=1)[0]
     for start in range(0, len(inverse), _MIRRORED_AT_ONCE):
         end = start + _MIRRORED_AT_ONCE
         inverse[start:end, end:] = inverse[end:, start:end].T

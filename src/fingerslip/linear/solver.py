@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,8 +90,12 @@ class LinearSolver(Protocol):
             For a matrix that is not positive definite, and where memory runs out.
         """
 
-    def factorise_around(self, matrix: sparse.csr_matrix, kept: Indices) -> tuple[SchurFactor, Array]:
+    def factorise_around(
+        self, matrix: sparse.csr_matrix, kept: Indices
+    ) -> tuple[SchurFactor, NDArray[np.floating[Any]]]:
         """Factorise a matrix but for the ascending unknowns `kept` (m,); also return their Schur complement (m, m).
+
+        The Schur complement has the precision of the factors.
 
         Raises
         ------

@@ -70,6 +70,16 @@ def test_the_inverse_among_some_unknowns_is_that_of_the_whole(solver, count, mon
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
+def test_the_inverse_has_the_precision_of_the_factors(solver):
+    rough, matrix, kept = solver.rough(), positive_definite(60), np.arange(3, 60, 5)
+    factor, found = factorise_around(matrix, kept, rough)
+    assert found.dtype == (np.float32 if factor.is_single else np.float64)
+    np.testing.assert_array_equal(found, found.T)
+    exact = np.linalg.inv(matrix.toarray())[np.ix_(kept, kept)]
+    np.testing.assert_allclose(found, exact, atol=1e-5 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
 def test_schur_complement_is_that_of_dense_elimination(solver):
     matrix, kept = positive_definite(80), np.array([3, 4, 17, 40, 79])
     dense, others = matrix.toarray(), np.setdiff1d(np.arange(80), kept)

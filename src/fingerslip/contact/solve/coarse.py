@@ -8,19 +8,20 @@ coarse solution takes them out of a residual b: y = (Z^T J Z)^-1 Z^T b. The loca
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CoarseInverse", "CoarseSpace", "group_columns", "groups", "unit_forces"]
+__all__ = ["CoarseSpace", "coarse_inverse", "group_columns", "groups", "images_of", "unit_forces"]
 
-Array = NDArray[np.float64]
+Reals = NDArray[np.floating[Any]]
 Single = NDArray[np.float32]
 Indices = NDArray[np.int64]
 
-# Groups at most, and nodes of a group on average at least.
-_GROUPS, _LEAST = 20, 10
+# Nodes of a group on average, at least and at most, and groups from which on they grow to these.
+_LEAST, _MOST, _GROUPS = 10, 50, 12
 
 
 @dataclass(frozen=True)
@@ -38,47 +39,8 @@ class CoarseSpace:
     columns: Indices
     moved: Single
 
-    def inverse(self, slopes: Single) -> CoarseInverse:
-        """Return the coarse inverse for the derivative G of the projection, (k, dim, dim) [-]."""
-        images = _images(slopes, self.columns, self.moved)
-        return CoarseInverse(self.columns, images, _inverse(_sums(self.columns, images).astype(np.float64)))
 
-
-@dataclass(frozen=True)
-class CoarseInverse:
-    """A coarse space with the inverse of the Newton matrix on it.
-
-    Parameters
-    ----------
-    columns : (k * dim,) array of int
-        Which unit force each component belongs to.
-    images : (k * dim, q) array
-        J Z.
-    inverse : (q, q) array
-        Of Z^T J Z.
-    """
-
-    columns: Indices
-    images: Single
-    inverse: Array
-
-    def split(self, vector: Single) -> tuple[Single, Single]:
-        """Return the coarse solution for a residual (k * dim,), and what is left of the residual."""
-        sums = np.bincount(self.columns, weights=vector, minlength=len(self.inverse))
-        shares = (self.inverse @ sums).astype(np.float32)
-        return shares[self.columns], vector - self.images @ shares
-
-
-def _inverse(matrix: Array) -> Array:
-    """Return the inverse of a matrix (q, q); where there is none, as for groups that nothing resists, the nearest."""
-    try:
-        found = np.asarray(np.linalg.inv(matrix), dtype=np.float64)
-    except np.linalg.LinAlgError:
-        found = np.asarray(np.linalg.pinv(matrix), dtype=np.float64)
-    return found
-
-
-def groups(body: Array, nodes: Indices, dim: int) -> Indices:
+def groups(body: Reals, nodes: Indices, dim: int) -> Indices:
     """Divide nodes (k,) into groups that a compliance couples closely; return the group of each, shape (k,).
 
     Each group grows around a node that is coupled little to those before.
@@ -93,12 +55,17 @@ def groups(body: Array, nodes: Indices, dim: int) -> Indices:
         Components of a node.
     """
     best, group = np.full(nodes.size, -np.inf), np.zeros(nodes.size, dtype=np.int64)
-    for number in range(min(_GROUPS, max(1, nodes.size // _LEAST)) if nodes.size else 0):
+    for number in range(_wanted(nodes.size)):
         centre = int(nodes[np.argmin(best)])
         coupling = np.sum([body[centre * dim + k, nodes * dim + k] for k in range(dim)], axis=0)
         closer = coupling > best
         group[closer], best[closer] = number, coupling[closer]
     return group
+
+
+def _wanted(nodes: int) -> int:
+    """Return how many groups a number of nodes is divided into."""
+    return min(max(nodes // _MOST, _GROUPS), max(nodes // _LEAST, 1), nodes)
 
 
 def group_columns(group: Indices, dim: int) -> Indices:
@@ -115,10 +82,18 @@ def unit_forces(columns: Indices) -> Single:
 
 
 @numba.njit(cache=True, nogil=True)
-def _images(slopes, columns, moved):  # type: ignore[no-untyped-def]
-    """Return (I - G (I - rho W)) Z from rho W Z."""
+def images_of(slopes, columns, moved):  # type: ignore[no-untyped-def]
+    """Return J Z = (I - G (I - rho W)) Z of k nodes, shape (k * dim, q).
+
+    Parameters
+    ----------
+    slopes : (k, dim, dim) array
+        G, the derivative of the projection [-], in single precision.
+    columns, moved : (n,) array of int, (n, q) array
+        Those of a :class:`CoarseSpace` of the k nodes or of more.
+    """
     count, dim = slopes.shape[:2]
-    out = np.zeros_like(moved)
+    out = np.zeros((count * dim, moved.shape[1]), moved.dtype)
     for i in range(count):
         for k in range(dim):
             row = out[i * dim + k]
@@ -126,15 +101,48 @@ def _images(slopes, columns, moved):  # type: ignore[no-untyped-def]
             for m in range(dim):
                 slope = slopes[i, k, m]
                 if slope != 0.0:
-                    row += slope * moved[i * dim + m]
+                    other = moved[i * dim + m]
+                    for c in range(row.size):
+                        row[c] += slope * other[c]
                     row[columns[i * dim + m]] -= slope
     return out
 
 
 @numba.njit(cache=True, nogil=True)
-def _sums(columns, images):  # type: ignore[no-untyped-def]
-    """Return Z^T times vectors (n, q), shape (q, q)."""
-    out = np.zeros((images.shape[1], images.shape[1]), images.dtype)
-    for i in range(columns.size):
-        out[columns[i]] += images[i]
-    return out
+def coarse_inverse(columns, images):  # type: ignore[no-untyped-def]
+    """Return the inverse of Z^T J Z, (q, q), for images J Z (n, q); forces that nothing resists are left out."""
+    size = images.shape[1]
+    matrix = np.zeros((size, size))
+    for i in range(len(images)):
+        row = matrix[columns[i]]
+        for c in range(size):
+            row[c] += images[i, c]
+    return _inverted(matrix).astype(images.dtype)
+
+
+@numba.njit(cache=True, nogil=True)
+def _inverted(matrix):  # type: ignore[no-untyped-def]
+    """Return the inverse by Gauss and Jordan, in place; rows and columns without a pivot become zero."""
+    size = len(matrix)
+    found = np.eye(size)
+    least = 1e-12 * np.abs(matrix).max()
+    for column in range(size):
+        pivot = column + np.argmax(np.abs(matrix[column:, column]))
+        if abs(matrix[pivot, column]) <= least:
+            matrix[:, column] = 0.0
+            found[column] = 0.0
+            continue
+        for target in (matrix, found):
+            kept = target[column].copy()
+            target[column] = target[pivot]
+            target[pivot] = kept
+        scale = 1.0 / matrix[column, column]
+        matrix[column] *= scale
+        found[column] *= scale
+        for row in range(size):
+            share = matrix[row, column]
+            if row != column and share != 0.0:
+                for c in range(size):
+                    matrix[row, c] -= share * matrix[column, c]
+                    found[row, c] -= share * found[column, c]
+    return found

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.frames import rotate_compliance
-from fingerslip.contact.solve.dense import symmetric_product
+from fingerslip.contact.solve.local_inverse import Coupled
+from fingerslip.linear.symmetric import symmetric_product
 
 __all__ = ["Compliance", "active_product"]
 
@@ -27,7 +29,8 @@ class Compliance:
     Parameters
     ----------
     body : (n_c * dim, n_c * dim) array
-        Symmetric, node by node; `factor` times it is the compliance of the body [m/N].
+        Symmetric, node by node; `factor` times it is the compliance of the body [m/N]. Where it is of single precision,
+        its entries are the compliance, and all that is computed with them is of double precision.
     penalty : (n_c, dim) array
         Compliance of the contact penalties in the nodes' frames [m/N].
     frames : (n_c, dim, dim) array, optional
@@ -39,23 +42,33 @@ class Compliance:
         another.
     """
 
-    body: Array
+    body: NDArray[np.floating[Any]]
     penalty: Array
     frames: Array | None = None
     factor: float = 1.0
     edition: tuple[float, ...] = ()
+
+    @property
+    def is_single(self) -> bool:
+        """Whether the body's compliance is of single precision."""
+        return self.body.dtype == np.float32
 
     @cached_property
     def diagonal(self) -> Array:
         """Diagonal of W in the nodes' frames, shape (n_c, dim) [m/N]."""
         count, dim = self.penalty.shape
         nodes = np.arange(count)
-        blocks = self.body.reshape(count, dim, count, dim)[nodes, :, nodes, :]
+        blocks = self.body.reshape(count, dim, count, dim)[nodes, :, nodes, :].astype(np.float64)
         if self.frames is None:
             diagonal: Array = self.factor * np.diagonal(blocks, axis1=1, axis2=2) + self.penalty
             return diagonal
         rotated = np.einsum("aij,ajk,aik->ai", self.frames, blocks, self.frames)
         return np.asarray(self.factor * rotated + self.penalty)
+
+    @cached_property
+    def coupled(self) -> Coupled:
+        """For each node those to which the body couples it most."""
+        return Coupled.of(self.body, len(self.penalty))
 
     @cached_property
     def matrix(self) -> Array:
@@ -66,7 +79,7 @@ class Compliance:
         """Return the part of W among `nodes` (k,), shape (k * dim, k * dim) [m/N]."""
         dim = self.penalty.shape[1]
         unknowns = (nodes[:, None] * dim + np.arange(dim)).ravel()
-        block = self.factor * self.body[np.ix_(unknowns, unknowns)]
+        block = self.factor * self.body[np.ix_(unknowns, unknowns)].astype(np.float64)
         if self.frames is not None:
             block = rotate_compliance(block, self.frames[nodes])
         block.flat[:: unknowns.size + 1] += self.penalty[nodes].ravel()

@@ -1,8 +1,7 @@
-"""LU factors and products of dense matrices, by SciPy's LAPACK and BLAS, called so that threads run side by side.
+"""LU factors of dense matrices, by SciPy's LAPACK, called so that threads run side by side.
 
-SciPy's Python functions hold Python's lock while LAPACK works, and change the pivots during a call. Through the
-addresses that SciPy gives to compiled code, motions in several threads can share a matrix without waiting for each
-other.
+SciPy's Python functions hold Python's lock while LAPACK works. Through the addresses that SciPy gives to compiled code,
+motions in several threads do not wait for each other.
 """
 
 from __future__ import annotations
@@ -10,25 +9,23 @@ from __future__ import annotations
 import ctypes
 import functools
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any
 
 import numba
 import numpy as np
 from numba.extending import get_cython_function_address
 from numpy.typing import NDArray
 
-__all__ = ["DenseFactor", "factorise_dense", "solve_factorised", "symmetric_product"]
+__all__ = ["DenseFactor", "factorise_dense", "solve_factorised"]
 
-T = TypeVar("T", np.float32, np.float64)
+Array = NDArray[np.float64]
 
-_ARGUMENTS = {"getrf": 6, "getrs": 9, "symv": 10}
-_REAL = {np.dtype(np.float32): ctypes.c_float, np.dtype(np.float64): ctypes.c_double}
-_PRECISION = {np.dtype(np.float32): "s", np.dtype(np.float64): "d"}
+_ARGUMENTS = 6
 
 
 @dataclass(frozen=True)
-class DenseFactor(Generic[T]):
-    """LU factors of a matrix, in single or double precision.
+class DenseFactor:
+    """LU factors of a matrix.
 
     Parameters
     ----------
@@ -38,21 +35,11 @@ class DenseFactor(Generic[T]):
         Rows that were swapped, in LAPACK's numbering from one.
     """
 
-    factors: NDArray[T]
+    factors: Array
     pivots: NDArray[np.int32]
 
-    def solve(self, vector: NDArray[T]) -> NDArray[T]:
-        """Return the solution for a right-hand side (n,), same shape."""
-        found = np.array(vector, dtype=self.factors.dtype)
-        size, one, stride = ctypes.c_int(found.size), ctypes.c_int(1), ctypes.c_int(max(1, found.size))
-        matrix, pivots, given = (array.ctypes.data for array in (self.factors, self.pivots, found))
-        # LAPACK reads our rows as columns, that is, the transpose: its transposed problem is ours.
-        given_as = (ctypes.c_char(b"T"), size, one, matrix, stride, pivots, given, stride, ctypes.c_int(0))
-        _call("getrs", self.factors.dtype, *given_as)
-        return found
 
-
-def factorise_dense(matrix: NDArray[T]) -> DenseFactor[T]:
+def factorise_dense(matrix: Array) -> DenseFactor:
     """Factorise a matrix in its own memory.
 
     Parameters
@@ -61,9 +48,11 @@ def factorise_dense(matrix: NDArray[T]) -> DenseFactor[T]:
         The matrix in C order; its memory then holds the factors.
     """
     pivots = np.zeros(len(matrix), dtype=np.int32)
-    size, stride = ctypes.c_int(len(matrix)), ctypes.c_int(max(1, len(matrix)))
-    _call("getrf", matrix.dtype, size, size, matrix.ctypes.data, stride, pivots.ctypes.data, ctypes.c_int(0))
-    # The factors precondition, or what they solve is checked: with ones for zero pivots they stay finite.
+    size, stride, failed = ctypes.c_int(len(matrix)), ctypes.c_int(max(1, len(matrix))), ctypes.c_int(0)
+    numbers = (ctypes.addressof(number) for number in (size, size))
+    arrays = matrix.ctypes.data, ctypes.addressof(stride), pivots.ctypes.data
+    _getrf()(*numbers, *arrays, ctypes.addressof(failed))
+    # With ones for zero pivots solutions stay finite; what they solve is checked.
     diagonal = np.einsum("ii->i", matrix)
     diagonal[diagonal == 0.0] = 1.0
     return DenseFactor(matrix, pivots)
@@ -96,41 +85,7 @@ def solve_factorised(factors, pivots, found):  # type: ignore[no-untyped-def]
         found[i], found[other] = found[other], found[i]
 
 
-def symmetric_product(matrix: NDArray[T], vector: NDArray[T]) -> NDArray[T]:
-    """Return a symmetric matrix (n, n) times a vector (n,) of the same precision, for which half of it is read.
-
-    Parameters
-    ----------
-    matrix : (n, n) array
-        The matrix in C order; what is above its diagonal is not read.
-    vector : (n,) array
-        The vector.
-
-    Examples
-    --------
-    >>> symmetric_product(np.array([[2.0, np.nan], [1.0, 3.0]]), np.array([1.0, 2.0])).tolist()
-    [4.0, 7.0]
-    """
-    found, given = np.zeros(len(vector), dtype=matrix.dtype), np.ascontiguousarray(vector)
-    if not found.size:
-        return found
-    size, one, real = ctypes.c_int(found.size), ctypes.c_int(1), _REAL[matrix.dtype]
-    stride = ctypes.c_int(max(1, found.size))
-    memory, read, written = (array.ctypes.data for array in (matrix, given, found))
-    # BLAS reads our rows as columns: the lower triangle is its upper one.
-    sides = (read, one, real(0.0), written, one)
-    _call("symv", matrix.dtype, ctypes.c_char(b"U"), size, real(1.0), memory, stride, *sides)
-    return found
-
-
-def _call(name: str, precision: np.dtype[Any], *given: Any) -> None:
-    """Call a function of LAPACK or BLAS; addresses are plain numbers, other values are passed by reference."""
-    passed = [value if isinstance(value, int) else ctypes.byref(value) for value in given]
-    _function(_PRECISION[precision] + name)(*passed)
-
-
 @functools.cache
-def _function(name: str) -> Any:
-    library = "blas" if name[1:] == "symv" else "lapack"
-    address = get_cython_function_address(f"scipy.linalg.cython_{library}", name)
-    return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * _ARGUMENTS[name[1:]])(address)
+def _getrf() -> Any:
+    address = get_cython_function_address("scipy.linalg.cython_lapack", "dgetrf")
+    return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * _ARGUMENTS)(address)

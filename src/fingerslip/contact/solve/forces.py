@@ -216,4 +216,4 @@ def _wanted(found: _Check) -> int:
 def _chosen(problem: _Problem, found: _Check, old: WorkingSet | None) -> WorkingSet:
     """Choose the touching nodes and the nearest open ones."""
     order = np.argsort(-found.trial[:, 0] / problem.scale[:, 0] - np.where(found.touching, np.inf, 0.0))
-    return gather(problem.compliance, problem.scale, np.sort(order[: _wanted(found)]), old)
+    return gather(problem.compliance, problem.scale, order[: _wanted(found)], old)

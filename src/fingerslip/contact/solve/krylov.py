@@ -1,25 +1,23 @@
-"""Newton's method for hundreds of touching nodes: GMRES directions with a preconditioner in two levels.
+"""Newton's method for hundreds of touching nodes: directions by GMRES in compiled code, and a line search.
 
-The Newton matrix I - G (I - rho W) of :mod:`fingerslip.contact.solve.newton` is never made. GMRES needs products with
-W, and its preconditioner follows the nodes that change their state (:mod:`fingerslip.contact.solve.local_inverse`,
-:mod:`fingerslip.contact.solve.coarse`). Where GMRES does not get there, the matrix is made and factorised after all.
-
-All products here are in single precision, so the solution is only as good as that. What a direction does to the slip
-is known from GMRES without another product. The caller computes the residual of the forces in double precision, over
-all candidates, and calls again where that residual is still too large.
+The directions (:mod:`fingerslip.contact.solve.gmres`) are of single precision, and so is what they are taken to do to
+the trial forces. Where that is no longer exact enough for what is left of the residual, what all directions since have
+done is computed again, in double precision: with the compliance among the nodes, if its entries are of single precision
+themselves, so that nothing is rounded; otherwise by the caller, with that of all candidates, who then calls again.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import contextlib
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.contact.solve.dense import factorise_dense
+from fingerslip.contact.solve.gmres import Preconditioner, ScaledCompliance, Space, new_space, solve, write_moved
 from fingerslip.contact.solve.line_search import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough
+from fingerslip.contact.solve.local_inverse import LocalInverse, renew_rows
 from fingerslip.contact.solve.projection import derivative, project
 from fingerslip.contact.solve.working_set import WorkingSet
 
@@ -30,10 +28,10 @@ Single = NDArray[np.float32]
 
 _KRYLOV_LIMIT = 60
 _ROUGHEST, _FINEST = 0.1, 1e-5
-# Share of the initial residual that single precision can reach.
-_REACHABLE = 1e-6
-# Length of a new direction of GMRES, over that of its image, from which on there is none but rounding.
-_NO_NEW_DIRECTION = 1e-6
+# Share of the directions since the last product in double precision, below which the residual is not known.
+_KNOWN = 1e-5
+# Residual of the last direction over what is wanted: what norms and nonlinearity add.
+_SAFETY = 0.3
 
 
 @dataclass(frozen=True)
@@ -80,29 +78,94 @@ def newton_krylov(working_set: WorkingSet, friction: Array, start: Start) -> tup
     working_set : WorkingSet
         The same nodes with the newest preconditioner.
     solved : bool
-        Whether the residual, in single precision, became small enough.
+        Whether the residual became small enough, as far as it is known.
     iterations : int
         Newton iterations.
     """
-    forces, trial = start.forces, start.trial
-    residual = forces - project(trial, friction)
-    reachable = _REACHABLE * float(np.abs(residual).max())
-    merit, exactness = float(np.sum(residual**2)), start.roughest
+    nodes, inverse = _Nodes.of(working_set, friction), working_set.inverse.copy()
+    forces, solved, iterations = _iterate(nodes, inverse, start)
+    return forces, replace(working_set, inverse=inverse), solved, iterations
+
+
+@dataclass(frozen=True)
+class _Nodes:
+    """What stays the same for k nodes.
+
+    Parameters
+    ----------
+    working_set : WorkingSet
+        Compliance and coarse space.
+    friction : (k,) array
+        Friction coefficients [-].
+    exact, rough : ScaledCompliance
+        rho W in double and in single precision.
+    space : Space
+        Memory of GMRES.
+    """
+
+    working_set: WorkingSet
+    friction: Array
+    exact: ScaledCompliance
+    rough: ScaledCompliance
+    space: Space
+
+    @classmethod
+    def of(cls, working_set: WorkingSet, friction: Array) -> _Nodes:
+        """Return what stays the same in a working set."""
+        exact, rough = (ScaledCompliance.of(working_set, precision) for precision in (np.float64, np.float32))
+        space = new_space(working_set.scale.size, _KRYLOV_LIMIT)
+        return cls(working_set, np.ascontiguousarray(friction), exact, rough, space)
+
+
+def _iterate(nodes: _Nodes, inverse: LocalInverse, start: Start) -> tuple[Array, bool, int]:
+    """Return forces, whether they solve the problem, and iterations; the rows of the inverse are renewed."""
+    forces, trial, exactness = start.forces, start.trial, start.roughest
+    residual = forces - project(trial, nodes.friction)
+    # Directions since the last product in double precision, and what single precision says that they do.
+    owed, assumed = np.zeros_like(forces), np.zeros_like(forces)
     for iteration in range(NEWTON_LIMIT):
-        enough = max(start.goal * max(float(np.abs(forces).max()), start.least), reachable)
-        if np.abs(residual).max() <= enough:
+        enough = start.goal * max(_largest(forces), start.least)
+        if owed.any() and _largest(residual) <= _KNOWN * _largest(owed):
+            if not nodes.working_set.is_exact:
+                return forces - residual, True, iteration
+            trial, owed, assumed = _settled(nodes, trial, owed, assumed)
+            residual = forces - project(trial, nodes.friction)
+            exactness = _needed(enough, residual, owed)
+        if _largest(residual) <= enough:
             # The last projection puts sliding nodes exactly on the cone and removes all force from open ones.
-            return forces - residual, working_set, True, iteration
-        direction, change, working_set = _direction(working_set, friction, trial, residual, exactness)
-        length, new = _search(forces, trial, friction, merit=merit, direction=direction, change=change)
-        if not float(np.sum(new**2)) < merit:
-            return forces - residual, working_set, False, iteration + 1
-        forces, trial, residual = forces + length * direction, trial + length * change, new
-        before, merit = merit, float(np.sum(residual**2))
+            return forces - residual, True, iteration
+        direction, moved = _direction(nodes, inverse, trial, residual, exactness)
+        merit = float(np.vdot(residual, residual))
+        length, new = _search(forces, trial, nodes.friction, merit=merit, direction=direction, change=direction - moved)
+        if not float(np.vdot(new, new)) < merit:
+            if not (owed.any() and nodes.working_set.is_exact):
+                return forces - residual, False, iteration + 1
+            trial, owed, assumed = _settled(nodes, trial, owed, assumed)
+            residual = forces - project(trial, nodes.friction)
+            continue
+        forces, trial, residual = forces + length * direction, trial + length * (direction - moved), new
+        owed, assumed = owed + length * direction, assumed + length * moved
         # As exact as the last iteration was successful (Eisenstat & Walker 1996), but not more than the goal needs.
-        needed = 0.1 * enough / (float(np.abs(residual).max()) or 1.0)
-        exactness = min(max(0.9 * merit / before, needed, _FINEST), _ROUGHEST)
-    return forces - residual, working_set, False, NEWTON_LIMIT
+        success = 0.9 * float(np.vdot(new, new)) / merit
+        exactness = min(max(success, _needed(enough, residual, owed)), _ROUGHEST)
+    return forces - residual, False, NEWTON_LIMIT
+
+
+def _largest(values: Array) -> float:
+    return float(np.abs(values).max())
+
+
+def _needed(enough: float, residual: Array, owed: Array) -> float:
+    """Return how exact a direction has to be to be the last one, or the last before nothing is known any more."""
+    wanted = max(enough, _KNOWN * _largest(owed)) / (_largest(residual) or 1.0)
+    return min(max(_SAFETY * wanted, _FINEST), _ROUGHEST)
+
+
+def _settled(nodes: _Nodes, trial: Array, owed: Array, assumed: Array) -> tuple[Array, Array, Array]:
+    """Return the trial forces with what directions did in double precision; from then on nothing is owed."""
+    moved = np.empty(owed.size)
+    write_moved(nodes.exact, owed.ravel(), moved)
+    return trial - (moved.reshape(owed.shape) - assumed), np.zeros_like(owed), np.zeros_like(owed)
 
 
 def _search(
@@ -112,101 +175,43 @@ def _search(
     length, new = 1.0, forces
     for _ in range(SEARCH_LIMIT):
         new = forces + length * direction - project(trial + length * change, friction)
-        if decreases_enough(float(np.sum(new**2)), merit, length):
+        if decreases_enough(float(np.vdot(new, new)), merit, length):
             break
         length *= 0.5
     return length, new
 
 
 def _direction(
-    working_set: WorkingSet, friction: Array, trial: Array, residual: Array, exactness: float
-) -> tuple[Array, Array, WorkingSet]:
-    """Solve (I - G (I - rho W)) d = -residual to a relative `exactness`; return d and the change of the trial force."""
-    slopes = _slopes(trial, friction)
-    single = slopes.astype(np.float32)
+    nodes: _Nodes, inverse: LocalInverse, trial: Array, residual: Array, exactness: float
+) -> tuple[Array, Array]:
+    """Solve (I - G (I - rho W)) d = -residual to a relative `exactness`; return d and rho W d, both (k, dim)."""
+    slopes, known, rough = _slopes(trial, nodes.friction), nodes.working_set, nodes.rough
+    weights, local = (rough.of_body, rough.of_penalty), known.coupled.body
+    renew_rows(inverse.near, inverse.rows, inverse.marks, slopes, known.frames, weights, local, known.nodes)
+    count = _acting(trial, residual)
+    given, scaled = slopes[:count].astype(np.float32), rough.of_first(count)
     size = float(np.linalg.norm(residual))
-    right = (-residual.ravel() / size).astype(np.float32)
-    working_set = working_set.renewed(slopes)
-    found, moved, reached = _gmres(working_set, single, right, exactness, working_set.preconditioner(single))
+    right = (-residual[:count].ravel() / size).astype(np.float32)
+    preconditioner = Preconditioner.of(given, known.coarse, inverse)
+    found, moved, reached = solve(given, scaled, preconditioner, right, exactness, nodes.space)
     if not reached:
-        factors = factorise_dense(_newton_matrix(single, working_set.scaled()))
-        found, moved, _ = _gmres(working_set, single, right, exactness, factors.solve)
-    direction = size * found.astype(np.float64).reshape(residual.shape)
+        found, moved = _solved_densely(given, scaled, right)
+    direction, response = np.zeros_like(residual), np.zeros_like(residual)
+    direction[:count] = size * found.reshape(count, -1)
+    response[:count] = size * moved.reshape(count, -1)
     # An open node loses its force exactly.
     is_open = trial[:, 0] <= 0.0
     direction[is_open] = -residual[is_open]
-    change = direction - size * moved.astype(np.float64).reshape(residual.shape)
-    return direction, change, working_set
-
-
-def _gmres(
-    working_set: WorkingSet, slopes: Single, right: Single, exactness: float, inverse: Callable[[Single], Single]
-) -> tuple[Single, Single, bool]:
-    """Solve by GMRES, preconditioned from the right so that its residual is the true one; `right` has length one.
-
-    Returns the solution d, rho W d, and whether it is as exact as it should be.
-    """
-    basis = np.zeros((_KRYLOV_LIMIT + 1, right.size), dtype=np.float32)
-    ready, moved = (np.zeros((_KRYLOV_LIMIT, right.size), dtype=np.float32) for _ in range(2))
-    # The equations of the shares of the directions, kept triangular by rotations (Saad & Schultz 1986).
-    triangle, rotations = np.zeros((_KRYLOV_LIMIT + 1, _KRYLOV_LIMIT)), np.zeros((_KRYLOV_LIMIT, 2))
-    target = np.eye(_KRYLOV_LIMIT + 1, 1).ravel()
-    basis[0] = right
-    used, reached = 0, False
-    for used in range(1, _KRYLOV_LIMIT + 1):
-        ready[used - 1] = inverse(basis[used - 1])
-        moved[used - 1] = working_set.product(ready[used - 1])
-        image = _image(slopes, ready[used - 1], moved[used - 1])
-        triangle[:used, used - 1] = _orthogonalise(image, basis[:used])
-        triangle[used, used - 1] = length = float(np.linalg.norm(image))
-        left = _rotate(triangle, rotations, target, used - 1)
-        reached = bool(left <= exactness or length <= _NO_NEW_DIRECTION)
-        if reached:
-            break
-        basis[used] = image / np.float32(length)
-    weights = np.linalg.lstsq(triangle[:used, :used], target[:used], rcond=None)[0]
-    shares = weights.astype(np.float32)
-    return shares @ ready[:used], shares @ moved[:used], reached
+    return direction, response
 
 
 @numba.njit(cache=True, nogil=True)
-def _rotate(triangle, rotations, target, last):  # type: ignore[no-untyped-def]
-    """Make the last column of the equations triangular, too, in place; return the norm of their residual."""
-    for k in range(last):
-        cosine, sine = rotations[k]
-        upper, lower = triangle[k, last], triangle[k + 1, last]
-        triangle[k, last], triangle[k + 1, last] = cosine * upper + sine * lower, cosine * lower - sine * upper
-    length = np.hypot(triangle[last, last], triangle[last + 1, last])
-    if length > 0.0:
-        rotations[last, 0], rotations[last, 1] = triangle[last, last] / length, triangle[last + 1, last] / length
-    else:
-        rotations[last, 0], rotations[last, 1] = 1.0, 0.0
-    triangle[last, last], triangle[last + 1, last] = length, 0.0
-    target[last + 1] = -rotations[last, 1] * target[last]
-    target[last] *= rotations[last, 0]
-    return abs(target[last + 1])
-
-
-def _orthogonalise(image: Single, basis: Single) -> Array:
-    """Make a vector orthogonal to the rows of `basis`, in place and twice for rounding; return its parts along them."""
-    total = np.zeros(len(basis))
-    for _ in range(2):
-        parts = basis @ image
-        image -= (parts @ basis).astype(np.float32)
-        total += parts
-    return total
-
-
-@numba.njit(cache=True, nogil=True)
-def _image(slopes, vector, moved):  # type: ignore[no-untyped-def]
-    """Return (I - G (I - rho W)) v from v and rho W v."""
-    count, dim = slopes.shape[:2]
-    out = vector.copy()
-    for i in range(count):
-        for k in range(dim):
-            for m in range(dim):
-                out[i * dim + k] -= slopes[i, k, m] * (vector[i * dim + m] - moved[i * dim + m])
-    return out
+def _acting(trial, residual):  # type: ignore[no-untyped-def]
+    """Return how many nodes there are until the last that touches or loses a force; all behind it stay as they are."""
+    for i in range(len(trial) - 1, -1, -1):
+        if trial[i, 0] > 0.0 or residual[i].any():
+            return i + 1
+    return 0
 
 
 @numba.njit(cache=True, nogil=True)
@@ -220,17 +225,25 @@ def _slopes(trial, friction):  # type: ignore[no-untyped-def]
     return slopes
 
 
-@numba.njit(cache=True, nogil=True)
-def _newton_matrix(slopes, scaled):  # type: ignore[no-untyped-def]
-    """Return I - G (I - rho W) from G and rho W."""
-    count, dim = slopes.shape[:2]
-    matrix = np.zeros((count * dim, count * dim), dtype=np.float32)
-    for i in range(count):
-        for k in range(dim):
-            row = matrix[i * dim + k]
-            for m in range(dim):
-                if slopes[i, k, m] != 0.0:
-                    row += slopes[i, k, m] * scaled[i * dim + m]
-                    row[i * dim + m] -= slopes[i, k, m]
-            row[i * dim + k] += 1.0
+def _solved_densely(slopes: Single, scaled: ScaledCompliance, right: Single) -> tuple[Single, Single]:
+    """Return the solution for a right-hand side (k * dim,), and rho W times it, by factors of the Newton matrix."""
+    found, moved = np.zeros_like(right), np.empty_like(right)
+    # A singular matrix leaves nothing, at which the line search stalls.
+    with contextlib.suppress(np.linalg.LinAlgError):
+        found = np.linalg.solve(_newton_matrix(slopes, scaled), right)
+    write_moved(scaled, found, moved)
+    return found, moved
+
+
+def _newton_matrix(slopes: Single, scaled: ScaledCompliance) -> Single:
+    """Return J = I - G (I - rho W), shape (k * dim, k * dim), in single precision."""
+    count, dim = scaled.of_body.shape
+    size, frames, nodes = count * dim, scaled.frames, np.arange(count)
+    half = np.tril(scaled.body[:size, :size])
+    body = (half + np.tril(half, -1).T).reshape(count, dim, count, dim)
+    response = np.einsum("ikx,ixjy,jmy->ikjm", frames, body, frames, optimize=True)
+    response *= scaled.of_body[:, :, None, None]
+    response[nodes, :, nodes, :] -= np.eye(dim) * (1.0 - scaled.of_penalty[:, :, None])
+    matrix: Single = np.einsum("ikx,ixjm->ikjm", slopes, response).reshape(size, size)
+    matrix.flat[:: size + 1] += 1.0
     return matrix

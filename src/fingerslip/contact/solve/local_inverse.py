@@ -9,22 +9,51 @@ follows all that touch.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LocalInverse", "coupled_nodes"]
+__all__ = ["Coupled", "LocalInverse", "renew_rows", "write_local_product"]
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
 Indices = NDArray[np.int64]
 
 # Nodes of a local matrix, and change of the projection's derivative or of frames from which it is made again [-].
-_COUPLED, _CHANGE = 16, 0.3
+_COUPLED, _CHANGE = 12, 0.3
 # The first of these nodes, itself included, whose change counts: others cost more rows than they save iterations.
 _COUNTING = 8
 _ROWS_AT_ONCE = 256
+# Share of the diagonal below which a pivot counts as none.
+_NO_PIVOT = 1e-5
+
+
+@dataclass(frozen=True)
+class Coupled:
+    """For each of n_c nodes, those to which a compliance couples it most.
+
+    Parameters
+    ----------
+    near : (n_c, m) array of int
+        These nodes, itself first.
+    body : (n_c, m * dim, m * dim) array
+        The compliance among them in global components, of any unit, in single precision.
+    """
+
+    near: Indices
+    body: Single
+
+    @classmethod
+    def of(cls, body: NDArray[np.floating[Any]], count: int) -> Coupled:
+        """Find the nodes in the compliance (count * dim, count * dim) of `count` nodes."""
+        near = _coupled_nodes(body, count)
+        return cls(near, _local_parts(body, near, len(body) // max(count, 1)))
+
+    def under(self, body: NDArray[np.floating[Any]]) -> Coupled:
+        """Return the same nodes under another compliance, (n_c * dim, n_c * dim)."""
+        return Coupled(self.near, _local_parts(body, self.near, len(body) // max(len(self.near), 1)))
 
 
 @dataclass(frozen=True)
@@ -37,8 +66,8 @@ class LocalInverse:
         The nodes of each local matrix among the k, itself first; -1 for one that is not among them.
     rows : (k, dim, m * dim) array
         Rows of the inverses, in single precision [-].
-    marks : (k, j, dim) array
-        What the rows were made for; no numbers where they were not made yet.
+    marks : (k, 2 * dim, dim) array
+        What the rows were made for, slopes and frames; no numbers where they were not made yet.
     """
 
     near: Indices
@@ -46,61 +75,20 @@ class LocalInverse:
     marks: Array
 
     @classmethod
-    def empty(cls, near: Indices, shape: tuple[int, ...]) -> LocalInverse:
-        """Return an inverse of which no row is made, for marks of the given shape."""
-        count, dim = shape[0], shape[2]
-        return cls(near, np.zeros((count, dim, near.shape[1] * dim), dtype=np.float32), np.full(shape, np.nan))
+    def empty(cls, near: Indices, dim: int) -> LocalInverse:
+        """Return an inverse of which no row is made, for nodes with `dim` components."""
+        count, width = near.shape
+        rows = np.zeros((count, dim, width * dim), dtype=np.float32)
+        return cls(near, rows, np.full((count, 2 * dim, dim), np.nan))
 
-    def solve(self, vector: Single) -> Single:
-        """Return the product with a vector (k * dim,), same shape."""
-        found: Single = _product(self.near, self.rows, vector.reshape(-1, self.rows.shape[1]))
-        return found.ravel()
-
-    def stale(self, marks: Array) -> NDArray[np.bool_]:
-        """Return which nodes have changed since their rows were made, shape (k,)."""
-        change = np.abs(marks - self.marks).reshape(len(marks), -1).max(axis=1)
-        return np.asarray(~(change <= _CHANGE))
-
-    def renewed(
-        self, marks: Array, slopes: Array, scale: Array, parts: tuple[Single, Array, Array, float]
-    ) -> LocalInverse:
-        """Return the inverse with new rows for nodes that have changed, and for those most coupled to them.
-
-        Parameters
-        ----------
-        marks : (k, j, dim) array
-            What the rows are made for.
-        slopes : (k, dim, dim) array
-            G, the derivative of the projection [-].
-        scale : (k, dim) array
-            Step lengths rho of the projection [N/m].
-        parts : tuple
-            The compliance: lower triangle of the body's in global components, frames, penalties', factor of the body's.
-        """
-        changed = self.stale(marks)
-        if not changed.any():
-            return self
-        near = self.near[:, :_COUNTING]
-        which = np.flatnonzero((changed[near] & (near >= 0)).any(axis=1))
-        rows = self.rows.copy()
-        _make_rows(which, self.near, slopes, scale, *parts, rows)
-        return LocalInverse(self.near, rows, np.where(changed[:, None, None], marks, self.marks))
+    def copy(self) -> LocalInverse:
+        """Return an inverse whose rows may be renewed without changing these."""
+        return LocalInverse(self.near, self.rows.copy(), self.marks.copy())
 
 
-def coupled_nodes(body: Array, count: int) -> Indices:
-    """Return for each of `count` nodes those to which a compliance couples it most, itself first.
-
-    Parameters
-    ----------
-    body : (count * dim, count * dim) array
-        The compliance, of any unit.
-
-    Returns
-    -------
-    (count, m) array of int
-        Indices of nodes.
-    """
-    dim, most = len(body) // count, min(_COUPLED, count)
+def _coupled_nodes(body: NDArray[np.floating[Any]], count: int) -> Indices:
+    """Return for each node those to which the compliance couples it most, itself first, shape (count, m)."""
+    dim, most = len(body) // max(count, 1), min(_COUPLED, count)
     found = np.zeros((count, most), dtype=np.int64)
     for start in range(0, count, _ROWS_AT_ONCE):
         end = min(start + _ROWS_AT_ONCE, count)
@@ -113,143 +101,195 @@ def coupled_nodes(body: Array, count: int) -> Indices:
     return found
 
 
+@numba.njit(cache=True, nogil=True)
+def _local_parts(body, near, dim):  # type: ignore[no-untyped-def]
+    """Return the parts of a compliance among the nodes `near` (n_c, m), shape (n_c, m * dim, m * dim)."""
+    count, width = near.shape
+    parts = np.empty((count, width * dim, width * dim), dtype=np.float32)
+    for i in range(count):
+        for a in range(width * dim):
+            row = body[near[i, a // dim] * dim + a % dim]
+            for b in range(width):
+                for m in range(dim):
+                    parts[i, a, b * dim + m] = row[near[i, b] * dim + m]
+    return parts
+
+
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc", "contract"})
-def _product(near, rows, vector):  # type: ignore[no-untyped-def]
+def write_local_product(near, rows, vector, found):  # type: ignore[no-untyped-def]
+    """Write the product of a local inverse with a vector (k * dim,) into `found`, same shape.
+
+    `near` and `rows` may be those of the first k nodes of more.
+    """
     count, dim, width = rows.shape
-    out, given = np.empty_like(vector), np.empty(width, vector.dtype)
+    given = np.empty(width, vector.dtype)
     for i in range(count):
         for a in range(near.shape[1]):
             j = near[i, a]
             for m in range(dim):
-                given[a * dim + m] = vector[j, m] if j >= 0 else 0.0
+                given[a * dim + m] = vector[j * dim + m] if 0 <= j < count else 0.0
         for k in range(dim):
             total = np.float32(0.0)
             for c in range(width):
                 total += rows[i, k, c] * given[c]
-            out[i, k] = total
-    return out
+            found[i * dim + k] = total
 
 
 @numba.njit(cache=True, nogil=True)
-def _make_rows(which, near, slopes, scale, body, frames, penalty, factor, rows):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    count, dim = slopes.shape[:2]
-    own, left, known = np.empty((count, dim, dim), body.dtype), np.empty((count, dim, dim), body.dtype), np.zeros(count)
-    for i in which:
-        rows[i] = 0.0
-        columns = _touching(near[i], slopes)
-        # An open node's own row is that of the identity.
-        if columns.size == 0 or columns[0] != 0:
-            for k in range(dim):
-                rows[i, k, k] = 1.0
-            continue
-        nodes = near[i][columns]
-        for j in nodes:
-            if known[j] == 0.0:
-                _write_parts(slopes[j], scale[j], frames[j], penalty[j], factor, own[j], left[j])
-                known[j] = 1.0
-        found = _first_rows(_local_system(nodes, body, own, left), frames[i])
-        for a in range(columns.size):
-            for k in range(dim):
-                for m in range(dim):
-                    rows[i, k, columns[a] * dim + m] = found[a * dim + m, k]
+def renew_rows(near, rows, marks, slopes, frames, weights, local, nodes):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Make the rows of nodes that have changed again, and those of the nodes most coupled to them, in place.
 
+    Parameters
+    ----------
+    near, rows, marks : array
+        Those of a :class:`LocalInverse`; the last two are overwritten.
+    slopes : (k, dim, dim) array
+        G, the derivative of the projection [-].
+    frames : (k, dim, dim) array
+        Frames of the nodes [-].
+    weights : tuple of (k, dim) array
+        The weights of the body's response and of the force itself in rho W.
+    local : (n_c, m * dim, m * dim) array
+        Local parts of the body's compliance, for all candidates.
+    nodes : (k,) array of int
+        Which candidates the nodes are.
 
-@numba.njit(cache=True, nogil=True)
-def _touching(near, slopes):  # type: ignore[no-untyped-def]
-    """Return at which places of `near` (m,) there are nodes that touch."""
-    columns = np.empty(near.size, dtype=np.int64)
-    size = 0
-    for a in range(near.size):
-        if near[a] >= 0 and slopes[near[a], 0, 0] != 0.0:
-            columns[size] = a
-            size += 1
-    return columns[:size]
-
-
-@numba.njit(cache=True, nogil=True)
-def _write_parts(slope, scale, frame, penalty, factor, own, left):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Write D = [I - G (I - rho P)] R^-T and L = G rho f R of a node, all (dim, dim).
-
-    With the body's compliance C in global components, the Newton matrix in the frames R is (D + L C) R^T.
+    Returns
+    -------
+    int
+        How many nodes have new rows.
     """
-    dim = len(frame)
-    inverse = np.linalg.inv(frame)
-    for k in range(dim):
-        for m in range(dim):
-            own[k, m], left[k, m] = inverse[m, k], 0.0
-            for x in range(dim):
-                own[k, m] -= slope[k, x] * (1.0 - scale[x] * penalty[x]) * inverse[m, x]
-                left[k, m] += factor * slope[k, x] * scale[x] * frame[x, m]
+    changed = _changed(marks, slopes, frames)
+    count, dim = slopes.shape[:2]
+    made = 0
+    system = np.empty((rows.shape[2], rows.shape[2] + dim), dtype=np.float32)
+    for i in range(count):
+        stale = False
+        for a in range(min(_COUNTING, near.shape[1])):
+            stale |= near[i, a] >= 0 and changed[near[i, a]]
+        if stale:
+            _write_system(system, near[i], slopes, frames, weights, local[nodes[i]])
+            _write_first_rows(system, rows[i])
+            made += 1
+    return made
 
 
 @numba.njit(cache=True, nogil=True)
-def _local_system(nodes, body, own, left):  # type: ignore[no-untyped-def]
-    """Return the transpose of D + L C among a few nodes, with room for right-hand sides behind it."""
-    dim, size = own.shape[1], nodes.size
-    system = np.zeros((size * dim, (size + 1) * dim), body.dtype)
-    for a in range(size):
-        for b in range(size):
-            i, j = nodes[a], nodes[b]
-            for x in range(dim):
-                for m in range(dim):
-                    # Only the lower triangle of the compliance is there.
-                    row, column = i * dim + x, j * dim + m
-                    entry = body[row, column] if row >= column else body[column, row]
-                    for k in range(dim):
-                        system[b * dim + m, a * dim + k] += left[i, k, x] * entry
+def _changed(marks, slopes, frames):  # type: ignore[no-untyped-def]
+    """Return which nodes have changed since their rows were made, shape (k,), and mark them as they are now."""
+    dim = slopes.shape[2]
+    changed = np.zeros(len(slopes), np.bool_)
+    for i in range(len(slopes)):
+        same = True
+        for a in range(dim):
+            for b in range(dim):
+                # Where there was nothing, the marks are no numbers, and nothing is the same.
+                same &= abs(marks[i, a, b] - slopes[i, a, b]) <= _CHANGE
+                same &= abs(marks[i, dim + a, b] - frames[i, a, b]) <= _CHANGE
+        changed[i] = not same
+        if changed[i]:
+            marks[i, :dim], marks[i, dim:] = slopes[i], frames[i]
+    return changed
+
+
+@numba.njit(cache=True, nogil=True)
+def _write_system(system, near, slopes, frames, weights, local):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Write the transpose of the Newton matrix among nodes near one, and behind it the unit vectors of that one.
+
+    Its parts are J_ij = G_i rho_i f R_i C_ij R_j^T + delta_ij [I - G_i (I - rho_i P_i)]. Rows of nodes that are open, or
+    not there, are those of the identity, and these nodes do not act on others.
+    """
+    dim, of_body, of_penalty = slopes.shape[1], weights[0], weights[1]
+    left, turned = np.empty((dim, dim), dtype=np.float32), np.empty((dim, dim), dtype=np.float32)
+    system[:] = 0.0
+    for a in range(near.size):
+        i = near[a]
+        for k in range(dim):
+            system[a * dim + k, a * dim + k] = 1.0
+        if not _touches(i, slopes):
+            continue
         for k in range(dim):
             for m in range(dim):
-                system[a * dim + m, a * dim + k] += own[nodes[a], k, m]
-    return system
+                system[a * dim + m, a * dim + k] += slopes[i, k, m] * (of_penalty[i, m] - 1.0)
+                left[k, m] = 0.0
+                for x in range(dim):
+                    left[k, m] += slopes[i, k, x] * of_body[i, x] * frames[i, x, m]
+        for b in range(near.size):
+            if _touches(near[b], slopes):
+                _add_response(system, a, b, left, local, frames[near[b]], turned)
+    for k in range(dim):
+        system[k, len(system) + k] = 1.0
 
 
 @numba.njit(cache=True, nogil=True)
-def _first_rows(system, frame):  # type: ignore[no-untyped-def]
-    """Return the first rows of the inverse of the Newton matrix as columns, by elimination in place."""
-    dim, size = len(frame), len(system)
+def _touches(node, slopes):  # type: ignore[no-untyped-def]
+    return node >= 0 and slopes[node, 0, 0] != 0.0
+
+
+@numba.njit(cache=True, nogil=True)
+def _add_response(system, a, b, left, local, frame, turned):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Add the transpose of left C_ab R_b^T to a system, with the compliance C among its nodes."""
+    dim = len(left)
     for k in range(dim):
-        system[k, size + k] = 1.0
+        for y in range(dim):
+            turned[k, y] = 0.0
+            for x in range(dim):
+                turned[k, y] += left[k, x] * local[a * dim + x, b * dim + y]
+    for m in range(dim):
+        for k in range(dim):
+            for y in range(dim):
+                system[b * dim + m, a * dim + k] += turned[k, y] * frame[m, y]
+
+
+@numba.njit(cache=True, nogil=True)
+def _write_first_rows(system, rows):  # type: ignore[no-untyped-def]
+    """Write the first rows of the inverse of a matrix (dim, n), from :func:`_write_system`, by elimination in place."""
+    size, dim = len(system), len(rows)
     if not _eliminate(system):
-        # A singular matrix leaves the identity.
-        return np.eye(size, dim).astype(system.dtype)
+        # A matrix without an inverse leaves the identity.
+        rows[:] = 0.0
+        for k in range(dim):
+            rows[k, k] = 1.0
+        return
     for j in range(size - 1, -1, -1):
-        for k in range(size, size + dim):
-            system[j, k] /= system[j, j]
+        for k in range(dim):
+            rows[k, j] = system[j, size + k] / system[j, j]
             for r in range(j):
-                system[r, k] -= system[r, j] * system[j, k]
-    # The rows were those of (D + L C)^-1; in front of them stands R^-T.
-    return np.ascontiguousarray(system[:, size:]) @ np.linalg.inv(frame).astype(system.dtype)
+                system[r, size + k] -= system[r, j] * rows[k, j]
 
 
 @numba.njit(cache=True, nogil=True)
 def _eliminate(system):  # type: ignore[no-untyped-def]
-    """Make a matrix upper triangular in place, with right-hand sides behind it; tell whether it is regular."""
+    """Make a matrix upper triangular in place, with right-hand sides behind it; tell whether it is regular.
+
+    Without swapping rows: the matrices are near those of springs, and an inverse that is rough does.
+    """
     size, width = system.shape
-    for j in range(size):
-        pivot = _pivot(system, j)
-        if system[pivot, j] == 0.0:
-            return False
-        if pivot != j:
-            for c in range(j, width):
-                system[j, c], system[pivot, c] = system[pivot, c], system[j, c]
-        # Two rows at a time, for which the row of the pivot is read once.
-        for r in range(j + 1, size - 1, 2):
-            first, second = system[r, j] / system[j, j], system[r + 1, j] / system[j, j]
-            for c in range(j + 1, width):
-                system[r, c] -= first * system[j, c]
-                system[r + 1, c] -= second * system[j, c]
-        if (size - j) % 2 == 0:
-            last = system[size - 1, j] / system[j, j]
-            for c in range(j + 1, width):
-                system[size - 1, c] -= last * system[j, c]
+    for start in range(0, size, 4):
+        end = min(start + 4, size)
+        for j in range(start, end):
+            if abs(system[j, j]) < _NO_PIVOT:
+                return False
+            for r in range(j + 1, end):
+                share = system[r, j] / system[j, j]
+                for c in range(j, width):
+                    system[r, c] -= share * system[j, c]
+        if end == start + 4:
+            _eliminate_below(system, start)
     return True
 
 
-@numba.njit(cache=True, nogil=True)
-def _pivot(system, column):  # type: ignore[no-untyped-def]
-    """Return the row, at or below the diagonal, with the largest entry of a column."""
-    pivot = column
-    for r in range(column + 1, len(system)):
-        if abs(system[r, column]) > abs(system[pivot, column]):
-            pivot = r
-    return pivot
+@numba.njit(cache=True, nogil=True, fastmath={"contract"})
+def _eliminate_below(system, start):  # type: ignore[no-untyped-def]
+    """Subtract four rows, triangular among themselves, from all below: each of these is read and written once."""
+    size, width = system.shape
+    first, second, third, fourth = system[start], system[start + 1], system[start + 2], system[start + 3]
+    for r in range(start + 4, size):
+        row = system[r]
+        a = row[start] / first[start]
+        b = (row[start + 1] - a * first[start + 1]) / second[start + 1]
+        c = (row[start + 2] - a * first[start + 2] - b * second[start + 2]) / third[start + 2]
+        d = row[start + 3] - a * first[start + 3] - b * second[start + 3] - c * third[start + 3]
+        d /= fourth[start + 3]
+        for k in range(start + 4, width):
+            row[k] -= a * first[k] + b * second[k] + c * third[k] + d * fourth[k]

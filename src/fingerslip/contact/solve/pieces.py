@@ -70,7 +70,7 @@ class Piece:
     states: NDArray[np.int8]
     slopes: Array
     unknowns: NDArray[np.int64]
-    factor: DenseFactor[np.float64]
+    factor: DenseFactor
     forces: Array
     product: Array
 

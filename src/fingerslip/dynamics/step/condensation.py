@@ -13,30 +13,32 @@ which the contact does not depend are factorised; the others are kept, with C, t
 which is their part of A^-1. The forward half leaves the right-hand side c of the Schur complement. B C c is the local
 part without contact forces, C (c + B^T r) the solution at the kept unknowns, and the backward half gives all others.
 
-These factors may be of single precision. The right-hand side at the kept unknowns, against which contact forces nearly
-cancel, does not go through them, and C serves contact and solution alike: so the contact law holds to double precision,
-and what is rounded is as small as what a step changes.
+These factors may be of single precision, and C with them. The right-hand side at the kept unknowns, against which
+contact forces nearly cancel, does not go through the factors. C serves contact and solution alike, entry by entry, and
+multiplies in double precision: so the contact law holds to double precision, and what is rounded is as small as what a
+step changes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.linalg import blas
 
 from fingerslip.linear.factorisation import factorise_around
 from fingerslip.linear.memory import require_memory
 from fingerslip.linear.products import add_columns, long_product
 from fingerslip.linear.solver import Factor, LinearSolver, SchurFactor
+from fingerslip.linear.symmetric import symmetric_product, symmetric_products
 
 __all__ = ["ByColumns", "BySchur", "Condensed", "Halfway", "condense"]
 
 Array = NDArray[np.float64]
+Reals = NDArray[np.floating[Any]]
 
 _COLUMNS_AT_ONCE = 256
 _SPARSE_BELOW = 0.25
@@ -126,14 +128,14 @@ class BySchur:
     kept : (p,) array
         The unknowns that the local displacements depend on.
     inverse : (p, p) array
-        C, symmetric.
+        C, symmetric, in the precision of the factors.
     rows : sparse matrix, shape (m, p), or None
         B on the kept unknowns; None where it is the identity.
     """
 
     factor: SchurFactor
     kept: NDArray[np.int64]
-    inverse: Array
+    inverse: Reals
     rows: sparse.csr_matrix | None
 
     @property
@@ -163,15 +165,14 @@ class BySchur:
         return self.factor.backward(vector)
 
 
-def _symmetric_times(matrix: Array, given: Array) -> Array:
+def _symmetric_times(matrix: Reals, given: Array) -> Array:
     """Return the product of a symmetric matrix (p, p) with a vector, for which half of it is read, or with columns."""
-    product: Array = blas.dsymv(1.0, matrix.T, given) if given.ndim == 1 else matrix @ given
-    return product
+    return symmetric_product(matrix, given) if given.ndim == 1 else symmetric_products(matrix, given)
 
 
 def condense(
     matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver, reserved_bytes: int = 0
-) -> tuple[Condensed, Array]:
+) -> tuple[Condensed, Reals]:
     """Factorise and condense a matrix.
 
     Parameters
@@ -190,7 +191,7 @@ def condense(
     condensed : Condensed
         The condensed matrix.
     compliance : (m, m) array
-        B A^-1 B^T. `condensed` may need it unchanged.
+        B A^-1 B^T; of single precision where it is a part of C that is. `condensed` may need it unchanged.
 
     Raises
     ------
@@ -219,7 +220,7 @@ def _condense_by_columns(
 
 def _condense_by_schur(
     matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver, reserved_bytes: int
-) -> tuple[Condensed, Array]:
+) -> tuple[Condensed, Reals]:
     """Take the compliance from the Schur complement on all unknowns that the local displacements depend on."""
     # One analysis tells the memory and serves the factors.
     kept, solver = np.unique(local.indices).astype(np.int64), solver.series()

@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 GOAL = 1e-12
 TOLERANCE = 1e-10
 _MISSED_BY = TOLERANCE / GOAL
+# With a compliance of single precision accelerations are only known to 1e-4 of the largest, whatever the goal.
+_GOAL_SINGLE = 5e-11
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class ContactStep:
 
 
 def solve_step(
-    stepper: Stepper, start: Prediction, local: Array, *, earlier: ContactStep | None = None, goal: float = GOAL
+    stepper: Stepper, start: Prediction, local: Array, *, earlier: ContactStep | None = None, goal: float | None = None
 ) -> ContactStep:
     """Find the contact forces of a step.
 
@@ -86,8 +88,9 @@ def solve_step(
         The candidates' part of the unknown without contact forces, in the unit of the scheme's unknown.
     earlier : ContactStep, optional
         Contact of an earlier iteration of the step, from which the search starts.
-    goal : float
-        Residual at which the search ends, relative to the largest contact force [-].
+    goal : float, optional
+        Residual at which the search ends, relative to the largest contact force [-]; a hundred times as much is still
+        accepted. Without it what the compliance is worth, and no more than the tolerance is accepted.
 
     Raises
     ------
@@ -138,7 +141,7 @@ def _solved(
     relative: Array,
     *,
     earlier: ContactStep | None,
-    goal: float,
+    goal: float | None,
 ) -> ContactStep:
     """Solve the contact problem for a motion `relative` (n_c, dim) [m] without contact forces.
 
@@ -150,12 +153,18 @@ def _solved(
     problem = contact_problem(candidates, before, relative)
     old = start.before.working_set if earlier is None else earlier.working_set
     first, origin = (before.forces, None) if earlier is None else (earlier.solution.forces, before.forces)
+    wanted, accepted = _ends(compliance) if goal is None else (goal, goal * _MISSED_BY)
     solution, working_set = solve_contact(
-        compliance, problem, coefficients, first, goal, working_set=old, origin=origin
+        compliance, problem, coefficients, first, wanted, working_set=old, origin=origin
     )
-    _check_solved(stepper, start, solution, goal * _MISSED_BY)
+    _check_solved(stepper, start, solution, accepted)
     response = compliance.response(solution.forces) if solution.response is None else solution.response
     return ContactStep(frames, coefficients, relative + response, solution, working_set)
+
+
+def _ends(compliance: Compliance) -> tuple[float, float]:
+    """Return the residual at which the search ends, and that up to which a solution is accepted."""
+    return _GOAL_SINGLE if compliance.is_single else GOAL, TOLERANCE
 
 
 def _free_motion(stepper: Stepper, start: Prediction, unknown: Array) -> tuple[Array, Array]:

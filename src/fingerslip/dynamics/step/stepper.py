@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -329,7 +329,9 @@ def _components(nodes: Indices, dim: int) -> Indices:
     return components
 
 
-def _own_compliance(system: System, joint: Array, rows: Indices, factor: float) -> tuple[Compliance, Array | None]:
+def _own_compliance(
+    system: System, joint: NDArray[np.floating[Any]], rows: Indices, factor: float
+) -> tuple[Compliance, Array | None]:
     """Return the compliance of a system's candidates, in their frames where these stay, and these frames."""
     candidates = system.candidates
     stiffness = [candidates.normal_stiffness] + [candidates.tangential_stiffness] * (system.space.dim - 1)

@@ -8,7 +8,7 @@ mesh the coordinates are its free degrees of freedom and those of rigid bodies. 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from fingerslip.linear.solver import Factor, LinearSolver
 __all__ = ["Coordinates", "MeshCoordinates"]
 
 Array = NDArray[np.float64]
+Reals = NDArray[np.floating[Any]]
 Indices = NDArray[np.int64]
 
 
@@ -54,7 +55,7 @@ class Coordinates(Protocol):
 
     def condense(
         self, matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver, reserved_bytes: int
-    ) -> tuple[Condensed, Array]:
+    ) -> tuple[Condensed, Reals]:
         """Factorise and condense a matrix; see :func:`fingerslip.dynamics.step.condensation.condense`."""
 
 
@@ -103,6 +104,6 @@ class MeshCoordinates:
 
     def condense(
         self, matrix: sparse.csr_matrix, local: sparse.csr_matrix, solver: LinearSolver, reserved_bytes: int
-    ) -> tuple[Condensed, Array]:
+    ) -> tuple[Condensed, Reals]:
         """Factorise and condense a sparse matrix; see :func:`fingerslip.dynamics.step.condensation.condense`."""
         return condense(matrix, local, solver, reserved_bytes)

@@ -67,7 +67,7 @@ class Pardiso:
         """Factorise a matrix (n, n)."""
         return self.series().factorise(matrix)
 
-    def factorise_around(self, matrix: sparse.csr_matrix, kept: Indices) -> tuple[PardisoFactor, Array]:
+    def factorise_around(self, matrix: sparse.csr_matrix, kept: Indices) -> tuple[PardisoFactor, NDArray[Any]]:
         """Factorise a matrix (n, n) but for unknowns `kept` (m,); also return their Schur complement (m, m)."""
         return self.series().factorise_around(matrix, kept)
 
@@ -111,13 +111,13 @@ class PardisoSeries:
         """Factorise a matrix (n, n)."""
         return self._factorised(self._analysed(matrix, _NONE))
 
-    def factorise_around(self, matrix: sparse.csr_matrix, kept: Indices) -> tuple[PardisoFactor, Array]:
+    def factorise_around(self, matrix: sparse.csr_matrix, kept: Indices) -> tuple[PardisoFactor, NDArray[Any]]:
         """Factorise a matrix (n, n) but for unknowns `kept` (m,); also return their Schur complement (m, m)."""
         # PARDISO does not check the sign of unknowns without neighbours here.
         if not (matrix.diagonal() > 0.0).all():
             raise FingerslipError(f"{self.name}: {_NOT_DEFINITE}")
         schur = np.zeros((kept.size, kept.size), self._around)
-        return self._factorised(self._analysed(matrix, kept), schur), schur.astype(np.float64, copy=False)
+        return self._factorised(self._analysed(matrix, kept), schur), schur
 
     def bytes_around(self, matrix: sparse.csr_matrix, kept: Indices) -> int:
         """Return the memory that the factors around unknowns `kept` (m,) take, with their Schur complement [bytes]."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.contact.solve.coarse import CoarseSpace, group_columns, groups, unit_forces
+from fingerslip.contact.solve.coarse import coarse_inverse, group_columns, groups, images_of, unit_forces
 
 DIM = 3
 
@@ -24,7 +24,7 @@ def test_groups_are_neighbours_and_all_nodes_are_in_one():
     assert np.bincount(group).min() >= 4
 
 
-@pytest.mark.parametrize(("count", "expected"), [(0, 0), (1, 1), (19, 1), (20, 2), (1000, 20)])
+@pytest.mark.parametrize(("count", "expected"), [(0, 0), (1, 1), (19, 1), (20, 2), (500, 12), (1000, 20)])
 def test_few_nodes_make_few_groups(count, expected):
     found = groups(np.eye(count * DIM) + 0.1, np.arange(count), DIM)
     assert found.size == count
@@ -44,13 +44,39 @@ def test_what_the_space_can_solve_is_solved_and_nothing_of_it_is_left():
     for node in range(12):
         gradient[3 * node : 3 * node + 3, 3 * node : 3 * node + 3] = slopes[node]
     matrix = np.eye(36) - gradient @ (np.eye(36) - scaled)
-    inverse = CoarseSpace(columns, scaled @ forces).inverse(slopes)
-    np.testing.assert_allclose(inverse.images, matrix @ forces, atol=1e-5)
+    images = images_of(slopes, columns, scaled @ forces)
+    np.testing.assert_allclose(images, matrix @ forces, atol=1e-5)
+    inverse = coarse_inverse(columns, images)
+    np.testing.assert_allclose(inverse @ (forces.T @ images), np.eye(9), atol=1e-4)
     inside = forces @ rng.normal(size=9).astype(np.float32)
-    solved, left = inverse.split((matrix @ inside).astype(np.float32))
-    np.testing.assert_allclose(solved, inside, atol=1e-4)
-    np.testing.assert_allclose(left, 0.0, atol=1e-4)
-    residual = rng.normal(size=36).astype(np.float32)
-    solved, left = inverse.split(residual)
-    np.testing.assert_allclose(left, residual - matrix @ solved, atol=1e-4)
-    np.testing.assert_allclose(forces.T @ left, 0.0, atol=1e-4)
+    shares = inverse @ (forces.T @ matrix @ inside)
+    np.testing.assert_allclose(forces @ shares, inside, atol=1e-4)
+
+
+def test_the_space_of_the_first_nodes_alone():
+    columns = group_columns(np.repeat(np.arange(3), 4), DIM)
+    scaled = (line(12) + 0.5 * np.eye(36)).astype(np.float32) @ unit_forces(columns)
+    slopes = np.tile(np.eye(DIM, dtype=np.float32), (12, 1, 1))
+    whole, part = (images_of(slopes[:count], columns, scaled) for count in (12, 5))
+    np.testing.assert_array_equal(part, whole[:15])
+
+
+def test_forces_that_act_on_nothing_are_left_out():
+    """The last group has no nodes among the first: its rows and columns are zero, and the others are inverted."""
+    columns = group_columns(np.repeat(np.arange(3), 4), DIM)
+    scaled = (line(12) + 0.5 * np.eye(36)).astype(np.float32) @ unit_forces(columns)
+    slopes = np.tile(np.eye(DIM, dtype=np.float32), (8, 1, 1))
+    images = images_of(slopes, columns, scaled)
+    images[:, 6:] = 0.0
+    inverse = coarse_inverse(columns, images)
+    assert not inverse[6:].any()
+    matrix = unit_forces(columns)[:24, :6].T @ images[:, :6]
+    np.testing.assert_allclose(inverse[:6, :6] @ matrix, np.eye(6), atol=1e-4)
+
+
+@pytest.mark.parametrize("size", [1, 5, 40])
+def test_rows_are_swapped_where_they_have_to_be(size):
+    matrix = np.random.default_rng(size).normal(size=(size, size))
+    matrix[0, 0] = 0.0 if size > 1 else 2.0
+    inverse = coarse_inverse(np.arange(size), matrix)
+    np.testing.assert_allclose(inverse @ matrix, np.eye(size), atol=1e-9)

@@ -16,13 +16,16 @@ from fingerslip.contact.solve.working_set import gather
 from problems.contact import friction_residual
 
 
-def problem(seed, count, dim=3, friction=0.5):
+def problem(seed, count, dim=3, friction=0.5, precision=np.float64):
     rng = np.random.default_rng(seed)
     root = rng.normal(size=(count * dim, count * dim))
-    block = root @ root.T / (count * dim) + 0.3 * np.eye(count * dim)
-    scale = step_lengths(np.diag(block).reshape(count, dim).copy())
-    working_set = gather(Compliance(block, np.zeros((count, dim))), scale, np.arange(count), None)
-    return Problem(block, rng.normal(size=(count, dim)) - np.eye(1, dim), np.full(count, friction)), working_set
+    block = (root @ root.T / (count * dim) + 0.3 * np.eye(count * dim)).astype(precision)
+    scale = step_lengths(np.diag(block).astype(float).reshape(count, dim))
+    working_set = gather(Compliance(block, np.zeros((count, dim))), scale, rng.permutation(count), None)
+    free = rng.normal(size=(count, dim)) - np.eye(1, dim)
+    order = working_set.nodes
+    ordered = block.reshape(count, dim, count, dim)[order][:, :, order].reshape(block.shape).astype(float)
+    return Problem(ordered, free, np.full(count, friction)), working_set
 
 
 @dataclass(frozen=True)
@@ -50,10 +53,11 @@ class Problem:
         return np.abs(own).max() / np.abs(forces).max()
 
 
+@pytest.mark.parametrize("precision", [np.float32, np.float64])
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("dim", [2, 3])
-def test_solutions_are_those_of_the_compiled_solver(seed, dim):
-    given, working_set = problem(seed, 20, dim)
+def test_solutions_are_those_of_the_compiled_solver(seed, dim, precision):
+    given, working_set = problem(seed, 20, dim, precision=precision)
     forces, working_set, solved, iterations = given.solve(working_set)
     if solved:
         assert given.residual(forces) <= 1e-9
@@ -75,26 +79,60 @@ def test_sliding_nodes_are_on_the_cone_and_open_ones_without_force_to_the_last_d
     assert (share > 0.999).any()
 
 
-def test_directions_are_newtons_own_and_tell_what_they_do_to_the_trial_forces():
+def test_a_compliance_of_single_precision_needs_no_caller_to_be_solved_to_the_end():
+    """What directions did is computed among the nodes in double precision, so that the residual is known."""
+    given, working_set = problem(0, 40, precision=np.float32)
+    forces = np.zeros_like(given.free)
+    start = Start(forces, given.trial(working_set, forces), 1e-13)
+    forces, _, solved, _ = newton_krylov(working_set, given.friction, start)
+    assert solved
+    assert given.residual(forces) <= 1e-12
+    rough, working_set = problem(0, 40)
+    forces = np.zeros_like(rough.free)
+    start = Start(forces, rough.trial(working_set, forces), 1e-13)
+    forces, _, solved, _ = newton_krylov(working_set, rough.friction, start)
+    assert solved
+    assert 1e-12 < rough.residual(forces) <= 1e-5
+
+
+@pytest.mark.parametrize("dense", [False, True])
+def test_directions_are_newtons_own_and_tell_what_they_do_to_the_trial_forces(dense, monkeypatch):
+    if dense:
+        monkeypatch.setattr(krylov, "_KRYLOV_LIMIT", 3)
     given, working_set = problem(3, 15)
     forces = np.abs(np.random.default_rng(1).normal(size=(15, 3)))
     trial = given.trial(working_set, forces)
     residual = forces - project(trial, given.friction)
-    direction, change, _ = krylov._direction(working_set, given.friction, trial, residual, 1e-6)
-    slopes = krylov._slopes(trial, given.friction)
-    matrix, scaled = np.eye(45), working_set.scale.reshape(-1, 1) * given.block
-    for node in range(15):
-        rows = slice(3 * node, 3 * node + 3)
-        matrix[rows] -= slopes[node] @ (np.eye(45) - scaled)[rows]
-    exact = np.linalg.solve(matrix, -residual.ravel())
+    nodes = krylov._Nodes.of(working_set, given.friction)
+    direction, moved = krylov._direction(nodes, working_set.inverse.copy(), trial, residual, 1e-6)
+    exact = np.linalg.solve(newton_matrix(given, working_set, trial), -residual.ravel())
     np.testing.assert_allclose(direction.ravel(), exact, atol=1e-4 * np.abs(exact).max())
     difference = given.trial(working_set, forces + direction) - trial
-    np.testing.assert_allclose(change, difference, atol=1e-5 * np.abs(difference).max())
+    np.testing.assert_allclose(direction - moved, difference, atol=1e-5 * np.abs(difference).max())
+
+
+def newton_matrix(given, working_set, trial):
+    size = trial.size
+    slopes = krylov._slopes(trial, given.friction)
+    matrix, scaled = np.eye(size), working_set.scale.reshape(-1, 1) * given.block
+    for node in range(len(trial)):
+        rows = slice(3 * node, 3 * node + 3)
+        matrix[rows] -= slopes[node] @ (np.eye(size) - scaled)[rows]
+    return matrix
+
+
+def test_nodes_behind_the_last_one_that_acts_are_not_looked_at():
+    trial, residual = np.full((6, 3), -1.0), np.zeros((6, 3))
+    assert krylov._acting(trial, residual) == 0
+    trial[2, 0] = 1.0
+    assert krylov._acting(trial, residual) == 3
+    residual[4, 1] = 1e-30
+    assert krylov._acting(trial, residual) == 5
 
 
 def count_factors(monkeypatch):
-    made, factorised = [], krylov.factorise_dense
-    monkeypatch.setattr(krylov, "factorise_dense", lambda matrix: made.append(len(matrix)) or factorised(matrix))
+    made, matrix = [], krylov._newton_matrix
+    monkeypatch.setattr(krylov, "_newton_matrix", lambda *given: made.append(None) or matrix(*given))
     return made
 
 
@@ -122,6 +160,15 @@ def test_a_solution_needs_no_iterations():
     again, _, solved, iterations = given.solve(working_set, forces)
     assert (solved, iterations) == (True, 0)
     np.testing.assert_allclose(again, forces, atol=1e-9 * np.abs(forces).max())
+
+
+def test_a_singular_matrix_ends_the_search_without_an_error(monkeypatch):
+    monkeypatch.setattr(krylov, "_KRYLOV_LIMIT", 1)
+    monkeypatch.setattr(krylov, "_newton_matrix", lambda *_: np.zeros((60, 60), dtype=np.float32))
+    given, working_set = problem(0, 20)
+    forces, _, solved, _ = given.solve(working_set)
+    assert not solved
+    assert np.isfinite(forces).all()
 
 
 @pytest.mark.parametrize("unit", [1e-12, 1e9])

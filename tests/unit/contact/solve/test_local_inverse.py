@@ -7,7 +7,7 @@ import pytest
 
 from fingerslip.contact.frames import contact_frames
 from fingerslip.contact.solve import local_inverse as module
-from fingerslip.contact.solve.local_inverse import LocalInverse, coupled_nodes
+from fingerslip.contact.solve.local_inverse import Coupled, LocalInverse, renew_rows, write_local_product
 
 
 def example(count, turning=False):
@@ -35,69 +35,117 @@ def newton_matrix(body, frames, slopes, *, scale, penalty, factor):
     return unit - gradient @ (unit - scale.reshape(-1, 1) * whole)
 
 
-def renewed(inverse, body, frames, slopes, *weights):
-    marks = np.concatenate([slopes, frames], axis=1)
+def renewed(inverse, coupled, slopes, frames, *weights, nodes=None):
+    """Return an inverse with new rows, and how many nodes have new ones."""
     scale, penalty = weights
-    return inverse.renewed(marks, slopes, scale, (np.tril(body).astype(np.float32), frames, penalty, 2.0))
+    made = inverse.copy()
+    given = made.near, made.rows, made.marks, slopes, frames, (2.0 * scale, scale * penalty)
+    count = renew_rows(*given, coupled.body, np.arange(len(slopes)) if nodes is None else nodes)
+    return made, count
+
+
+def product(inverse, vector):
+    found = np.full_like(vector, np.nan)
+    write_local_product(inverse.near, inverse.rows, vector, found)
+    return found
+
+
+def fresh(count, turning=False):
+    """Return the example with its coupled nodes, and an inverse of which no row is made."""
+    body, *rest = example(count, turning)
+    coupled = Coupled.of(body, count)
+    return body, coupled, LocalInverse.empty(coupled.near, 3), *rest
 
 
 @pytest.mark.parametrize("turning", [True, False])
 def test_among_all_nodes_it_is_the_inverse(turning):
-    body, frames, slopes, scale, penalty = example(7, turning)
+    body, coupled, empty, frames, slopes, scale, penalty = fresh(7, turning)
     slopes[4] = np.eye(3)
-    near = coupled_nodes(body, 7)
-    made = renewed(LocalInverse.empty(near, (7, 6, 3)), body, frames, slopes, scale, penalty)
+    made, count = renewed(empty, coupled, slopes, frames, scale, penalty)
+    assert count == 7
     matrix = newton_matrix(body, frames, slopes, scale=scale, penalty=penalty, factor=2.0)
     vector = np.random.default_rng(0).normal(size=21)
-    found = made.solve((matrix @ vector).astype(np.float32))
-    np.testing.assert_allclose(found, vector, atol=1e-4)
+    np.testing.assert_allclose(product(made, (matrix @ vector).astype(np.float32)), vector, atol=1e-4)
 
 
 def test_open_nodes_keep_their_part():
-    body, frames, slopes, scale, penalty = example(7)
-    made = renewed(LocalInverse.empty(coupled_nodes(body, 7), (7, 6, 3)), body, frames, slopes, scale, penalty)
+    _, coupled, empty, *given = fresh(7)
+    frames, slopes, scale, penalty = given
+    made, _ = renewed(empty, coupled, slopes, frames, scale, penalty)
     vector = np.random.default_rng(0).normal(size=21).astype(np.float32)
-    np.testing.assert_array_equal(made.solve(vector)[12:15], vector[12:15])
+    np.testing.assert_array_equal(product(made, vector)[12:15], vector[12:15])
 
 
 def test_the_nearest_nodes_make_most_of_the_inverse(monkeypatch):
     monkeypatch.setattr(module, "_COUPLED", 9)
-    body, frames, slopes, scale, penalty = example(60)
-    near = coupled_nodes(body, 60)
+    body, coupled, empty, frames, slopes, scale, penalty = fresh(60)
+    near = coupled.near
     assert near.shape == (60, 9)
     np.testing.assert_array_equal(near[:, 0], np.arange(60))
     assert sorted(near[30]) == list(range(26, 35))
-    made = renewed(LocalInverse.empty(near, (60, 6, 3)), body, frames, slopes, scale, penalty)
+    made, _ = renewed(empty, coupled, slopes, frames, scale, penalty)
     matrix = newton_matrix(body, frames, slopes, scale=scale, penalty=penalty, factor=2.0)
-    product = np.stack([made.solve(column.astype(np.float32)) for column in matrix.T], axis=1)
-    values = np.linalg.eigvals(product)
+    columns = np.stack([product(made, column.astype(np.float32)) for column in matrix.T], axis=1)
+    values = np.linalg.eigvals(columns)
     assert np.abs(values - 1.0).max() < 0.5 < np.abs(np.linalg.eigvals(matrix) - 1.0).max()
 
 
 def test_only_rows_near_a_node_that_changed_are_made_again(monkeypatch):
     monkeypatch.setattr(module, "_COUPLED", 3)
-    body, frames, slopes, scale, penalty = example(30)
-    first = renewed(LocalInverse.empty(coupled_nodes(body, 30), (30, 6, 3)), body, frames, slopes, scale, penalty)
-    assert renewed(first, body, frames, slopes, scale, penalty) is first
+    _, coupled, empty, frames, slopes, scale, penalty = fresh(30)
+    first, _ = renewed(empty, coupled, slopes, frames, scale, penalty)
+    again, count = renewed(first, coupled, slopes, frames, scale, penalty)
+    assert count == 0
+    np.testing.assert_array_equal(again.rows, first.rows)
     slightly = slopes.copy()
     slightly[1, 1, 0] += 0.05
-    assert renewed(first, body, frames, slightly, scale, penalty) is first
+    assert renewed(first, coupled, slightly, frames, scale, penalty)[1] == 0
     later = slopes.copy()
     later[20] = slopes[1]
-    again = renewed(first, body, frames, later, scale, penalty)
+    again, count = renewed(first, coupled, later, frames, scale, penalty)
     changed = (again.rows != first.rows).any(axis=(1, 2))
     np.testing.assert_array_equal(np.flatnonzero(changed), [19, 20, 21])
-    fresh = renewed(LocalInverse.empty(first.near, (30, 6, 3)), body, frames, later, scale, penalty)
-    np.testing.assert_array_equal(again.rows, fresh.rows)
+    assert count == 3
+    np.testing.assert_array_equal(again.rows, renewed(empty, coupled, later, frames, scale, penalty)[0].rows)
 
 
 def test_nodes_beyond_the_working_set_are_left_out():
-    body, frames, slopes, scale, penalty = example(7)
-    near = coupled_nodes(body, 7)
-    inside = np.where(near < 6, near, -1)[:6]
-    kept = slice(0, 18)
-    given = body[kept, kept], frames[:6], slopes[:6], scale[:6], penalty[:6]
-    found = renewed(LocalInverse.empty(inside, (6, 6, 3)), *given)
-    alone = renewed(LocalInverse.empty(coupled_nodes(given[0], 6), (6, 6, 3)), *given)
+    """Whether they are not in the set, or behind the part of it that is looked at, they count as open."""
+    body, coupled, _, frames, slopes, scale, penalty = fresh(7)
+    inside = np.where(coupled.near < 6, coupled.near, -1)[:6]
+    given = slopes[:6], frames[:6], scale[:6], penalty[:6]
+    found, _ = renewed(LocalInverse.empty(inside, 3), coupled, *given)
+    alone = Coupled.of(np.ascontiguousarray(body[:18, :18]), 6)
+    expected, _ = renewed(LocalInverse.empty(alone.near, 3), alone, *given)
     vector = np.random.default_rng(0).normal(size=18).astype(np.float32)
-    np.testing.assert_allclose(found.solve(vector), alone.solve(vector), atol=1e-5)
+    np.testing.assert_allclose(product(found, vector), product(expected, vector), atol=1e-5)
+    few = LocalInverse(found.near[:4], found.rows[:4], found.marks[:4])
+    short = np.concatenate([vector[:12], np.zeros(6, dtype=np.float32)])
+    np.testing.assert_allclose(product(few, vector[:12]), product(found, short)[:12], atol=1e-6)
+
+
+def test_nodes_in_another_order_have_the_same_rows():
+    """A working set names its nodes in any order; their local parts are those of the candidates."""
+    _, coupled, empty, frames, slopes, scale, penalty = fresh(20)
+    order = np.random.default_rng(0).permutation(20)
+    made, _ = renewed(empty, coupled, slopes, frames, scale, penalty)
+    position = np.argsort(order)
+    other = LocalInverse.empty(position[coupled.near[order]], 3)
+    given = slopes[order], frames[order], scale[order], penalty[order]
+    found, _ = renewed(other, coupled, *given, nodes=order)
+    np.testing.assert_array_equal(found.rows, made.rows[order])
+
+
+def test_the_same_nodes_under_another_compliance():
+    body, coupled, *_ = fresh(20)
+    twice = coupled.under(2.0 * body)
+    assert twice.near is coupled.near
+    np.testing.assert_array_equal(twice.body, 2.0 * coupled.body)
+
+
+def test_a_matrix_without_an_inverse_leaves_the_identity():
+    _, coupled, empty, frames, slopes, scale, _ = fresh(7)
+    nothing = Coupled(coupled.near, np.zeros_like(coupled.body))
+    made, _ = renewed(empty, nothing, slopes, frames, scale, np.zeros_like(scale))
+    vector = np.random.default_rng(0).normal(size=21).astype(np.float32)
+    np.testing.assert_array_equal(product(made, vector), vector)

@@ -184,6 +184,24 @@ def test_nodes_that_are_picked_as_they_are_need_no_copy_of_the_compliance(solver
     np.testing.assert_allclose(compliance, exact, atol=1e-12 * np.abs(exact).max())
 
 
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("columns", [(), (3,)])
+@pytest.mark.parametrize("picked", [True, False])
+def test_rough_factors_keep_the_contact_law_to_double_precision(columns, picked, solver, by_schur):
+    """What contact takes its forces to do is what they do in the solution, though this is rounded."""
+    matrix, solver = positive_definite(60), solver.rough()
+    local = sparse.csr_matrix(np.eye(60)[3:48:5]) if picked else operator(9, 60)
+    condensed, compliance = condense(matrix, local, solver)
+    right, forces = (np.random.default_rng(k).normal(size=(size, *columns)) for k, size in ((4, 60), (5, 9)))
+    halfway = condensed.forward(right)
+    solution = condensed.backward(halfway, forces)
+    moved = halfway.local + compliance.astype(float) @ forces
+    np.testing.assert_allclose(local @ solution, moved, atol=1e-14 * np.abs(moved).max() * 60)
+    missed = np.abs(matrix @ solution - right - local.T @ forces).max()
+    assert (1e-9 < missed < 1e-3) == condensed.factor.is_single
+    assert (compliance.dtype == np.float32) == (picked and condensed.factor.is_single)
+
+
 def test_columns_are_kept_only_while_they_are_small(monkeypatch):
     """8 of 60 unknowns are 480 entries; a matrix with short rows may have twelve times the entries of a full one."""
     matrix, local = positive_definite(60), operator(8, 60)
