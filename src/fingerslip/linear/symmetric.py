@@ -52,7 +52,7 @@ def write_symmetric_product(matrix, vector, found):  # type: ignore[no-untyped-d
         Its leading n rows and columns are multiplied; what is above the diagonal is not read.
     """
     size, zero = vector.size, vector.dtype.type(0)
-    found[:] = zero
+    found.fill(zero)
     whole = size - size % 4
     # Four rows at a time: each entry serves its row and its column, and found is read and written once for all four.
     for i in range(0, whole, 4):

@@ -112,37 +112,41 @@ def images_of(slopes, columns, moved):  # type: ignore[no-untyped-def]
 def coarse_inverse(columns, images):  # type: ignore[no-untyped-def]
     """Return the inverse of Z^T J Z, (q, q), for images J Z (n, q); forces that nothing resists are left out."""
     size = images.shape[1]
-    matrix = np.zeros((size, size))
+    # The matrix with the identity behind it, which becomes the inverse.
+    both = np.zeros((size, 2 * size))
     for i in range(len(images)):
-        row = matrix[columns[i]]
         for c in range(size):
-            row[c] += images[i, c]
-    return _inverted(matrix).astype(images.dtype)
+            both[columns[i], c] += images[i, c]
+    largest = 0.0
+    for a in range(size):
+        both[a, size + a] = 1.0
+        for c in range(size):
+            largest = max(largest, abs(both[a, c]))
+    for column in range(size):
+        _clear(both, column, 1e-12 * largest)
+    found = np.empty((size, size), images.dtype)
+    for a in range(size):
+        for c in range(size):
+            found[a, c] = both[a, size + c]
+    return found
 
 
 @numba.njit(cache=True, nogil=True)
-def _inverted(matrix):  # type: ignore[no-untyped-def]
-    """Return the inverse by Gauss and Jordan, in place; rows and columns without a pivot become zero."""
-    size = len(matrix)
-    found = np.eye(size)
-    least = 1e-12 * np.abs(matrix).max()
-    for column in range(size):
-        pivot = column + np.argmax(np.abs(matrix[column:, column]))
-        if abs(matrix[pivot, column]) <= least:
-            matrix[:, column] = 0.0
-            found[column] = 0.0
-            continue
-        for target in (matrix, found):
-            kept = target[column].copy()
-            target[column] = target[pivot]
-            target[pivot] = kept
-        scale = 1.0 / matrix[column, column]
-        matrix[column] *= scale
-        found[column] *= scale
-        for row in range(size):
-            share = matrix[row, column]
-            if row != column and share != 0.0:
-                for c in range(size):
-                    matrix[row, c] -= share * matrix[column, c]
-                    found[row, c] -= share * found[column, c]
-    return found
+def _clear(both, column, least):  # type: ignore[no-untyped-def]
+    """Make a column that of the identity, in place (Gauss and Jordan); without a pivot its row becomes zero."""
+    size, width = both.shape
+    pivot = column
+    for row in range(column + 1, size):
+        if abs(both[row, column]) > abs(both[pivot, column]):
+            pivot = row
+    scale = 1.0 / both[pivot, column] if abs(both[pivot, column]) > least else 0.0
+    for c in range(width):
+        # Without a pivot nothing is swapped.
+        other = both[pivot, c] if scale != 0.0 else 0.0
+        both[pivot, c] = both[column, c] if scale != 0.0 else both[pivot, c]
+        both[column, c] = scale * other
+    for row in range(size):
+        share = both[row, column]
+        if row != column and share != 0.0:
+            for c in range(column, width):
+                both[row, c] -= share * both[column, c]

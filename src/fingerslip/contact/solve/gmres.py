@@ -133,7 +133,8 @@ def solve(slopes, scaled, preconditioner, right, exactness, space):  # type: ign
     # The equations of the shares of the directions, kept triangular by rotations (Saad & Schultz 1986).
     triangle, rotations, target = np.zeros((limit + 1, limit)), np.zeros((limit, 2)), np.zeros(limit + 1)
     target[0] = 1.0
-    space.basis[0, :size] = right
+    for i in range(size):
+        space.basis[0, i] = right[i]
     used, reached = 0, False
     while used < limit and not reached:
         ready, moved = space.ready[used, :size], space.moved[used, :size]
@@ -146,7 +147,7 @@ def solve(slopes, scaled, preconditioner, right, exactness, space):  # type: ign
         used += 1
         reached = left <= exactness or length <= _NO_NEW_DIRECTION
         if not reached:
-            image /= np.float32(length)
+            _scale(image, length)
     shares = _back_substituted(triangle, target, used)
     return _combined(space.ready, shares, size), _combined(space.moved, shares, size), reached
 
@@ -221,6 +222,13 @@ def _orthogonalise(basis, count, image, parts):  # type: ignore[no-untyped-def]
         length += image[i] * image[i]
     parts[count] = np.sqrt(length)
     return parts[count]
+
+
+@numba.njit(cache=True, nogil=True)
+def _scale(vector, length):  # type: ignore[no-untyped-def]
+    factor = np.float32(1.0 / length)
+    for i in range(vector.size):
+        vector[i] *= factor
 
 
 @numba.njit(cache=True, nogil=True)

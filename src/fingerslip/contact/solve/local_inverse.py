@@ -188,7 +188,9 @@ def _changed(marks, slopes, frames):  # type: ignore[no-untyped-def]
                 same &= abs(marks[i, dim + a, b] - frames[i, a, b]) <= _CHANGE
         changed[i] = not same
         if changed[i]:
-            marks[i, :dim], marks[i, dim:] = slopes[i], frames[i]
+            for a in range(dim):
+                for b in range(dim):
+                    marks[i, a, b], marks[i, dim + a, b] = slopes[i, a, b], frames[i, a, b]
     return changed
 
 
@@ -196,12 +198,12 @@ def _changed(marks, slopes, frames):  # type: ignore[no-untyped-def]
 def _write_system(system, near, slopes, frames, weights, local):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Write the transpose of the Newton matrix among nodes near one, and behind it the unit vectors of that one.
 
-    Its parts are J_ij = G_i rho_i f R_i C_ij R_j^T + delta_ij [I - G_i (I - rho_i P_i)]. Rows of nodes that are open, or
-    not there, are those of the identity, and these nodes do not act on others.
+    Its parts are J_ij = G_i rho_i f R_i C_ij R_j^T + delta_ij [I - G_i (I - rho_i P_i)]. Rows of nodes that are open,
+    or not there, are those of the identity, and these nodes do not act on others.
     """
     dim, of_body, of_penalty = slopes.shape[1], weights[0], weights[1]
     left, turned = np.empty((dim, dim), dtype=np.float32), np.empty((dim, dim), dtype=np.float32)
-    system[:] = 0.0
+    system.fill(0.0)
     for a in range(near.size):
         i = near[a]
         for k in range(dim):
@@ -247,9 +249,9 @@ def _write_first_rows(system, rows):  # type: ignore[no-untyped-def]
     size, dim = len(system), len(rows)
     if not _eliminate(system):
         # A matrix without an inverse leaves the identity.
-        rows[:] = 0.0
         for k in range(dim):
-            rows[k, k] = 1.0
+            for j in range(size):
+                rows[k, j] = 1.0 if j == k else 0.0
         return
     for j in range(size - 1, -1, -1):
         for k in range(dim):
