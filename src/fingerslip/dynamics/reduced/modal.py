@@ -92,7 +92,7 @@ class ByModes:
         coordinates = self.factor.gather(right_hand_side)
         return Halfway(coordinates, self.local @ coordinates)
 
-    def backward(self, halfway: Halfway, forces: Array) -> Array:
+    def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:  # noqa: ARG002
         """Return x for contact forces r, shape (c,) or (c, k) [N]."""
         if forces.ndim == 1:
             added = add_rows(np.zeros_like(halfway.vector), self.local, forces)

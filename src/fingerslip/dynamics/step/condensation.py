@@ -79,8 +79,18 @@ class Condensed(Protocol):
     def forward(self, right_hand_side: Array) -> Halfway:
         """Take the forward half for a right-hand side b, shape (n,) or (n, k) [N]."""
 
-    def backward(self, halfway: Halfway, forces: Array) -> Array:
-        """Return x of A x = b + B^T r for contact forces r, shape (m,) or (m, k) [N]; x has the shape of b."""
+    def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:
+        """Return x of A x = b + B^T r; x has the shape of b.
+
+        Parameters
+        ----------
+        halfway : Halfway
+            The forward half for b.
+        forces : (m,) or (m, k) array
+            Contact forces r [N].
+        moved : (m,) or (m, k) array, optional
+            B A^-1 B^T r, where it is known already, which may save a product.
+        """
 
 
 @dataclass(frozen=True)
@@ -109,7 +119,7 @@ class ByColumns:
             return Halfway(vector, long_product(self.backward_rows, vector))
         return Halfway(vector, self.backward_rows @ vector)
 
-    def backward(self, halfway: Halfway, forces: Array) -> Array:
+    def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:  # noqa: ARG002
         """Return x for contact forces r, shape (m,) or (m, k) [N]; see :class:`Condensed`."""
         if forces.ndim == 1 and sparse.issparse(self.forward_columns):
             return self.factor.backward(add_columns(halfway.vector, self.forward_columns, forces))
@@ -154,10 +164,12 @@ class BySchur:
         kept = _symmetric_times(self.inverse, vector[self.kept])
         return Halfway(vector, kept if self.rows is None else self.rows @ kept, kept)
 
-    def backward(self, halfway: Halfway, forces: Array) -> Array:
+    def backward(self, halfway: Halfway, forces: Array, moved: Array | None = None) -> Array:
         """Return x for contact forces r, shape (m,) or (m, k) [N]; see :class:`Condensed`."""
         vector = halfway.vector.copy(order="K")
-        if forces.any():
+        if moved is not None and self.rows is None:
+            vector[self.kept] = halfway.local + moved
+        elif forces.any():
             added = forces if self.rows is None else self.rows.T @ forces
             vector[self.kept] = _symmetric_times(self.inverse, vector[self.kept] + added)
         else:

@@ -70,6 +70,15 @@ class ContactStep:
         forces: Array = in_components(self.frames, self.solution.forces)
         return forces
 
+    @property
+    def moved(self) -> Array | None:
+        """What they do to the candidates, in global components, shape (n_c, dim) [m]; None where it is not known."""
+        if self.solution.response is None:
+            return None
+        squares = np.vecdot(self.frames, self.frames)
+        moved: Array = in_components(self.frames, self.solution.response / squares)
+        return moved
+
 
 def solve_step(
     stepper: Stepper, start: Prediction, local: Array, *, earlier: ContactStep | None = None, goal: float | None = None

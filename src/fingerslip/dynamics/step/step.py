@@ -67,7 +67,8 @@ def advance(
             contacts = list(mapper(solve_step, steppers, starts, _own_rows(steppers, halfway.local)))
             forces = _joint_forces(steppers, contacts, halfway.local.shape)
         with watch.part("substitution"):
-            unknowns = condensed.backward(halfway, forces).reshape(-1, len(starts)).T
+            moved = None if halfway.kept is None else _joint_moved(steppers, contacts, halfway.local.shape)
+            unknowns = condensed.backward(halfway, forces, moved).reshape(-1, len(starts)).T
         if all(map(is_at_rest, steppers, starts, contacts, unknowns)):
             break
         starts = list(map(move_anchor, steppers, starts, unknowns))
@@ -92,6 +93,16 @@ def _joint_forces(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], 
     for own, stepper, contact in zip(forces, steppers, contacts, strict=True):
         own[stepper.rows] = weighted_forces(stepper, contact).ravel()
     return forces.T.reshape(shape)
+
+
+def _joint_moved(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], shape: tuple[int, ...]) -> Array | None:
+    """Return what these forces do to the local unknowns, shape (m,) or (m, k); None where contact does not tell it."""
+    told = [contact.moved for contact in contacts if contact.release_force is None]
+    moved = [own.ravel() for own in told if own is not None and own.size == shape[0]]
+    if len(moved) < len(steppers):
+        return None
+    joint: Array = np.stack(moved, axis=1).reshape(shape) / steppers[0].scheme.displacement_factor
+    return joint
 
 
 def weighted_forces(stepper: Stepper, contact: ContactStep) -> Array:

@@ -129,6 +129,19 @@ def test_the_schur_complement_costs_a_product_in_each_half_and_none_without_forc
     assert len(made) == products
 
 
+@pytest.mark.parametrize("columns", [(), (3,)])
+def test_what_contact_has_found_of_its_forces_saves_a_product(columns, monkeypatch):
+    monkeypatch.setattr(condensation, "_COLUMNS_UP_TO", 0)
+    matrix, local = positive_definite(60), sparse.csr_matrix(np.eye(60)[3:48:5])
+    condensed, compliance = condense(matrix, local, SuperLU())
+    right, forces = (np.random.default_rng(k).normal(size=(size, *columns)) for k, size in ((4, 60), (5, 9)))
+    halfway = condensed.forward(right)
+    exact = condensed.backward(halfway, forces)
+    monkeypatch.setattr(condensation, "_symmetric_times", None)
+    found = condensed.backward(halfway, forces, compliance @ forces)
+    np.testing.assert_allclose(found, exact, atol=1e-13 * np.abs(exact).max())
+
+
 @pytest.mark.parametrize("largest", [0, 10**9], ids=["schur", "columns"])
 def test_a_forward_half_may_be_finished_with_different_forces(largest, monkeypatch):
     monkeypatch.setattr(condensation, "_COLUMNS_UP_TO", largest)

@@ -8,14 +8,16 @@ import pytest
 import fingerslip as fs
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.dynamics.simulation import step_times
+from fingerslip.dynamics.step import condensation, step
 from fingerslip.dynamics.step.state import first_state
 from fingerslip.dynamics.step.step import advance
 from fingerslip.dynamics.step.stepper import Stopwatch, build_steppers
 from fingerslip.dynamics.system.system import build_system
+from fingerslip.linear.solvers.superlu import SuperLU
 from fingerslip.verification.reference import condensed_states, full_motions, full_system, make_stepper
 from problems.blocks import ELEMENTS
 from problems.matrices import SOLVERS
-from problems.pushed import push_and_slide
+from problems.pushed import pad, push_and_slide
 
 
 def test_a_step_leaves_the_state_before_as_it_was():
@@ -34,10 +36,33 @@ def test_a_step_leaves_the_state_before_as_it_was():
         state = after
 
 
+def test_what_contact_has_found_of_its_forces_is_what_they_do(monkeypatch):
+    """Most steps take it from contact; where forces are dropped the solution multiplies again."""
+    monkeypatch.setattr(condensation, "_COLUMNS_UP_TO", 0)
+    told, original = [], step._joint_moved
+
+    def asked(*given):
+        told.append(original(*given))
+        return told[-1]
+
+    monkeypatch.setattr(step, "_joint_moved", asked)
+    model = push_and_slide(mesh=pad("Q4", columns=16))
+    found = fs.simulate(model, solver=SuperLU())
+    assert 0 < sum(moved is None for moved in told) < len(told) / 2
+    monkeypatch.setattr(step, "_joint_moved", lambda *_: None)
+    exact = fs.simulate(model, solver=SuperLU())
+    for name in ("contact_displacement", "contact_acceleration", "normal_traction", "tangential_traction"):
+        expected = exact[name].values
+        np.testing.assert_allclose(found[name].values, expected, atol=1e-9 * np.abs(expected).max(), err_msg=name)
+
+
+@pytest.mark.parametrize("largest", [10**9, 0], ids=["columns", "schur"])
 @pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("element", ELEMENTS)
-def test_condensed_solution_is_the_full_solution(element, solver):
+def test_condensed_solution_is_the_full_solution(element, solver, largest, monkeypatch):
     """Tolerance 1e-9 of the largest value of each field: rounding alone, amplified by 1/(beta h^2) in accelerations."""
+    monkeypatch.setattr(condensation, "_COLUMNS_UP_TO", largest)
+    monkeypatch.setattr(type(solver), "rough", type(solver).series)
     penalties = {"normal_penalty": 1e8, "tangential_penalty": 1e8}
     contact = fs.Contact("bottom", friction=fs.Coulomb(0.4), search_distance=1.0, **penalties)
     model = push_and_slide(element, damping=fs.RayleighDamping(2.0, 1e-4), contacts=(contact,))
