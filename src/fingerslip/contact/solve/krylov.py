@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numba
 import numpy as np
@@ -117,68 +118,105 @@ class _Nodes:
         return cls(working_set, np.ascontiguousarray(friction), exact, rough, space)
 
 
+@dataclass(frozen=True)
+class _Iterate:
+    """Forces on the way to the solution, all of shape (k, dim) [N].
+
+    Parameters
+    ----------
+    forces, trial : array
+        The contact forces, and the trial forces z = r - rho y.
+    residual : array
+        The forces less the projection of the trial forces.
+    owed, assumed : array
+        Directions since the last product in double precision, and what they are taken to do by single precision.
+    """
+
+    forces: Array
+    trial: Array
+    residual: Array
+    owed: Array
+    assumed: Array
+
+    @property
+    def projected(self) -> Array:
+        """The forces with sliding nodes exactly on the cone, and no force on open ones."""
+        return self.forces - self.residual
+
+    @cached_property
+    def merit(self) -> float:
+        """Sum of the squared residuals [N^2]."""
+        return float(np.vdot(self.residual, self.residual))
+
+    @cached_property
+    def is_known(self) -> bool:
+        """Whether the residual is larger than what single precision leaves open."""
+        owed = _largest(self.owed)
+        return owed == 0.0 or _largest(self.residual) > _KNOWN * owed
+
+
 def _iterate(nodes: _Nodes, inverse: LocalInverse, start: Start) -> tuple[Array, bool, int]:
     """Return forces, whether they solve the problem, and iterations; the rows of the inverse are renewed."""
-    forces, trial, exactness = start.forces, start.trial, start.roughest
-    residual = forces - project(trial, nodes.friction)
-    # Directions since the last product in double precision, and what single precision says that they do.
-    owed, assumed = np.zeros_like(forces), np.zeros_like(forces)
+    found, exactness = _at(nodes, start.forces, start.trial), start.roughest
+    is_exact = nodes.working_set.is_exact
     for iteration in range(NEWTON_LIMIT):
-        enough = start.goal * max(_largest(forces), start.least)
-        if owed.any() and _largest(residual) <= _KNOWN * _largest(owed):
-            if not nodes.working_set.is_exact:
-                return forces - residual, True, iteration
-            trial, owed, assumed = _settled(nodes, trial, owed, assumed)
-            residual = forces - project(trial, nodes.friction)
-            exactness = _needed(enough, residual, owed)
-        if _largest(residual) <= enough:
-            # The last projection puts sliding nodes exactly on the cone and removes all force from open ones.
-            return forces - residual, True, iteration
-        direction, moved = _direction(nodes, inverse, trial, residual, exactness)
-        merit = float(np.vdot(residual, residual))
-        length, new = _search(forces, trial, nodes.friction, merit=merit, direction=direction, change=direction - moved)
-        if not float(np.vdot(new, new)) < merit:
-            if not (owed.any() and nodes.working_set.is_exact):
-                return forces - residual, False, iteration + 1
-            trial, owed, assumed = _settled(nodes, trial, owed, assumed)
-            residual = forces - project(trial, nodes.friction)
+        enough = start.goal * max(_largest(found.forces), start.least)
+        if not found.is_known:
+            if not is_exact:
+                return found.projected, True, iteration
+            found = _settled(nodes, found)
+            exactness = _needed(enough, found)
+        if _largest(found.residual) <= enough:
+            return found.projected, True, iteration
+        after = _taken(nodes, inverse, found, exactness)
+        if not after.merit < found.merit:
+            # The line search may have stalled because the residual is not what it seemed.
+            if not (is_exact and found.owed.any()):
+                return found.projected, False, iteration + 1
+            found = _settled(nodes, found)
             continue
-        forces, trial, residual = forces + length * direction, trial + length * (direction - moved), new
-        owed, assumed = owed + length * direction, assumed + length * moved
         # As exact as the last iteration was successful (Eisenstat & Walker 1996), but not more than the goal needs.
-        success = 0.9 * float(np.vdot(new, new)) / merit
-        exactness = min(max(success, _needed(enough, residual, owed)), _ROUGHEST)
-    return forces - residual, False, NEWTON_LIMIT
+        exactness = min(max(0.9 * after.merit / found.merit, _needed(enough, after)), _ROUGHEST)
+        found = after
+    return found.projected, False, NEWTON_LIMIT
 
 
 def _largest(values: Array) -> float:
     return float(np.abs(values).max())
 
 
-def _needed(enough: float, residual: Array, owed: Array) -> float:
+def _needed(enough: float, found: _Iterate) -> float:
     """Return how exact a direction has to be to be the last one, or the last before nothing is known any more."""
-    wanted = max(enough, _KNOWN * _largest(owed)) / (_largest(residual) or 1.0)
+    wanted = max(enough, _KNOWN * _largest(found.owed)) / (_largest(found.residual) or 1.0)
     return min(max(_SAFETY * wanted, _FINEST), _ROUGHEST)
 
 
-def _settled(nodes: _Nodes, trial: Array, owed: Array, assumed: Array) -> tuple[Array, Array, Array]:
-    """Return the trial forces with what directions did in double precision; from then on nothing is owed."""
-    moved = np.empty(owed.size)
-    write_moved(nodes.exact, owed.ravel(), moved)
-    return trial - (moved.reshape(owed.shape) - assumed), np.zeros_like(owed), np.zeros_like(owed)
+def _at(nodes: _Nodes, forces: Array, trial: Array) -> _Iterate:
+    """Return an iterate at which nothing is owed."""
+    nothing = np.zeros_like(forces)
+    return _Iterate(forces, trial, forces - project(trial, nodes.friction), nothing, nothing)
 
 
-def _search(
-    forces: Array, trial: Array, friction: Array, *, merit: float, direction: Array, change: Array
-) -> tuple[float, Array]:
-    """Halve the step until the merit decreases enough; return its relative length and the residual at its end."""
-    length, new = 1.0, forces
+def _settled(nodes: _Nodes, found: _Iterate) -> _Iterate:
+    """Return the iterate with what its directions did in double precision."""
+    moved = np.empty(found.owed.size)
+    write_moved(nodes.exact, found.owed.ravel(), moved)
+    return _at(nodes, found.forces, found.trial - (moved.reshape(found.owed.shape) - found.assumed))
+
+
+def _taken(nodes: _Nodes, inverse: LocalInverse, found: _Iterate, exactness: float) -> _Iterate:
+    """Return the end of a step along a new direction, halved until the merit decreases enough, or too often."""
+    direction, moved = _direction(nodes, inverse, found.trial, found.residual, exactness)
+    length, after = 1.0, found
     for _ in range(SEARCH_LIMIT):
-        new = forces + length * direction - project(trial + length * change, friction)
-        if decreases_enough(float(np.vdot(new, new)), merit, length):
+        step, response = length * direction, length * moved
+        forces, trial = found.forces + step, found.trial + (step - response)
+        residual = forces - project(trial, nodes.friction)
+        after = _Iterate(forces, trial, residual, found.owed + step, found.assumed + response)
+        if decreases_enough(after.merit, found.merit, length):
             break
         length *= 0.5
-    return length, new
+    return after
 
 
 def _direction(
