@@ -91,9 +91,9 @@ def in_space(strains: Array, across: Array | float = 0.0) -> Array:
     """Return strains (..., 3 or 6) with a strain (...) across the plane, shape (..., 4 or 6); in space as they are."""
     if strains.shape[-1] == 6:
         return strains
-    whole = np.zeros((*strains.shape[:-1], 4))
-    whole[..., [0, 1, 3]], whole[..., 2] = strains, across
-    return whole
+    whole = np.empty((4, *strains.shape[:-1]))
+    whole[0], whole[1], whole[2], whole[3] = strains[..., 0], strains[..., 1], across, strains[..., 2]
+    return np.moveaxis(whole, 0, -1)
 
 
 def followed(material: Elastic, strains: Array, formulation: Formulation, step: float) -> Relaxed:

@@ -164,3 +164,15 @@ def test_tensors_follow_from_stresses_by_hookes_law(formulation):
     expected = (1.0 + ratio) / modulus * stresses
     expected[:, :3] -= ratio / modulus * trace
     np.testing.assert_allclose(recovery.tensors(strains), expected, atol=1e-15)
+
+
+def test_several_displacements_are_read_as_one_by_one():
+    space, materials = layered("Q4")
+    recovery = cell_recovery(space, materials)
+    fields = np.random.default_rng(3).normal(size=(3, space.n_dofs))
+    strains = recovery.strains(fields)
+    for read in (recovery.stresses, recovery.tensors, recovery.energy_densities):
+        for whole, field in zip(read(strains), fields, strict=True):
+            np.testing.assert_array_equal(whole, read(recovery.strains(field)))
+    stresses = recovery.stresses(strains)
+    np.testing.assert_array_equal(von_mises(stresses), [von_mises(own) for own in stresses])

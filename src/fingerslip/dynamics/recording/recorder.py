@@ -6,7 +6,6 @@ A step only copies what the history needs. What follows from it is computed for 
 from __future__ import annotations
 
 import copy
-import functools
 import operator
 from dataclasses import replace
 from typing import Any
@@ -16,7 +15,8 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.recording.body_records import BodyRecords, moments
 from fingerslip.dynamics.recording.record_coordinates import record_coordinates, rotation_axes
-from fingerslip.dynamics.recording.recoveries import Recoveries
+from fingerslip.dynamics.recording.recoveries import Recoveries, remembered
+from fingerslip.dynamics.recording.snapshots import SnapshotRecords
 from fingerslip.dynamics.recording.steps import record_type, snapshot_steps
 from fingerslip.dynamics.recording.support_records import SupportRecords
 from fingerslip.dynamics.step.memory import viscous_steps
@@ -24,11 +24,11 @@ from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.finite.recovery import finite_site_recovery
-from fingerslip.fe.recovery import Recovery, stress_components, von_mises
+from fingerslip.fe.recovery import stress_components
 from fingerslip.fe.space import vector_dofs
 from fingerslip.history import COORDINATES, VARIABLES
 from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.viscoelastic import Relaxed, followed, in_space
+from fingerslip.materials.viscoelastic import Relaxed, followed
 from fingerslip.model import Model
 from fingerslip.timing import Adaptive
 
@@ -100,8 +100,7 @@ class Recorder:
         self._bodies = BodyRecords(model, system, times)
         self._limits = np.zeros((times.size, len(system.candidates.nodes)))
         snapshots = snapshot_steps(times, model.record.snapshots_every)
-        self._snapshots = {step: number for number, step in enumerate(snapshots)}
-        self._waiting: list[tuple[int, State]] = []
+        self._snapshots = SnapshotRecords(system, self._recoveries, self._viscous, snapshots)
         sizes = {
             "time": times.size,
             "site": len(model.record.sites),
@@ -112,14 +111,14 @@ class Recorder:
             "rotation_axis": len(rotation_axes(system.space.dim)),
             "rigid_body": len(model.bodies),
             "support": len(model.supports),
-            "snapshot_time": len(self._snapshots),
+            "snapshot_time": len(snapshots),
             "node": len(system.space.positions),
             "cell": system.space.mesh.nelements,
         }
         self.values: dict[str, Any] = {
             name: np.zeros([sizes[dim] for dim in known.dims], dtype=record_type(name))
             for name, known in VARIABLES.items()
-            if self._snapshots or "snapshot_time" not in known.dims
+            if snapshots or "snapshot_time" not in known.dims
         }
         self.values |= record_coordinates(model, system, times, times[snapshots])
 
@@ -151,10 +150,7 @@ class Recorder:
         self._energies[step] = _energies_of(state.energies)
         self.values["contact_iterations"][step] = state.iterations
         self.values["contact_residual"][step] = state.residual
-        if (snapshot := self._snapshots.get(step)) is not None:
-            self._waiting.append((snapshot, state))
-            if len(self._waiting) >= self._system.coordinates.snapshots_at_once:
-                self._record_snapshots()
+        self._snapshots.record(step, state, self.values)
 
     def pass_by(self, state: State) -> None:
         """Take note of a state between two that are recorded: the inertia of what is held goes on from it."""
@@ -163,10 +159,9 @@ class Recorder:
     def part(self, start: int, end: int) -> Recorder:
         """Return a completed copy of the records from one step to before another that were made so far."""
         self._complete_last()
-        self._record_snapshots()
+        self._snapshots.carry(self.values)
         steps = slice(start, end)
-        taken = [step for step in self._snapshots if start <= step < end]
-        shots = slice(self._snapshots[taken[0]], self._snapshots[taken[-1]] + 1) if taken else slice(0)
+        snapshots, shots = self._snapshots.part(start, end)
         found = copy.copy(self)
         vars(found).update(
             values={name: self._part_of(name, value, steps, shots) for name, value in self.values.items()},
@@ -176,6 +171,7 @@ class Recorder:
             _limits=self._limits[steps],
             _energies=self._energies[steps],
             _bodies=self._bodies.part(steps),
+            _snapshots=snapshots,
             _is_part=True,
         )
         found.complete()
@@ -188,7 +184,7 @@ class Recorder:
 
     def saved(self) -> Any:
         """Return what :meth:`restore` needs, as plain data and arrays."""
-        self._record_snapshots()
+        self._snapshots.carry(self.values)
         arrays = {name: getattr(self, name) for name in _KEPT} | self._supports.kept
         values = {name: value for name, value in self.values.items() if _is_over_time(name)}
         return {"next": self._next, "values": values, "moved": self._bodies.moved, **arrays}
@@ -213,7 +209,8 @@ class Recorder:
         """Fill in what follows from the recorded states."""
         if not self._is_part:
             self._complete_last()
-            self._record_snapshots()
+            self._snapshots.carry(self.values)
+        self._snapshots.complete(self.values)
         if self._finite is None and not self._of_states:
             self.values["stress"][:] = self._sites.stresses(self._strains)
             self.values["strain"][:] = self._sites.tensors(self._strains)
@@ -247,7 +244,7 @@ class Recorder:
     def _record_relaxed(self, step: int, state: State) -> None:
         """Record stresses of materials that relax, from what a state remembers."""
         strains = self._sites.strains(self._system.coordinates.on_mesh(state.displacement))
-        sites = replace(self._sites, relax=functools.partial(self._remembered, state, self._sites))
+        sites = replace(self._sites, relax=remembered(self._system, self._viscous, state, self._sites))
         self.values["stress"][step] = sites.stresses(strains)
         self.values["strain"][step] = sites.tensors(strains)
         self.values["strain_energy_density"][step] = sites.energy_densities(strains)
@@ -297,52 +294,6 @@ class Recorder:
             whole, total, out=np.zeros_like(whole), where=total > 0.0
         )
         self.values["largest_friction_utilisation"][steps, number] = shares.max(axis=1, initial=0.0)
-
-    def _record_snapshots(self) -> None:
-        """Record the snapshots that wait, whose fields are carried to the mesh together."""
-        waiting, self._waiting = self._waiting, []
-        if not waiting:
-            return
-        fields = [field for _, state in waiting for field in (state.displacement, state.velocity)]
-        on_mesh = self._system.coordinates.on_mesh(np.stack(fields, axis=1))
-        for (number, state), displacement, velocity in zip(waiting, on_mesh.T[::2], on_mesh.T[1::2], strict=True):
-            self._record_snapshot(number, state, displacement, velocity)
-
-    def _record_snapshot(self, number: int, state: State, displacement: Array, velocity: Array) -> None:
-        """Record a state with its fields (n_dofs,) on the mesh."""
-        values = self.values
-        for name, field in (("displacement", displacement), ("velocity", velocity)):
-            values[f"snapshot_{name}"][number] = field.reshape(-1, self._system.space.dim)
-        if state.body is not None:
-            deformed, finite = state.body.deformed, self._recoveries.finite_cells
-            values["snapshot_strain_energy_density"][number] = finite.energy_densities(deformed)
-            self._record_tensors(number, finite.stresses(deformed), finite.tensors(deformed))
-            return
-        cells = self._recoveries.cells
-        strains = cells.strains(displacement)
-        cells = replace(cells, relax=functools.partial(self._remembered, state, cells))
-        values["snapshot_strain_energy_density"][number] = cells.energy_densities(strains)
-        self._record_tensors(number, cells.stresses(strains), cells.tensors(strains))
-
-    def _record_tensors(self, number: int, stresses: Array, strains: Array) -> None:
-        """Record stresses [Pa] and strains [-] of all cells (n_cells, 4 or 6) in a snapshot."""
-        self.values["snapshot_stress"][number] = stresses
-        self.values["snapshot_strain"][number] = strains
-        self.values["snapshot_von_mises"][number] = von_mises(stresses)
-
-    def _remembered(
-        self, state: State, cells: Recovery, material: Elastic, strains: Array, points: NDArray[np.int64]
-    ) -> Relaxed:
-        """Return strains of some cells (k, m) [-] with the dashpots that a state remembers."""
-        known = zip(self._viscous, state.memories, strict=True)
-        memory = next(memory for own, memory in known if own.layers.belongs_to(material))
-        on_mesh = self._system.coordinates.on_mesh
-        dashpots = np.stack([cells.strains(on_mesh(field))[points] for field in memory.dashpots[:, 0]])
-        if not memory.across.size:
-            return Relaxed(in_space(strains), in_space(dashpots))
-        fields = [memory.across[0], *memory.across_dashpots[:, 0]]
-        thinned = [-cells.strains(on_mesh(field))[points, :2].sum(axis=-1) for field in fields]
-        return Relaxed(in_space(strains, thinned[0]), in_space(dashpots, np.stack(thinned[1:])))
 
 
 def _first_dimension(name: str) -> str:

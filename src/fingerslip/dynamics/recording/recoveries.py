@@ -11,12 +11,16 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.contact.candidates import node_operator
+from fingerslip.dynamics.step.memory import Viscous
+from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.operators import NodalComponents
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.finite.recovery import FiniteRecovery, finite_cell_recovery
-from fingerslip.fe.recovery import Recovery, cell_recovery, site_recovery
+from fingerslip.fe.recovery import Recovery, Relax, cell_recovery, site_recovery
+from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.viscoelastic import Relaxed, in_space
 
-__all__ = ["AtSites", "Recoveries"]
+__all__ = ["AtSites", "Recoveries", "remembered"]
 
 Array = NDArray[np.float64]
 
@@ -94,3 +98,35 @@ class Recoveries:
         motion = node_operator(nodes, system.space.dim, system.space.n_dofs)
         near, both = system.coordinates.mapped(sparse.csr_matrix(sparse.vstack([motion, recovery.strain])))
         return AtSites(recovery, near, both[: motion.shape[0]], both[motion.shape[0] :])
+
+
+def remembered(system: System, viscous: Sequence[Viscous], state: State, recovery: Recovery) -> Relax:
+    """Return what gives the dashpots of materials at the points of a recovery from what a state remembers.
+
+    Parameters
+    ----------
+    system : System
+        The discrete system.
+    viscous : sequence of Viscous
+        Its layers that relax.
+    state : State
+        The state.
+    recovery : Recovery
+        How strains are read at the points.
+    """
+
+    def read(field: Array, points: NDArray[np.int64]) -> Array:
+        strains: Array = recovery.strains(system.coordinates.on_mesh(field))[points]
+        return strains
+
+    def relax(material: Elastic, strains: Array, points: NDArray[np.int64]) -> Relaxed:
+        known = zip(viscous, state.memories, strict=True)
+        memory = next(memory for own, memory in known if own.layers.belongs_to(material))
+        dashpots = np.stack([read(field, points) for field in memory.dashpots[:, 0]])
+        if not memory.across.size:
+            return Relaxed(in_space(strains), in_space(dashpots))
+        fields = [memory.across[0], *memory.across_dashpots[:, 0]]
+        thinned = [-read(field, points)[:, :2].sum(axis=-1) for field in fields]
+        return Relaxed(in_space(strains, thinned[0]), in_space(dashpots, np.stack(thinned[1:])))
+
+    return relax

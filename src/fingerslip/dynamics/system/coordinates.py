@@ -93,9 +93,11 @@ class MeshCoordinates:
     def on_mesh(self, field: Array) -> Array:
         """Return a field (n,) or (n, k) on all of the mesh, shape (n_dofs,) or (n_dofs, k)."""
         full = np.zeros((self.n_dofs, *field.shape[1:]), order="F")
-        full[self.unknowns.free] = field[: self.unknowns.free.size]
-        for unknown, dofs in zip(self.unknowns.moving, self.unknowns.carried, strict=True):
-            full[dofs] = field[unknown]
+        # Column by column: memory is read and written in its order.
+        for own, of_field in zip(_columns(full), _columns(field), strict=True):
+            own[self.unknowns.free] = of_field[: self.unknowns.free.size]
+            for unknown, dofs in zip(self.unknowns.moving, self.unknowns.carried, strict=True):
+                own[dofs] = of_field[unknown]
         return full
 
     def factorise(self, matrix: sparse.csr_matrix, solver: LinearSolver) -> Factor:
@@ -107,3 +109,8 @@ class MeshCoordinates:
     ) -> tuple[Condensed, Reals]:
         """Factorise and condense a sparse matrix; see :func:`fingerslip.dynamics.step.condensation.condense`."""
         return condense(matrix, local, solver, reserved_bytes)
+
+
+def _columns(field: Array) -> Array:
+    """Return the columns of a field (n,) or (n, k), shape (1, n) or (k, n), without copying."""
+    return field[None] if field.ndim == 1 else field.T
