@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
 
 from fingerslip.contact.candidates import check_outsiders
+from fingerslip.contact.counterfaces import Counterface
 from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.system.operators import Outsiders
 from fingerslip.dynamics.system.system import System
 
 __all__ = ["OutsideCheck"]
+
+Array = NDArray[np.float64]
 
 
 class OutsideCheck:
@@ -21,8 +30,10 @@ class OutsideCheck:
     """
 
     def __init__(self, system: System) -> None:
-        self._system = system
-        self._waiting: list[State] = []
+        self._beside = list(map(_beside, system.outsiders, system.counterfaces.shapes))
+        # Only what the check reads is kept of a state.
+        self._waiting: list[tuple[float, Array, list[Array]]] = []
+        self._at_once = system.coordinates.checks_at_once
 
     def look(self, state: State) -> None:
         """Check a state, now or with some that follow.
@@ -32,8 +43,9 @@ class OutsideCheck:
         SlipOutsideContactError
             Where a node that is no candidate has reached its counterface.
         """
-        self._waiting.append(state)
-        if len(self._waiting) >= self._system.coordinates.checks_at_once:
+        read = [state.displacement[own.columns] for own in self._beside]
+        self._waiting.append((state.time, state.counterfaces, read))
+        if len(self._waiting) >= self._at_once:
             self.finish()
 
     def finish(self) -> None:
@@ -41,11 +53,50 @@ class OutsideCheck:
         waiting, self._waiting = self._waiting, []
         if not waiting:
             return
-        for number, outsiders in enumerate(self._system.outsiders):
-            size, known = outsiders.relative.shape[1], outsiders.positions
-            moved = (outsiders.relative @ np.stack([state.displacement[:size] for state in waiting], axis=1)).T
-            counterface = np.stack([state.counterfaces[number] for state in waiting])
-            points = known + moved.reshape(len(waiting), *known.shape) - counterface[:, None]
-            gaps = self._system.counterfaces.shapes[number].gap(points.reshape(-1, known.shape[1]))
-            for state, own in zip(waiting, gaps.reshape(len(waiting), len(known)), strict=True):
-                check_outsiders(own, outsiders.nodes, known, state.time)
+        for number, beside in enumerate(self._beside):
+            fields = np.stack([read[number] for *_, read in waiting])
+            travel = np.stack([counterfaces[number] for _, counterfaces, _ in waiting])
+            for (time, *_), gaps in zip(waiting, beside.gaps(fields, travel), strict=True):
+                check_outsiders(gaps, beside.outsiders.nodes, beside.outsiders.positions, time)
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """Nodes beside the candidates of a counterface.
+
+    Parameters
+    ----------
+    outsiders : Outsiders
+        The k nodes.
+    shape : Counterface
+        The counterface.
+    columns : (m,) array
+        The unknowns that their displacement depends on.
+    moved : matrix, shape (k * dim, m), or (k, m) where the counterface is flat
+        Map from these to their displacement, or to that along the normal.
+    """
+
+    outsiders: Outsiders
+    shape: Counterface
+    columns: NDArray[np.integer]
+    moved: Array | sparse.csr_matrix
+
+    def gaps(self, fields: Array, travel: Array) -> Array:
+        """Return the gaps, shape (n, k) [m], for unknowns (n, m) and displacements (n, dim) of the counterface [m]."""
+        positions, moved = self.outsiders.positions, (self.moved @ fields.T).T
+        if self.shape.is_flat:
+            found: Array = self.shape.gap(positions) + moved - (travel @ self.shape.unit_normal)[:, None]
+            return found
+        points = positions + moved.reshape(len(fields), *positions.shape) - travel[:, None]
+        return self.shape.gap(points.reshape(-1, positions.shape[1])).reshape(len(fields), -1)
+
+
+def _beside(outsiders: Outsiders, shape: Counterface) -> _Beside:
+    """Return what a check reads of the nodes beside candidates; gaps to what is flat need but one displacement each."""
+    moved: Any = outsiders.relative
+    columns = np.unique(moved.indices) if sparse.issparse(moved) else np.arange(moved.shape[1])
+    moved = moved[:, columns]
+    if shape.is_flat:
+        along = sparse.kron(sparse.identity(len(outsiders.nodes)), shape.unit_normal[None], format="csr")
+        moved = along @ moved
+    return _Beside(outsiders, shape, columns, moved)

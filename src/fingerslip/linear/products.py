@@ -10,9 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-__all__ = ["add_columns", "add_rows", "as_rows", "compiled_parts", "long_product", "products", "two_products"]
+__all__ = [
+    "CompiledMatrix",
+    "add_columns",
+    "add_rows",
+    "as_rows",
+    "compiled_parts",
+    "long_product",
+    "products",
+    "two_products",
+]
 
 Array = NDArray[np.float64]
+#: Starts of rows, or columns, indices and values of a sparse matrix.
+CompiledMatrix = tuple[NDArray[Any], NDArray[Any], Array]
+
+_UNSIGNED = {4: np.dtype(np.uint32), 8: np.dtype(np.uint64)}
 
 
 def long_product(matrix: sparse.csr_matrix, vector: Array) -> Array:
@@ -80,13 +93,13 @@ def add_rows(vector: Array, matrix: Array, weights: Array) -> Array:
     return total
 
 
-def compiled_parts(matrix: sparse.csr_matrix | sparse.csc_matrix) -> tuple[NDArray[Any], NDArray[Any], Array]:
+def compiled_parts(matrix: sparse.csr_matrix | sparse.csc_matrix) -> CompiledMatrix:
     """Return starts and indices of a matrix as numbers without sign, and values.
 
     With a sign, compiled code allows for counting from the end at every entry, and takes twice as long.
     """
-    starts, indices = (array.view(f"u{array.itemsize}") for array in (matrix.indptr, matrix.indices))
-    return starts, indices, matrix.data
+    starts, indices = matrix.indptr, matrix.indices
+    return starts.view(_UNSIGNED[starts.itemsize]), indices.view(_UNSIGNED[indices.itemsize]), matrix.data
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc"})

@@ -22,10 +22,11 @@ from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.finite.factors import Factors
 from fingerslip.dynamics.finite.mixing import Mixing
 from fingerslip.dynamics.step.contact_step import ContactStep, solve_step
+from fingerslip.dynamics.step.finish import finish
 from fingerslip.dynamics.step.prediction import Prediction, predict_ends
 from fingerslip.dynamics.step.release import fading_forces
 from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.step.step import finish, weighted_forces
+from fingerslip.dynamics.step.step import weighted_forces
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.scheme import Predictor
 from fingerslip.errors import ConvergenceError, FingerslipError

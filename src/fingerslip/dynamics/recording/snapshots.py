@@ -69,7 +69,8 @@ class SnapshotRecords:
         number = self._numbers.get(step)
         if number is None:
             return
-        self._waiting.append((number, state.displacement, state.velocity))
+        # Copies: a state that waits would keep all that it holds.
+        self._waiting.append((number, state.displacement.copy(), state.velocity.copy()))
         if len(self._waiting) >= self._system.coordinates.snapshots_at_once:
             self.carry(values)
         if self._of_states:

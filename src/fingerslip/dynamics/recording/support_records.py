@@ -41,6 +41,7 @@ class SupportRecords:
         self.near = self._supports.columns
         self._near_maps = self._supports.stiffness[:, self.near], self._supports.mass[:, self.near]
         self._held = np.zeros((3, n_times, self._supports.contact.shape[0]))
+        self._touches = self._supports.contact.nnz > 0
         self._passed: dict[int, list[Array]] = {}
 
     @property
@@ -59,7 +60,7 @@ class SupportRecords:
         supports, others = self._supports, self._held[2, step]
         if supports.loads:
             others -= supports.load(state.time)
-        if supports.contact.nnz:
+        if self._touches:
             others -= supports.contact @ state.contact_forces.ravel()
         if state.body is not None:
             others += supports.rows @ state.body.nodal

@@ -8,15 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.dynamics.step.free_ends import free_ends, free_steps
 from fingerslip.dynamics.step.release import fading_forces
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.scheme import Predictor
-from fingerslip.linear.products import as_rows, products
+from fingerslip.linear.products import as_rows
 
 __all__ = ["Prediction", "predict", "predict_ends"]
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+_NONE = np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -82,98 +86,67 @@ def predict(
     counterfaces : sequence of (n_counterfaces, dim) array
         Prescribed displacement of the counterfaces at the end [m].
     """
-    free, prescribed = _free_ends(steppers[0], states, time)
-    loads = [stepper.system.load(time) for stepper in steppers]
-    right = _right_hand_sides(steppers, states, free, as_rows(list(map(_with_remembered, steppers, states, loads))))
-    if prescribed is not None:
-        right -= products(steppers[0].system.mass, prescribed)
-        right[:, steppers[0].system.unknowns.moving] = 0.0
-    return _predictions(steppers, states, time, counterfaces, (free, prescribed, loads, right))
+    stepper, loads = steppers[0], [stepper.system.load(time) for stepper in steppers]
+    ends, right = free_steps(
+        stepper.prediction,
+        stepper.factors,
+        stepper.resistance,
+        *_moving(stepper, time),
+        *_starts(states),
+        as_rows([state.unbalance for state in states]),
+        as_rows(list(map(_with_remembered, steppers, states, loads))),
+    )
+    for number, state in enumerate(states):
+        if state.release is not None:
+            fading = fading_forces(stepper.scheme, state.release)
+            right[number] += steppers[number].system.at_candidates @ fading.ravel()
+    given = ((time, *own) for own in zip(counterfaces, loads, strict=True))
+    return list(map(_prediction, steppers, states, given, ends, right))
 
 
 def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Array) -> Prediction:
     """Return the prediction of one motion without its right-hand side; see :func:`predict`."""
-    free, prescribed = _free_ends(stepper, [before], time)
-    found = free, prescribed, [stepper.system.load(time)], np.zeros((1, 0))
-    return _predictions([stepper], [before], time, [counterfaces], found)[0]
+    ends = free_ends(stepper.prediction, stepper.factors, *_moving(stepper, time), *_starts([before]))
+    return _prediction(stepper, before, (time, counterfaces, stepper.system.load(time)), ends[0], _NONE)
 
 
-def _free_ends(stepper: Stepper, states: Sequence[State], time: float) -> tuple[Predictor, Array | None]:
-    """Return the ends of motions with no unknown, (k, n), and there the acceleration of moving supports."""
-    names = "displacement", "velocity", "acceleration"
-    free = stepper.scheme.predict(*(as_rows([getattr(state, name) for state in states]) for name in names))
-    return _carried(stepper, free, time)
+def _moving(stepper: Stepper, time: float) -> tuple[Indices, Array]:
+    """Return the unknowns of moving supports, (m,), and their displacement at the end of a step, (m,) [m]."""
+    moving = stepper.system.unknowns.moving
+    return moving, stepper.system.prescribed(time) if moving.size else _NONE
 
 
-def _carried(stepper: Stepper, free: Predictor, time: float) -> tuple[Predictor, Array | None]:
-    """Take the moving supports to the end of the step; return their acceleration, too.
+def _starts(states: Sequence[State]) -> tuple[Array, Array, Array]:
+    """Return displacement, velocity and acceleration of k states, (k, n) each."""
+    return (
+        as_rows([state.displacement for state in states]),
+        as_rows([state.velocity for state in states]),
+        as_rows([state.acceleration for state in states]),
+    )
 
-    Their unknowns follow from the prescribed displacement, so that they move by the scheme like all others.
+
+def _prediction(
+    stepper: Stepper, before: State, given: tuple[float, Array, Array], ends: Array, right_hand_side: Array
+) -> Prediction:
+    """Return the prediction of a motion, from its fields at the end of the step without unknown, (2 or 3, n).
+
+    What is given is the time, the displacement of the counterfaces and the loads there.
     """
-    moving, scheme = stepper.system.unknowns.moving, stepper.scheme
-    if not moving.size:
-        return free, None
-    displacement, velocity, acceleration = free.displacement.copy(), free.velocity.copy(), np.zeros_like(free.velocity)
-    unknown = (stepper.system.prescribed(time) - displacement[:, moving]) / scheme.displacement_factor
-    displacement[:, moving] += scheme.displacement_factor * unknown
-    velocity[:, moving] += scheme.velocity_factor * unknown
-    acceleration[:, moving] = scheme.inertia_factor * unknown
-    return Predictor(displacement, velocity), acceleration
-
-
-def _predictions(
-    steppers: Sequence[Stepper],
-    states: Sequence[State],
-    time: float,
-    counterfaces: Sequence[Array],
-    found: tuple[Predictor, Array | None, Sequence[Array], Array],
-) -> list[Prediction]:
-    """Return the predictions of motions, each with its rows of what was found for all."""
-    free, prescribed, loads, right_hand_sides = found
-    return [
-        Prediction(
-            before=state,
-            time=time,
-            counterfaces=counterfaces[number],
-            load=loads[number],
-            free=Predictor(free.displacement[number], free.velocity[number]),
-            moved=stepper.system.moved(free.displacement[number], counterfaces[number]),
-            right_hand_side=right_hand_sides[number],
-            prescribed=None if prescribed is None else prescribed[number],
-        )
-        for number, (stepper, state) in enumerate(zip(steppers, states, strict=True))
-    ]
+    time, counterfaces, load = given
+    displacement, velocity, *prescribed = ends
+    return Prediction(
+        before=before,
+        time=time,
+        counterfaces=counterfaces,
+        load=load,
+        free=Predictor(displacement, velocity),
+        moved=stepper.system.moved(displacement, counterfaces),
+        right_hand_side=right_hand_side,
+        prescribed=prescribed[0] if prescribed else None,
+    )
 
 
 def _with_remembered(stepper: Stepper, state: State, load: Array) -> Array:
     """Return a load (n,) with the forces of what materials remember [N]."""
     remembered = [own.force(memory) for own, memory in zip(stepper.viscous, state.memories, strict=True)]
     return np.sum([load, *remembered], axis=0) if remembered else load
-
-
-def _strained_forces(stepper: Stepper, free: Predictor) -> Array:
-    """Return the forces of stiffness and stiffness-proportional damping, but for what is remembered, (k, n) [N]."""
-    share = stepper.damping.stiffness
-    if not share:
-        return products(stepper.stiffness, free.displacement)
-    if not stepper.viscous:
-        return products(stepper.stiffness, free.displacement + share * free.velocity)
-    damped = share * products(stepper.system.stiffness, free.velocity)
-    return products(stepper.stiffness, free.displacement) + damped
-
-
-def _right_hand_sides(steppers: Sequence[Stepper], states: Sequence[State], free: Predictor, loads: Array) -> Array:
-    """Return the right-hand sides of motions where no supports move, shape (k, n) [N]."""
-    system, damping, scheme = steppers[0].system, steppers[0].damping, steppers[0].scheme
-    forces = _strained_forces(steppers[0], free)
-    if damping.mass:
-        forces += damping.mass * products(system.mass, free.velocity)
-    if system.dampers is not None:
-        forces += system.dampers * free.velocity
-    unbalance = as_rows([state.unbalance for state in states])
-    total: Array = scheme.end_weight * (loads - forces) + scheme.start_weight * unbalance
-    for number, state in enumerate(states):
-        if state.release is not None:
-            fading = fading_forces(scheme, state.release)
-            total[number] += steppers[number].system.at_candidates @ fading.ravel()
-    return total

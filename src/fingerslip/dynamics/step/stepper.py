@@ -21,6 +21,7 @@ from fingerslip.dynamics.step.memory import Memory, Viscous, relaxed_force, stif
 from fingerslip.dynamics.step.sharing import first_alike, same_compliance
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme
 from fingerslip.dynamics.system.system import System
+from fingerslip.linear.products import CompiledMatrix, compiled_parts
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.model import Timing
@@ -80,6 +81,8 @@ class Stopwatch:
 
 class _Part(AbstractContextManager[None]):
     """A block that is timed; a step has several, for which a generator would take as long as some of them."""
+
+    __slots__ = ("_cpu_start", "_name", "_start", "_watch")
 
     def __init__(self, watch: Stopwatch, name: str) -> None:
         self._watch, self._name = watch, name
@@ -141,6 +144,37 @@ class Stepper:
     def stretch(self) -> Array | None:
         """Lengths of the constant frames' tangents, shape (n_c, dim - 1) [-]; None where frames turn."""
         return None if self.constant_frames is None else tangent_lengths(self.constant_frames)
+
+    @cached_property
+    def factors(self) -> tuple[float, float, float, float, float]:
+        """Change of displacement and velocity and acceleration per unknown, and the weights of forces at both ends."""
+        scheme = self.scheme
+        changes = scheme.displacement_factor, scheme.velocity_factor, scheme.inertia_factor
+        return *changes, scheme.start_weight, scheme.end_weight
+
+    @cached_property
+    def compiled(self) -> tuple[CompiledMatrix, CompiledMatrix]:
+        """Mass and elastic stiffness for compiled code."""
+        return compiled_parts(self.system.mass), compiled_parts(self.system.stiffness)
+
+    @cached_property
+    def prediction(self) -> Array:
+        """Displacement and velocity without an unknown from displacement, velocity and acceleration before, (2, 3)."""
+        free = self.scheme.predict(*np.eye(3))
+        return np.stack([free.displacement, free.velocity])
+
+    @cached_property
+    def resistance(self) -> tuple[CompiledMatrix, CompiledMatrix, CompiledMatrix, Array, tuple[float, float, float]]:
+        """What resists a motion at the end of a step.
+
+        The stiffness of the step, which acts on displacements, elastic stiffness and mass; dampers, (n,) [N s/m], or
+        none; and how much of the velocity the three matrices act on, which is the damping of the material.
+        """
+        share, dampers = self.damping.stiffness, self.system.dampers
+        mass, elastic = self.compiled
+        # Where nothing relaxes both stiffnesses are the same, and one product does for displacement and velocity.
+        shares = (0.0, share, self.damping.mass) if self.viscous else (share, 0.0, self.damping.mass)
+        return compiled_parts(self.stiffness), elastic, mass, np.zeros(0) if dampers is None else dampers, shares
 
     @cached_property
     def gaps(self) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numba
 import numpy as np
@@ -42,12 +43,12 @@ class Unknowns:
         """How many there are, n."""
         return self.free.size + len(self.rigid) + len(self.carried)
 
-    @property
+    @cached_property
     def moving(self) -> Indices:
         """Where the moving supports stand among them: at the end."""
         return self.free.size + len(self.rigid) + np.arange(len(self.carried))
 
-    @property
+    @cached_property
     def of_rigid(self) -> Indices:
         """Where the free directions of rigid bodies stand among them."""
         return self.free.size + np.arange(len(self.rigid))

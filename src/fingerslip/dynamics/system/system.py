@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.forms import mass_matrix, stiffness_matrix
 from fingerslip.fe.space import Space, carrying_nodes
 from fingerslip.fe.viscous import Relaxing, relaxing_layers
-from fingerslip.linear.products import compiled_parts
+from fingerslip.linear.products import CompiledMatrix, compiled_parts
 from fingerslip.materials.material import Material
 from fingerslip.model import Model
 
@@ -161,11 +161,12 @@ class System:
         counterfaces : (n_counterfaces, dim) array
             Prescribed displacement of the counterfaces [m].
         """
-        moved: Array = relative_motion(*self._rows, displacement, counterfaces, self.candidates.counterface)
+        moved: Array = relative_motion(*self.compiled_relative, displacement, counterfaces, self.candidates.counterface)
         return moved
 
     @cached_property
-    def _rows(self) -> tuple[NDArray[Any], NDArray[Any], Array]:
+    def compiled_relative(self) -> CompiledMatrix:
+        """The map `relative` for compiled code."""
         return compiled_parts(self.relative)
 
     @cached_property

@@ -1,0 +1,186 @@
+"""The end of a step: from its unknowns and its contact to the states of motions, with their balances of energy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import repeat
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.contact.frames import tangent_lengths
+from fingerslip.contact.interface import StepOutcome, settle
+from fingerslip.dynamics.finite.body import BodyState
+from fingerslip.dynamics.step.contact_step import ContactStep
+from fingerslip.dynamics.step.contact_work import contact_work
+from fingerslip.dynamics.step.ends import End, ends
+from fingerslip.dynamics.step.energy import Energies
+from fingerslip.dynamics.step.memory import Memory
+from fingerslip.dynamics.step.prediction import Prediction
+from fingerslip.dynamics.step.state import State
+from fingerslip.dynamics.step.stepper import Stepper
+
+__all__ = ["finish"]
+
+Array = NDArray[np.float64]
+
+_NO_CORRECTION = np.zeros((0, 0))
+
+
+def finish(
+    steppers: Sequence[Stepper],
+    starts: Sequence[Prediction],
+    contacts: Sequence[ContactStep],
+    unknowns: Array,
+    bodies: Sequence[BodyState] = (),
+) -> list[State]:
+    """Return the states of k motions at the end of a step.
+
+    Parameters
+    ----------
+    steppers : sequence of Stepper
+        What stays the same in each; they share matrices and scheme.
+    starts : sequence of Prediction
+        The step before its substitution.
+    contacts : sequence of ContactStep
+        Its contact.
+    unknowns : (k, n) array
+        Its unknowns.
+    bodies : sequence of BodyState, optional
+        The bodies at the end, at large strain.
+    """
+    unknowns = np.ascontiguousarray(unknowns)
+    added = list(map(_added, steppers, starts, contacts, unknowns))
+    found = ends(steppers[0], starts, unknowns, added, is_small=not bodies)
+    return list(map(_finished, steppers, starts, contacts, found, bodies or repeat(None)))
+
+
+def _added(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> Array | None:
+    """Return the forces of an anchor and of nodes that have left in the equation of motion, (n,) [N]; None if none."""
+    anchor = start.anchor_force(stepper, unknown) if stepper.anchoring else None
+    if contact.release is None:
+        return anchor
+    left: Array = stepper.system.at_candidates @ contact.release.correction.ravel()
+    return left if anchor is None else anchor + left
+
+
+@dataclass(frozen=True)
+class _Contact:
+    """What contact has done in a step: motion (n_c, dim) [m], work on interface and bodies [J], the interface after."""
+
+    moved: Array
+    external_work: float
+    outcome: StepOutcome
+
+
+def _finished(stepper: Stepper, start: Prediction, contact: ContactStep, end: End, body: BodyState | None) -> State:
+    """Return the state of a motion at the end of a step, from its fields and its contact."""
+    before, settled = start.before, _settled(stepper, start, contact, end)
+    memories = tuple(
+        own.after(memory, end.displacement) for own, memory in zip(stepper.viscous, before.memories, strict=True)
+    )
+    after = State(
+        time=start.time,
+        step=stepper.scheme.step,
+        displacement=end.displacement,
+        velocity=end.velocity,
+        acceleration=end.acceleration,
+        inertia=end.inertia,
+        load=start.load,
+        unbalance=end.change.unbalance[-1],
+        unbalance_before=before.unbalance,
+        counterfaces=start.counterfaces,
+        moved=settled.moved,
+        contact_forces=contact.forces,
+        contact_forces_before=before.contact_forces,
+        interface=settled.outcome.state,
+        energies=_energies(stepper, start, end, settled, (memories, body)),
+        iterations=contact.solution.iterations,
+        residual=contact.solution.residual,
+        working_set=contact.working_set,
+        release=contact.release,
+        memories=memories,
+        body=body,
+    )
+    return _with_supports(stepper, before, after, end.change.displacement)
+
+
+def _settled(stepper: Stepper, start: Prediction, contact: ContactStep, end: End) -> _Contact:
+    """Return what contact has done in a step."""
+    before, system = start.before, stepper.system
+    moved, inward, outward = contact_work(
+        system.compiled_relative,
+        end.displacement,
+        system.candidates.counterface,
+        start.counterfaces,
+        before.counterfaces,
+        before.moved,
+        contact.forces,
+        before.contact_forces,
+        tuple(_NO_CORRECTION if own is None else own.correction for own in (before.release, contact.release)),
+    )
+    outcome = settle(
+        system.candidates,
+        before.interface,
+        contact.solution.forces,
+        contact.relative,
+        friction_coefficient=contact.coefficients,
+        stretch=tangent_lengths(contact.frames) if stepper.stretch is None else stepper.stretch,
+        work=inward,
+    )
+    return _Contact(moved, outward, outcome)
+
+
+def _energies(
+    stepper: Stepper,
+    start: Prediction,
+    end: End,
+    contact: _Contact,
+    material: tuple[Sequence[Memory], BodyState | None],
+) -> Energies:
+    """Complete the energy balance of a step, but for the work of moving supports."""
+    before, change, (memories, body) = start.before, end.change, material
+    lost, relaxes = _elastic_loss(before, body, change.displacement), _relaxes(stepper)
+    settled = contact.outcome
+    return before.energies.after(
+        kinetic=end.kinetic,
+        strain=body.energy if body is not None else end.elastic + sum(memory.stored for memory in memories),
+        contact=settled.stored,
+        friction=settled.friction,
+        damping=_damped(stepper, before, end),
+        viscous=sum(memory.dissipated for memory in memories) + (lost if relaxes else 0.0),
+        numerical=stepper.scheme.dissipation(change) + settled.numerical + (0.0 if relaxes else lost),
+        work=0.5 * float((before.load + start.load) @ change.displacement) + contact.external_work,
+    )
+
+
+def _relaxes(stepper: Stepper) -> bool:
+    return stepper.system.body is not None and stepper.system.body.relaxes
+
+
+def _elastic_loss(before: State, body: BodyState | None, change: Array) -> float:
+    """Return the work of the mean force of the body less the change of strain energy [J]: none at small strain.
+
+    In a body that relaxes it is what dashpots take, and else an error of the step.
+    """
+    if before.body is None or body is None:
+        return 0.0
+    return 0.5 * float((before.body.force + body.force) @ change) - (body.energy - before.body.energy)
+
+
+def _damped(stepper: Stepper, before: State, end: End) -> float:
+    """Return the energy that material damping and the dampers of rigid bodies dissipate in a step [J]."""
+    if not (stepper.damping.mass or stepper.damping.stiffness or stepper.system.dampers is not None):
+        return 0.0
+    return float(end.change.displacement @ stepper.damping_force(0.5 * (before.velocity + end.velocity)))
+
+
+def _with_supports(stepper: Stepper, before: State, after: State, change: Array) -> State:
+    """Return a state whose balance has the work of moving supports in the step, by the mean of their forces."""
+    moving = stepper.system.unknowns.moving
+    if not moving.size:
+        return after
+    forces = stepper.support_force(before) + stepper.support_force(after)
+    work = after.energies.external_work + 0.5 * float(forces @ change[moving])
+    return replace(after, energies=replace(after.energies, external_work=work))
