@@ -7,9 +7,9 @@ In the plane the conditions of :mod:`fingerslip.contact.solve.newton` are linear
     slip     y_n = 0,  r_t = g r_n    with the slope g = mu or -mu
 
 A full step of Newton's method solves the *piece* that the trial forces are in. What remains unknown are the normal
-forces of the touching nodes and the tangential ones of those that stick. The matrix of a piece is factorised once, and
-serves until a node changes its state, in later time steps too. A step begins with the solution in the piece in which
-the last one ended: where no node changes its state, that is all.
+forces of the touching nodes and the tangential ones of those that stick. The matrix of a piece is factorised, and
+serves as long as few nodes have another state, in later time steps too (:mod:`fingerslip.contact.solve.bordered`). A
+step begins with the solution in the piece in which the last one ended: where no node changes its state, that is all.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.contact.solve.bordered import add_borders, missing_borders, piece_matrix, solve_bordered
 from fingerslip.contact.solve.compliance import active_product
 from fingerslip.contact.solve.dense import DenseFactor, factorise_dense, solve_factorised
 from fingerslip.contact.solve.line_search import NEWTON_LIMIT, SEARCH_LIMIT, decreases_enough
@@ -31,48 +32,80 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 __all__ = ["Piece", "solve_by_pieces"]
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
 
-# What comes of Newton's method in a piece: a solution, forces in another piece, or no step that helps.
+# What comes of Newton's method: a solution, forces in a piece that is far from the base, or no step that helps.
 _SOLVED, _ELSEWHERE, _STUCK = 0, 1, 2
-_NO_PIECE = (
-    np.zeros(0, dtype=np.int8),
-    np.zeros(0),
-    np.zeros(0, dtype=np.int64),
-    np.zeros((0, 0)),
-    np.zeros(0, dtype=np.int32),
-)
+# Components in which a piece may differ from its base; each costs a solution with the factors, once.
+_MOST_BORDERS = 16
+
+
+@dataclass(frozen=True)
+class Base:
+    """A piece whose matrix is factorised.
+
+    Parameters
+    ----------
+    states, slopes : (n_c,) array
+        As of :class:`Piece`.
+    unknowns : (n,) array
+        Components among n_c * 2 that it leaves unknown.
+    places : (n_c * 2,) array
+        The number of each component among these; -1 for those that are none.
+    factor : DenseFactor
+        Factors of its matrix.
+    """
+
+    states: NDArray[np.int8]
+    slopes: Array
+    unknowns: Indices
+    places: Indices
+    factor: DenseFactor
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A state of every node, with the factors of its matrix.
+    """A state of every node, with what its forces are found from.
 
     Parameters
     ----------
     compliance : (n_c * 2, n_c * 2) array
-        W that the matrix is made of [m/N].
+        W that its matrix is made of [m/N].
     scale : (n_c, 2) array
         Step lengths rho of the projection [N/m].
+    base : Base
+        A piece that is near.
     states : (n_c,) array of int
         :data:`~fingerslip.contact.states.OPEN`, STICK or SLIP.
     slopes : (n_c,) array
         Tangential over normal force of the nodes that slip [-], else zero.
-    unknowns : (k,) array
-        Components among n_c * 2 that the piece leaves unknown.
-    factor : DenseFactor
-        Factors of its matrix.
+    components : (r,) array
+        Components in which pieces so far have differed from the base.
+    borders : (2, r, n) array
+        Their borders; see :mod:`fingerslip.contact.solve.bordered`.
     forces, product : (n_c, 2) array
         Forces of the last time step [N], and W times them [m].
     """
 
     compliance: Array
     scale: Array
+    base: Base
     states: NDArray[np.int8]
     slopes: Array
-    unknowns: NDArray[np.int64]
-    factor: DenseFactor
+    components: Indices
+    borders: Array
     forces: Array
     product: Array
+
+    @property
+    def unknowns(self) -> Indices:
+        """Components among n_c * 2 that the piece leaves unknown."""
+        return np.flatnonzero(np.column_stack([self.states != OPEN, self.states == STICK]))
+
+
+_NO_COMPONENTS, _NO_PIVOTS = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int32)
+_NO_BORDERS = np.zeros((2, 0, 0))
+_NO_BASE = (np.zeros(0, dtype=np.int8), np.zeros(0), _NO_COMPONENTS, _NO_COMPONENTS, np.zeros((0, 0)), _NO_PIVOTS)
 
 
 def solve_by_pieces(
@@ -127,28 +160,36 @@ def solve_by_pieces(
     scale = step_lengths(np.diag(compliance).reshape(free.shape)) if piece is None else piece.scale
     # After a step, W times its forces is known.
     product = piece.product if piece is not None and piece.forces is start else active_product(compliance, start)
-    problem, factors = (compliance, free, friction_coefficient, scale, tolerance), _factors(piece)
-    found = _newton(*problem, start, product, *factors, 0)
+    problem, near = (compliance, free, friction_coefficient, scale, tolerance, _MOST_BORDERS), _near(piece)
+    found = _newton(*problem, start, product, *near, 0)
     while found[0] == _ELSEWHERE:
-        _, iterations, forces, product, states, slopes, _, _ = found
-        matrix, unknowns = _matrix(compliance, states, slopes)
-        piece = Piece(compliance, scale, states, slopes, unknowns, factorise_dense(matrix), forces, product)
-        found = _newton(*problem, forces, product, *_factors(piece), iterations)
-    outcome, iterations, forces, product, _, _, residual, worst = found
+        _, iterations, forces, product, states, slopes, *_ = found
+        base = _base(compliance, states, slopes)
+        none = np.zeros((2, 0, base.unknowns.size))
+        piece = Piece(compliance, scale, base, states, slopes, _NO_COMPONENTS, none, forces, product)
+        found = _newton(*problem, forces, product, *_near(piece), iterations)
+    outcome, iterations, forces, product, states, slopes, components, borders, residual, worst = found
     if outcome == _SOLVED:
         if piece is not None and piece.forces is not forces:
-            known = piece.states, piece.slopes, piece.unknowns, piece.factor
-            piece = Piece(compliance, scale, *known, forces, product)
+            piece = Piece(compliance, scale, piece.base, states, slopes, components, borders, forces, product)
         return ContactSolution(forces, residual, iterations, worst), piece
     solution = solve_friction(compliance, free, friction_coefficient, forces, tolerance)
     return replace(solution, iterations=iterations + solution.iterations), piece
 
 
-def _factors(piece: Piece | None) -> tuple[Any, Any, Any, Any, Any]:
-    """Return the arrays of a piece that its solution needs."""
+def _base(compliance: Array, states: NDArray[np.int8], slopes: Array) -> Base:
+    """Factorise the matrix of a piece."""
+    matrix, unknowns, places = piece_matrix(compliance, states, slopes)
+    return Base(states, slopes, unknowns, places, factorise_dense(matrix))
+
+
+def _near(piece: Piece | None) -> tuple[Any, Any, Any, Any, Any]:
+    """Return the arrays of a piece that Newton's method begins with: base, states, slopes, components and borders."""
     if piece is None:
-        return _NO_PIECE
-    return piece.states, piece.slopes, piece.unknowns, piece.factor.factors, piece.factor.pivots
+        return _NO_BASE, _NO_BASE[0], _NO_BASE[1], _NO_COMPONENTS, _NO_BORDERS
+    base = piece.base
+    known = base.states, base.slopes, base.unknowns, base.places, base.factor.factors, base.factor.pivots
+    return known, piece.states, piece.slopes, piece.components, piece.borders
 
 
 @numba.njit(cache=True, nogil=True)
@@ -158,35 +199,49 @@ def _newton(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     friction,
     scale,
     tolerance,
+    most_borders,
     forces,
     product,
+    base,
     of_states,
     of_slopes,
-    unknowns,
-    factors,
-    pivots,
+    components,
+    borders,
     taken,
 ):
-    """Run Newton's method as long as it stays in a piece, from given forces (n_c, 2) [N] and W times them [m].
+    """Run Newton's method as long as it stays near a base, from given forces (n_c, 2) [N] and W times them [m].
 
-    Returns what came of it, the iterations, the forces, W times them, the piece that their trial forces are in, their
-    residual and its worst node.
+    Returns what came of it, the iterations, the forces, W times them, the piece that was solved, or the one that their
+    trial forces are in where it is far, its borders, and the residual and its worst node.
     """
     # As in the compiled solver, the force that would undo the worst free penetration alone sets the scale of rounding.
     least = 1e-12 * np.max(scale * np.abs(free))
-    iteration = taken
+    iteration, has_base = taken, base[0].size == len(forces)
+    start = np.zeros(0)
     states, slopes, merit, residual, worst = _examine(forces, product, free, scale, friction, least)
-    if taken == 0 and of_states.size and not residual <= tolerance:
+    if has_base and not residual <= tolerance:
+        start = _start(free, base)
+    if taken == 0 and has_base and not residual <= tolerance:
         # Where the solution in the last step's piece is nearer to a solution than its forces, the search begins there.
-        solved, moved = _solve_piece(compliance, free, of_slopes, unknowns, factors, pivots)
+        solved = solve_bordered(compliance, free, base, start, components, borders, of_states, of_slopes)
+        moved = active_product(compliance, solved)
         look = _examine(solved, moved, free, scale, friction, least)
         if decreases_enough(look[2], merit, 1.0):
             forces, product, iteration = solved, moved, 1
             states, slopes, merit, residual, worst = look
     while not residual <= tolerance and iteration < NEWTON_LIMIT:
-        if not _are_same(states, slopes, of_states, of_slopes):
-            return _ELSEWHERE, iteration, forces, product, states, slopes, residual, worst
-        solved, moved = _solve_piece(compliance, free, of_slopes, unknowns, factors, pivots)
+        # A piece whose solution is not exact enough needs factors of its own.
+        again = iteration > taken and components.size > 0 and _are_same(states, slopes, of_states, of_slopes)
+        if not has_base or again:
+            return _ELSEWHERE, iteration, forces, product, states, slopes, components, borders, residual, worst
+        missing = missing_borders(base[0], base[1], components, states, slopes)
+        if components.size + missing.size > most_borders:
+            return _ELSEWHERE, iteration, forces, product, states, slopes, components, borders, residual, worst
+        if missing.size:
+            components, borders = add_borders(compliance, base, components, borders, missing)
+        of_states, of_slopes = states, slopes
+        solved = solve_bordered(compliance, free, base, start, components, borders, of_states, of_slopes)
+        moved = active_product(compliance, solved)
         length, nearer, nearer_product = 1.0, solved, moved
         look = _examine(nearer, nearer_product, free, scale, friction, least)
         halvings = 0
@@ -200,7 +255,18 @@ def _newton(  # type: ignore[no-untyped-def]  # noqa: PLR0917
         forces, product, iteration = nearer, nearer_product, iteration + 1
         states, slopes, merit, residual, worst = look
     outcome = _SOLVED if residual <= tolerance else _STUCK
-    return outcome, iteration, forces, product, states, slopes, residual, worst
+    return outcome, iteration, forces, product, of_states, of_slopes, components, borders, residual, worst
+
+
+@numba.njit(cache=True, nogil=True)
+def _start(free, base):  # type: ignore[no-untyped-def]
+    """Return the unknowns of a base (n,) [N], if nothing differs from it."""
+    _, _, unknowns, _, factors, pivots = base
+    found = np.empty(unknowns.size)
+    for k in range(unknowns.size):
+        found[k] = -free[unknowns[k] // 2, unknowns[k] % 2]
+    solve_factorised(factors, pivots, found)
+    return found
 
 
 @numba.njit(cache=True, nogil=True)
@@ -210,21 +276,6 @@ def _are_same(states, slopes, of_states, of_slopes):  # type: ignore[no-untyped-
     for i in range(of_states.size):
         same = same and states[i] == of_states[i] and slopes[i] == of_slopes[i]
     return same
-
-
-@numba.njit(cache=True, nogil=True)
-def _solve_piece(compliance, free, slopes, unknowns, factors, pivots):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Return the solution of a piece, forces (n_c, 2) [N], and W times it [m]."""
-    wanted = np.empty(unknowns.size)
-    for k in range(unknowns.size):
-        wanted[k] = -free[unknowns[k] // 2, unknowns[k] % 2]
-    solve_factorised(factors, pivots, wanted)
-    forces = np.zeros_like(free)
-    for k in range(unknowns.size):
-        forces[unknowns[k] // 2, unknowns[k] % 2] = wanted[k]
-    for i in range(len(forces)):
-        forces[i, 1] += slopes[i] * forces[i, 0]
-    return forces, active_product(compliance, forces)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -252,24 +303,3 @@ def _examine(forces, product, free, scale, friction, least):  # type: ignore[no-
     if np.isnan(merit):
         largest = merit
     return states, slopes, merit, (largest / max(least, force) if largest > 0.0 else largest), worst
-
-
-@numba.njit(cache=True, nogil=True)
-def _matrix(compliance, states, slopes):  # type: ignore[no-untyped-def]
-    """Return the matrix of a piece [m/N], and its unknowns among the components of all nodes."""
-    unknowns = np.empty(2 * states.size, dtype=np.int64)
-    size = 0
-    for i in range(states.size):
-        for k in range(2 if states[i] == STICK else 1 if states[i] != OPEN else 0):
-            unknowns[size] = 2 * i + k
-            size += 1
-    unknowns = unknowns[:size].copy()
-    matrix = np.empty((size, size))
-    for a in range(size):
-        row = compliance[unknowns[a]]
-        for b in range(size):
-            matrix[a, b] = row[unknowns[b]]
-            # Columns of nodes that slip: their tangential forces follow their normal ones.
-            if slopes[unknowns[b] // 2] != 0.0:
-                matrix[a, b] += slopes[unknowns[b] // 2] * row[unknowns[b] + 1]
-    return matrix, unknowns

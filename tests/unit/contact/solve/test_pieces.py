@@ -82,7 +82,7 @@ def test_a_piece_of_another_compliance_is_not_used():
 
 def test_the_compiled_solver_takes_over_where_no_step_helps(monkeypatch):
     def stuck(*given_):
-        return module._STUCK, 0, given_[5], given_[6], None, None, np.inf, 0
+        return module._STUCK, 0, given_[6], given_[7], None, None, None, None, np.inf, 0
 
     monkeypatch.setattr(module, "_newton", stuck)
     compliance, free, friction = pressed_row(20, 0.2)
@@ -104,3 +104,25 @@ def test_no_candidates_are_no_problem():
     solution, piece = solve_by_pieces(np.zeros((0, 0)), none, np.zeros(0), none, 1e-12)
     assert solution.forces.shape == (0, 2)
     assert piece is None
+
+
+def test_factors_serve_while_few_nodes_change_their_states(monkeypatch):
+    """Pulled to and fro, nodes stick and slip: what the factors of one piece give is what those of each would."""
+    made = []
+    factorise = module.factorise_dense
+    monkeypatch.setattr(module, "factorise_dense", lambda matrix: made.append(len(matrix)) or factorise(matrix))
+    compliance, free, friction = pressed_row(40, 0.0)
+    counts = {}
+    for most in (0, module._MOST_BORDERS):
+        monkeypatch.setattr(module, "_MOST_BORDERS", most)
+        made.clear()
+        forces, piece, found = np.zeros((40, 2)), None, []
+        for slide in np.concatenate([np.linspace(0.0, 0.5, 60), np.linspace(0.5, -0.5, 120)]):
+            given_ = compliance, free + np.array([0.0, slide]), friction, forces, 1e-12
+            solution, piece = solve_by_pieces(*given_, piece=piece)
+            forces = solution.forces
+            found.append(forces)
+        counts[most] = len(made), np.stack(found)
+    (each, exact), (few, found) = counts.values()
+    np.testing.assert_allclose(found, exact, atol=1e-11 * np.abs(exact).max())
+    assert few < 0.25 * each
