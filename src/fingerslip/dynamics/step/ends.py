@@ -74,7 +74,8 @@ def ends(
     fields, changes, energies = _ends(
         stepper.factors,
         is_small,
-        *stepper.compiled,
+        stepper.compiled_mass,
+        stepper.compiled_half,
         as_rows([start.free.displacement for start in starts]),
         as_rows([start.free.velocity for start in starts]),
         unknowns,
@@ -108,7 +109,7 @@ def _ends(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     factors,
     is_small,
     mass,
-    stiffness,
+    half,
     free_displacement,
     free_velocity,
     unknowns,
@@ -140,7 +141,7 @@ def _ends(  # type: ignore[no-untyped-def]  # noqa: PLR0917
         _inertia(mass, of_inertia, fields, energies)
     if is_small:
         # Nothing else in the step forms this product, so the balance of energies checks the substitutions.
-        _elastic(stiffness, fields, energies)
+        _elastic(half, fields, energies)
     for i in range(count):
         inertia, unbalance = fields[i, 3], fields[i, 4]
         for j in range(size):
@@ -152,7 +153,7 @@ def _ends(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     return fields, changes, energies
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
 def _inertia(mass, of_inertia, fields, energies):  # type: ignore[no-untyped-def]
     """Fill in the inertia [N] and the kinetic energy [J]."""
     starts, columns, values = mass
@@ -167,12 +168,12 @@ def _inertia(mass, of_inertia, fields, energies):  # type: ignore[no-untyped-def
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
-def _elastic(stiffness, fields, energies):  # type: ignore[no-untyped-def]
-    """Fill in half the work of the elastic forces [J]."""
-    starts, columns, values = stiffness
+def _elastic(half, fields, energies):  # type: ignore[no-untyped-def]
+    """Fill in the energy that the elastic stiffness stores [J]."""
+    starts, columns, values = half
     for row in range(fields.shape[2]):
         for i in range(fields.shape[0]):
             force = 0.0
             for entry in range(starts[row], starts[row + 1]):
                 force += values[entry] * fields[i, 0, columns[entry]]
-            energies[i, 1] += 0.5 * fields[i, 0, row] * force
+            energies[i, 1] += fields[i, 0, row] * force

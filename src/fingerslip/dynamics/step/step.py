@@ -76,16 +76,26 @@ def _columns(vectors: Sequence[Array]) -> Array:
 
 def _own_rows(steppers: Sequence[Stepper], local: Array) -> list[Array]:
     """Return each motion's own part of the joint local displacements, (m,) or (m, k)."""
-    rows = np.ascontiguousarray(local.reshape(len(local), len(steppers)).T)
-    return [own[stepper.rows] for own, stepper in zip(rows, steppers, strict=True)]
+    rows = local[None] if local.ndim == 1 else np.ascontiguousarray(local.T)
+    return [
+        own if stepper.has_all(own.size) else own[stepper.rows] for own, stepper in zip(rows, steppers, strict=True)
+    ]
 
 
 def _joint_forces(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], shape: tuple[int, ...]) -> Array:
     """Return what contact adds to the equations of all motions, on the joint rows, shape (m,) or (m, k) [N]."""
-    forces = np.zeros((len(steppers), shape[0]))
-    for own, stepper, contact in zip(forces, steppers, contacts, strict=True):
-        own[stepper.rows] = weighted_forces(stepper, contact).ravel()
-    return forces[0] if len(shape) == 1 else forces.T
+    forces = [_on_joint_rows(*own, shape[0]) for own in zip(steppers, contacts, strict=True)]
+    return forces[0] if len(shape) == 1 else np.stack(forces).T
+
+
+def _on_joint_rows(stepper: Stepper, contact: ContactStep, size: int) -> Array:
+    """Return what contact adds to the equation of a motion, on the joint rows, shape (m,) [N]."""
+    own = weighted_forces(stepper, contact).ravel()
+    if stepper.has_all(size):
+        return own
+    forces = np.zeros(size)
+    forces[stepper.rows] = own
+    return forces
 
 
 def _joint_moved(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], shape: tuple[int, ...]) -> Array | None:

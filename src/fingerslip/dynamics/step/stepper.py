@@ -135,6 +135,14 @@ class Stepper:
     anchoring: float = 0.0
     viscous: tuple[Viscous, ...] = ()
 
+    def has_all(self, size: int) -> bool:
+        """Tell whether its rows are all of the joint ones, of which there are `size`, in their order."""
+        return self._are_in_order and self.rows.size == size
+
+    @cached_property
+    def _are_in_order(self) -> bool:
+        return bool(np.array_equal(self.rows, np.arange(self.rows.size)))
+
     @cached_property
     def stiffness(self) -> sparse.csr_matrix:
         """Stiffness of the force at the end of a step (n, n) [N/m]; see :mod:`fingerslip.dynamics.step.memory`."""
@@ -153,9 +161,18 @@ class Stepper:
         return *changes, scheme.start_weight, scheme.end_weight
 
     @cached_property
-    def compiled(self) -> tuple[CompiledMatrix, CompiledMatrix]:
-        """Mass and elastic stiffness for compiled code."""
-        return compiled_parts(self.system.mass), compiled_parts(self.system.stiffness)
+    def compiled_mass(self) -> CompiledMatrix:
+        """The mass for compiled code."""
+        return compiled_parts(self.system.mass)
+
+    @cached_property
+    def compiled_half(self) -> CompiledMatrix:
+        """Half of the elastic stiffness for compiled code: the upper triangle with half the diagonal.
+
+        A displacement times this matrix times the displacement is the energy that the stiffness stores.
+        """
+        upper = sparse.triu(self.system.stiffness, format="csr")
+        return compiled_parts(sparse.csr_matrix(upper - sparse.diags(0.5 * upper.diagonal())))
 
     @cached_property
     def prediction(self) -> Array:
@@ -171,10 +188,11 @@ class Stepper:
         none; and how much of the velocity the three matrices act on, which is the damping of the material.
         """
         share, dampers = self.damping.stiffness, self.system.dampers
-        mass, elastic = self.compiled
+        elastic = compiled_parts(self.system.stiffness)
         # Where nothing relaxes both stiffnesses are the same, and one product does for displacement and velocity.
         shares = (0.0, share, self.damping.mass) if self.viscous else (share, 0.0, self.damping.mass)
-        return compiled_parts(self.stiffness), elastic, mass, np.zeros(0) if dampers is None else dampers, shares
+        matrices = compiled_parts(self.stiffness), elastic, self.compiled_mass
+        return *matrices, np.zeros(0) if dampers is None else dampers, shares
 
     @cached_property
     def gaps(self) -> Array:
