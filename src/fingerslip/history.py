@@ -272,8 +272,10 @@ def read_history(path: str | Path) -> xr.Dataset:
 
 def phase_times(history: xr.Dataset, kind: str) -> list[tuple[float, float]]:
     """Return start and end [s] of every phase of one kind."""
-    chosen = np.flatnonzero(history["phase_kind"].values == kind)
-    starts, ends = history["phase_start"].values, history["phase_end"].values
+    # Without the coordinates that come with an array of a dataset, which is asked for them many times.
+    known = history.variables
+    chosen = np.flatnonzero(known["phase_kind"].values == kind)
+    starts, ends = known["phase_start"].values, known["phase_end"].values
     return [(float(starts[i]), float(ends[i])) for i in chosen]
 
 
@@ -303,7 +305,7 @@ def is_solid(history: xr.Dataset) -> bool:
 
 def site_kinds(history: xr.Dataset) -> NDArray[np.str_]:
     """Return the kind of every recorded site, shape (n_sites,); empty where none is recorded."""
-    return np.asarray(history["site_kind"].values if "site" in history.coords else [], dtype=str)
+    return np.asarray(history.variables["site_kind"].values if "site" in history.coords else [], dtype=str)
 
 
 def sites_of_kinds(history: xr.Dataset, kinds: Sequence[str]) -> NDArray[np.intp]:

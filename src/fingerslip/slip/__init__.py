@@ -35,7 +35,7 @@ from fingerslip.slip.receptors import (
 )
 from fingerslip.slip.reference import reference_events
 from fingerslip.slip.settings import EventSettings, PeakSettings
-from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing
+from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing, sustained_crossings
 
 __all__ = [
     "AREAS",
@@ -85,4 +85,5 @@ __all__ = [
     "surface_strain_rates",
     "surface_strains",
     "sustained_crossing",
+    "sustained_crossings",
 ]

@@ -59,13 +59,13 @@ def contact_forces(history: xr.Dataset, counterface: int = 0) -> ContactForces:
     counterface : int, optional
         The counterface.
     """
-    force = np.asarray(history["counterface_force"].values[:, counterface], dtype=float)
+    force = np.asarray(history.variables["counterface_force"].values[:, counterface], dtype=float)
     return ContactForces(*split_along(force, counterface_normal(history, counterface)))
 
 
 def counterface_normal(history: xr.Dataset, counterface: int = 0) -> Floats:
     """Return the outward unit normal of a counterface, shape (dim,)."""
-    return np.asarray(history["counterface_normal"].values[counterface], dtype=float)
+    return np.asarray(history.variables["counterface_normal"].values[counterface], dtype=float)
 
 
 def slide_tangent(history: xr.Dataset, counterface: int = 0) -> Floats:

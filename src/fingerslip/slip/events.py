@@ -28,7 +28,7 @@ from fingerslip.slip.fractions import relative_displacement, slipped_fraction
 from fingerslip.slip.names import EVENTS, READINGS, TIMES
 from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
 from fingerslip.slip.settings import EventSettings, PeakSettings
-from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing
+from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing, sustained_crossings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -303,14 +303,12 @@ def _leaving_times(history: xr.Dataset, window: SlideWindow, settings: EventSett
     times = history["time"].values[window.records]
     touching = history["contact_state"].values[window.records] != OPEN
     distance = relative_displacement(history, window)
-    level, sustained = settings.displacement_tolerance, settings.sustained
-    counted: list[float | None] = []
-    for node in np.flatnonzero(touching[0]):
-        lifted = np.flatnonzero(~touching[:, node])
-        left = sustained_crossing(times, distance[:, node], level, sustained)
-        if lifted.size == 0 or (left is not None and left <= times[lifted[0]]):
-            counted.append(left)
-    return counted
+    nodes = np.flatnonzero(touching[0])
+    leaving = sustained_crossings(times, distance[:, nodes], settings.displacement_tolerance, settings.sustained)
+    lifts = ~touching[:, nodes]
+    lifted = np.where(lifts.any(axis=0), times[lifts.argmax(axis=0)], np.inf).tolist()
+    pairs = zip(leaving, lifted, strict=True)
+    return [left for left, until in pairs if until == np.inf or (left is not None and left <= until)]
 
 
 def _events_before(table: PeakTable, overall: Peak) -> SlipEvents:

@@ -27,8 +27,8 @@ __all__ = [
 
 def contact_area(history: xr.Dataset) -> xr.DataArray:
     """Return the area in contact over time, shape (n_times,): tributary areas of all nodes that are not open [m^2]."""
-    area = (history["contact_area"] * (history["contact_state"] != OPEN)).sum("contact_node")
-    return area.rename("contact_area").assign_attrs(units="m^2", long_name="area in contact")
+    area = (history["contact_state"].values != OPEN) @ history["contact_area"].values
+    return _series(history["time"], area, "contact_area", "area in contact").assign_attrs(units="m^2")
 
 
 def slipping_fraction(history: xr.Dataset) -> xr.DataArray:

@@ -16,7 +16,7 @@ from fingerslip.sites import Site
 from fingerslip.slip.counterface import contact_forces, slide_tangent
 from fingerslip.slip.fractions import accumulated_slip
 from fingerslip.slip.settings import EventSettings
-from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing
+from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing, sustained_crossings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -129,9 +129,7 @@ def _node_times(history: xr.Dataset, window: SlideWindow, settings: EventSetting
     """Return position along the contact and arrival of the nodes in contact at the start of the slide, both (n,)."""
     touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN)
     times, slip = history["time"].values[window.records], accumulated_slip(history, window)
-    crossings = [
-        sustained_crossing(times, slip[:, node], settings.slip_tolerance, settings.sustained) for node in touching
-    ]
+    crossings = sustained_crossings(times, slip[:, touching], settings.slip_tolerance, settings.sustained)
     reached = np.array([np.nan if time is None else time for time in crossings], dtype=float)
     along = np.asarray(history["contact_position"].values[touching] @ slide_tangent(history), dtype=float)
     order = np.argsort(along)

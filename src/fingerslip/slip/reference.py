@@ -12,7 +12,7 @@ from fingerslip.history import site_rows
 from fingerslip.slip.counterface import counterface_normal, split_along
 from fingerslip.slip.events import SlipEvents, events_of_leaving
 from fingerslip.slip.settings import EventSettings
-from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing
+from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -58,7 +58,7 @@ def reference_events(
     times = history["time"].values[window.records]
     lags = _lags(history, window, sites, counterface)
     level, sustained = settings.displacement_tolerance, settings.sustained
-    return events_of_leaving([sustained_crossing(times, lag, level, sustained) for lag in lags.T], settings)
+    return events_of_leaving(sustained_crossings(times, lags, level, sustained), settings)
 
 
 def _lags(history: xr.Dataset, window: SlideWindow, sites: Sequence[str], counterface: int) -> NDArray[np.float64]:

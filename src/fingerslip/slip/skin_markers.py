@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from fingerslip.history import OPEN, sites_of_kinds
 from fingerslip.slip.counterface import contact_forces, split_along
 from fingerslip.slip.settings import EventSettings
-from fingerslip.slip.windows import slide_window, sustained_crossing
+from fingerslip.slip.windows import slide_window, sustained_crossings
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -80,7 +80,7 @@ def skin_marker_slips(history: xr.Dataset, settings: EventSettings | None = None
     lag = _lag(history, rows)[window.records]
     lag = np.linalg.norm(lag - lag[0], axis=2)
     times = history["time"].values[window.records]
-    found = [sustained_crossing(times, own, settings.displacement_tolerance, settings.sustained) for own in lag.T]
+    found = sustained_crossings(times, lag, settings.displacement_tolerance, settings.sustained)
     names = tuple(map(str, history["site"].values[rows]))
     distance = np.linalg.norm(np.delete(rest, 1, axis=1), axis=1)
     return MarkerSlips(names, distance, np.array([np.nan if time is None else time for time in found]))

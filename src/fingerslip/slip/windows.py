@@ -14,7 +14,7 @@ from fingerslip.history import phase_times
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["SlideWindow", "slide_window", "sustained_crossing"]
+__all__ = ["SlideWindow", "slide_window", "sustained_crossing", "sustained_crossings"]
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def slide_window(history: xr.Dataset, slide: int = 0) -> SlideWindow | None:
     if not 0 <= slide < len(slides):
         raise InputError("slide", f"got {slide}", f"the programme has {len(slides)} slide phase(s), counted from 0")
     start, end = slides[slide]
-    times = history["time"].values
+    times = history.variables["time"].values
     # Sums of phase lengths and multiples of the step differ in the last digits.
     slack = 1e-6 * float(np.diff(times).min()) if times.size > 1 else 0.0
     first, last = (int(np.searchsorted(times, moment + slack, side="right")) - 1 for moment in (start, end))
@@ -103,13 +103,41 @@ def sustained_crossing(
     >>> sustained_crossing(np.arange(6.0), np.array([0.0, 2.0, 0.0, 0.0, 2.0, 2.0]), 1.0, 0.9)
     3.5
     """
-    above = np.concatenate(([False], values >= level, [False]))
-    edges = np.diff(above.astype(np.int8))
-    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
-    for start, end in zip(starts, ends, strict=True):
-        if end == times.size - 1 or times[end] - times[start] >= sustained:
-            return _crossing(times, values, level, int(start))
-    return None
+    return sustained_crossings(times, values[:, None], level, sustained)[0]
+
+
+def sustained_crossings(
+    times: NDArray[np.float64], values: NDArray[np.float64], level: float, sustained: float
+) -> list[float | None]:
+    """Return when each of several signals first reaches `level` and stays there; see :func:`sustained_crossing`.
+
+    Parameters
+    ----------
+    times : (n_times,) array
+        Times [s], rising.
+    values : (n_times, n) array
+        The signals.
+    level : float
+        The level, in the signals' unit.
+    sustained : float
+        How long a signal must stay at or above the level [s].
+
+    Returns
+    -------
+    list of n float or None
+        The times of the crossings [s].
+    """
+    above = np.zeros((values.shape[1], times.size + 2), dtype=np.int8)
+    above[:, 1:-1] = (values >= level).T
+    edges = np.diff(above, axis=1)
+    # Times at which a signal is above: each begins and ends, signal by signal.
+    (signals, starts), ends = np.nonzero(edges == 1), np.nonzero(edges == -1)[1] - 1
+    lasts = (ends == times.size - 1) | (times[ends] - times[starts] >= sustained)
+    crossed, first = np.unique(signals[lasts], return_index=True)
+    found: list[float | None] = [None] * values.shape[1]
+    for signal, start in zip(crossed.tolist(), starts[lasts][first].tolist(), strict=True):
+        found[signal] = _crossing(times, values[:, signal], level, start)
+    return found
 
 
 def _crossing(times: NDArray[np.float64], values: NDArray[np.float64], level: float, index: int) -> float:

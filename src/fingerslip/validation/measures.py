@@ -28,7 +28,7 @@ from fingerslip.slip import (
     reference_events,
     relative_displacement,
     slide_window,
-    sustained_crossing,
+    sustained_crossings,
 )
 from fingerslip.slip.counterface import counterface_normal, slide_tangent
 from fingerslip.slip.receptors import receptor_rows, tangential_acceleration
@@ -226,7 +226,7 @@ def centre_after_edge(history: xr.Dataset, window: SlideWindow, settings: EventS
         return None
     times = history["time"].values[window.records]
     lags = relative_displacement(history, window)[:, touching]
-    first = [sustained_crossing(times, lag, settings.displacement_tolerance, settings.sustained) for lag in lags.T]
+    first = sustained_crossings(times, lags, settings.displacement_tolerance, settings.sustained)
     lagging = np.array([window.end if time is None else time for time in first])
     along = history["contact_position"].values[touching] @ slide_tangent(history)
     order = np.argsort(np.abs(along - 0.5 * (along.min() + along.max())))

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
-from fingerslip.slip import slide_window, sustained_crossing
+from fingerslip.slip import slide_window, sustained_crossing, sustained_crossings
 from unit.synthetic import Process, make
 
 SIGNALS = st.lists(st.floats(0.0, 1.0), min_size=2, max_size=40)
@@ -65,3 +65,25 @@ def test_higher_level_is_never_reached_earlier(values: list[float], one: float, 
     low = sustained_crossing(times, signal, min(one, other), sustained)
     high = sustained_crossing(times, signal, max(one, other), sustained)
     assert high is None or (low is not None and low <= high + 1e-9)
+
+
+def first_lasting(times: np.ndarray, above: np.ndarray, sustained: float) -> int | None:
+    """Return the first record from which a signal stays above for long enough, by looking at all of them."""
+    for start in np.flatnonzero(above & ~np.concatenate([[False], above[:-1]])):
+        below = np.flatnonzero(~above[start:])
+        end = start + below[0] - 1 if below.size else times.size - 1
+        if end == times.size - 1 or times[end] - times[start] >= sustained:
+            return int(start)
+    return None
+
+
+@given(st.lists(st.lists(st.floats(0.0, 1.0), min_size=9, max_size=9), min_size=0, max_size=6), st.floats(0.0, 5.0))
+def test_several_signals_are_looked_at_as_one_by_one(signals: list[list[float]], sustained: float) -> None:
+    times, values = np.array([0.0, 0.5, 1.0, 2.0, 2.5, 4.0, 5.0, 6.5, 7.0]), np.array(signals).reshape(-1, 9).T
+    found = sustained_crossings(times, values, 0.5, sustained)
+    assert found == [sustained_crossing(times, own, 0.5, sustained) for own in values.T]
+    for own, crossing in zip(values.T, found, strict=True):
+        start = first_lasting(times, own >= 0.5, sustained)
+        assert (crossing is None) == (start is None)
+        if crossing is not None and start is not None:
+            assert times[max(start - 1, 0)] <= crossing <= times[start]
