@@ -26,6 +26,7 @@ Array = NDArray[np.float64]
 CompiledMatrix = tuple[NDArray[Any], NDArray[Any], Array]
 
 _UNSIGNED = {4: np.dtype(np.uint32), 8: np.dtype(np.uint64)}
+_AT_ONCE = 8
 
 
 def long_product(matrix: sparse.csr_matrix, vector: Array) -> Array:
@@ -56,7 +57,7 @@ def products(matrix: sparse.csr_matrix, rows: Array) -> Array:
             return as_rows([long_product(matrix, rows[0])])
         case 2:
             return np.stack(two_products(matrix, *rows))
-    return np.ascontiguousarray((matrix @ rows.T).T)
+    return _many_products(compiled_parts(matrix), rows)
 
 
 def two_products(matrix: sparse.csr_matrix, first: Array, second: Array) -> tuple[Array, Array]:
@@ -71,6 +72,23 @@ def two_products(matrix: sparse.csr_matrix, first: Array, second: Array) -> tupl
     one, other = np.empty(matrix.shape[0]), np.empty(matrix.shape[0])
     _two_products(*compiled_parts(matrix), first, second, one, other)
     return one, other
+
+
+def _many_products(parts: CompiledMatrix, rows: Array) -> Array:
+    """Return a matrix (m, n) times the rows of an array (k, n), shape (k, m); it is read once for each eight of them.
+
+    The vectors lie side by side, so that an entry of the matrix meets eight numbers in one line of memory.
+    """
+    count, size = len(rows), parts[0].size - 1
+    found = np.empty((count, size))
+    # Zeros stand for vectors that are missing in the last eight.
+    given, lines = np.zeros((rows.shape[1], _AT_ONCE)), np.empty((size, _AT_ONCE))
+    for start in range(0, count, _AT_ONCE):
+        some = slice(start, min(start + _AT_ONCE, count))
+        given[:, : some.stop - start] = rows[some].T
+        _eight_products(*parts, given, lines)
+        found[some] = lines[:, : some.stop - start].T
+    return found
 
 
 def add_columns(vector: Array, matrix: sparse.csc_matrix, weights: Array) -> Array:
@@ -119,6 +137,19 @@ def _two_products(starts, columns, values, first, second, one, other):  # type: 
             total += values[entry] * first[columns[entry]]
             other_total += values[entry] * second[columns[entry]]
         one[row], other[row] = total, other_total
+
+
+@numba.njit(cache=True, nogil=True)
+def _eight_products(starts, columns, values, given, found):  # type: ignore[no-untyped-def]
+    # A sum for each vector, by name: of an array, the compiler makes a loop of eight additions.
+    for row in range(len(found)):
+        a = b = c = d = e = f = g = h = 0.0
+        for entry in range(starts[row], starts[row + 1]):
+            value, line = values[entry], given[columns[entry]]
+            a, b, c, d = a + value * line[0], b + value * line[1], c + value * line[2], d + value * line[3]
+            e, f, g, h = e + value * line[4], f + value * line[5], g + value * line[6], h + value * line[7]
+        for number, total in enumerate((a, b, c, d, e, f, g, h)):
+            found[row, number] = total
 
 
 @numba.njit(cache=True, nogil=True)
