@@ -56,7 +56,7 @@ def measure(study: str, workers: int) -> Timing:
     start = time.perf_counter()
     from fingerslip.study.running import runner
 
-    runner.drawings_of, runner.write_report = lambda *_: {}, lambda *_: None
+    runner._drawings, runner.write_report = lambda *_: {}, lambda *_: None
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "study.yaml"
         path.write_text(study, encoding="utf-8")

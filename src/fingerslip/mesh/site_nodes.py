@@ -62,19 +62,32 @@ def _region_cells(mesh: skfem.Mesh2D, site: Site) -> NDArray[np.int64]:
 
 def _nearest(mesh: skfem.Mesh2D, sites: Sequence[Site], cells: NDArray[np.int64]) -> NDArray[np.int64]:
     corners = mesh.t[:, cells]
-    candidates = np.unique(corners)
+    candidates = np.flatnonzero(_among(mesh, corners))
     for site in sites:
         if len(site.position) != mesh.dim():
             raise InputError(f"site {site.name}", f"got {len(site.position)} coordinates", f"needs {mesh.dim()}")
     distance, match = cKDTree(mesh.p[:, candidates].T).query([site.position for site in sites])
-    reach = np.zeros(mesh.p.shape[1])
-    edge = np.linalg.norm(mesh.p[:, corners] - mesh.p[:, np.roll(corners, 1, axis=0)], axis=0)
-    np.maximum.at(reach, corners.ravel(), np.broadcast_to(edge.max(axis=0), corners.shape).ravel())
     nodes: NDArray[np.int64] = candidates[match]
-    outside = np.flatnonzero(distance > reach[nodes])
+    reach = _longest_edges(mesh, corners[:, _among(mesh, nodes)[corners].any(axis=0)])[nodes]
+    outside = np.flatnonzero(distance > reach)
     if len(outside):
-        raise _outside(sites[outside[0]], float(distance[outside[0]]), float(reach[nodes[outside[0]]]))
+        raise _outside(sites[outside[0]], float(distance[outside[0]]), float(reach[outside[0]]))
     return nodes
+
+
+def _among(mesh: skfem.Mesh2D, nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return which of all nodes are among some (any shape), shape (n_nodes,)."""
+    found = np.zeros(mesh.p.shape[1], dtype=bool)
+    found[nodes] = True
+    return found
+
+
+def _longest_edges(mesh: skfem.Mesh2D, corners: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Return the longest edge [m] of the cells with some corners (k, n) at each of all nodes, shape (n_nodes,)."""
+    longest = np.zeros(mesh.p.shape[1])
+    edge = np.linalg.norm(mesh.p[:, corners] - mesh.p[:, np.roll(corners, 1, axis=0)], axis=0)
+    np.maximum.at(longest, corners.ravel(), np.broadcast_to(edge.max(axis=0), corners.shape).ravel())
+    return longest
 
 
 def _outside(site: Site, distance: float, reach: float) -> InputError:

@@ -235,7 +235,8 @@ def _next_count(count: int, excess: float) -> int:
 def _attempt(motions: Motions, maker: _Maker, basis: CraigBampton) -> tuple[Marched, ResidualCheck]:
     """March in a basis and look at the residual."""
     with motions.watch.part("basis"):
-        systems = [reduced_system(system, maker.body, basis) for system in motions.systems]
+        first = reduced_system(motions.systems[0], maker.body, basis)
+        systems = [first, *(reduced_system(system, maker.body, basis, first) for system in motions.systems[1:])]
     steps = max(own.size for own in motions.times) - 1
     coordinates: Sequence[Any] = [system.coordinates for system in systems]
     check = ResidualCheck(motions.models, motions.systems, coordinates, steps)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,15 +119,21 @@ def interface_unknowns(systems: Sequence[System]) -> Indices:
 
 def observed_unknowns(models: Sequence[Model], systems: Sequence[System]) -> Indices:
     """Return the unknowns that sites and checks of the other boundary nodes read, ascending, shape (r,)."""
-    found: list[Indices] = []
-    for model, system in zip(models, systems, strict=True):
-        found += [sparse.csr_matrix(own.relative).indices for own in system.outsiders]
-        regions = [site.region for site in model.record.sites]
-        strained = site_recovery(system.space, system.materials, system.site_nodes, regions).strain
-        sites = vector_dofs(system.site_nodes, system.space.dim).ravel()
-        taken = system.coordinates.components(np.union1d(sites, strained.indices))
-        found.append(taken.rows[~taken.held])
-    return np.setdiff1d(np.concatenate(found), interface_unknowns(systems)).astype(np.int64)
+    outside = [sparse.csr_matrix(own.relative).indices for system in systems for own in system.outsiders]
+    regions = [tuple(site.region for site in model.record.sites) for model in models]
+    # Motions mostly record the same sites.
+    recorded = {(system.site_nodes.tobytes(), own): (system, own) for system, own in zip(systems, regions, strict=True)}
+    at_sites = [_unknowns_of_sites(system, own) for system, own in recorded.values()]
+    return np.setdiff1d(np.concatenate([*outside, *at_sites]), interface_unknowns(systems)).astype(np.int64)
+
+
+def _unknowns_of_sites(system: System, regions: Sequence[str | None]) -> Indices:
+    """Return the unknowns that displacements and strains at the sites of a system read."""
+    strained = site_recovery(system.space, system.materials, system.site_nodes, regions).strain
+    sites = vector_dofs(system.site_nodes, system.space.dim).ravel()
+    taken = system.coordinates.components(np.union1d(sites, strained.indices))
+    found: Indices = taken.rows[~taken.held]
+    return found
 
 
 def further_shapes(body: StaticResponses, systems: Sequence[System]) -> list[Array]:
@@ -138,7 +145,7 @@ def further_shapes(body: StaticResponses, systems: Sequence[System]) -> list[Arr
     return responses + moved
 
 
-def reduced_system(system: System, body: StaticResponses, basis: CraigBampton) -> System:
+def reduced_system(system: System, body: StaticResponses, basis: CraigBampton, twin: System | None = None) -> System:
     """Return a system in the coordinates of a reduced body.
 
     Parameters
@@ -149,27 +156,42 @@ def reduced_system(system: System, body: StaticResponses, basis: CraigBampton) -
         Its body and interface.
     basis : CraigBampton
         The basis, with the unknowns of :func:`observed_unknowns` among its rows.
+    twin : System, optional
+        A reduced system of the same body in the same basis, whose matrices are taken over.
     """
-    coordinates = ReducedCoordinates(system, body, basis)
-    behind = np.zeros(basis.interface.size)
-    velocity = system.initial_velocity
+    coordinates, velocity = ReducedCoordinates(system, body, basis), system.initial_velocity
+    (stiffness, mass), (held_stiffness, held_mass) = _taken_over(twin) if twin else _matrices(system, body, basis)
     return replace(
         system,
         coordinates=coordinates,
-        stiffness=sparse.diags(np.concatenate([basis.eigenvalues, behind]), format="csr"),
-        mass=sparse.diags(np.concatenate([np.ones_like(basis.eigenvalues), behind]), format="csr"),
+        stiffness=stiffness,
+        mass=mass,
         loads=tuple(_reduced_load(load, body, basis) for load in system.loads),
         initial_velocity=_spread(basis.project(body, system.mass @ velocity), basis)
         if velocity.any()
         else _none(basis),
         relative=_behind(system.relative, basis),
         outsiders=tuple(_reduced_outsiders(own, coordinates) for own in system.outsiders),
-        supports=replace(
-            system.supports,
-            stiffness=_reduced_rows(system.supports.stiffness, body, basis),
-            mass=_reduced_rows(system.supports.mass, body, basis),
-        ),
+        supports=replace(system.supports, stiffness=held_stiffness, mass=held_mass),
     )
+
+
+_Matrices: TypeAlias = tuple[tuple[sparse.csr_matrix, sparse.csr_matrix], tuple[Array, Array]]
+
+
+def _taken_over(twin: System) -> _Matrices:
+    """Return stiffness and mass of a reduced system, and their rows at what supports hold."""
+    held = twin.supports
+    return (twin.stiffness, twin.mass), (np.asarray(held.stiffness), np.asarray(held.mass))
+
+
+def _matrices(system: System, body: StaticResponses, basis: CraigBampton) -> _Matrices:
+    """Return stiffness and mass of a reduced body, with none on its interface, and their rows at what supports hold."""
+    behind = np.zeros(basis.interface.size)
+    diagonals = basis.eigenvalues, np.ones_like(basis.eigenvalues)
+    stiffness, mass = (sparse.diags(np.concatenate([own, behind]), format="csr") for own in diagonals)
+    held = system.supports.stiffness, system.supports.mass
+    return (stiffness, mass), (_reduced_rows(held[0], body, basis), _reduced_rows(held[1], body, basis))
 
 
 def _reduced_rows(rows: sparse.csr_matrix | Array, body: StaticResponses, basis: CraigBampton) -> Array:

@@ -245,8 +245,10 @@ def _check_support_motions(model: Model, space: Space) -> None:
 
 
 def _free_dofs(held: Mapping[str, NDArray[np.int64]], space: Space) -> NDArray[np.int64]:
-    none = np.zeros(0, dtype=np.int64)
-    free = np.setdiff1d(np.arange(space.n_dofs), np.concatenate([none, *held.values()]))
+    is_free = np.ones(space.n_dofs, dtype=bool)
+    for dofs in held.values():
+        is_free[dofs] = False
+    free = np.flatnonzero(is_free)
     if not free.size:
         raise InputError("supports", "fix every degree of freedom", "something has to be free to move")
     return free

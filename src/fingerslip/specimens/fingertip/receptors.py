@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from fingerslip.sites import Site
 from fingerslip.specimens.fingertip.interfaces import interface_depth
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
-from fingerslip.specimens.fingertip.outline import at_depth, outline_curve
+from fingerslip.specimens.fingertip.outline import Curve, at_depth, outline_curve
 
 __all__ = ["receptor_sites"]
 
@@ -30,14 +30,14 @@ def receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
     """
     intermediate = _ridges_in_zone(fingertip, shift=0.0)
     limiting = _ridges_in_zone(fingertip, shift=0.5)
-    receptors, layers = fingertip.receptors, fingertip.layers
+    receptors, layers, curve = fingertip.receptors, fingertip.layers, outline_curve(fingertip)
     border = np.full_like(intermediate, layers.skin_thickness - receptors.sa_ii_height)
     deep = np.full_like(intermediate, receptors.fa_ii_depth)
     return (
-        *_sites(fingertip, "FA-I", limiting, interface_depth(fingertip, limiting), "dermis"),
-        *_sites(fingertip, "SA-I", intermediate, interface_depth(fingertip, intermediate), "epidermis"),
-        *_sites(fingertip, "FA-II", intermediate, deep, "tissue"),
-        *_sites(fingertip, "SA-II", intermediate, border, "dermis"),
+        *_sites(curve, "FA-I", limiting, interface_depth(fingertip, limiting), "dermis"),
+        *_sites(curve, "SA-I", intermediate, interface_depth(fingertip, intermediate), "epidermis"),
+        *_sites(curve, "FA-II", intermediate, deep, "tissue"),
+        *_sites(curve, "SA-II", intermediate, border, "dermis"),
     )
 
 
@@ -50,8 +50,8 @@ def _ridges_in_zone(fingertip: FingertipNumbers, shift: float) -> Floats:
     return arc_length
 
 
-def _sites(fingertip: FingertipNumbers, kind: str, arc_length: Floats, depth: Floats, region: str) -> list[Site]:
-    points = at_depth(outline_curve(fingertip), arc_length, depth)
+def _sites(curve: Curve, kind: str, arc_length: Floats, depth: Floats, region: str) -> list[Site]:
+    points = at_depth(curve, arc_length, depth)
     return [
         Site(name=f"{kind}-{number:02d}", kind=kind, position=(float(x), float(y)), region=region)
         for number, (x, y) in enumerate(points, start=1)

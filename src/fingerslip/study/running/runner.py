@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -237,7 +237,8 @@ def _execute(
         raise
     failures = {**done.failures, **_filmed(plan, progress)}
     computed = tuple(name for name in to_compute if name not in done.failures)
-    result = dataclasses.replace(write_up(plan, refused, done.pictures), computed=computed, unchanged=unchanged)
+    result = write_up(plan, refused, done.pictures, whole=(*computed, *unchanged))
+    result = dataclasses.replace(result, computed=computed, unchanged=unchanged)
     return result, {f"{plan.source.stem}/{name}": error for name, error in failures.items()}
 
 
@@ -296,6 +297,7 @@ def write_up(
     plan: Plan,
     refused: tuple[RefusedRun, ...] | None = None,
     pictures: Mapping[str, RunPictures] | None = None,
+    whole: Collection[str] = (),
 ) -> StudyResult:
     """Write summary, report and manifest of the runs that are finished.
 
@@ -307,6 +309,8 @@ def write_up(
         Its samples that make no model; without them those that were found so when the study was run last.
     pictures : mapping of str to RunPictures, optional
         Pictures of single runs that are drawn already, by name of the run.
+    whole : collection of str, optional
+        Names of runs whose files are known to be as they were written.
 
     Returns
     -------
@@ -318,7 +322,7 @@ def write_up(
     ResultError
         Where something cannot be written.
     """
-    finished, manifest = plan.finished(), read_manifest(plan.folder)
+    finished, manifest = plan.finished(whole), read_manifest(plan.folder)
     refused = refused_in(manifest) if refused is None else refused
     identities = {name: plan.identities[name] for name in finished}
     known = read_uncertainties(plan.folder, identities)

@@ -169,6 +169,30 @@ def test_loads_are_those_that_do_the_same_work():
     assert reduced.load(0.1) @ field == pytest.approx(system.load(0.1) @ basis.field(body, z), rel=1e-9)
 
 
+def test_a_system_takes_over_the_matrices_of_its_twin():
+    model = deep_push_and_slide()
+    (contact,) = model.contacts
+    other = dataclasses.replace(model, contacts=(dataclasses.replace(contact, friction=fs.Coulomb(0.1)),))
+    system, body, basis = parts(model)
+    first, alone = reduced_system(system, body, basis), reduced_system(build_system(other, system), body, basis)
+    taken = reduced_system(build_system(other, system), body, basis, first)
+    assert taken.stiffness is first.stiffness
+    assert taken.mass is first.mass
+    assert taken.counterfaces == alone.counterfaces != first.counterfaces
+    np.testing.assert_array_equal(taken.stiffness.toarray(), alone.stiffness.toarray())
+    for name in ("stiffness", "mass"):
+        np.testing.assert_array_equal(getattr(taken.supports, name), getattr(alone.supports, name))
+
+
+def test_sites_of_all_motions_are_observed():
+    model = deep_push_and_slide()
+    other = dataclasses.replace(model, record=fs.Recording(sites=model.record.sites[:1]))
+    systems = [build_system(model), build_system(other)]
+    both = observed_unknowns([model, other], systems)
+    np.testing.assert_array_equal(both, observed_unknowns([model], systems[:1]))
+    assert both.size > observed_unknowns([other], systems[1:]).size
+
+
 def test_sites_do_not_have_to_be_recorded():
     full, reduced = both(deep_push_and_slide(mesh=fine_pad(), record=fs.Recording()))
     assert reduced.sizes["site"] == 0 < len(SITES)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -271,6 +272,18 @@ def test_a_damaged_run_is_computed_again_and_said_so(write_study: Write, simulat
     (message,) = [text for text in said.messages if "unchanged" not in text]
     assert re.fullmatch(rf"block/{NAMES[1]}: .*/{name} is damaged: .*; the run is computed again", message)
     assert leftovers(result.folder) == []
+
+
+@pytest.mark.usefixtures("simulated", "reports")
+def test_runs_that_are_known_to_be_whole_are_not_read_through_again(write_study: Write) -> None:
+    path = write_study()
+    folder = run(path).folder
+    plan = plan_study(path, folder.parent)
+    (folder / NAMES[1] / "history.nc").write_bytes(b"damaged")
+    assert list(plan.finished()) == [NAMES[0], NAMES[2]]
+    assert list(plan.finished(whole=NAMES)) == NAMES
+    shutil.rmtree(folder / NAMES[0])
+    assert list(plan.finished(whole=NAMES)) == NAMES[1:]
 
 
 @pytest.mark.usefixtures("simulated", "reports")
