@@ -59,7 +59,7 @@ def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> by
     chosen = set(compressed)
     values = {str(name): np.asarray(own.values) for name, own in variables.items()}
     outlines = [
-        _Outline(str(name), own.dims, own.shape, values[str(name)].dtype, dict(own.attrs), name in chosen)
+        _Outline.of(str(name), own.dims, values[str(name)], dict(own.attrs), compressed=name in chosen)
         for name, own in variables.items()
     ]
     # Runs of a sweep differ in their numbers alone.
@@ -67,7 +67,8 @@ def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> by
     with h5py.File(h5py.h5f.open_file_image(empty, flags=_WRITABLE)) as file:
         _describe(file, {**attributes, "_NCProperties": np.bytes_(f"version=2,h5py={h5py.__version__}")})
         for name, own in values.items():
-            _fill(file, name, own)
+            if own.size and not _is_text(own.dtype):
+                h5py.h5d.open(file.id, name.encode()).write(h5py.h5s.ALL, h5py.h5s.ALL, np.ascontiguousarray(own))
         file.flush()
         image: bytes = file.id.get_file_image()
     return image
@@ -104,7 +105,7 @@ def read_netcdf(path: str | Path) -> xr.Dataset:
 
 @dataclass(frozen=True)
 class _Outline:
-    """A variable without its values."""
+    """A variable without its values, but for text."""
 
     name: str
     dims: tuple[Hashable, ...]
@@ -112,11 +113,28 @@ class _Outline:
     dtype: np.dtype[Any]
     attributes: Mapping[Any, Any]
     compressed: bool
+    text: NDArray[Any] | None
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        dims: tuple[Hashable, ...],
+        values: NDArray[Any],
+        attributes: Mapping[Any, Any],
+        *,
+        compressed: bool,
+    ) -> _Outline:
+        text = values if _is_text(values.dtype) else None
+        return cls(name, dims, values.shape, values.dtype, attributes, compressed, text)
 
 
 @functools.lru_cache(maxsize=8)
 def _empty_file(pickled: bytes) -> bytes:
-    """Return a file of outlines with all that describes them, but without values: most of the work on a small file."""
+    """Return a file of outlines with text and all that describes them, but without numbers.
+
+    It is most of the work on a small file.
+    """
     import h5py
 
     outlines, sizes = pickle.loads(pickled)
@@ -133,28 +151,23 @@ def _empty_file(pickled: bytes) -> bytes:
 
 
 def _made(file: Any, outline: _Outline) -> Any:
-    """Make the place of a variable, with its attributes."""
+    """Make the place of a variable, with its attributes and its text."""
     import h5py
 
-    dtype = h5py.string_dtype() if outline.dtype.kind in "UO" else outline.dtype
+    dtype = outline.dtype if outline.text is None else h5py.string_dtype()
     options = dict(_COMPRESSION) if outline.compressed and outline.shape else {}
     if 0 in outline.shape:
         # A dimension without length is one that may grow.
         options |= {"maxshape": tuple(size or None for size in outline.shape), "chunks": True}
     made = file.create_dataset(outline.name, outline.shape, dtype, track_order=True, **options)
     _describe(made, outline.attributes)
+    if outline.text is not None:
+        made[...] = outline.text.astype(dtype)
     return made
 
 
-def _fill(file: Any, name: str, values: NDArray[Any]) -> None:
-    """Write the values of a variable into its place."""
-    import h5py
-
-    if values.dtype.kind in "UO":
-        file[name][...] = values.astype(h5py.string_dtype())
-    elif values.size:
-        place = h5py.h5d.open(file.id, name.encode())
-        place.write(h5py.h5s.ALL, h5py.h5s.ALL, np.ascontiguousarray(values))
+def _is_text(dtype: np.dtype[Any]) -> bool:
+    return dtype.kind in "UO"
 
 
 def _scales(file: Any, sizes: Mapping[Hashable, int], made: Mapping[Hashable, Any]) -> dict[Hashable, Any]:
