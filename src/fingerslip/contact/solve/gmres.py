@@ -135,8 +135,8 @@ def solve(slopes, scaled, preconditioner, right, exactness, space):  # type: ign
     target[0] = 1.0
     for i in range(size):
         space.basis[0, i] = right[i]
-    used, reached = 0, False
-    while used < limit and not reached:
+    used, reached, ended = 0, False, False
+    while used < limit and not ended:
         ready, moved = space.ready[used, :size], space.moved[used, :size]
         _precondition(preconditioner, space.basis[used, :size], ready)
         write_moved(scaled, ready, moved)
@@ -145,8 +145,9 @@ def solve(slopes, scaled, preconditioner, right, exactness, space):  # type: ign
         length = _orthogonalise(space.basis, used + 1, image, triangle[:, used])
         left = _rotate(triangle, rotations, target, used)
         used += 1
-        reached = left <= exactness or length <= _NO_NEW_DIRECTION
-        if not reached:
+        reached = left <= exactness
+        ended = reached or length <= _NO_NEW_DIRECTION
+        if not ended:
             _scale(image, length)
     shares = _back_substituted(triangle, target, used)
     return _combined(space.ready, shares, size), _combined(space.moved, shares, size), reached
@@ -242,7 +243,8 @@ def _rotate(triangle, rotations, target, last):  # type: ignore[no-untyped-def]
     if length > 0.0:
         rotations[last, 0], rotations[last, 1] = triangle[last, last] / length, triangle[last + 1, last] / length
     else:
-        rotations[last, 0], rotations[last, 1] = 1.0, 0.0
+        # A direction without an image takes nothing from the residual.
+        rotations[last, 0], rotations[last, 1] = 0.0, 1.0
     triangle[last, last], triangle[last + 1, last] = length, 0.0
     target[last + 1] = -rotations[last, 1] * target[last]
     target[last] *= rotations[last, 0]
