@@ -75,7 +75,7 @@ def ends(
         stepper.factors,
         is_small,
         stepper.compiled_mass,
-        stepper.compiled_half,
+        stepper.compiled_stiffness,
         as_rows([start.free.displacement for start in starts]),
         as_rows([start.free.velocity for start in starts]),
         unknowns,
@@ -109,7 +109,7 @@ def _ends(  # type: ignore[no-untyped-def]  # noqa: PLR0917
     factors,
     is_small,
     mass,
-    half,
+    stiffness,
     free_displacement,
     free_velocity,
     unknowns,
@@ -141,7 +141,7 @@ def _ends(  # type: ignore[no-untyped-def]  # noqa: PLR0917
         _inertia(mass, of_inertia, fields, energies)
     if is_small:
         # Nothing else in the step forms this product, so the balance of energies checks the substitutions.
-        _elastic(half, fields, energies)
+        _elastic(stiffness, fields, energies)
     for i in range(count):
         inertia, unbalance = fields[i, 3], fields[i, 4]
         for j in range(size):
@@ -168,12 +168,16 @@ def _inertia(mass, of_inertia, fields, energies):  # type: ignore[no-untyped-def
 
 
 @numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
-def _elastic(half, fields, energies):  # type: ignore[no-untyped-def]
-    """Fill in the energy that the elastic stiffness stores [J]."""
-    starts, columns, values = half
+def _elastic(stiffness, fields, energies):  # type: ignore[no-untyped-def]
+    """Fill in the energy that the elastic stiffness stores [J].
+
+    Half of a symmetric matrix would do, but its rows do not tell that a rigid motion has no force: what large motions
+    then leave of the energy is rounding.
+    """
+    starts, columns, values = stiffness
     for row in range(fields.shape[2]):
         for i in range(fields.shape[0]):
             force = 0.0
             for entry in range(starts[row], starts[row + 1]):
                 force += values[entry] * fields[i, 0, columns[entry]]
-            energies[i, 1] += fields[i, 0, row] * force
+            energies[i, 1] += 0.5 * fields[i, 0, row] * force

@@ -166,13 +166,9 @@ class Stepper:
         return compiled_parts(self.system.mass)
 
     @cached_property
-    def compiled_half(self) -> CompiledMatrix:
-        """Half of the elastic stiffness for compiled code: the upper triangle with half the diagonal.
-
-        A displacement times this matrix times the displacement is the energy that the stiffness stores.
-        """
-        upper = sparse.triu(self.system.stiffness, format="csr")
-        return compiled_parts(sparse.csr_matrix(upper - sparse.diags(0.5 * upper.diagonal())))
+    def compiled_stiffness(self) -> CompiledMatrix:
+        """The elastic stiffness for compiled code."""
+        return compiled_parts(self.system.stiffness)
 
     @cached_property
     def prediction(self) -> Array:
@@ -188,10 +184,9 @@ class Stepper:
         none; and how much of the velocity the three matrices act on, which is the damping of the material.
         """
         share, dampers = self.damping.stiffness, self.system.dampers
-        elastic = compiled_parts(self.system.stiffness)
         # Where nothing relaxes both stiffnesses are the same, and one product does for displacement and velocity.
         shares = (0.0, share, self.damping.mass) if self.viscous else (share, 0.0, self.damping.mass)
-        matrices = compiled_parts(self.stiffness), elastic, self.compiled_mass
+        matrices = compiled_parts(self.stiffness), self.compiled_stiffness, self.compiled_mass
         return *matrices, np.zeros(0) if dampers is None else dampers, shares
 
     @cached_property

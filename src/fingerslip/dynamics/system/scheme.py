@@ -16,7 +16,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -181,18 +180,9 @@ class HHT:
             h (beta - gamma/2) da.M dv - (gamma - 1/2) da.M du + alpha/2 du.(F_end - F_before)
         """
         earliest, _, end = change.unbalance
-        factors = self.step * (self.beta - 0.5 * self.gamma), self.gamma - 0.5, 0.5 * self.alpha
-        return float(_dissipated(*factors, change.inertia, change.velocity, change.displacement, end, earliest))
-
-
-@numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
-def _dissipated(of_velocity, of_displacement, of_force, inertia, velocity, displacement, end, earliest):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Return what :meth:`HHT.dissipation` does [J], from changes (n,) and its three factors."""
-    total = 0.0
-    for j in range(inertia.size):
-        total += inertia[j] * (of_velocity * velocity[j] - of_displacement * displacement[j])
-        total += of_force * displacement[j] * (end[j] - earliest[j])
-    return total
+        newmark = self.step * (self.beta - 0.5 * self.gamma) * (change.inertia @ change.velocity)
+        newmark -= (self.gamma - 0.5) * (change.inertia @ change.displacement)
+        return float(newmark + 0.5 * self.alpha * (change.displacement @ (end - earliest)))
 
 
 @dataclass(frozen=True)
