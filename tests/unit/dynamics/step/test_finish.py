@@ -63,7 +63,8 @@ def test_the_balance_of_energy_closes_in_every_step(stepped):
         assert after.energies.imbalance - state.energies.imbalance == pytest.approx(0.0, abs=1e-11 * size)
         assert after.contact_forces_before is state.contact_forces
         assert after.unbalance_before is state.unbalance
-        np.testing.assert_allclose(after.moved, stepper.system.moved(after.displacement, after.counterfaces), atol=1e-15)
+        moved = stepper.system.moved(after.displacement, after.counterfaces)
+        np.testing.assert_allclose(after.moved, moved, atol=1e-15)
 
 
 def test_moving_supports_do_the_work_of_the_mean_of_their_forces(stepped):
