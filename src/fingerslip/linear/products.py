@@ -18,7 +18,7 @@ __all__ = [
     "compiled_parts",
     "long_product",
     "products",
-    "two_products",
+    "write_products",
 ]
 
 Array = NDArray[np.float64]
@@ -52,42 +52,8 @@ def products(matrix: sparse.csr_matrix, rows: Array) -> Array:
     >>> products(sparse.csr_matrix([[2.0, 1.0], [0.0, 3.0]]), np.array([[1.0, 0.0], [1.0, 1.0]])).tolist()
     [[2.0, 0.0], [3.0, 3.0]]
     """
-    match len(rows):
-        case 1:
-            return as_rows([long_product(matrix, rows[0])])
-        case 2:
-            return np.stack(two_products(matrix, *rows))
-    return _many_products(compiled_parts(matrix), rows)
-
-
-def two_products(matrix: sparse.csr_matrix, first: Array, second: Array) -> tuple[Array, Array]:
-    """Return a matrix (n, m) times two vectors (m,), both (n,), for which it is read once.
-
-    Examples
-    --------
-    >>> one, other = two_products(sparse.csr_matrix([[2.0, 1.0], [0.0, 3.0]]), np.array([1.0, 0.0]), np.ones(2))
-    >>> one.tolist(), other.tolist()
-    ([2.0, 0.0], [3.0, 3.0])
-    """
-    one, other = np.empty(matrix.shape[0]), np.empty(matrix.shape[0])
-    _two_products(*compiled_parts(matrix), first, second, one, other)
-    return one, other
-
-
-def _many_products(parts: CompiledMatrix, rows: Array) -> Array:
-    """Return a matrix (m, n) times the rows of an array (k, n), shape (k, m); it is read once for each eight of them.
-
-    The vectors lie side by side, so that an entry of the matrix meets eight numbers in one line of memory.
-    """
-    count, size = len(rows), parts[0].size - 1
-    found = np.empty((count, size))
-    # Zeros stand for vectors that are missing in the last eight.
-    given, lines = np.zeros((rows.shape[1], _AT_ONCE)), np.empty((size, _AT_ONCE))
-    for start in range(0, count, _AT_ONCE):
-        some = slice(start, min(start + _AT_ONCE, count))
-        given[:, : some.stop - start] = rows[some].T
-        _eight_products(*parts, given, lines)
-        found[some] = lines[:, : some.stop - start].T
+    found = np.empty((len(rows), matrix.shape[0]))
+    write_products(compiled_parts(matrix), np.ascontiguousarray(rows), found, 0, matrix.shape[0])
     return found
 
 
@@ -140,16 +106,54 @@ def _two_products(starts, columns, values, first, second, one, other):  # type: 
 
 
 @numba.njit(cache=True, nogil=True)
-def _eight_products(starts, columns, values, given, found):  # type: ignore[no-untyped-def]
-    # A sum for each vector, by name: of an array, the compiler makes a loop of eight additions.
-    for row in range(len(found)):
+def write_products(matrix, rows, found, first, last):  # type: ignore[no-untyped-def]
+    """Write some components of a matrix (m, n) times the rows of an array (k, n) into `found`, in compiled code.
+
+    The matrix is read once for one or two vectors, and for each eight of more.
+
+    Parameters
+    ----------
+    matrix : tuple of arrays
+        The matrix, as :func:`compiled_parts` gives it.
+    rows : (k, n) array
+        The vectors.
+    found : (k, m) array
+        Gets the products.
+    first, last : int
+        The components from one to before another.
+    """
+    starts, columns, values = matrix
+    if len(rows) == 1:
+        _long_product(starts[first : last + 1], columns, values, rows[0], found[0, first:last])
+    elif len(rows) == 2:
+        some = found[:, first:last]
+        _two_products(starts[first : last + 1], columns, values, rows[0], rows[1], some[0], some[1])
+    else:
+        for start in range(0, len(rows), _AT_ONCE):
+            _eight_products(matrix, rows[start : start + _AT_ONCE], found[start : start + _AT_ONCE], first, last)
+
+
+@numba.njit(cache=True, nogil=True)
+def _eight_products(matrix, rows, found, first, last):  # type: ignore[no-untyped-def]
+    """Do what :func:`write_products` does for up to eight vectors.
+
+    They are laid side by side, so that an entry of the matrix meets eight numbers in one line of memory.
+    """
+    starts, columns, values = matrix
+    given = np.zeros((rows.shape[1], _AT_ONCE))
+    for number in range(len(rows)):
+        for column in range(rows.shape[1]):
+            given[column, number] = rows[number, column]
+    for row in range(first, last):
+        # A sum for each vector, by name: of an array, the compiler makes a loop of eight additions.
         a = b = c = d = e = f = g = h = 0.0
         for entry in range(starts[row], starts[row + 1]):
             value, line = values[entry], given[columns[entry]]
             a, b, c, d = a + value * line[0], b + value * line[1], c + value * line[2], d + value * line[3]
             e, f, g, h = e + value * line[4], f + value * line[5], g + value * line[6], h + value * line[7]
         for number, total in enumerate((a, b, c, d, e, f, g, h)):
-            found[row, number] = total
+            if number < len(found):
+                found[number, row] = total
 
 
 @numba.njit(cache=True, nogil=True)

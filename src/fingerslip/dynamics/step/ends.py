@@ -1,7 +1,8 @@
-"""The fields of several motions at the end of a step, compiled: matrices are read once for all of them."""
+"""The fields of several motions at the end of a step, in compiled code."""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,7 +14,8 @@ from fingerslip.dynamics.step.prediction import Prediction
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.scheme import StepChange
-from fingerslip.linear.products import as_rows
+from fingerslip.linear.products import as_rows, write_products
+from fingerslip.linear.threads import ALONE, Team
 
 __all__ = ["End", "ends"]
 
@@ -54,6 +56,7 @@ def ends(
     added: Sequence[Array | None],
     *,
     is_small: bool,
+    team: Team = ALONE,
 ) -> list[End]:
     """Return the ends of k motions that share matrices and scheme.
 
@@ -69,28 +72,27 @@ def ends(
         Forces in the equation of motion of each beside inertia and what is unbalanced, weighted [N].
     is_small : bool
         Whether strains are small, so that the elastic stiffness tells what is stored.
+    team : Team, optional
+        Threads that multiply parts of large matrices side by side.
     """
-    befores = [start.before for start in starts]
-    fields, changes, energies = _ends(
-        stepper.factors,
-        is_small,
-        stepper.compiled_mass,
-        stepper.compiled_stiffness,
-        as_rows([start.free.displacement for start in starts]),
-        as_rows([start.free.velocity for start in starts]),
-        unknowns,
-        _some([start.prescribed for start in starts], unknowns),
-        _some(added, unknowns),
+    befores, factors = [start.before for start in starts], stepper.factors
+    free = (as_rows([start.free.displacement for start in starts]), as_rows([start.free.velocity for start in starts]))
+    fields = _fields(factors, *free, unknowns, _some([start.prescribed for start in starts], unknowns))
+    changes = np.empty((3, *unknowns.shape))
+    matrices = stepper.compiled_mass, stepper.compiled_stiffness
+    before = (
         as_rows([before.displacement for before in befores]),
         as_rows([before.velocity for before in befores]),
         as_rows([before.inertia for before in befores]),
         as_rows([before.unbalance for before in befores]),
     )
-    return list(map(_end, befores, fields, changes, zip(*energies.T.tolist(), strict=True)))
+    fill = functools.partial(_fill, factors, matrices, is_small, _some(added, unknowns), before, fields, changes)
+    energies = np.sum(team.parts(fill, unknowns.shape[1], len(unknowns) * matrices[1][2].size), axis=0)
+    return list(map(_end, befores, fields.transpose(1, 0, 2), changes.transpose(1, 0, 2), energies.tolist()))
 
 
-def _end(before: State, fields: Array, changes: Array, energies: tuple[float, float]) -> End:
-    """Return the end of a motion from the rows of its fields and of their changes."""
+def _end(before: State, fields: Array, changes: Array, energies: Sequence[float]) -> End:
+    """Return the end of a motion from its fields and from what has changed."""
     displacement, velocity, acceleration, inertia, unbalance = fields
     moved, faster, pushed = changes
     change = StepChange(moved, faster, pushed, (before.unbalance_before, before.unbalance, unbalance))
@@ -105,79 +107,77 @@ def _some(vectors: Sequence[Array | None], like: Array) -> Array:
 
 
 @numba.njit(cache=True, nogil=True)
-def _ends(  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    factors,
-    is_small,
-    mass,
-    stiffness,
-    free_displacement,
-    free_velocity,
-    unknowns,
-    prescribed,
-    added,
-    displacement_before,
-    velocity_before,
-    inertia_before,
-    unbalance_before,
-):
-    """Return fields of k motions, (k, 5, n), changes of some, (k, 3, n), and their energies, (k, 2).
-
-    The fields are displacement, velocity, acceleration, inertia and unbalance, the changes those of displacement,
-    velocity and inertia.
-    """
-    of_displacement, of_velocity, of_inertia, start_weight, end_weight = factors
+def _fields(factors, free_displacement, free_velocity, unknowns, prescribed):  # type: ignore[no-untyped-def]
+    """Return displacement, velocity and acceleration of k motions, with place for two more fields, shape (5, k, n)."""
+    of_displacement, of_velocity, of_inertia, _, _ = factors
     count, size = unknowns.shape
-    # Few arrays: compiled code takes longer to return them than to fill them.
-    fields, changes, energies = np.zeros((count, 5, size)), np.empty((count, 3, size)), np.zeros((count, 2))
+    # One array: compiled code takes longer to return several than to fill them.
+    fields = np.empty((5, count, size))
     for i in range(count):
-        displacement, velocity, acceleration = fields[i, 0], fields[i, 1], fields[i, 2]
         for j in range(size):
-            displacement[j] = free_displacement[i, j] + of_displacement * unknowns[i, j]
-            velocity[j] = free_velocity[i, j] + of_velocity * unknowns[i, j]
-            acceleration[j] = of_inertia * unknowns[i, j]
-        if prescribed.size:
-            acceleration += prescribed[i]
+            fields[0, i, j] = free_displacement[i, j] + of_displacement * unknowns[i, j]
+            fields[1, i, j] = free_velocity[i, j] + of_velocity * unknowns[i, j]
+            fields[2, i, j] = of_inertia * unknowns[i, j]
+    if prescribed.size:
+        fields[2] += prescribed
+    return fields
+
+
+@numba.njit(cache=True, nogil=True)
+def _fill(factors, matrices, is_small, added, before, fields, changes, first, last):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Fill in inertia and unbalance of k motions, (5, k, n), and changes, (3, k, n), from one row to before another.
+
+    The changes are those of displacement, velocity and inertia. Returned are the kinetic and the elastic energy of the
+    rows, shape (k, 2) [J].
+    """
+    _, _, of_inertia, start_weight, end_weight = factors
+    count = fields.shape[1]
+    energies = np.zeros((count, 2))
     if of_inertia != 0.0:
-        _inertia(mass, of_inertia, fields, energies)
+        _inertia(matrices[0], of_inertia, fields, energies, first, last)
+    else:
+        fields[3, :, first:last] = 0.0
     if is_small:
         # Nothing else in the step forms this product, so the balance of energies checks the substitutions.
-        _elastic(stiffness, fields, energies)
+        _elastic(matrices[1], fields, energies, first, last)
+    displacement_before, velocity_before, inertia_before, unbalance_before = before
     for i in range(count):
-        inertia, unbalance = fields[i, 3], fields[i, 4]
-        for j in range(size):
+        inertia, unbalance = fields[3, i], fields[4, i]
+        for j in range(first, last):
             force = start_weight * unbalance_before[i, j] - inertia[j]
             unbalance[j] = (force + added[i, j] if added.size else force) / end_weight
-            changes[i, 0, j] = fields[i, 0, j] - displacement_before[i, j]
-            changes[i, 1, j] = fields[i, 1, j] - velocity_before[i, j]
-            changes[i, 2, j] = inertia[j] - inertia_before[i, j]
-    return fields, changes, energies
+            changes[0, i, j] = fields[0, i, j] - displacement_before[i, j]
+            changes[1, i, j] = fields[1, i, j] - velocity_before[i, j]
+            changes[2, i, j] = inertia[j] - inertia_before[i, j]
+    return energies
 
 
-@numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
-def _inertia(mass, of_inertia, fields, energies):  # type: ignore[no-untyped-def]
-    """Fill in the inertia [N] and the kinetic energy [J]."""
-    starts, columns, values = mass
-    for row in range(fields.shape[2]):
-        for i in range(fields.shape[0]):
-            force = momentum = 0.0
-            for entry in range(starts[row], starts[row + 1]):
-                force += values[entry] * fields[i, 2, columns[entry]]
-                momentum += values[entry] * fields[i, 1, columns[entry]]
-            fields[i, 3, row] = force
-            energies[i, 0] += 0.5 * of_inertia * fields[i, 1, row] * momentum
+@numba.njit(cache=True, nogil=True)
+def _inertia(mass, of_inertia, fields, energies, first, last):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Fill in some rows of the inertia [N] and their kinetic energy [J]."""
+    count, size = fields.shape[1:]
+    # The mass is read once for velocities and accelerations.
+    products = np.empty((2 * count, size))
+    write_products(mass, fields[1:3].reshape(2 * count, size), products, first, last)
+    for i in range(count):
+        total = 0.0
+        for j in range(first, last):
+            total += fields[1, i, j] * products[i, j]
+            fields[3, i, j] = products[count + i, j]
+        energies[i, 0] = 0.5 * of_inertia * total
 
 
-@numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
-def _elastic(stiffness, fields, energies):  # type: ignore[no-untyped-def]
-    """Fill in the energy that the elastic stiffness stores [J].
+@numba.njit(cache=True, nogil=True)
+def _elastic(stiffness, fields, energies, first, last):  # type: ignore[no-untyped-def]
+    """Fill in the energy of some rows that the elastic stiffness stores [J].
 
     Half of a symmetric matrix would do, but its rows do not tell that a rigid motion has no force: what large motions
     then leave of the energy is rounding.
     """
-    starts, columns, values = stiffness
-    for row in range(fields.shape[2]):
-        for i in range(fields.shape[0]):
-            force = 0.0
-            for entry in range(starts[row], starts[row + 1]):
-                force += values[entry] * fields[i, 0, columns[entry]]
-            energies[i, 1] += 0.5 * fields[i, 0, row] * force
+    products = np.empty(fields.shape[1:])
+    write_products(stiffness, fields[0], products, first, last)
+    for i in range(len(products)):
+        total = 0.0
+        for j in range(first, last):
+            total += fields[0, i, j] * products[i, j]
+        energies[i, 1] = 0.5 * total

@@ -1,4 +1,4 @@
-"""Steps of several motions without forces at their ends, compiled: matrices are read once for all motions.
+"""Steps of several motions without forces at their ends, in compiled code.
 
 A scheme is linear, and the same for every unknown: what it makes of the state at the start of a step is a matrix
 ``prediction`` (2, 3), from displacement, velocity and acceleration there to displacement and velocity at the end.
@@ -10,7 +10,9 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-__all__ = ["free_ends", "free_steps"]
+from fingerslip.linear.products import write_products
+
+__all__ = ["fill_right_hand_sides", "free_ends"]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -54,78 +56,68 @@ def free_ends(prediction, factors, moving, prescribed, displacement, velocity, a
 
 
 @numba.njit(cache=True, nogil=True)
-def free_steps(  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    prediction,
-    factors,
-    resistance,
-    moving,
-    prescribed,
-    displacement,
-    velocity,
-    acceleration,
-    unbalance,
-    loads,
-):
-    """Return the ends of steps with no unknown, as :func:`free_ends` does, and the right-hand sides, (k, n) [N].
+def fill_right_hand_sides(factors, resistance, moving, ends, unbalance, loads, found, first, last):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Fill in the right-hand sides of steps with no unknown, from one row to before another.
 
     Parameters
     ----------
-    prediction, factors, moving, prescribed, displacement, velocity, acceleration
+    factors, moving
         As of :func:`free_ends`.
     resistance : tuple
         What resists a motion; see :attr:`fingerslip.dynamics.step.stepper.Stepper.resistance`.
+    ends : (k, 2 or 3, n) array
+        What :func:`free_ends` returns.
     unbalance : (k, n) array
         Unbalanced forces at the start [N].
     loads : (k, n) array
         Loads at the end, with what materials remember [N].
+    found : (k, n) array
+        Gets the right-hand sides [N].
+    first, last : int
+        The rows.
     """
     _, _, _, start_weight, end_weight = factors
-    ends = free_ends(prediction, factors, moving, prescribed, displacement, velocity, acceleration)
     stiffness, elastic, mass, dampers, (of_stiffness, of_elastic, of_mass) = resistance
-    forces = np.zeros_like(loads)
-    _resist(stiffness, ends, 1.0, of_stiffness, forces)
+    found[:, first:last] = 0.0
+    _resist(stiffness, ends, 1.0, of_stiffness, found, first, last)
     if of_elastic != 0.0:
-        _resist(elastic, ends, 0.0, of_elastic, forces)
+        _resist(elastic, ends, 0.0, of_elastic, found, first, last)
     if of_mass != 0.0:
-        _resist(mass, ends, 0.0, of_mass, forces)
-    for i in range(loads.shape[0]):
-        for j in range(loads.shape[1]):
-            force = forces[i, j] + dampers[j] * ends[i, 1, j] if dampers.size else forces[i, j]
-            forces[i, j] = end_weight * (loads[i, j] - force) + start_weight * unbalance[i, j]
+        _resist(mass, ends, 0.0, of_mass, found, first, last)
+    for i in range(len(found)):
+        for j in range(first, last):
+            force = found[i, j] + dampers[j] * ends[i, 1, j] if dampers.size else found[i, j]
+            found[i, j] = end_weight * (loads[i, j] - force) + start_weight * unbalance[i, j]
     if moving.size:
-        _hold(mass, ends, moving, forces)
-    return ends, forces
+        _hold(mass, ends, moving, found, first, last)
 
 
-@numba.njit(cache=True, nogil=True, fastmath={"reassoc"})
-def _resist(matrix, ends, of_displacement, of_velocity, forces):  # type: ignore[no-untyped-def]
-    """Add a matrix times so much of displacement and velocity to forces (k, n)."""
-    starts, columns, values = matrix
-    count, size = forces.shape
-    given = np.empty((count, size))
+@numba.njit(cache=True, nogil=True)
+def _resist(matrix, ends, of_displacement, of_velocity, forces, first, last):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Add some rows of a matrix times so much of displacement and velocity to forces (k, n)."""
+    count, size = len(ends), ends.shape[2]
+    given, products = np.empty((count, size)), np.empty(forces.shape)
     for i in range(count):
         for j in range(size):
             given[i, j] = of_displacement * ends[i, 0, j]
             if of_velocity != 0.0:
                 given[i, j] += of_velocity * ends[i, 1, j]
-    for row in range(size):
-        for i in range(count):
-            force = 0.0
-            for entry in range(starts[row], starts[row + 1]):
-                force += values[entry] * given[i, columns[entry]]
-            forces[i, row] += force
+    write_products(matrix, given, products, first, last)
+    for i in range(count):
+        for j in range(first, last):
+            forces[i, j] += products[i, j]
 
 
 @numba.njit(cache=True, nogil=True)
-def _hold(mass, ends, moving, total):  # type: ignore[no-untyped-def]
+def _hold(mass, ends, moving, total, first, last):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Take the inertia of moving supports off right-hand sides (k, n); their own equations are empty."""
     starts, columns, values = mass
-    for row in range(total.shape[1]):
-        for i in range(total.shape[0]):
+    for row in range(first, last):
+        for i in range(len(total)):
             inertia = 0.0
             for entry in range(starts[row], starts[row + 1]):
                 inertia += values[entry] * ends[i, 2, columns[entry]]
             total[i, row] -= inertia
-    for i in range(total.shape[0]):
-        for j in moving:
-            total[i, j] = 0.0
+    for j in moving:
+        if first <= j < last:
+            total[:, j] = 0.0

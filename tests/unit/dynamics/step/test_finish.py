@@ -51,8 +51,10 @@ def test_states_of_several_motions_are_those_of_each(stepped):
         for field in fields(state):
             found, expected = getattr(state, field.name), getattr(alone, field.name)
             if isinstance(expected, np.ndarray):
-                np.testing.assert_array_equal(found, expected, err_msg=field.name)
-        assert state.energies == alone.energies
+                # Two products add up in another order than one.
+                scale = np.abs(expected).max(initial=0.0)
+                np.testing.assert_allclose(found, expected, atol=1e-12 * scale, err_msg=field.name)
+        assert vars(state.energies) == pytest.approx(vars(alone.energies), rel=1e-12)
 
 
 def test_the_balance_of_energy_closes_in_every_step(stepped):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from fingerslip.dynamics.step.free_ends import free_ends, free_steps
+from fingerslip.dynamics.step.free_ends import fill_right_hand_sides, free_ends
 from fingerslip.dynamics.system.scheme import Static, hht
 from fingerslip.linear.products import compiled_parts
 
@@ -47,8 +47,9 @@ def test_right_hand_sides_count_all_that_resists():
     shares, (prediction, factors) = (0.3, 0.7, 0.9), taken(scheme)
     resistance = (*map(compiled_parts, (stiffness, elastic, mass)), dampers, shares)
     support = np.array([4]), np.array([2.0])
-    ends, right = free_steps(prediction, factors, resistance, *support, *STARTS, unbalance, loads)
-    np.testing.assert_array_equal(ends, free_ends(prediction, factors, *support, *STARTS))
+    ends, right = free_ends(prediction, factors, *support, *STARTS), np.full((2, 5), np.nan)
+    for rows in ((0, 2), (2, 5)):
+        fill_right_hand_sides(factors, resistance, support[0], ends, unbalance, loads, right, *rows)
     for own, (displacement, velocity, prescribed), before, load in zip(right, ends, unbalance, loads, strict=True):
         force = stiffness @ (displacement + 0.3 * velocity) + elastic @ (0.7 * velocity)
         force += mass @ (0.9 * velocity) + dampers * velocity
