@@ -15,7 +15,7 @@ from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.step import advance
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.system import System
-from fingerslip.linear.threads import Team, side_by_side
+from fingerslip.linear.threads import Mapper, side_by_side
 
 __all__ = ["march"]
 
@@ -48,7 +48,7 @@ def march(
     progress : callable, optional
         Called after every step with the fraction that is done.
     threads : int, optional
-        Threads that solve the contacts of different motions, and multiply parts of large matrices, side by side.
+        Threads that solve the contacts of different motions side by side.
     inspect : callable, optional
         Called after every step with the numbers of the motions that took it, and the states of all before and after.
     """
@@ -61,13 +61,13 @@ def march(
     last = max(own.size for own in times) - 1
     outside = [OutsideCheck(stepper.system) for stepper in steppers]
     rotations = [RotationCheck(stepper.system) for stepper in steppers]
-    with side_by_side(threads) as team:
+    with side_by_side(min(threads, len(steppers))) as mapper:
         for step in range(1, last + 1):
             moving = [number for number, own in enumerate(times) if step < own.size]
             shifts = {number: counterfaces[number][step] for number in moving}
             time = float(times[moving[0]][step])
             before = states
-            states = _advance_different(steppers, before, alike, shifts, time=time, watch=watch, team=team)
+            states = _advance_different(steppers, before, alike, shifts, time=time, watch=watch, mapper=mapper)
             with watch.part("recording"):
                 for number in moving:
                     outside[number].look(states[number])
@@ -90,7 +90,7 @@ def _advance_different(
     *,
     time: float,
     watch: Stopwatch,
-    team: Team,
+    mapper: Mapper,
 ) -> list[State]:
     """Return all states after one step of the motions in `shifts`; those that are still the same are computed once."""
     groups: dict[tuple[int, int, bytes], list[int]] = {}
@@ -103,7 +103,7 @@ def _advance_different(
         time,
         [shifts[number] for number in first],
         watch=watch,
-        team=team,
+        mapper=mapper,
     )
     after = {number: state for members, state in zip(groups.values(), advanced, strict=True) for number in members}
     return [after.get(number, state) for number, state in enumerate(states)]

@@ -53,7 +53,7 @@ def products(matrix: sparse.csr_matrix, rows: Array) -> Array:
     [[2.0, 0.0], [3.0, 3.0]]
     """
     found = np.empty((len(rows), matrix.shape[0]))
-    write_products(compiled_parts(matrix), np.ascontiguousarray(rows), found, 0, matrix.shape[0])
+    write_products(compiled_parts(matrix), np.ascontiguousarray(rows), found)
     return found
 
 
@@ -106,35 +106,23 @@ def _two_products(starts, columns, values, first, second, one, other):  # type: 
 
 
 @numba.njit(cache=True, nogil=True)
-def write_products(matrix, rows, found, first, last):  # type: ignore[no-untyped-def]
-    """Write some components of a matrix (m, n) times the rows of an array (k, n) into `found`, in compiled code.
+def write_products(matrix, rows, found):  # type: ignore[no-untyped-def]
+    """Write a matrix (m, n) times the rows of an array (k, n) into `found` (k, m), in compiled code.
 
-    The matrix is read once for one or two vectors, and for each eight of more.
-
-    Parameters
-    ----------
-    matrix : tuple of arrays
-        The matrix, as :func:`compiled_parts` gives it.
-    rows : (k, n) array
-        The vectors.
-    found : (k, m) array
-        Gets the products.
-    first, last : int
-        The components from one to before another.
+    The matrix, as :func:`compiled_parts` gives it, is read once for one or two vectors, and for each eight of more.
     """
     starts, columns, values = matrix
     if len(rows) == 1:
-        _long_product(starts[first : last + 1], columns, values, rows[0], found[0, first:last])
+        _long_product(starts, columns, values, rows[0], found[0])
     elif len(rows) == 2:
-        some = found[:, first:last]
-        _two_products(starts[first : last + 1], columns, values, rows[0], rows[1], some[0], some[1])
+        _two_products(starts, columns, values, rows[0], rows[1], found[0], found[1])
     else:
         for start in range(0, len(rows), _AT_ONCE):
-            _eight_products(matrix, rows[start : start + _AT_ONCE], found[start : start + _AT_ONCE], first, last)
+            _eight_products(matrix, rows[start : start + _AT_ONCE], found[start : start + _AT_ONCE])
 
 
 @numba.njit(cache=True, nogil=True)
-def _eight_products(matrix, rows, found, first, last):  # type: ignore[no-untyped-def]
+def _eight_products(matrix, rows, found):  # type: ignore[no-untyped-def]
     """Do what :func:`write_products` does for up to eight vectors.
 
     They are laid side by side, so that an entry of the matrix meets eight numbers in one line of memory.
@@ -144,7 +132,7 @@ def _eight_products(matrix, rows, found, first, last):  # type: ignore[no-untype
     for number in range(len(rows)):
         for column in range(rows.shape[1]):
             given[column, number] = rows[number, column]
-    for row in range(first, last):
+    for row in range(found.shape[1]):
         # A sum for each vector, by name: of an array, the compiler makes a loop of eight additions.
         a = b = c = d = e = f = g = h = 0.0
         for entry in range(starts[row], starts[row + 1]):

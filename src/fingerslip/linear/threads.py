@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from threadpoolctl import ThreadpoolController, threadpool_limits
 
@@ -15,10 +14,10 @@ from fingerslip.errors import InputError
 from fingerslip.linear.solver import preferred_solver
 
 __all__ = [
-    "ALONE",
-    "Team",
+    "Mapper",
     "allowed_threads",
     "limited_threads",
+    "one_by_one",
     "side_by_side",
     "single_dense_thread",
     "suitable_threads",
@@ -32,49 +31,18 @@ T = TypeVar("T")
 # 12,600 unknowns at best a quarter faster (0.49 → 0.37 ms) and that of 55,500 no faster, and where anything else runs
 # on the cores, they spin for ten times as long (7 ms).
 _WORTH_THREADS = {2: 100_000, 3: 15_000}
-# Multiplications with entries of a matrix from which a thread gains more than it takes to be woken.
-_WORTH_A_THREAD = 1_000_000
 
 
-@dataclass(frozen=True)
-class Team:
-    """Threads that work side by side.
+class Mapper(Protocol):
+    """What :func:`map` does, perhaps in several threads."""
 
-    Parameters
-    ----------
-    threads : int
-        How many there are.
-    pool : ThreadPoolExecutor, optional
-        The threads; without it there is but the caller's own.
-    """
-
-    threads: int = 1
-    pool: ThreadPoolExecutor | None = None
-
-    def each(self, function: Callable[..., T], *arguments: Sequence[Any]) -> list[T]:
-        """Return the values of a function for each set of arguments, in order, as :func:`map` does."""
-        alone = self.pool is None or len(arguments[0]) == 1
-        return list(map(function, *arguments) if self.pool is None or alone else self.pool.map(function, *arguments))
-
-    def parts(self, function: Callable[[int, int], T], size: int, work: int) -> list[T]:
-        """Return the values of a function for one range from 0 to `size`, or for several that are worth a thread each.
-
-        Parameters
-        ----------
-        function : callable
-            Takes where a range begins and where the next one does.
-        size : int
-            The end of the last range.
-        work : int
-            Multiplications in all ranges.
-        """
-        count = min(self.threads, max(1, work // _WORTH_A_THREAD))
-        bounds = [size * number // count for number in range(count + 1)]
-        return self.each(function, bounds[:-1], bounds[1:])
+    def __call__(self, function: Callable[..., T], /, *arguments: Iterable[Any]) -> Iterable[T]:
+        """Return the values of a function for each set of arguments, in order."""
 
 
-#: The caller's own thread.
-ALONE = Team()
+def one_by_one(function: Callable[..., T], /, *arguments: Iterable[Any]) -> Iterable[T]:
+    """Return the values of a function, computed in the caller's own thread: the :class:`Mapper` for one thread."""
+    return map(function, *arguments)
 
 
 def usable_cores() -> int:
@@ -140,10 +108,10 @@ def single_dense_thread() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def side_by_side(threads: int) -> Iterator[Team]:
-    """Give the block a :class:`Team` of threads, which end with it; one thread is the caller's own."""
+def side_by_side(threads: int) -> Iterator[Mapper]:
+    """Give the block a :class:`Mapper` on `threads` threads, which end with it; one thread is the caller's own."""
     if threads == 1:
-        yield ALONE
+        yield one_by_one
         return
     with ThreadPoolExecutor(threads) as pool:
-        yield Team(threads, pool)
+        yield pool.map

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from fingerslip.linear.products import add_columns, compiled_parts, long_product, products, write_products
+from fingerslip.linear.products import add_columns, long_product, products
 
 
 def test_a_matrix_without_rows_gives_nothing():
@@ -45,14 +45,3 @@ def test_many_products_add_up_in_the_order_of_scipy(count):
     matrix = sparse.random_array((20, 30), density=0.2, rng=rng, format="csr")
     columns = rng.normal(size=(30, count))
     np.testing.assert_array_equal(products(matrix, columns.T), (matrix @ columns).T)
-
-
-@pytest.mark.parametrize("count", [1, 2, 3, 9])
-def test_components_are_written_where_they_are_asked_for(count):
-    rng = np.random.default_rng(5)
-    matrix, rows = sparse.random_array((20, 30), density=0.3, rng=rng, format="csr"), rng.normal(size=(count, 30))
-    found = np.full((count, 20), np.nan)
-    write_products(compiled_parts(matrix), rows, found, 4, 11)
-    assert np.isnan(found[:, :4]).all()
-    assert np.isnan(found[:, 11:]).all()
-    np.testing.assert_allclose(found[:, 4:11], products(matrix, rows)[:, 4:11], rtol=1e-13, atol=1e-14)

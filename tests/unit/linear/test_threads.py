@@ -12,9 +12,9 @@ import fingerslip as fs
 from fingerslip.dynamics import simulation
 from fingerslip.linear import threads as module
 from fingerslip.linear.threads import (
-    ALONE,
     allowed_threads,
     limited_threads,
+    one_by_one,
     side_by_side,
     single_dense_thread,
     suitable_threads,
@@ -120,32 +120,14 @@ def test_functions_side_by_side_run_in_threads_that_end_with_the_block() -> None
         meeting.wait()
         return number + other, threading.current_thread().name
 
-    with side_by_side(2) as team:
-        found = team.each(meet, [1, 2], [10, 20])
+    with side_by_side(2) as mapper:
+        found = list(mapper(meet, [1, 2], [10, 20]))
         assert [value for value, _ in found] == [11, 22]
         assert len({name for _, name in found}) == 2
     assert {name for _, name in found}.isdisjoint(thread.name for thread in threading.enumerate())
 
 
 def test_one_thread_is_the_callers_own() -> None:
-    own = threading.current_thread()
-    with side_by_side(1) as team:
-        assert team is ALONE
-        assert team.each(lambda _: threading.current_thread(), [0, 0]) == [own] * 2
-    with side_by_side(2) as team:
-        assert team.each(lambda _: threading.current_thread(), [0]) == [own]
-
-
-@pytest.mark.parametrize(
-    ("size", "work", "expected"),
-    [
-        (100, 0, [(0, 100)]),
-        (100, 1_999_999, [(0, 100)]),
-        (101, 2_000_000, [(0, 50), (50, 101)]),
-        (100, 10**9, [(0, 33), (33, 66), (66, 100)]),
-    ],
-)
-def test_ranges_are_as_many_as_are_worth_a_thread(size, work, expected) -> None:
-    with side_by_side(3) as team:
-        assert team.parts(lambda first, last: (first, last), size, work) == expected
-    assert ALONE.parts(lambda first, last: (first, last), size, work) == [(0, size)]
+    with side_by_side(1) as mapper:
+        assert mapper is one_by_one
+        assert list(mapper(lambda _: threading.current_thread(), [0, 0])) == [threading.current_thread()] * 2

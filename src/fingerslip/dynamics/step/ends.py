@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -14,8 +13,8 @@ from fingerslip.dynamics.step.prediction import Prediction
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.scheme import StepChange
-from fingerslip.linear.products import as_rows, write_products
-from fingerslip.linear.threads import ALONE, Team
+from fingerslip.linear.products import as_rows
+from fingerslip.linear.symmetric_sparse import write_symmetric_products
 
 __all__ = ["End", "ends"]
 
@@ -56,7 +55,6 @@ def ends(
     added: Sequence[Array | None],
     *,
     is_small: bool,
-    team: Team = ALONE,
 ) -> list[End]:
     """Return the ends of k motions that share matrices and scheme.
 
@@ -72,13 +70,10 @@ def ends(
         Forces in the equation of motion of each beside inertia and what is unbalanced, weighted [N].
     is_small : bool
         Whether strains are small, so that the elastic stiffness tells what is stored.
-    team : Team, optional
-        Threads that multiply parts of large matrices side by side.
     """
     befores, factors = [start.before for start in starts], stepper.factors
     free = (as_rows([start.free.displacement for start in starts]), as_rows([start.free.velocity for start in starts]))
     fields = _fields(factors, *free, unknowns, _some([start.prescribed for start in starts], unknowns))
-    changes = np.empty((3, *unknowns.shape))
     matrices = stepper.compiled_mass, stepper.compiled_stiffness
     before = (
         as_rows([before.displacement for before in befores]),
@@ -86,8 +81,7 @@ def ends(
         as_rows([before.inertia for before in befores]),
         as_rows([before.unbalance for before in befores]),
     )
-    fill = functools.partial(_fill, factors, matrices, is_small, _some(added, unknowns), before, fields, changes)
-    energies = np.sum(team.parts(fill, unknowns.shape[1], len(unknowns) * matrices[1][2].size), axis=0)
+    changes, energies = _finished(factors, matrices, is_small, _some(added, unknowns), before, fields)
     return list(map(_end, befores, fields.transpose(1, 0, 2), changes.transpose(1, 0, 2), energies.tolist()))
 
 
@@ -124,60 +118,55 @@ def _fields(factors, free_displacement, free_velocity, unknowns, prescribed):  #
 
 
 @numba.njit(cache=True, nogil=True)
-def _fill(factors, matrices, is_small, added, before, fields, changes, first, last):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Fill in inertia and unbalance of k motions, (5, k, n), and changes, (3, k, n), from one row to before another.
+def _finished(factors, matrices, is_small, added, before, fields):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Fill in inertia and unbalance of k motions, (5, k, n); return changes, (3, k, n), and energies, (k, 2) [J].
 
-    The changes are those of displacement, velocity and inertia. Returned are the kinetic and the elastic energy of the
-    rows, shape (k, 2) [J].
+    The changes are those of displacement, velocity and inertia, the energies the kinetic and the elastic one.
     """
     _, _, of_inertia, start_weight, end_weight = factors
-    count = fields.shape[1]
-    energies = np.zeros((count, 2))
+    _, count, size = fields.shape
+    changes, energies = np.empty((3, count, size)), np.zeros((count, 2))
     if of_inertia != 0.0:
-        _inertia(matrices[0], of_inertia, fields, energies, first, last)
+        _inertia(matrices[0], of_inertia, fields, energies)
     else:
-        fields[3, :, first:last] = 0.0
+        fields[3] = 0.0
     if is_small:
         # Nothing else in the step forms this product, so the balance of energies checks the substitutions.
-        _elastic(matrices[1], fields, energies, first, last)
+        _elastic(matrices[1], fields, energies)
     displacement_before, velocity_before, inertia_before, unbalance_before = before
     for i in range(count):
         inertia, unbalance = fields[3, i], fields[4, i]
-        for j in range(first, last):
+        for j in range(size):
             force = start_weight * unbalance_before[i, j] - inertia[j]
             unbalance[j] = (force + added[i, j] if added.size else force) / end_weight
             changes[0, i, j] = fields[0, i, j] - displacement_before[i, j]
             changes[1, i, j] = fields[1, i, j] - velocity_before[i, j]
             changes[2, i, j] = inertia[j] - inertia_before[i, j]
-    return energies
+    return changes, energies
 
 
 @numba.njit(cache=True, nogil=True)
-def _inertia(mass, of_inertia, fields, energies, first, last):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Fill in some rows of the inertia [N] and their kinetic energy [J]."""
+def _inertia(mass, of_inertia, fields, energies):  # type: ignore[no-untyped-def]
+    """Fill in the inertia [N] and the kinetic energy [J]."""
     count, size = fields.shape[1:]
     # The mass is read once for velocities and accelerations.
     products = np.empty((2 * count, size))
-    write_products(mass, fields[1:3].reshape(2 * count, size), products, first, last)
+    write_symmetric_products(mass, fields[1:3].reshape(2 * count, size), products)
+    fields[3] = products[count:]
     for i in range(count):
         total = 0.0
-        for j in range(first, last):
+        for j in range(size):
             total += fields[1, i, j] * products[i, j]
-            fields[3, i, j] = products[count + i, j]
         energies[i, 0] = 0.5 * of_inertia * total
 
 
 @numba.njit(cache=True, nogil=True)
-def _elastic(stiffness, fields, energies, first, last):  # type: ignore[no-untyped-def]
-    """Fill in the energy of some rows that the elastic stiffness stores [J].
-
-    Half of a symmetric matrix would do, but its rows do not tell that a rigid motion has no force: what large motions
-    then leave of the energy is rounding.
-    """
-    products = np.empty(fields.shape[1:])
-    write_products(stiffness, fields[0], products, first, last)
-    for i in range(len(products)):
+def _elastic(stiffness, fields, energies):  # type: ignore[no-untyped-def]
+    """Fill in the energy that the elastic stiffness stores [J]."""
+    forces = np.empty(fields.shape[1:])
+    write_symmetric_products(stiffness, fields[0], forces)
+    for i in range(len(forces)):
         total = 0.0
-        for j in range(first, last):
-            total += fields[0, i, j] * products[i, j]
+        for j in range(forces.shape[1]):
+            total += fields[0, i, j] * forces[i, j]
         energies[i, 1] = 0.5 * total

@@ -20,7 +20,6 @@ from fingerslip.dynamics.step.memory import Memory
 from fingerslip.dynamics.step.prediction import Prediction
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
-from fingerslip.linear.threads import ALONE, Team
 
 __all__ = ["finish"]
 
@@ -35,8 +34,6 @@ def finish(
     contacts: Sequence[ContactStep],
     unknowns: Array,
     bodies: Sequence[BodyState] = (),
-    *,
-    team: Team = ALONE,
 ) -> list[State]:
     """Return the states of k motions at the end of a step.
 
@@ -52,12 +49,10 @@ def finish(
         Its unknowns.
     bodies : sequence of BodyState, optional
         The bodies at the end, at large strain.
-    team : Team, optional
-        Threads that multiply parts of large matrices side by side.
     """
     unknowns = np.ascontiguousarray(unknowns)
     added = list(map(_added, steppers, starts, contacts, unknowns))
-    found = ends(steppers[0], starts, unknowns, added, is_small=not bodies, team=team)
+    found = ends(steppers[0], starts, unknowns, added, is_small=not bodies)
     return list(map(_finished, steppers, starts, contacts, found, bodies or repeat(None)))
 
 

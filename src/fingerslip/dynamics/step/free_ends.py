@@ -10,9 +10,9 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from fingerslip.linear.products import write_products
+from fingerslip.linear.symmetric_sparse import write_symmetric_products
 
-__all__ = ["fill_right_hand_sides", "free_ends"]
+__all__ = ["free_ends", "right_hand_sides"]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -56,8 +56,8 @@ def free_ends(prediction, factors, moving, prescribed, displacement, velocity, a
 
 
 @numba.njit(cache=True, nogil=True)
-def fill_right_hand_sides(factors, resistance, moving, ends, unbalance, loads, found, first, last):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Fill in the right-hand sides of steps with no unknown, from one row to before another.
+def right_hand_sides(factors, resistance, moving, ends, unbalance, loads):  # type: ignore[no-untyped-def]  # noqa: PLR0917
+    """Return the right-hand sides of steps with no unknown, (k, n) [N].
 
     Parameters
     ----------
@@ -71,53 +71,41 @@ def fill_right_hand_sides(factors, resistance, moving, ends, unbalance, loads, f
         Unbalanced forces at the start [N].
     loads : (k, n) array
         Loads at the end, with what materials remember [N].
-    found : (k, n) array
-        Gets the right-hand sides [N].
-    first, last : int
-        The rows.
     """
     _, _, _, start_weight, end_weight = factors
     stiffness, elastic, mass, dampers, (of_stiffness, of_elastic, of_mass) = resistance
-    found[:, first:last] = 0.0
-    _resist(stiffness, ends, 1.0, of_stiffness, found, first, last)
+    found = _resisting(stiffness, ends, 1.0, of_stiffness)
     if of_elastic != 0.0:
-        _resist(elastic, ends, 0.0, of_elastic, found, first, last)
+        found += _resisting(elastic, ends, 0.0, of_elastic)
     if of_mass != 0.0:
-        _resist(mass, ends, 0.0, of_mass, found, first, last)
-    for i in range(len(found)):
-        for j in range(first, last):
+        found += _resisting(mass, ends, 0.0, of_mass)
+    for i in range(found.shape[0]):
+        for j in range(found.shape[1]):
             force = found[i, j] + dampers[j] * ends[i, 1, j] if dampers.size else found[i, j]
             found[i, j] = end_weight * (loads[i, j] - force) + start_weight * unbalance[i, j]
     if moving.size:
-        _hold(mass, ends, moving, found, first, last)
+        # The inertia of moving supports is known; their own equations are empty.
+        found -= _products(mass, ends[:, 2].copy())
+        for j in moving:
+            found[:, j] = 0.0
+    return found
 
 
 @numba.njit(cache=True, nogil=True)
-def _resist(matrix, ends, of_displacement, of_velocity, forces, first, last):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Add some rows of a matrix times so much of displacement and velocity to forces (k, n)."""
+def _resisting(matrix, ends, of_displacement, of_velocity):  # type: ignore[no-untyped-def]
+    """Return a matrix times so much of displacement and velocity, (k, n)."""
     count, size = len(ends), ends.shape[2]
-    given, products = np.empty((count, size)), np.empty(forces.shape)
+    given = np.empty((count, size))
     for i in range(count):
         for j in range(size):
             given[i, j] = of_displacement * ends[i, 0, j]
             if of_velocity != 0.0:
                 given[i, j] += of_velocity * ends[i, 1, j]
-    write_products(matrix, given, products, first, last)
-    for i in range(count):
-        for j in range(first, last):
-            forces[i, j] += products[i, j]
+    return _products(matrix, given)
 
 
 @numba.njit(cache=True, nogil=True)
-def _hold(mass, ends, moving, total, first, last):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    """Take the inertia of moving supports off right-hand sides (k, n); their own equations are empty."""
-    starts, columns, values = mass
-    for row in range(first, last):
-        for i in range(len(total)):
-            inertia = 0.0
-            for entry in range(starts[row], starts[row + 1]):
-                inertia += values[entry] * ends[i, 2, columns[entry]]
-            total[i, row] -= inertia
-    for j in moving:
-        if first <= j < last:
-            total[:, j] = 0.0
+def _products(matrix, given):  # type: ignore[no-untyped-def]
+    found = np.empty_like(given)
+    write_symmetric_products(matrix, given, found)
+    return found

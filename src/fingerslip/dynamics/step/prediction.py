@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.step.free_ends import fill_right_hand_sides, free_ends
+from fingerslip.dynamics.step.free_ends import free_ends, right_hand_sides
 from fingerslip.dynamics.step.release import fading_forces
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.scheme import Predictor
 from fingerslip.linear.products import as_rows
-from fingerslip.linear.threads import ALONE, Team
 
 __all__ = ["Prediction", "predict", "predict_ends"]
 
@@ -73,11 +71,7 @@ class Prediction:
 
 
 def predict(
-    steppers: Sequence[Stepper],
-    states: Sequence[State],
-    time: float,
-    counterfaces: Sequence[Array],
-    team: Team = ALONE,
+    steppers: Sequence[Stepper], states: Sequence[State], time: float, counterfaces: Sequence[Array]
 ) -> list[Prediction]:
     """Carry the states of k motions to the end of a step as if no force acted there.
 
@@ -91,17 +85,13 @@ def predict(
         End of the step [s].
     counterfaces : sequence of (n_counterfaces, dim) array
         Prescribed displacement of the counterfaces at the end [m].
-    team : Team, optional
-        Threads that multiply parts of large matrices side by side.
     """
     stepper, loads = steppers[0], [stepper.system.load(time) for stepper in steppers]
     moving = _moving(stepper, time)
     ends = free_ends(stepper.prediction, stepper.factors, *moving, *_starts(states))
     unbalance = as_rows([state.unbalance for state in states])
     remembered = as_rows(list(map(_with_remembered, steppers, states, loads)))
-    right, weights = np.empty_like(unbalance), (stepper.factors, stepper.resistance, moving[0])
-    fill = functools.partial(fill_right_hand_sides, *weights, ends, unbalance, remembered, right)
-    team.parts(fill, right.shape[1], right.shape[0] * stepper.resistance[0][2].size)
+    right = right_hand_sides(stepper.factors, stepper.resistance, moving[0], ends, unbalance, remembered)
     for number, state in enumerate(states):
         if state.release is not None:
             fading = fading_forces(stepper.scheme, state.release)

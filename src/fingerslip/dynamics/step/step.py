@@ -13,7 +13,7 @@ from fingerslip.dynamics.step.finish import finish
 from fingerslip.dynamics.step.prediction import predict
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
-from fingerslip.linear.threads import ALONE, Team
+from fingerslip.linear.threads import Mapper, one_by_one
 
 __all__ = ["advance", "weighted_forces"]
 
@@ -27,7 +27,7 @@ def advance(
     counterfaces: Sequence[Array],
     *,
     watch: Stopwatch,
-    team: Team = ALONE,
+    mapper: Mapper = one_by_one,
 ) -> list[State]:
     """Take one step of several motions with one factorised matrix.
 
@@ -43,8 +43,8 @@ def advance(
         Prescribed displacement of their counterfaces at its end [m].
     watch : Stopwatch
         Takes the times of substitution, contact and energies.
-    team : Team, optional
-        Threads that solve the contacts of the motions, and multiply parts of large matrices, side by side.
+    mapper : callable, optional
+        Solves the contacts of the motions, side by side where it uses several threads.
 
     Raises
     ------
@@ -52,12 +52,12 @@ def advance(
         Where the contact problem was not solved, or contact alone does not hold a body without inertia.
     """
     condensed = steppers[0].condensed
-    starts = predict(steppers, states, time, counterfaces, team)
+    starts = predict(steppers, states, time, counterfaces)
     for _ in passes(steppers, time):
         with watch.part("substitution"):
             halfway = condensed.forward(_columns([start.right_hand_side for start in starts]))
         with watch.part("contact"):
-            contacts = team.each(solve_step, steppers, starts, _own_rows(steppers, halfway.local))
+            contacts = list(mapper(solve_step, steppers, starts, _own_rows(steppers, halfway.local)))
             forces = _joint_forces(steppers, contacts, halfway.local.shape)
         with watch.part("substitution"):
             moved = None if halfway.kept is None else _joint_moved(steppers, contacts, halfway.local.shape)
@@ -66,7 +66,7 @@ def advance(
             break
         starts = list(map(move_anchor, steppers, starts, unknowns))
     with watch.part("recording"):
-        return finish(steppers, starts, contacts, unknowns, team=team)
+        return finish(steppers, starts, contacts, unknowns)
 
 
 def _columns(vectors: Sequence[Array]) -> Array:

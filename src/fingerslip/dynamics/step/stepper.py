@@ -21,8 +21,8 @@ from fingerslip.dynamics.step.memory import Memory, Viscous, relaxed_force, stif
 from fingerslip.dynamics.step.sharing import first_alike, same_compliance
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme
 from fingerslip.dynamics.system.system import System
-from fingerslip.linear.products import CompiledMatrix, compiled_parts
 from fingerslip.linear.solver import LinearSolver, preferred_solver
+from fingerslip.linear.symmetric_sparse import SymmetricMatrix, symmetric_parts
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.model import Timing
 
@@ -161,14 +161,14 @@ class Stepper:
         return *changes, scheme.start_weight, scheme.end_weight
 
     @cached_property
-    def compiled_mass(self) -> CompiledMatrix:
+    def compiled_mass(self) -> SymmetricMatrix:
         """The mass for compiled code."""
-        return compiled_parts(self.system.mass)
+        return symmetric_parts(self.system.mass)
 
     @cached_property
-    def compiled_stiffness(self) -> CompiledMatrix:
+    def compiled_stiffness(self) -> SymmetricMatrix:
         """The elastic stiffness for compiled code."""
-        return compiled_parts(self.system.stiffness)
+        return symmetric_parts(self.system.stiffness)
 
     @cached_property
     def prediction(self) -> Array:
@@ -177,7 +177,7 @@ class Stepper:
         return np.stack([free.displacement, free.velocity])
 
     @cached_property
-    def resistance(self) -> tuple[CompiledMatrix, CompiledMatrix, CompiledMatrix, Array, tuple[float, float, float]]:
+    def resistance(self) -> tuple[SymmetricMatrix, SymmetricMatrix, SymmetricMatrix, Array, tuple[float, float, float]]:
         """What resists a motion at the end of a step.
 
         The stiffness of the step, which acts on displacements, elastic stiffness and mass; dampers, (n,) [N s/m], or
@@ -186,7 +186,8 @@ class Stepper:
         share, dampers = self.damping.stiffness, self.system.dampers
         # Where nothing relaxes both stiffnesses are the same, and one product does for displacement and velocity.
         shares = (0.0, share, self.damping.mass) if self.viscous else (share, 0.0, self.damping.mass)
-        matrices = compiled_parts(self.stiffness), self.compiled_stiffness, self.compiled_mass
+        stiffness = symmetric_parts(self.stiffness) if self.viscous else self.compiled_stiffness
+        matrices = stiffness, self.compiled_stiffness, self.compiled_mass
         return *matrices, np.zeros(0) if dampers is None else dampers, shares
 
     @cached_property

@@ -6,13 +6,18 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from fingerslip.dynamics.step.free_ends import fill_right_hand_sides, free_ends
+from fingerslip.dynamics.step.free_ends import free_ends, right_hand_sides
 from fingerslip.dynamics.system.scheme import Static, hht
-from fingerslip.linear.products import compiled_parts
+from fingerslip.linear.symmetric_sparse import symmetric_parts
 
 RNG = np.random.default_rng(0)
 STARTS = tuple(RNG.normal(size=(2, 5)) for _ in range(3))
 NO_SUPPORT = np.zeros(0, dtype=np.int64), np.zeros(0)
+
+
+def symmetric(seed):
+    matrix = sparse.random(5, 5, 0.6, "csr", random_state=seed)
+    return sparse.csr_matrix(matrix + matrix.T)
 
 
 def taken(scheme):
@@ -42,14 +47,13 @@ def test_moving_supports_are_where_they_are_prescribed_and_follow_the_scheme():
 
 def test_right_hand_sides_count_all_that_resists():
     scheme = hht(0.1, -0.2)
-    stiffness, elastic, mass = (sparse.random(5, 5, 0.6, "csr", random_state=seed) for seed in range(3))
+    stiffness, elastic, mass = map(symmetric, range(3))
     dampers, unbalance, loads = RNG.normal(size=5), RNG.normal(size=(2, 5)), RNG.normal(size=(2, 5))
     shares, (prediction, factors) = (0.3, 0.7, 0.9), taken(scheme)
-    resistance = (*map(compiled_parts, (stiffness, elastic, mass)), dampers, shares)
+    resistance = (*map(symmetric_parts, (stiffness, elastic, mass)), dampers, shares)
     support = np.array([4]), np.array([2.0])
-    ends, right = free_ends(prediction, factors, *support, *STARTS), np.full((2, 5), np.nan)
-    for rows in ((0, 2), (2, 5)):
-        fill_right_hand_sides(factors, resistance, support[0], ends, unbalance, loads, right, *rows)
+    ends = free_ends(prediction, factors, *support, *STARTS)
+    right = right_hand_sides(factors, resistance, support[0], ends, unbalance, loads)
     for own, (displacement, velocity, prescribed), before, load in zip(right, ends, unbalance, loads, strict=True):
         force = stiffness @ (displacement + 0.3 * velocity) + elastic @ (0.7 * velocity)
         force += mass @ (0.9 * velocity) + dampers * velocity
