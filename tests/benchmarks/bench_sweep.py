@@ -2,8 +2,8 @@
 
 Run it as it is: ``python tests/benchmarks/bench_sweep.py [--bases automatic full] [--workers 2]``. One run and the
 sweep are each computed in a process of their own, from an empty folder, without figures. It tells how many times one
-run, on the mesh, the sweep takes, by the clock and by the CPU of all processes, imports included. Beside each number
-stands that of ``results/reference/benchmark_sweep.json``; ``--write FILE`` writes such a file.
+run of the same `basis` the sweep takes, by the clock and by the CPU of all processes, imports included. Beside each
+number stands that of ``results/reference/benchmark_sweep.json``; ``--write FILE`` writes such a file.
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ def measure(study: str, workers: int) -> Timing:
 
 
 def times(basis: str, workers: int) -> dict[str, Timing]:
-    """Return what one run takes, which is always on the mesh, and what the sweep takes."""
-    single = STUDY.format(basis="full")
+    """Return what one run takes, and what the sweep takes."""
+    single = STUDY.format(basis=basis)
     apart(single, workers)  # the first time, code is compiled
     # On a busy machine CPU seconds grow with the load: one run is timed on both sides of the sweep.
     before, many, after = (apart(study, workers) for study in (single, STUDY.format(basis=basis) + sweep(), single))

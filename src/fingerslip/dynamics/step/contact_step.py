@@ -54,6 +54,8 @@ class ContactStep:
         Of nodes that have left, at the end of the step.
     release_force : (n_c, dim) array or None
         What their leaving adds to the equation of motion, in global components [N]; None where none leave.
+    release_response : (n_c, dim) array or None
+        What that does to the candidates, in the frames [m].
     """
 
     frames: Array
@@ -63,6 +65,7 @@ class ContactStep:
     working_set: WorkingSet | Piece | None
     release: Release | None = None
     release_force: Array | None = None
+    release_response: Array | None = None
 
     @cached_property
     def forces(self) -> Array:
@@ -72,11 +75,13 @@ class ContactStep:
 
     @property
     def moved(self) -> Array | None:
-        """What they do to the candidates, in global components, shape (n_c, dim) [m]; None where it is not known."""
-        if self.solution.response is None:
+        """What all forces do to the candidates, in global components, shape (n_c, dim) [m]; None if it is not known."""
+        response = self.solution.response
+        if response is None:
             return None
-        squares = np.vecdot(self.frames, self.frames)
-        moved: Array = in_components(self.frames, self.solution.response / squares)
+        if self.release_response is not None:
+            response = response + self.release_response
+        moved: Array = in_components(self.frames, response / np.vecdot(self.frames, self.frames))
         return moved
 
 
@@ -119,9 +124,9 @@ def solve_step(
         dropped = np.maximum(dropped, marks)
         release, release_force = drop(stepper.scheme, forces, before.release, dropped, frames[:, 0])
         given = in_frames(frames, release_force) / stepper.scheme.end_weight
-        free = relative + compliance.response(given)
-        again = _solved(stepper, start, compliance, frames, free, earlier=found, goal=goal)
-        found = replace(again, release=release, release_force=release_force)
+        response = compliance.response(given)
+        again = _solved(stepper, start, compliance, frames, relative + response, earlier=found, goal=goal)
+        found = replace(again, release=release, release_force=release_force, release_response=response)
         marks = _changes(stepper, start, found)
     return found
 

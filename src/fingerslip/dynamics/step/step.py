@@ -100,7 +100,7 @@ def _on_joint_rows(stepper: Stepper, contact: ContactStep, size: int) -> Array:
 
 def _joint_moved(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], shape: tuple[int, ...]) -> Array | None:
     """Return what these forces do to the local unknowns, shape (m,) or (m, k); None where contact does not tell it."""
-    told = [contact.moved for contact in contacts if contact.release_force is None]
+    told = [contact.moved for contact in contacts]
     moved = [own.ravel() for own in told if own is not None and own.size == shape[0]]
     if len(moved) < len(steppers):
         return None
