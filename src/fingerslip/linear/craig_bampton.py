@@ -235,13 +235,9 @@ class CraigBampton:
     def field(self, body: StaticResponses, coordinates: Array) -> Array:
         """Return the displacement of all unknowns, (n,) or (n, k) [m], for coordinates z, (m,) or (m, k)."""
         field = body.follow(self.at_interface @ coordinates)
-        field += self.beside(coordinates)
-        return field
-
-    def beside(self, coordinates: Array) -> Array:
-        """Return what of :meth:`field` the shapes are, the displacement while the interface is held."""
         # Of several fields, each is contiguous.
-        return ((self.of_shapes @ coordinates).T @ self.shapes.T).T
+        field += ((self.of_shapes @ coordinates).T @ self.shapes.T).T
+        return field
 
     def project(self, body: StaticResponses, forces: Array) -> Array:
         """Return the forces on the coordinates, (m,) or (m, k), of forces on all unknowns, (n,) or (n, k) [N]."""

@@ -145,8 +145,7 @@ def missing_displacements(
     states : sequence of two State
         The reduced states of each motion at the start and at the end of its step.
     """
-    # The equations are linear in the fields at both ends: few combinations of them are carried to the mesh. Inside, a
-    # body that follows its interface statically has no elastic forces: of what strains it, only the shapes count.
+    # The equations are linear in the fields at both ends: few combinations of them are carried to the mesh.
     end, start = scheme.end_weight, scheme.start_weight
     velocity = np.stack([end * last.velocity - start * first.velocity for first, last in states])
     displacement = np.stack([last.displacement for _, last in states])
@@ -154,8 +153,8 @@ def missing_displacements(
     acceleration = np.stack([last.acceleration for _, last in states])
     strained = moved + damping.stiffness * velocity
     inertia = scheme.inertia_factor * acceleration + damping.mass * velocity
-    reached, inertia = np.hsplit(coordinates.lifted(np.concatenate([displacement, inertia]).T), 2)
-    strained = coordinates.basis.beside(strained.T[: coordinates.basis.eigenvalues.size])
+    on_mesh = coordinates.lifted(np.concatenate([displacement, strained, inertia]).T)
+    reached, strained, inertia = np.hsplit(on_mesh, 3)
     loads = [
         end * system.load(last.time) - start * system.load(first.time)
         for system, (first, last) in zip(systems, states, strict=True)
