@@ -17,7 +17,6 @@ __all__ = [
     "as_rows",
     "compiled_parts",
     "long_product",
-    "products",
     "write_products",
 ]
 
@@ -42,19 +41,6 @@ def long_product(matrix: sparse.csr_matrix, vector: Array) -> Array:
 def as_rows(vectors: Sequence[Array]) -> Array:
     """Return k vectors (n,) as rows, shape (k, n); of a single one it is a view."""
     return vectors[0][None] if len(vectors) == 1 else np.stack(vectors)
-
-
-def products(matrix: sparse.csr_matrix, rows: Array) -> Array:
-    """Return a matrix (m, n) times the rows of an array (k, n), shape (k, m).
-
-    Examples
-    --------
-    >>> products(sparse.csr_matrix([[2.0, 1.0], [0.0, 3.0]]), np.array([[1.0, 0.0], [1.0, 1.0]])).tolist()
-    [[2.0, 0.0], [3.0, 3.0]]
-    """
-    found = np.empty((len(rows), matrix.shape[0]))
-    write_products(compiled_parts(matrix), np.ascontiguousarray(rows), found)
-    return found
 
 
 def add_columns(vector: Array, matrix: sparse.csc_matrix, weights: Array) -> Array:
@@ -96,29 +82,14 @@ def _long_product(starts, columns, values, vector, found):  # type: ignore[no-un
 
 
 @numba.njit(cache=True, nogil=True)
-def _two_products(starts, columns, values, first, second, one, other):  # type: ignore[no-untyped-def]  # noqa: PLR0917
-    for row in range(one.size):
-        total, other_total = 0.0, 0.0
-        for entry in range(starts[row], starts[row + 1]):
-            total += values[entry] * first[columns[entry]]
-            other_total += values[entry] * second[columns[entry]]
-        one[row], other[row] = total, other_total
-
-
-@numba.njit(cache=True, nogil=True)
 def write_products(matrix, rows, found):  # type: ignore[no-untyped-def]
     """Write a matrix (m, n) times the rows of an array (k, n) into `found` (k, m), in compiled code.
 
-    The matrix, as :func:`compiled_parts` gives it, is read once for one or two vectors, and for each eight of more.
+    The matrix, as :func:`compiled_parts` gives it, is read once for each eight vectors. The sums are SciPy's to the
+    last digit.
     """
-    starts, columns, values = matrix
-    if len(rows) == 1:
-        _long_product(starts, columns, values, rows[0], found[0])
-    elif len(rows) == 2:
-        _two_products(starts, columns, values, rows[0], rows[1], found[0], found[1])
-    else:
-        for start in range(0, len(rows), _AT_ONCE):
-            _eight_products(matrix, rows[start : start + _AT_ONCE], found[start : start + _AT_ONCE])
+    for start in range(0, len(rows), _AT_ONCE):
+        _eight_products(matrix, rows[start : start + _AT_ONCE], found[start : start + _AT_ONCE])
 
 
 @numba.njit(cache=True, nogil=True)

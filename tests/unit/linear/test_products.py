@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from fingerslip.linear.products import add_columns, long_product, products
-
-
-def test_a_matrix_without_rows_gives_nothing():
-    assert products(sparse.csr_matrix((0, 3)), np.ones((2, 3))).shape == (2, 0)
+from fingerslip.linear.products import add_columns, compiled_parts, long_product, write_products
 
 
 def test_a_product_with_long_rows_is_that_of_scipy():
@@ -29,19 +25,12 @@ def test_columns_are_added_to_a_copy():
     np.testing.assert_array_equal(vector, before)
 
 
-@pytest.mark.parametrize("count", [0, 1, 2, 3, 7, 8, 9, 16, 19])
-def test_products_of_any_number_of_vectors_are_those_of_scipy(count):
+@pytest.mark.parametrize("shape", [(40, 30), (0, 3)])
+@pytest.mark.parametrize("count", [0, 1, 3, 7, 8, 9, 16, 19])
+def test_products_with_many_vectors_are_those_of_scipy_to_the_last_digit(shape, count):
     rng = np.random.default_rng(3)
-    matrix = sparse.random_array((40, 30), density=0.2, rng=rng, format="csr")
-    rows = rng.normal(size=(count, 30))
-    found = products(matrix, rows)
-    np.testing.assert_allclose(found, (matrix @ rows.T).T, rtol=1e-13, atol=1e-14)
-    assert found.flags.c_contiguous
-
-
-@pytest.mark.parametrize("count", [3, 8, 13])
-def test_many_products_add_up_in_the_order_of_scipy(count):
-    rng = np.random.default_rng(4)
-    matrix = sparse.random_array((20, 30), density=0.2, rng=rng, format="csr")
-    columns = rng.normal(size=(30, count))
-    np.testing.assert_array_equal(products(matrix, columns.T), (matrix @ columns).T)
+    matrix = sparse.csr_matrix(sparse.random_array(shape, density=0.2, rng=rng))
+    rows = rng.normal(size=(count, shape[1]))
+    found = np.full((count, shape[0]), np.nan)
+    write_products(compiled_parts(matrix), rows, found)
+    np.testing.assert_array_equal(found, (matrix @ rows.T).T)
