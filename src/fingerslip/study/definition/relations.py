@@ -10,6 +10,7 @@ from fingerslip.errors import InputError, Mistakes
 from fingerslip.materials.choice import AnyMaterial
 from fingerslip.materials.material import Formulation
 from fingerslip.parameters.dotted import is_below
+from fingerslip.programme import Phase
 from fingerslip.specimens.choice import SPECIMENS, check_mesh, given_specimen
 from fingerslip.study.definition.repeats import RepeatSettings
 from fingerslip.study.definition.sampled import SampleSettings
@@ -49,6 +50,14 @@ def mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
 def _one_contact_or_several(contact: ContactSettings | None, contacts: tuple[ContactSettings, ...]) -> None:
     if contact is not None and contacts:
         raise InputError("contacts", "is given with contact", "needs one of the two", "move contact into contacts")
+
+
+def _contact_of_a_programme(
+    contact: ContactSettings | None, contacts: tuple[ContactSettings, ...], programme: tuple[Phase, ...]
+) -> None:
+    if programme and contact is None and not contacts:
+        found, repair = "is missing, and the programme moves the plate", "write contact: {friction_coefficient: 0.6}"
+        raise InputError("contact", found, "needs a contact", f"{repair}, or time: {{end: ...}} for programme")
 
 
 def _sampled_apart_from_swept(sweep: Mapping[str, tuple[Any, ...]], sample: SampleSettings | None) -> None:
@@ -107,6 +116,7 @@ def _fixed_step_of_a_basis(dynamics: DynamicsSettings, time: TimeSettings) -> No
 # The arguments of a check are named like the fields that it needs; `specimen` is the key of the one that is given.
 _CHECKS: tuple[Callable[..., None], ...] = (
     _one_contact_or_several,
+    _contact_of_a_programme,
     _sampled_apart_from_swept,
     _repeated_without_samples,
     check_mesh,

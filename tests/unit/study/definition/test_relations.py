@@ -43,6 +43,14 @@ def test_fields_that_are_missing_together_come_with_mistakes_elsewhere() -> None
     ]
 
 
+def test_a_programme_needs_a_contact() -> None:
+    fields = {"contact": None, "contacts": (), "programme": (object(),)}
+    (mistake,) = mistakes_between(fields)
+    assert (mistake.where, mistake.found) == ("contact", "is missing, and the programme moves the plate")
+    assert mistakes_between({**fields, "programme": ()}) == []
+    assert mistakes_between({**fields, "contacts": (object(),)}) == []
+
+
 def test_a_relation_is_checked_where_all_its_fields_are_known() -> None:
     fields = {"fingertip": None, "tactip": None, "mesh": MeshFile("a.msh"), "formulation": "solid", "materials": {}}
     assert [mistake.where for mistake in mistakes_between(fields)] == ["materials"]
