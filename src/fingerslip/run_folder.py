@@ -82,13 +82,15 @@ def result_from_mapping(values: Mapping[str, Any]) -> RunResult:
     )
 
 
-def read_result(folder: Path) -> RunResult | None:
+def read_result(folder: Path, *, is_whole: bool = False) -> RunResult | None:
     """Read the result of a finished run from its folder, without its values and uncertainties.
 
     Parameters
     ----------
     folder : Path
         Folder of a run.
+    is_whole : bool, optional
+        Whether its files are known to be as they were written, and are not read through again.
 
     Returns
     -------
@@ -96,7 +98,7 @@ def read_result(folder: Path) -> RunResult | None:
         None where there is no finished run: no history beside the result, or a result that is damaged or incomplete.
     """
     try:
-        return stored_result(folder)
+        return unchecked_result(folder) if is_whole else stored_result(folder)
     except ResultError:
         return None
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fingerslip.errors import InputError, Mistakes, ResultError
+from fingerslip.errors import InputError, Mistakes
 from fingerslip.parameters.dotted import flatten
 from fingerslip.results import RefusedRun, RunResult
-from fingerslip.run_folder import stored_result, unchecked_result
+from fingerslip.run_folder import read_result
 from fingerslip.slip.events import Events
 from fingerslip.study.definition.base import read_with_base
 from fingerslip.study.definition.derived import derive
@@ -61,12 +60,8 @@ class Plan:
         whole : collection of str, optional
             Names of runs whose files are known to be as they were written, and are not read through again.
         """
-        found = dict[str, RunResult]()
-        for run in self.runs:
-            read = unchecked_result if run.name in whole else stored_result
-            with contextlib.suppress(ResultError):
-                found[run.name] = read(self.folder / run.name)
-        return {name: result for name, result in found.items() if result.identity == self.identities[name]}
+        stored = {run.name: read_result(self.folder / run.name, is_whole=run.name in whole) for run in self.runs}
+        return {name: found for name, found in stored.items() if found and found.identity == self.identities[name]}
 
 
 def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
