@@ -224,7 +224,7 @@ class Model:
     ----------
     mesh : skfem.Mesh
         Mesh with named subdomains (regions) and boundaries [m]: quadrilaterals (Q4), linear (T3) or quadratic
-        triangles (T6), hexahedra (H8), linear (T4) or quadratic tetrahedra (T10).
+        triangles (T6), hexahedra (H8), linear (T4) or quadratic tetrahedra (T10). No cell folds over its neighbours.
     materials : mapping of str to Material or FiniteMaterial
         The material of every region: one of :data:`~fingerslip.materials.choice.LAWS`, or a law of one's own that
         answers :class:`~fingerslip.materials.material.Material` or

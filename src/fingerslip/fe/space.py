@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from skfem.quadrature import get_quadrature
 
 from fingerslip.errors import MeshError
+from fingerslip.mesh.folds import check_folds
 from fingerslip.mesh.orientation import positive_tetrahedra
 
 __all__ = [
@@ -111,13 +112,13 @@ def build_space(mesh: Any) -> Space:
     Raises
     ------
     MeshError
-        For any other mesh, and for inverted or flat cells.
+        For any other mesh, for inverted or flat cells, and for cells that fold over their neighbours.
     """
     if type(mesh) not in _TECHNOLOGIES:
         known = ", ".join(kind.__name__ for kind in _TECHNOLOGIES)
         raise MeshError("mesh", f"got a {type(mesh).__name__}", f"needs one of {known}")
     technology = _TECHNOLOGIES[type(mesh)]
-    _check_orientation(mesh, technology.stiffness_order)
+    check_folds(mesh, _orientation(mesh, technology.stiffness_order))
     full = skfem.Basis(mesh, technology.element, intorder=technology.stiffness_order)
     return Space(
         mesh=mesh,
@@ -213,10 +214,10 @@ def _is_simplicial(mesh: Any) -> bool:
     return isinstance(mesh, skfem.MeshTri1 | skfem.MeshTet1)
 
 
-def _check_orientation(mesh: Any, order: int) -> None:
-    """Refuse cells that are turned inside out or flat.
+def _orientation(mesh: Any, order: int) -> NDArray[np.bool_]:
+    """Return which cells (n_cells,) are mirror images of their reference cell; refuse inverted and flat ones.
 
-    scikit-fem sorts the vertices of triangles and tetrahedra, so their sign says nothing; it must only not
+    scikit-fem sorts the vertices of triangles and tetrahedra, so their sign by itself says nothing; it must only not
     change within a cell. Other cells keep their order, so all of them must turn the same way.
     """
     jacobian = _jacobian(mesh, order)
@@ -226,6 +227,7 @@ def _check_orientation(mesh: Any, order: int) -> None:
         place = ", ".join(f"{value:.6g}" for value in mesh.p[:, mesh.t[:, bad[0]]].mean(axis=1))
         found = f"cell {bad[0]} at ({place}) m is inverted or flat"
         raise MeshError("mesh", found, "needs cells that all turn the same way", "repair or rebuild the mesh")
+    return np.asarray(jacobian[:, 0] < 0.0)
 
 
 def _jacobian(mesh: Any, order: int) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from skfem.io.meshio import from_meshio, to_meshio
 
 from fingerslip.errors import MeshError, shortened
+from fingerslip.mesh.folds import check_folds, turned_cells
 from fingerslip.mesh.formats import read_file, write_file
 from fingerslip.mesh.orientation import positive_tetrahedra
 from fingerslip.units import LengthUnit, coordinates, metres
@@ -87,13 +88,15 @@ def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
     ------
     MeshError
         Where the file is missing, unreadable, of mixed or unknown cells, without named groups, or has an inverted or
-        flat cell.
+        flat cell, or one that folds over its neighbours.
     InputError
         Where the unit is unknown.
     """
     scale = metres(unit)
     mesh = _read(Path(path))
-    return mesh if scale == 1.0 else mesh.scaled(scale)
+    mesh = mesh if scale == 1.0 else mesh.scaled(scale)
+    check_folds(mesh, turned_cells(mesh), str(path))
+    return mesh
 
 
 def _read(file: Path) -> skfem.Mesh:

@@ -197,6 +197,32 @@ def test_inverted_cell_in_a_file_of_our_own(tmp_path):
         read_mesh(tmp_path / "a.vtu")
 
 
+def test_region_that_is_laid_over_another_is_refused(tmp_path):
+    """Each region is drawn one way round, and so turned round as a whole; where they meet tells that one is folded."""
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.2, 0.2]])
+    blocks = [("triangle", np.array([[0, 1, 2], [1, 2, 3]])), ("line", np.array([[0, 1]]))]
+    tags = [np.array([1, 3]), np.array([2])]
+    names = {"block": np.array([1, 2]), "contact": np.array([2, 1]), "flap": np.array([3, 2])}
+    data = {"gmsh:physical": tags, "gmsh:geometrical": tags}
+    mesh = meshio.Mesh(np.column_stack([points, np.zeros(4)]), blocks, cell_data=data, field_data=names)
+    meshio.write(tmp_path / "flap.msh", mesh, file_format="gmsh22")
+    for unit, place in (("m", "x = 500 mm, y = 500 mm"), ("mm", "x = 0.5 mm, y = 0.5 mm")):
+        with pytest.raises(MeshError, match=rf"flap\.msh: has cells that fold over each other: 0 and 1 at {place}, "):
+            read_mesh(tmp_path / "flap.msh", unit)
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".vtu"])
+@pytest.mark.parametrize("kind", [skfem.MeshTet1, skfem.MeshTet2])
+def test_tetrahedra_that_fold_over_their_neighbours_are_refused(kind, suffix, tmp_path):
+    block = skfem.MeshTet1().refined(2)
+    points = block.p.copy()
+    points[:, (points == 0.5).all(axis=0)] += [[0.4], [0.35], [0.3]]
+    folded = kind.from_mesh(skfem.MeshTet1(points, block.t)) if kind is skfem.MeshTet2 else kind(points, block.t)
+    write_mesh(folded.with_subdomains({"block": np.arange(block.nelements)}), tmp_path / f"block{suffix}")
+    with pytest.raises(MeshError, match=rf"block\{suffix}: has cells that fold over each other: .* needs .* a face"):
+        read_mesh(tmp_path / f"block{suffix}")
+
+
 def test_mixed_cells_are_refused(tmp_path):
     points = np.column_stack([SQUARES, np.zeros(6)])
     blocks = [("quad", CELLS[:1]), ("triangle", np.array([[1, 2, 4]]))]

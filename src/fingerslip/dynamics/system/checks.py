@@ -100,9 +100,9 @@ def check_model(model: Model) -> None:
     Raises
     ------
     InputError
-        For names that the mesh lacks, materials that are missing or cannot be represented, a counterface that starts
-        inside the body, a slide before contact, a press through what is held, sites outside the mesh, and more
-        records than there is memory.
+        For cells that are flat or fold over each other, names that the mesh lacks, materials that are missing or
+        cannot be represented, a counterface that starts inside the body, a slide before contact, a press through what
+        is held, sites outside the mesh, and more records than there is memory.
     """
     checked(model)
 

@@ -114,6 +114,26 @@ def test_missing_names_are_mesh_errors():
         check_model(push_and_slide(contacts=contact(boundary="pulp")))
 
 
+@pytest.mark.parametrize("element", ["T3", "T6"])
+def test_a_mesh_that_folds_over_itself_is_refused(element):
+    """Where its cells are of one material, and of two that meet at the fold."""
+    xs, ys = np.linspace(-4e-3, 4e-3, 9), np.linspace(0.0, 4e-3, 5)
+
+    def folded(points):
+        moved = points.copy()
+        moved[0, np.isclose(points, [[0.0], [2e-3]]).all(axis=0)] = 1.7e-3
+        return moved
+
+    halves = {"left": lambda x: x[0] < 0.0, "right": lambda x: x[0] > 0.0}
+    tissue = fs.Elastic(34e3, 0.4, 1000.0)
+    for regions in (None, halves):
+        mesh = box(element, xs, ys, shift=folded, regions=regions)
+        model = push_and_slide(mesh=mesh, materials=dict.fromkeys(mesh.subdomains, tissue))
+        for refuse in (check_model, build_system, fs.simulate):
+            with pytest.raises(MeshError, match=r"^mesh: has cells that fold over each other: .* mm .* edge; move"):
+                refuse(model)
+
+
 def test_a_slide_after_a_press_that_is_too_short_is_refused():
     programme = (fs.Press(0.05e-3, 1e-3), fs.Slide(1e-3, 1e-3))
     counterface = fs.Plane(offset=-0.1e-3)
