@@ -92,16 +92,15 @@ def read_mesh(path: str | Path, unit: LengthUnit = "m") -> skfem.Mesh:
     InputError
         Where the unit is unknown.
     """
-    scale = metres(unit)
-    mesh = _read(Path(path))
-    mesh = mesh if scale == 1.0 else mesh.scaled(scale)
+    mesh = _read(Path(path), metres(unit))
     check_folds(mesh, turned_cells(mesh), str(path))
     return mesh
 
 
-def _read(file: Path) -> skfem.Mesh:
-    """Read a mesh in the unit of its file."""
+def _read(file: Path, scale: float) -> skfem.Mesh:
+    """Read a mesh whose lengths are of a unit of `scale` [m]."""
     data = read_file(file, "needs a file that meshio reads")
+    data.points = scale * np.asarray(data.points, dtype=float)
     if any(key.startswith("skfem:") for key in data.cell_data):
         return _read_own(file, data)
     raw = _without_unused(_raw(file, data))
@@ -189,7 +188,7 @@ def _plane_points(file: Path, data: meshio.Mesh) -> Floats:
     extent = np.ptp(points[:, :2], axis=0).max()
     if off.max() > 1e-9 * extent:
         worst = int(off.argmax())
-        raise MeshError(str(file), f"node {worst} has z = {points[worst, 2]:.4g} m", "needs z = 0 at every node")
+        raise MeshError(str(file), f"node {worst} is at {coordinates(points[worst])}", "needs z = 0 at every node")
     return points[:, :2]
 
 

@@ -174,7 +174,10 @@ def test_region_drawn_clockwise_is_turned_round(tmp_path):
         ({"cells": np.array([[0, 1, 4, 3], [1, 5, 2, 4]])}, r"cell 1 at x = 1500 mm, y = 500 mm is inverted or flat"),
         ({"cells": np.array([[0, 1, 4, 3], [4, 5, 2, 1]])}, r"cell \d at x = .* is inverted against its region"),
         ({"cells": np.array([[0, 1, 2, 1], [1, 2, 5, 4]])}, "cell 0 at x = 1000 mm, y = 0 mm is inverted or flat"),
-        ({"points": np.column_stack([SQUARES, np.arange(6.0)])}, "node 5 has z = 5 m, needs z = 0"),
+        (
+            {"points": np.column_stack([SQUARES, np.arange(6.0)])},
+            "node 5 is at .*, z = 5000 mm, needs z = 0",
+        ),
         ({"lines": ((0, 5),)}, "boundary 'contact' has lines that are no edge of a cell"),
         (
             {"cells": np.arange(6)[None], "kind": "wedge"},
@@ -380,6 +383,19 @@ def test_lengths_of_a_file_have_a_unit(unit, metres, tmp_path):
     assert set(back.boundaries) == set(mesh.boundaries)
     with pytest.raises(InputError, match=r"unit: got 'inch', needs one of m, cm, mm, um"):
         read_mesh(tmp_path / "block.vtu", "inch")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"cells": np.array([[0, 1, 4, 3], [1, 5, 2, 4]])}, "cell 1 at x = 1.5 mm, y = 0.5 mm is inverted or flat"),
+        ({"points": np.column_stack([SQUARES, np.arange(6.0)])}, "node 5 is at x = 2 mm, y = 1 mm, z = 5 mm"),
+    ],
+)
+def test_places_of_errors_are_in_the_unit_of_the_file(change, message, tmp_path):
+    path = save(tmp_path / "faulty.msh", **change)
+    with pytest.raises(MeshError, match=message):
+        read_mesh(path, "mm")
 
 
 def test_groups_that_do_not_fit_the_cells_of_a_file_are_refused(tmp_path, monkeypatch):
