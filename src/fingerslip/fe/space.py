@@ -19,6 +19,7 @@ from skfem.quadrature import get_quadrature
 from fingerslip.errors import MeshError
 from fingerslip.mesh.folds import check_folds
 from fingerslip.mesh.orientation import positive_tetrahedra
+from fingerslip.units import coordinates
 
 __all__ = [
     "Space",
@@ -224,8 +225,9 @@ def _orientation(mesh: Any, order: int) -> NDArray[np.bool_]:
     turn = np.sign(jacobian[:, :1]) if _is_simplicial(mesh) else np.sign(np.median(jacobian))
     bad = np.flatnonzero((jacobian * turn <= 0.0).any(axis=1))
     if bad.size:
-        place = ", ".join(f"{value:.6g}" for value in mesh.p[:, mesh.t[:, bad[0]]].mean(axis=1))
-        found = f"cell {bad[0]} at ({place}) m is inverted or flat"
+        place = coordinates(mesh.p[:, mesh.t[:, bad[0]]].mean(axis=1))
+        others = f" ({bad.size} cells in all)" if bad.size > 1 else ""
+        found = f"cell {bad[0]} at {place} is inverted or flat{others}"
         raise MeshError("mesh", found, "needs cells that all turn the same way", "repair or rebuild the mesh")
     return np.asarray(jacobian[:, 0] < 0.0)
 
