@@ -113,11 +113,16 @@ def build_space(mesh: Any) -> Space:
     Raises
     ------
     MeshError
-        For any other mesh, for inverted or flat cells, and for cells that fold over their neighbours.
+        For any other mesh, for nodes whose coordinates are no finite numbers, for inverted or flat cells, and for cells
+        that fold over their neighbours.
     """
     if type(mesh) not in _TECHNOLOGIES:
         known = ", ".join(kind.__name__ for kind in _TECHNOLOGIES)
         raise MeshError("mesh", f"got a {type(mesh).__name__}", f"needs one of {known}")
+    nowhere = np.flatnonzero(~np.isfinite(mesh.p).all(axis=0))
+    if nowhere.size:
+        found = f"node {nowhere[0]} is at {coordinates(mesh.p[:, nowhere[0]])}"
+        raise MeshError("mesh", found, "needs finite coordinates", "put it in its place or leave it out")
     technology = _TECHNOLOGIES[type(mesh)]
     check_folds(mesh, _orientation(mesh, technology.stiffness_order))
     full = skfem.Basis(mesh, technology.element, intorder=technology.stiffness_order)

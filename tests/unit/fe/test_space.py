@@ -130,6 +130,17 @@ def test_a_flat_cell_is_refused_with_its_place(element):
         build_space(type(mesh)(points, mesh.t))
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+@pytest.mark.parametrize("element", ["Q4", "T6"])
+def test_a_node_that_is_nowhere_is_refused_by_its_number(element, value):
+    mesh = box(element, np.linspace(0.0, 1.0, 4), [0.0, 1.0, 2.0])
+    points = mesh.p.copy()
+    points[1, 7] = value
+    message = rf"mesh: node 7 is at x = \d.*, y = {value} mm, needs finite coordinates"
+    with pytest.raises(MeshError, match=message):
+        build_space(type(mesh)(points, mesh.t))
+
+
 def test_a_quadrilateral_turned_inside_out_is_refused():
     mesh = box("Q4", np.linspace(0, 1, 5), [0.0, 1.0])
     cells = mesh.t.copy()
