@@ -6,6 +6,7 @@ import contextlib
 import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from numbers import Integral
 from typing import Any, Protocol, TypeVar
 
 from threadpoolctl import ThreadpoolController, threadpool_limits
@@ -64,10 +65,10 @@ def allowed_threads(threads: int | None = None) -> int:
     Raises
     ------
     InputError
-        For a limit below one.
+        For a limit that is no whole number, or below one.
     """
-    if threads is not None and threads < 1:
-        raise InputError("threads", f"got {threads}", "needs a number >= 1")
+    if threads is not None and not (isinstance(threads, Integral) and threads >= 1):
+        raise InputError("threads", f"got {threads!r}", "needs a whole number >= 1")
     cores = usable_cores()
     return min(threads or cores, cores)
 

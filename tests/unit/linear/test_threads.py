@@ -67,9 +67,9 @@ def test_small_systems_take_one_thread_large_ones_as_many_as_asked_and_possible(
     assert suitable_threads(n_dofs, allowed_threads(wanted), dim) == expected
 
 
-@pytest.mark.parametrize("wanted", [0, -1])
-def test_less_than_one_thread_is_refused(wanted) -> None:
-    with pytest.raises(fs.InputError, match=f"threads: got {wanted}, needs a number >= 1"):
+@pytest.mark.parametrize("wanted", [0, -1, 1.5, "two"])
+def test_what_is_no_number_of_threads_is_refused(wanted) -> None:
+    with pytest.raises(fs.InputError, match=f"threads: got {wanted!r}, needs a whole number >= 1"):
         fs.simulate(push_and_slide(), threads=wanted)
 
 
