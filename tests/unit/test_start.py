@@ -35,7 +35,11 @@ Commands = tuple[tuple[str, ...], ...]
 def loaded(commands: Commands) -> dict[tuple[str, ...], set[str]]:
     """Return for each command the modules that are loaded after it."""
     done = subprocess.run(
-        [sys.executable, "-c", START, json.dumps(commands)], capture_output=True, text=True, check=True, encoding="utf-8"
+        [sys.executable, "-c", START, json.dumps(commands)],
+        capture_output=True,
+        text=True,
+        check=True,
+        encoding="utf-8",
     )
     found = {}
     for arguments, printed, told in zip(commands, done.stdout.split("\0"), done.stderr.split("\0"), strict=False):

@@ -60,9 +60,7 @@ FAST = {
     *(("smooth", "no sites"), ("printed", "all")),
 }
 CASES = [
-    pytest.param(
-        changes, groups, id=f"{name}-{sites}", marks=[pytest.mark.slow] * ((name, sites) not in FAST)
-    )
+    pytest.param(changes, groups, id=f"{name}-{sites}", marks=[pytest.mark.slow] * ((name, sites) not in FAST))
     for name, changes in SECTIONS.items()
     for sites, groups in GROUPS.items()
 ]

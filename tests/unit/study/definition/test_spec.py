@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError
@@ -204,7 +204,6 @@ def put(values: dict[str, Any], path: str, value: object) -> None:
         assign(values, path, value)
 
 
-@settings(max_examples=20)
 @given(broken=st.sets(st.sampled_from(sorted(LEAVES)), min_size=1))
 def test_every_mistake_of_a_file_is_told_in_its_order_with_its_line(
     tmp_path_factory: pytest.TempPathFactory, broken: set[str]
@@ -235,7 +234,6 @@ odd = st.sampled_from(
 )
 
 
-@settings(max_examples=60)
 @given(path=st.sampled_from(list(walk(whole()))), value=odd, swept=st.booleans())
 def test_any_value_anywhere_gives_a_study_or_clear_errors(path: str, value: object, swept: bool) -> None:
     values = whole()

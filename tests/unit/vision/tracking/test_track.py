@@ -38,7 +38,9 @@ def test_tracks_can_be_written_and_read(clip: Clip, tmp_path: Path) -> None:
 
 
 # Along an axis, and along none of those of the layout; the others are in the slow tier.
-@pytest.mark.parametrize("eighth", [pytest.param(one, marks=[pytest.mark.slow] * (one not in (0, 3))) for one in range(8)])
+@pytest.mark.parametrize(
+    "eighth", [pytest.param(one, marks=[pytest.mark.slow] * (one not in (0, 3))) for one in range(8)]
+)
 def test_no_identity_is_swapped_in_eight_directions(eighth: int) -> None:
     positions = clips.slide(clips.field(), eighth * np.pi / 4, count=REST + 14, rest=REST)
     made = tracked(positions)
