@@ -1,4 +1,4 @@
-"""One thread for the many tiny systems; no deadlines, as a busy machine is no failure; fewer examples in the fast tier."""
+"""One thread for the many tiny systems; no deadlines: a busy machine is no failure; fewer examples in the fast tier."""
 
 from __future__ import annotations
 
