@@ -1,7 +1,8 @@
-"""One thread for the many tiny systems, and no deadlines: a busy machine is no failure."""
+"""One thread for the many tiny systems; no deadlines: a busy machine is no failure; fewer examples in the fast tier."""
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import settings
 from threadpoolctl import threadpool_limits
 
@@ -10,5 +11,10 @@ from fingerslip.linear.solver import preferred_solver
 # A limit reaches only libraries that are loaded.
 preferred_solver()
 threadpool_limits(limits=1)
-settings.register_profile("tests", deadline=None)
-settings.load_profile("tests")
+settings.register_profile("fast", deadline=None, max_examples=40)
+settings.register_profile("all", deadline=None)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Draw 40 examples of what tests leave open in the fast tier, and the usual 100 where the slow tests run, too."""
+    settings.load_profile("fast" if config.getoption("markexpr") == "not slow" else "all")

@@ -80,7 +80,7 @@ def test_a_soft_block_drags_at_exactly_mu(element):
     assert (ratio[partly] < MU).all()
 
 
-@pytest.mark.parametrize("element", ["Q4", "T6"])
+@pytest.mark.parametrize("element", ["Q4", pytest.param("T6", marks=pytest.mark.slow)])
 def test_a_stuck_contact_does_not_creep(element):
     """Held for 2000 steps under a shear below mu N, it keeps force and place: the law has a true stick state."""
     programme = (fs.Press(0.2e-3, 2e-3), fs.Slide(0.1e-3, 2e-3), fs.Hold(2.0))

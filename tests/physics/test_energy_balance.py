@@ -219,7 +219,8 @@ COARSE = [path for path in STUDIES if "_3d" not in path.stem and not path.stem.e
 # Others test the same terms in the fast tier.
 FINER = (
     *("wang2014_fingerprint", "wang2014_accidents", "wang2014_formulation", "wang2014_section", "slip_weakening"),
-    *("latency_sensitivity", "wang2014_direction", "wang2014_calibration"),
+    *("latency_sensitivity", "wang2014_direction", "wang2014_calibration", "wang2014_geometry", "wang2014_peaks"),
+    "wang2014_friction",
 )
 
 
@@ -246,7 +247,10 @@ def test_a_term_that_is_left_out_breaks_the_balance(monkeypatch):
         assert found.imbalance > 100 * ALLOWED * found.work, term
 
 
-@pytest.mark.parametrize("path", CONTROLLED, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [pytest.param(path, id=path.stem, marks=[pytest.mark.slow] * (path.stem != "creep")) for path in CONTROLLED],
+)
 def test_energy_is_balanced_between_steps_of_different_lengths(path):
     for name, model in models(path, coarse):
         history = fs.simulate(model)

@@ -18,7 +18,7 @@ from places import ROOT
 PROBLEMS = tuple(map(problem, known_names()))
 DOCUMENTED = (ROOT / "docs" / "verification.md").read_text(encoding="utf-8")
 RESULTS = DOCUMENTED.partition("## Results")[2]
-# Problems that take 1.5 seconds and more, of which lighter ones beside them test the same code.
+# Problems that take about a second and more, of which lighter ones beside them test the same code.
 LONG = {
     *("reduced-basis", "reduced-basis-static", "held-block", "impact", "stick-slip", "dragged-cylinder"),
     *("large-relaxation-limits", "large-relaxation-shear", "large-relaxation-order", "large-shear", "large-biaxial"),
@@ -26,6 +26,8 @@ LONG = {
     *("viscous-line", "small-limit", "hertz-line-3d", "damped-fall", "filled-jug", "large-relaxation-tension"),
     *("viscous-limits", "large-relaxation-turned", "coulomb-oscillator", "controlled-creep", "elastica", "large-tube"),
     *("halved-step", "viscous-hertz", "sliding-block", "condensed-2d", "friction-tangents"),
+    *("controlled-oscillator", "hht-order", "relaxation", "ciavarella-jaeger", "cattaneo", "hht-damping", "rod"),
+    *("viscous-vibration", "slip-weakening", "locking-2d"),
 }
 MARKED = [
     pytest.param(one, id=one.name, marks=[pytest.mark.slow] if one.slow or one.name in LONG else []) for one in PROBLEMS

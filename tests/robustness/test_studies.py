@@ -14,7 +14,7 @@ _CASES, _PARTS = 5000, 8
 
 def test_a_few_damaged_studies(tmp_path: Path) -> None:
     cases = study_cases(tmp_path)
-    assert faults(cases, range(25), newcomers(tmp_path)) == []
+    assert faults(cases, range(10), newcomers(tmp_path)) == []
 
 
 @pytest.mark.slow

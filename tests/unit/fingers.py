@@ -23,9 +23,13 @@ def change_solid(**groups: Any) -> Fingertip:
     return fingertip_from({"preset": "wang2014-3d", **groups}, "finger")
 
 
-@functools.cache
 def coarse_solid(variant: str = "original") -> Any:
-    """Return a coarse mesh of the preset in space."""
+    """Return a coarse mesh of the preset in space, which is made once."""
+    return _coarse_solid(variant)
+
+
+@functools.cache
+def _coarse_solid(variant: str) -> Any:
     from fingerslip.specimens.fingertip.meshing.solid.source import build_solid
 
     return build_solid(change_solid(phalanx={"variant": variant}), contact_size=0.8e-3, bulk_size=1.6e-3, element="T4")

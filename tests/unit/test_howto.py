@@ -12,7 +12,13 @@ import pytest
 from places import DOCS
 
 PAGES = sorted(path for path in (DOCS / "howto").glob("*.md") if path.name != "index.md")
-LONG = {"results", "clusters", "own-mesh", "afferent-model"}  # studies of their own, in other processes; seconds
+LONG = {
+    "results",
+    "clusters",
+    "own-mesh",
+    "afferent-model",
+    "held-object",
+}  # studies of their own, in other processes; seconds
 TUTORIALS = sorted(path for path in (DOCS / "tutorials").glob("*.md") if path.name != "index.md")
 
 

@@ -56,6 +56,10 @@ BUILDERS: dict[str, Callable[[], Any]] = {
 }
 
 
+# Seconds each; what is in them is in lighter meshes, too.
+LONG = ("solid T10", "scan", "half of a sensor", "whole sensor", "sensor section T3", "sensor section Q4", "section T3")
+
+
 def folded(mesh: Any) -> Any:
     """Return a mesh with straight cells, one inner vertex of which is where a neighbour's neighbour is."""
     points = mesh.p[:, : mesh.nvertices].copy()
@@ -67,7 +71,7 @@ def folded(mesh: Any) -> Any:
     return type(mesh).from_mesh(kind(points, mesh.t)) if type(mesh) is not kind else kind(points, mesh.t)
 
 
-@pytest.mark.parametrize("name", BUILDERS)
+@pytest.mark.parametrize("name", [pytest.param(one, marks=[pytest.mark.slow] * (one in LONG)) for one in BUILDERS])
 def test_meshes_of_builders_lie_flat_and_folded_ones_are_refused(name: str) -> None:
     mesh = BUILDERS[name]()
     check_folds(mesh, turned_cells(mesh))

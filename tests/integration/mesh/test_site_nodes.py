@@ -11,9 +11,18 @@ from fingerslip.specimens.fingertip.meshing.section.source import build_section
 from fingerslip.specimens.fingertip.receptors import receptor_sites
 from unit.fingers import SECTIONS, change
 
+# All elements and both sections are in the fast cases.
+FAST = (("sagittal", "T3"), ("sagittal", "T6"), ("transverse", "Q4"))
 
-@pytest.mark.parametrize("element", ["Q4", "T3", "T6"])
-@pytest.mark.parametrize("section", SECTIONS)
+
+@pytest.mark.parametrize(
+    ("section", "element"),
+    [
+        pytest.param(section, element, marks=[pytest.mark.slow] * ((section, element) not in FAST))
+        for section in SECTIONS
+        for element in ("Q4", "T3", "T6")
+    ],
+)
 def test_nodes_are_near_their_sites_and_in_their_region(element, section):
     fingertip = change(section=section)
     mesh, sites = build_section(fingertip, element=element), receptor_sites(fingertip)

@@ -12,7 +12,7 @@ from fingerslip.specimens.tactip.sites import GROUPS as MARKER_GROUPS
 
 # The groups of sites that specimens of each kind have in every dimension.
 GROUPS = {"fingertip": RECEPTOR_KINDS, "tactip": tuple(MARKER_GROUPS)}
-SLOW = ("tactip-ridged-3d", "tactip-smooth-3d")
+SLOW = ("tactip-ridged-3d", "tactip-smooth-3d", "wang2014-3d")
 PRESETS = [
     pytest.param(kind, name, id=name, marks=[pytest.mark.slow] if name in SLOW else [])
     for kind, presets in SPECIMENS.items()

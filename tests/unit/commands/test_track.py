@@ -14,17 +14,17 @@ from problems import clips
 
 
 def test_folder_has_tracks_overlay_and_page(invoke: Callable[..., Any], tmp_path: Path) -> None:
-    frames = clips.filmed(clips.slide(clips.field(), 0.3, count=24, rest=8))
+    frames = clips.filmed(clips.slide(clips.field(), 0.3, count=12, rest=6))
     write_video(tmp_path / "clip.avi", frames, 60.0)
-    done = invoke("track", "clip.avi", "--markers", 81, "--rest", 8)
+    done = invoke("track", "clip.avi", "--markers", 81, "--rest", 6)
     assert done.exit_code == 0, done.stderr
-    assert "tracks of 81 markers in 24 frames, 100.00 % of the positions found" in done.stdout
+    assert "tracks of 81 markers in 12 frames, 100.00 % of the positions found" in done.stdout
     folder = tmp_path / "clip_tracks"
     assert sorted(path.name for path in folder.iterdir()) == ["overlay.avi", "quality.html", "tracks.csv", "tracks.nc"]
     assert read_tracks(folder / "tracks.nc").sizes["marker"] == 81
-    assert video_info(folder / "overlay.avi").frame_count == 24
+    assert video_info(folder / "overlay.avi").frame_count == 12
     assert "following its markers" in done.stderr
-    again = invoke("track", "clip.avi", "--markers", 81, "--rest", 8, "--quiet")
+    again = invoke("track", "clip.avi", "--markers", 81, "--rest", 6, "--quiet")
     assert (again.stdout, again.stderr) == (done.stdout, "")
 
 

@@ -38,7 +38,7 @@ def change(folder: Path, **values: Any) -> None:
     write_json(path, read_json(path, "") | values)
 
 
-@pytest.mark.parametrize("name", ["forest", "boosting", "svm_linear", "logistic"])
+@pytest.mark.parametrize("name", ["forest", "boosting", pytest.param("svm_linear", marks=pytest.mark.slow), "logistic"])
 def test_a_detector_says_the_same_after_it_was_read_back(name: str, trials: TrialSet, tmp_path: Path) -> None:
     some = trials.names[:8]
     first = train(trials, trials.onsets(), name, motion=MOTION, sampling=SAMPLING, names=some)

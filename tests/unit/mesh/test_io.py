@@ -14,14 +14,14 @@ from fingerslip.errors import InputError, MeshError
 from fingerslip.fe.space import build_space
 from fingerslip.mesh import io
 from fingerslip.mesh.io import read_mesh, write_mesh
-from fingerslip.specimens.fingertip import preset
 from fingerslip.specimens.fingertip.meshing.section.source import build_section
 from places import ROOT
+from unit.fingers import change
 
 
 @pytest.fixture(scope="module", params=["Q4", "T3", "T6"])
 def finger(request):
-    return build_section(preset("wang2014-2d"), bulk_size=0.8e-3, element=request.param)
+    return build_section(change(ridges={"enabled": False}), contact_size=0.5e-3, bulk_size=1e-3, element=request.param)
 
 
 def cell_sets(mesh, names):
@@ -266,7 +266,13 @@ def test_regions_that_overlap_do_not_fit_a_msh_file(tmp_path):
     assert read_mesh(tmp_path / "a.vtu").subdomains["one"].tolist() == [0]
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "meshes").glob("*.msh")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] * (path.stem == "wang2014-3d"))
+        for path in sorted((ROOT / "meshes").glob("*.msh"))
+    ],
+)
 def test_shipped_meshes_are_read(path):
     mesh = read_mesh(path)
     assert mesh.subdomains

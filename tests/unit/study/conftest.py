@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,34 @@ from fingerslip.model import Model
 from fingerslip.study.running import compute, runner
 from unit import synthetic
 from unit.study.block import block_mesh, block_values
+
+
+@pytest.fixture(scope="session")
+def finished_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of a study and its results, without a report; tests copy it."""
+    folder = tmp_path_factory.mktemp("finished")
+    write_mesh(block_mesh(), folder / "block.msh")
+    path = folder / "block.yaml"
+    path.write_text(yaml.safe_dump(block_values() | {"compare": ["wang2014-table2"]}, sort_keys=False))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compute, "simulate", known_history)
+        patch.setattr(runner, "write_report", lambda *_: None)
+        runner.run_study(path, results_dir=folder / "results", workers=1)
+    return folder
+
+
+@pytest.fixture
+def finished(finished_once: Path, tmp_path: Path) -> Path:
+    """Return the results of a study of three runs, without a report, which a test may change."""
+    shutil.copytree(finished_once, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "results" / "block"
+
+
+def known_history(model: Model, *, progress: Callable[[float], None], threads: int | None, bases: Any) -> xr.Dataset:
+    """Return a history of which the friction coefficient alone says when there is slip."""
+    friction = model.contacts[0].friction.coefficient
+    progress(0.5)
+    return synthetic.make(synthetic.Process(friction=friction, centre=1.4 + 0.5 * friction))
 
 
 @pytest.fixture
@@ -36,10 +65,8 @@ def simulated(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     calls: list[float] = []
 
     def fake(model: Model, *, progress: Callable[[float], None], threads: int | None, bases: Any) -> xr.Dataset:
-        friction = model.contacts[0].friction.coefficient
-        calls.append(friction)
-        progress(0.5)
-        return synthetic.make(synthetic.Process(friction=friction, centre=1.4 + 0.5 * friction))
+        calls.append(model.contacts[0].friction.coefficient)
+        return known_history(model, progress=progress, threads=threads, bases=bases)
 
     monkeypatch.setattr(compute, "simulate", fake)
     return calls

@@ -24,9 +24,8 @@ pytestmark = pytest.mark.usefixtures("reports", "simulated")
 
 
 @pytest.fixture
-def folder(write_study: Callable[..., Path]) -> Path:
-    path = write_study()
-    return run_study(path, results_dir=path.parent / "results", workers=1).folder
+def folder(finished: Path) -> Path:
+    return finished
 
 
 def test_results_are_a_data_frame_with_a_row_for_each_run(folder: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -21,12 +23,17 @@ SPLIT = len(published("bulens2023_detection-numbers").values) + 1 + 1 + 2
 MATRICES = np.tile([[90, 10, 0], [0, 95, 5], [0, 5, 45]], (20, 1, 1))
 
 
-def scores(matrices=MATRICES):
+@functools.cache
+def right():
+    return scores(MATRICES)
+
+
+def scores(matrices):
     return dict.fromkeys(NAMES, frame_scores_of(matrices))
 
 
 def test_every_published_number_and_statement_has_rows_in_both_splits():
-    rows = rows_of_detection(Detection(scores(), scores()))
+    rows = rows_of_detection(Detection(right(), right()))
     assert len(rows) == 2 * SPLIT
     accuracy = rows[0]
     assert accuracy.quantity == "accuracy, forest, simulated slides, frames split 90 to 10"
@@ -38,11 +45,11 @@ def test_every_published_number_and_statement_has_rows_in_both_splits():
 
 
 def test_slip_that_is_taken_for_rest_breaks_the_statement():
-    statement = [row for row in rows_of_detection(Detection(scores(), scores())) if row.statement]
+    statement = [row for row in rows_of_detection(Detection(right(), right())) if row.statement]
     assert [row.verdict for row in statement] == ["holds", "holds"]
     wrong = MATRICES.copy()
     wrong[0, 2, 0] = 1
-    statement = [row for row in rows_of_detection(Detection(scores(wrong), scores())) if row.statement]
+    statement = [row for row in rows_of_detection(Detection(scores(wrong), right())) if row.statement]
     assert [row.verdict for row in statement] == ["fails", "holds"]
 
 
@@ -55,7 +62,7 @@ def test_rows_are_computed_stored_and_read_back(tmp_path, monkeypatch):
 
     def found(begun):
         begun.parts.keep("forest", 1, {"rows": np.arange(3)})
-        return Detection(scores(), scores())
+        return Detection(right(), right())
 
     monkeypatch.setattr(detection, "detection_of", found)
     assert detection_rows(tmp_path, tmp_path).rows == ()
@@ -65,7 +72,7 @@ def test_rows_are_computed_stored_and_read_back(tmp_path, monkeypatch):
 
 
 def test_every_classifier_has_a_row_for_each_condition_that_is_left_out():
-    rows = rows_of_detection(Detection(scores(), scores(), {"a direction not seen": scores()}))
+    rows = rows_of_detection(Detection(right(), right(), {"a direction not seen": right()}))
     own = [row for row in rows if row.quantity.endswith("a direction not seen")]
     assert [row.quantity.split(",")[1].split()[0] for row in own] == ["forest", "boosting", "logistic", *NAMES[1:3]]
     assert [row.published for row in own] == [0.9746] * 3 + [0.843] * 2

@@ -10,7 +10,13 @@ import numpy as np
 import pytest
 
 from fingerslip.detect.classifiers import CLASSIFIERS
-from fingerslip.detect.evaluation.assumptions import Assumption, each_alone, likely_assumptions, sensitivity_of
+from fingerslip.detect.evaluation.assumptions import (
+    Assumption,
+    Sensitivity,
+    each_alone,
+    likely_assumptions,
+    sensitivity_of,
+)
 from fingerslip.detect.evaluation.crossval import frames_by_trial
 from fingerslip.detect.evaluation.parts import parts_beside
 from fingerslip.detect.features import FeatureSettings
@@ -29,31 +35,36 @@ def found(trials: TrialSet, *assumptions: Assumption):
     return list(sensitivity_of(trials, assumptions, [CLOCK], sampling=replace(SAMPLING, least=0.0), folds=3))
 
 
-def test_what_is_left_as_it_is_gives_the_evaluation(trials: TrialSet) -> None:
+@pytest.fixture(scope="module")
+def base(trials: TrialSet) -> Sensitivity:
+    """Return what comes out where nothing is changed."""
     (one,) = found(trials, AS_IT_IS)
+    return one
+
+
+def test_what_is_left_as_it_is_gives_the_evaluation(trials: TrialSet, base: Sensitivity) -> None:
     samples = samples_of(trials, trials.onsets(), FeatureSettings(CLOCK.sets, MOTION), SAMPLING)
     tests = grouped_folds(trials.names, 3, 0)
     same = frames_by_trial(samples, trials.onsets(), CLOCK, tests, window=MOTION.window)
-    assert np.array_equal(one.matrices["time_threshold"], same.matrices)
+    assert np.array_equal(base.matrices["time_threshold"], same.matrices)
 
 
-def test_higher_thresholds_make_labels_late(trials: TrialSet) -> None:
+def test_higher_thresholds_make_labels_late(trials: TrialSet, base: Sensitivity) -> None:
     # Markers of analytic trials jump by tens of pixels.
     higher = replace(AS_IT_IS, labels=LabelSettings(30.0, 1.0, rest_frames=20))
     gross = replace(AS_IT_IS, labels=LabelSettings(2.0, 30.0, rest_frames=20))
-    base, first, second = found(trials, AS_IT_IS, higher, gross)
+    first, second = found(trials, higher, gross)
     assert first.incipient > base.incipient
     assert first.gross == base.gross
     assert second.incipient == base.incipient
     assert second.gross > base.gross
 
 
-def test_accuracies_are_listed_by_condition(trials: TrialSet) -> None:
-    (one,) = found(trials, AS_IT_IS)
-    by_depth = one.of_condition(trials, "indentation")
+def test_accuracies_are_listed_by_condition(trials: TrialSet, base: Sensitivity) -> None:
+    by_depth = base.of_condition(trials, "indentation")
     assert list(by_depth) == ["0.003", "0.004"]
     parts = [part["time_threshold"].value for part in by_depth.values()]
-    assert min(parts) <= one.accuracies["time_threshold"].value <= max(parts)
+    assert min(parts) <= base.accuracies["time_threshold"].value <= max(parts)
 
 
 def test_labels_that_are_not_there_are_told(trials: TrialSet) -> None:

@@ -64,8 +64,18 @@ def test_steps_are_those_of_a_simulation_at_once(kinematics: str) -> None:
     assert_equal(stepped, fs.simulate(model))
 
 
-@pytest.mark.parametrize("make", [a_model, lambda: a_model("finite"), a_relaxing_model])
-@pytest.mark.parametrize("saved_at", [0, 5, 15])
+MODELS = {"small": a_model, "finite": lambda: a_model("finite"), "relaxing": a_relaxing_model}
+
+
+# Models at large strain are saved in the press; in the slow tier at the start and in the slide, too.
+@pytest.mark.parametrize(
+    ("make", "saved_at"),
+    [
+        pytest.param(make, at, id=f"{name}-{at}", marks=[pytest.mark.slow] * (name != "small" and at != 5))
+        for name, make in MODELS.items()
+        for at in (0, 5, 15)
+    ],
+)
 def test_a_restored_simulation_goes_on_to_the_last_bit(
     tmp_path: Path, make: Callable[[], fs.Model], saved_at: int
 ) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -120,10 +122,14 @@ def thrown(dim, alpha, ratio, friction):
     )
 
 
-@pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("friction", [0.3, 1.0])
-@pytest.mark.parametrize("ratio", [1.0, 100.0, 1e4])
-@pytest.mark.parametrize("alpha", [0.0, -0.05, -0.41421])
+# In space with one penalty and the larger friction; the others are in the slow tier.
+@pytest.mark.parametrize(
+    ("alpha", "ratio", "friction", "dim"),
+    [
+        pytest.param(*case, marks=[pytest.mark.slow] * (case[3] == 3 and case[1:3] != (100.0, 1.0)))
+        for case in itertools.product([0.0, -0.05, -0.41421], [1.0, 100.0, 1e4], [0.3, 1.0], [2, 3])
+    ],
+)
 def test_rough_impacts_make_no_energy(alpha, ratio, friction, dim):
     """Without dropping, that of 10 by 10 cells grew eightfold (alpha = 0), twofold (-0.05) and by 1 % (-0.41421)."""
     history = thrown(dim, alpha, ratio, friction)

@@ -58,9 +58,20 @@ def test_what_contact_has_found_of_its_forces_is_what_they_do(monkeypatch):
         np.testing.assert_allclose(found[name].values, expected, atol=1e-9 * np.abs(expected).max(), err_msg=name)
 
 
-@pytest.mark.parametrize("largest", [10**9, 0], ids=["columns", "schur"])
+WAYS = {"columns": 10**9, "schur": 0}
+
+
+@pytest.mark.parametrize(
+    ("element", "largest"),
+    [
+        pytest.param(
+            element, largest, id=f"{element}-{way}", marks=[pytest.mark.slow] * ((element, way) == ("T6", "schur"))
+        )
+        for element in ELEMENTS
+        for way, largest in WAYS.items()
+    ],
+)
 @pytest.mark.parametrize("solver", SOLVERS)
-@pytest.mark.parametrize("element", ELEMENTS)
 def test_condensed_solution_is_the_full_solution(element, solver, largest, monkeypatch):
     """Tolerance 1e-9 of the largest value of each field: rounding alone, amplified by 1/(beta h^2) in accelerations."""
     monkeypatch.setattr(condensation, "_COLUMNS_UP_TO", largest)

@@ -14,7 +14,7 @@ from unit.report.scenes import block_history
 EVENTS = Events(slip=SlipEvents(incipient=0.06, overall=0.09))
 
 
-@pytest.mark.parametrize("element", ["Q4", "T4"])
+@pytest.mark.parametrize("element", [pytest.param("Q4", marks=pytest.mark.slow), "T4"])
 def test_frames_have_the_asked_size_and_number_and_change(element: str) -> None:
     film = Film(size=(480, 270), frame_rate=5.0, seconds=1.0)
     frames = list(film_frames(block_history(element), EVENTS, film=film))
@@ -23,7 +23,7 @@ def test_frames_have_the_asked_size_and_number_and_change(element: str) -> None:
     assert (frames[0] != frames[-1]).any()
 
 
-@pytest.mark.parametrize("element", ["Q4", "T4"])
+@pytest.mark.parametrize("element", ["Q4", pytest.param("T4", marks=pytest.mark.slow)])
 def test_nothing_moves_when_the_name_of_an_event_appears(element: str) -> None:
     film = Film(size=(640, 360), frame_rate=8.0, seconds=1.0)
     frames = np.array(list(film_frames(block_history(element), EVENTS, film=film)))

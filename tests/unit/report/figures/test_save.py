@@ -22,7 +22,14 @@ from fingerslip.slip import Events
 from unit.report.figures.made import APART, BARE, HISTORY, NO_SLIDE
 
 
-@pytest.mark.parametrize("history", [NO_SLIDE, APART, BARE], ids=["no slide", "no contact", "no receptors"])
+@pytest.mark.parametrize(
+    "history",
+    [
+        pytest.param(NO_SLIDE, id="no slide", marks=pytest.mark.slow),
+        pytest.param(APART, id="no contact"),
+        pytest.param(BARE, id="no receptors"),
+    ],
+)
 def test_figures_of_incomplete_histories_are_drawn_without_a_warning(history: xr.Dataset) -> None:
     figures = (
         slip_maps_figure({"a": history}, {"a": Events()}),

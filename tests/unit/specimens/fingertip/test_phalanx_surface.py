@@ -13,6 +13,8 @@ from fingerslip.errors import InputError
 from fingerslip.specimens.fingertip import depth_below_skin, phalanx_contour, phalanx_surface
 from unit.fingers import VARIANTS, change, change_solid
 
+MARKED = [pytest.param(one, marks=[pytest.mark.slow] * (one == "flattened")) for one in VARIANTS]
+
 
 @functools.cache
 def surface(variant):
@@ -25,7 +27,7 @@ def cut(fingertip, section):
     return phalanx_contour(dataclasses.replace(fingertip, section=section))
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("variant", MARKED)
 def test_cuts_are_the_contours_of_both_sections(variant):
     finger, found = surface(variant)
     points = found.points
@@ -41,7 +43,7 @@ def test_cuts_are_the_contours_of_both_sections(variant):
     assert distance.max() < 2e-5
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("variant", MARKED)
 def test_phalanx_is_symmetric_and_keeps_clear_of_the_skin(variant):
     finger, found = surface(variant)
     points = found.points

@@ -53,8 +53,20 @@ SECTIONS = {
 }
 
 
-@pytest.mark.parametrize("groups", [frozenset(), frozenset({"SA-I"}), EVERYTHING], ids=["no sites", "SA-I", "all"])
-@pytest.mark.parametrize("changes", SECTIONS.values(), ids=SECTIONS)
+GROUPS = {"no sites": frozenset(), "SA-I": frozenset({"SA-I"}), "all": EVERYTHING}
+# All sections and all choices of sites are in the fast cases.
+FAST = {
+    *(("as it ships", "no sites"), ("across", "SA-I"), ("scaled", "all"), ("flattened", "SA-I")),
+    *(("smooth", "no sites"), ("printed", "all")),
+}
+CASES = [
+    pytest.param(changes, groups, id=f"{name}-{sites}", marks=[pytest.mark.slow] * ((name, sites) not in FAST))
+    for name, changes in SECTIONS.items()
+    for sites, groups in GROUPS.items()
+]
+
+
+@pytest.mark.parametrize(("changes", "groups"), CASES)
 def test_a_section_stays_the_same_when_all_unused_values_change(changes, groups):
     finger = change(**changes)
     use = ModelUse(dim=2, groups=groups)

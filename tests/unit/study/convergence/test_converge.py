@@ -10,19 +10,21 @@ from typing import Any
 
 import pytest
 import xarray as xr
+import yaml
 
 from fingerslip.errors import ConvergenceError, InputError
+from fingerslip.mesh.io import write_mesh
 from fingerslip.model import Model
 from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
 from fingerslip.study.convergence.converge import StudyConvergence, converge, level_folders
 from fingerslip.study.definition.spec import parse_study
-from fingerslip.study.running import compute
+from fingerslip.study.running import compute, runner
 from fingerslip.study.running.runner import StudyFailedError, run_study
 from fingerslip.units import Unit
 from places import ROOT
 from unit import synthetic
-from unit.study.block import FRICTIONS, block_values
+from unit.study.block import FRICTIONS, block_mesh, block_values
 
 Write = Callable[..., Path]
 NAMES = [f"friction_coefficient-{friction}" for friction in FRICTIONS]
@@ -34,13 +36,19 @@ def called(monkeypatch: pytest.MonkeyPatch) -> list[Model]:
     """Replace the simulation: slip is overall 8 ms later with the full step, and less so with finer ones."""
     calls: list[Model] = []
 
-    def fake(model: Model, *, progress: Callable[[float], None], threads: int | None, bases: Any) -> xr.Dataset:
+    def fake(model: Model, **options: Any) -> xr.Dataset:
         calls.append(model)
-        progress(1.0)
-        return synthetic.make(synthetic.Process(centre=1.7 + 0.1 * model.time.step / STEP))
+        return later_with_longer_steps(model, **options)
 
     monkeypatch.setattr(compute, "simulate", fake)
     return calls
+
+
+def later_with_longer_steps(
+    model: Model, *, progress: Callable[[float], None], threads: int | None, bases: Any
+) -> xr.Dataset:
+    progress(1.0)
+    return synthetic.make(synthetic.Process(centre=1.7 + 0.1 * model.time.step / STEP))
 
 
 def refined(path: Path, **options: Any) -> StudyConvergence:
@@ -51,9 +59,21 @@ def plain(**values: object) -> dict[str, Any]:
     return {**block_values(), "sweep": {}, **values}
 
 
-@pytest.mark.usefixtures("called", "reports")
-def test_order_and_limit_of_a_known_dependence(write_study: Write) -> None:
-    found = refined(write_study(plain())).runs[0].quantities["slip.overall"]
+@pytest.fixture(scope="module")
+def known(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyConvergence, Path]:
+    """Return a study of one run, refined, and its file; tests leave them as they are."""
+    folder = tmp_path_factory.mktemp("refined")
+    write_mesh(block_mesh(), folder / "block.msh")
+    path = folder / "block.yaml"
+    path.write_text(yaml.safe_dump(plain(), sort_keys=False))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compute, "simulate", later_with_longer_steps)
+        patch.setattr(runner, "write_report", lambda *_: None)
+        return refined(path), path
+
+
+def test_order_and_limit_of_a_known_dependence(known: tuple[StudyConvergence, Path]) -> None:
+    found = known[0].runs[0].quantities["slip.overall"]
     step = found.refinements["step"]
     assert found.sources["step"].sizes == (1.0, 0.5, 0.25)
     assert step.order == pytest.approx(1.0, abs=0.05)  # records are a step apart
@@ -129,9 +149,8 @@ def test_report_is_made_again_with_the_uncertainties(write_study: Write, reports
     assert len(reports) == 2  # before and after the refinement, and not a third time
 
 
-@pytest.mark.usefixtures("called", "reports")
-def test_tables_figures_and_series_are_written(write_study: Write) -> None:
-    found = refined(write_study(plain()))
+def test_tables_figures_and_series_are_written(known: tuple[StudyConvergence, Path]) -> None:
+    found, _ = known
     folder = found.folder / "convergence"
     assert [path.name for path in (folder / "figures").iterdir()] == ["run.png"]
     with (folder / "convergence.csv").open() as file:
@@ -140,10 +159,8 @@ def test_tables_figures_and_series_are_written(write_study: Write) -> None:
     assert "overall slip" in str(found.tables[0].rows)
 
 
-@pytest.mark.usefixtures("called", "reports")
-def test_folders_of_a_level_hold_its_runs(write_study: Write) -> None:
-    path = write_study(plain())
-    refined(path)
+def test_folders_of_a_level_hold_its_runs(known: tuple[StudyConvergence, Path]) -> None:
+    _, path = known
     folders = level_folders(path, path.parent / "results")
     assert len(folders) == 4
     assert all((folder / "history.nc").is_file() for level in folders.values() for folder in level)

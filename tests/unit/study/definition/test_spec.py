@@ -409,8 +409,12 @@ def test_reading_changes_nothing_in_its_argument() -> None:
     assert values == before
 
 
-# Hundreds of runs each.
-LONG = ("latency_sensitivity", "bulens2023_dataset", "bulens2023_section_moduli")
+# Tens and hundreds of runs each.
+LONG = (
+    *("latency_sensitivity", "bulens2023_dataset", "bulens2023_section_moduli", "bulens2023_section_ridges"),
+    *("bulens2023_section_rods", "bulens2023_section_slides", "wang2014_geometry"),
+    *("bulens2023_section_shape", "bulens2023_pouring_3d", "wang2014_geometry_3d"),
+)
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -12,7 +11,6 @@ from fingerslip.history import write_history
 from fingerslip.results import result_of
 from fingerslip.run_folder import write_result
 from fingerslip.study.inspection.figure import FigureChoice, film_size, kinds_text, write_figure
-from fingerslip.study.running.runner import run_study
 from fingerslip.vision.video import video_info
 from unit.report.scenes import block_history
 
@@ -20,9 +18,8 @@ pytestmark = pytest.mark.usefixtures("reports", "simulated")
 
 
 @pytest.fixture
-def folder(write_study: Callable[..., Path]) -> Path:
-    path = write_study()
-    return run_study(path, results_dir=path.parent / "results", workers=1).folder
+def folder(finished: Path) -> Path:
+    return finished
 
 
 @pytest.mark.parametrize(("form", "start"), [("pdf", b"%PDF"), ("svg", b"<?xml"), ("png", b"\x89PNG")])

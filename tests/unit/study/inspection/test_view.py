@@ -21,7 +21,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("target", ["", "run", "run/history.nc"])
+@pytest.mark.parametrize("target", ["", pytest.param("run", marks=pytest.mark.slow), "run/history.nc"])
 def test_a_run_is_found_in_its_study_its_folder_and_its_file(study: Path, target: str, tmp_path: Path) -> None:
     picture = tmp_path / "p.png"
     assert view_result(study / target, {"scalar": "region"}, time="50 ms", screenshot=picture) == (picture,)

@@ -17,25 +17,19 @@ from fingerslip.report.figures import save as figures
 from fingerslip.report.page import assemble
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
-from fingerslip.study.running import runner
-from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
 from fingerslip.study.storage.reporting import event_tables, read_stored, read_stored_run, report_key, write_report
 from fingerslip.study.storage.summary import read_manifest
 from unit.report.pages import checked
-from unit.study.block import FRICTIONS, block_values
+from unit.study.block import FRICTIONS
 
 Write = Callable[..., Path]
 NAMES = tuple(f"friction_coefficient-{friction}" for friction in FRICTIONS)
 
 
 @pytest.fixture
-def folder(write_study: Write, simulated: list[float], monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the results of a study of three runs, without a report."""
-    monkeypatch.setattr(runner, "write_report", lambda *_: None)
-    values = block_values() | {"compare": ["wang2014-table2"]}
-    path = write_study(values)
-    return run_study(path, results_dir=path.parent / "results", workers=1).folder
+def folder(finished: Path) -> Path:
+    return finished
 
 
 def test_stored_runs_come_back_as_they_were(folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""The small data set, made, interrupted and made again."""
+"""Half of the small data set, made, interrupted and made again."""
 
 from __future__ import annotations
 
@@ -15,17 +15,28 @@ from fingerslip.study.trials.simulate import TrialsFailedError, simulate_trials
 from places import ROOT
 
 STUDY = ROOT / "studies" / "bulens2023_dataset_small.yaml"
+# Half of its trials, four directions at each of two depths, and fewer markers.
+HALF = "base: bulens2023_dataset_small.yaml\nsample: {count: 4}\ntactip: {markers: {rings: [1, 4]}}\n"
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory):
+def half(tmp_path_factory):
+    path = tmp_path_factory.mktemp("study") / "half.yaml"
+    for base in (STUDY, ROOT / "studies" / "bulens2023_dataset.yaml"):
+        shutil.copy(base, path.parent)
+    path.write_text(HALF, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def made(half, tmp_path_factory):
     folder = tmp_path_factory.mktemp("trials")
-    return simulate_trials(STUDY, folder / "small", workers=1), folder
+    return simulate_trials(half, folder / "small", workers=1), folder
 
 
 def test_every_trial_slips_and_says_how_it_was_made(made):
     trials, _ = made
-    assert len(trials.names) == 16
+    assert len(trials.names) == 8
     assert {round(np.degrees(one["direction"])) for one in trials.conditions.values()} == {0, 90, 180, 270}
     for name, onsets in trials.onsets("external_markers").items():
         assert 1.5 < onsets.incipient < onsets.gross
@@ -62,7 +73,7 @@ def test_one_table_has_every_frame(made):
     assert set(table["class"].to_pylist()) == {"no_slip", "incipient", "gross"}
 
 
-def test_finished_trials_are_kept_when_others_fail(made, tmp_path, monkeypatch):
+def test_finished_trials_are_kept_when_others_fail(half, made, tmp_path, monkeypatch):
     trials, _ = made
     work = tmp_path / "again.unfinished"
     work.mkdir()
@@ -77,23 +88,23 @@ def test_finished_trials_are_kept_when_others_fail(made, tmp_path, monkeypatch):
         raise InputError("here", "is wrong", "needs no such thing")
 
     monkeypatch.setattr("fingerslip.study.trials.trials.simulated_trial", failing)
-    with pytest.raises(TrialsFailedError, match="1 of 16 trials failed, the others are kept"):
-        simulate_trials(STUDY, tmp_path / "again", workers=1)
+    with pytest.raises(TrialsFailedError, match="1 of 8 trials failed, the others are kept"):
+        simulate_trials(half, tmp_path / "again", workers=1)
     assert computed == ["trial-0000"]
     assert not Path(tmp_path / "again").exists()
 
 
-def test_a_whole_data_set_is_read_back_unless_it_is_damaged(made, tmp_path, monkeypatch):
+def test_a_whole_data_set_is_read_back_unless_it_is_damaged(half, made, tmp_path, monkeypatch):
     shutil.copytree(made[0].folder, tmp_path / "small")
 
     def body(*_):
         raise InputError("body", "is made", "needs no such thing")
 
     monkeypatch.setattr("fingerslip.study.trials.bodies.shared_body", body)
-    assert simulate_trials(STUDY, tmp_path / "small").digest == made[0].digest
+    assert simulate_trials(half, tmp_path / "small").digest == made[0].digest
     (tmp_path / "small" / "trial-0003" / "labels.csv").unlink()
     with pytest.raises(InputError, match="body: is made"):
-        simulate_trials(STUDY, tmp_path / "small")
+        simulate_trials(half, tmp_path / "small")
 
 
 def test_a_study_without_trials_is_refused(tmp_path):

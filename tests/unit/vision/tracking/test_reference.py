@@ -23,9 +23,12 @@ def test_mean_and_first_of_the_first_frames() -> None:
     assert first is frames[0]
 
 
+SEEDS = (0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2)))
+
+
 @pytest.mark.parametrize("count", [81, None])
 @pytest.mark.parametrize("bright", [False, True])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_glare_and_a_bright_ring_are_no_markers(count: int | None, bright: bool, seed: int) -> None:
     look = clips.with_look(clips.BAD, marker=150.0, background=50.0) if bright else clips.BAD
     found = reference_of(mean_frame(look, seed=seed), None, count, "rings", None, "clip")
@@ -42,14 +45,14 @@ def test_missing_markers_are_said_and_too_many_missing_ones_are_refused() -> Non
         reference_of(few, None, 100, "free", None, "clip")
 
 
-@pytest.mark.parametrize("asked", [5, 75, 80])
+@pytest.mark.parametrize("asked", [pytest.param(5, marks=pytest.mark.slow), 75, 80])
 @pytest.mark.parametrize("layout", ["rings", "free"])
 def test_more_markers_than_asked_for_are_said(asked: int, layout: LayoutName) -> None:
     (said,) = reference_of(mean_frame(clips.DEFAULT), None, asked, layout, None, "clip").warnings
     assert said.startswith(f"clip: asked for {asked} markers, found 81 of the same kind in the first frames; give")
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_reflections_among_bright_markers_are_not_of_their_kind(seed: int) -> None:
     look = clips.with_look(clips.BAD, marker=150.0, background=50.0)
     assert reference_of(mean_frame(look, seed=seed), None, 81, "free", None, "clip").warnings == ()

@@ -37,7 +37,10 @@ def test_tracks_can_be_written_and_read(clip: Clip, tmp_path: Path) -> None:
     assert np.array_equal(again["reference"], clip.tracks["reference"])
 
 
-@pytest.mark.parametrize("eighth", range(8))
+# Along an axis, and along none of those of the layout; the others are in the slow tier.
+@pytest.mark.parametrize(
+    "eighth", [pytest.param(one, marks=[pytest.mark.slow] * (one not in (0, 3))) for one in range(8)]
+)
 def test_no_identity_is_swapped_in_eight_directions(eighth: int) -> None:
     positions = clips.slide(clips.field(), eighth * np.pi / 4, count=REST + 14, rest=REST)
     made = tracked(positions)
@@ -45,10 +48,10 @@ def test_no_identity_is_swapped_in_eight_directions(eighth: int) -> None:
     assert (score.swapped, score.stray, score.kept) == (0, 0, 1.0)
 
 
-@pytest.mark.parametrize("bright", [False, True])
+@pytest.mark.parametrize("bright", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_bad_clip_is_kept(bright: bool) -> None:
     look = clips.with_look(clips.BAD, marker=150.0, background=50.0) if bright else clips.BAD
-    made = tracked(clips.slide(clips.field(), 2.0, count=60, rest=REST), look, seed=3)
+    made = tracked(clips.slide(clips.field(), 2.0, count=40, rest=REST), look, seed=3)
     score = clips.scored(made.tracks["position"].values, made.truth)
     assert score.kept > 0.99
     assert score.swapped == 0
@@ -64,8 +67,8 @@ def test_plain_tracker_swaps_on_a_bad_clip_where_ours_does_not() -> None:
 
 
 def test_marker_that_vanishes_for_ten_frames_is_found_again() -> None:
-    positions = clips.slide(clips.field(), 0.5, count=50, rest=REST)
-    hidden = np.zeros((50, 81), dtype=bool)
+    positions = clips.slide(clips.field(), 0.5, count=40, rest=REST)
+    hidden = np.zeros((40, 81), dtype=bool)
     hidden[25:35, [0, 30, 72]] = True
     made = tracked(positions, hidden=hidden)
     found = np.isfinite(made.tracks["position"].values[..., 0])
@@ -114,7 +117,7 @@ def test_mask_as_array_and_image(clip: Clip, tmp_path: Path) -> None:
 
 
 def odd_frames(change: Callable[[list[np.ndarray]], None]) -> list[np.ndarray]:
-    frames = list(clips.filmed(clips.still(clips.field(), 24)))
+    frames = list(clips.filmed(clips.still(clips.field(), 18)))
     change(frames)
     return frames
 
@@ -134,7 +137,7 @@ def duplicate(frames: list[np.ndarray]) -> None:
 @pytest.mark.parametrize(
     ("change", "words", "lost"),
     [
-        (darken, "1 of 24 frames are dark, the first is frame 15", True),
+        (darken, "1 of 18 frames are dark, the first is frame 15", True),
         (overexpose, "are overexposed", True),
         (duplicate, "are duplicated", False),
     ],

@@ -16,7 +16,7 @@ from unit.fingers import change_solid
 COARSE = SolidSizes("T4", contact_size=0.8e-3, bulk_size=1.6e-3)
 
 
-@pytest.mark.parametrize("variant", ["original", "scaled"])
+@pytest.mark.parametrize("variant", ["original", pytest.param("scaled", marks=pytest.mark.slow)])
 def test_phalanx_has_a_rim_where_it_reaches_the_cut(variant):
     finger = change_solid(phalanx={"variant": variant})
     phalanx = phalanx_surface(finger)
