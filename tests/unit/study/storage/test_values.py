@@ -198,7 +198,7 @@ def test_every_changed_value_is_in_the_page(kind: str, path: str, tmp_path: Path
     else:
         numbers = [float(part.split(" ")[0]) for part in row.value.split(", ")]
         assert any(number == pytest.approx(expected, rel=1e-5) for number in numbers)
-    page = page_of({row.path: row})
+    page = page_of(rows)
     cells = page[page.index(f">{row.path}<") :]
     assert f">{row.value}<" in cells[: cells.index("</tr>")]
     assert row.source != before.source or row.source in (STUDY_FILE, NOT_USED), "it has another source, too"
