@@ -161,7 +161,7 @@ def test_what_the_shortest_step_does_not_solve_is_refused(monkeypatch):
 
 
 def test_models_that_are_simulated_together_are_computed_one_by_one():
-    time = fs.Adaptive(5e-3, 1e-2)
+    time = fs.Adaptive(5e-3, 1e-3)
     models = [push_and_slide(friction=friction, time=time) for friction in (0.2, 0.6)]
     for model, history in zip(models, fs.simulate_together(models), strict=True):
         alone = fs.simulate(model)

@@ -63,6 +63,14 @@ def test_markers_move_in_the_direction_of_the_slide(made):
         assert np.cos(turn) > 0.99
 
 
+@pytest.mark.slow
+def test_all_trials_of_the_small_data_set_slip(tmp_path):
+    trials = simulate_trials(STUDY, tmp_path / "small", workers=1)
+    assert len(trials.names) == 16
+    for onsets in trials.onsets("external_markers").values():
+        assert 1.5 < onsets.incipient < onsets.gross
+
+
 def test_one_table_has_every_frame(made):
     from pyarrow import parquet
 

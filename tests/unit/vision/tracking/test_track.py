@@ -51,7 +51,7 @@ def test_no_identity_is_swapped_in_eight_directions(eighth: int) -> None:
 @pytest.mark.parametrize("bright", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_bad_clip_is_kept(bright: bool) -> None:
     look = clips.with_look(clips.BAD, marker=150.0, background=50.0) if bright else clips.BAD
-    made = tracked(clips.slide(clips.field(), 2.0, count=40, rest=REST), look, seed=3)
+    made = tracked(clips.slide(clips.field(), 2.0, count=60, rest=REST), look, seed=3)
     score = clips.scored(made.tracks["position"].values, made.truth)
     assert score.kept > 0.99
     assert score.swapped == 0
@@ -67,8 +67,8 @@ def test_plain_tracker_swaps_on_a_bad_clip_where_ours_does_not() -> None:
 
 
 def test_marker_that_vanishes_for_ten_frames_is_found_again() -> None:
-    positions = clips.slide(clips.field(), 0.5, count=40, rest=REST)
-    hidden = np.zeros((40, 81), dtype=bool)
+    positions = clips.slide(clips.field(), 0.5, count=50, rest=REST)
+    hidden = np.zeros((50, 81), dtype=bool)
     hidden[25:35, [0, 30, 72]] = True
     made = tracked(positions, hidden=hidden)
     found = np.isfinite(made.tracks["position"].values[..., 0])
