@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fingerslip.errors import ResultError
 from fingerslip.history import OPEN, SLIP, STICK, is_solid, nearest_record, nearest_snapshot
 from fingerslip.report.colours import BLACK, FIELD_MAP, STATE_COLOURS, STATE_NAMES, region_colours
-from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, styled, titled
+from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, name_panel, styled, titled
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import field_limits, region_names
@@ -83,13 +83,13 @@ def deformed_frames_figure(
     limits = field_limits(history, SceneOptions(scalar=scalar))
     for axes, (number, name) in zip(panels, shown.items(), strict=True):
         draw_section(axes, history, number, scalar, limits)
-        axes.set_title(name)
+        name_panel(axes, name, columns)
     _add_keys(figure, panels, history, scalar, limits)
     return figure
 
 
 def snapshots_at(history: xr.Dataset, moments: Mapping[float, str]) -> dict[int, str]:
-    """Return the snapshots nearest to times [s], each once, with their times and what happens then.
+    """Return the snapshots nearest to times [s], each once, with their own times and how far they are from what happens.
 
     Parameters
     ----------
@@ -98,12 +98,15 @@ def snapshots_at(history: xr.Dataset, moments: Mapping[float, str]) -> dict[int,
     moments : mapping of float to str
         Times [s], and what happens then.
     """
-    found: dict[int, str] = {}
+    titles: dict[int, str] = {}
     for moment, words in moments.items():
         number = nearest_snapshot(history, float(moment))
-        time = f"{float(history['snapshot_time'][number]):.2f} s"
-        found[number] = ", ".join(part for part in (found.get(number, time), words) if part)
-    return found
+        time = float(history["snapshot_time"][number])
+        apart = round(1e3 * (time - moment))
+        away = f"{abs(apart)} ms {'before' if apart < 0 else 'after'} " if apart else ""
+        parts = (titles.get(number, f"{time:.3f} s"), words and away + words)
+        titles[number] = ", ".join(filter(None, parts))
+    return titles
 
 
 def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, limits: tuple[float, float]) -> None:
@@ -189,7 +192,7 @@ def _moments(history: xr.Dataset, events: Events | None) -> dict[float, str]:
     if window is None or events is None:
         times = history["snapshot_time"].values
         return {float(time): "" for time in np.linspace(times[0], times[-1], min(4, times.size))}
-    named = {window.start: "slide starts"}
+    named = {window.start: "start of slide"}
     for name, words in EVENTS.items():
         time = events.slip.time(name)
         if time is not None and name != "noticed":

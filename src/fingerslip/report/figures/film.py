@@ -200,4 +200,4 @@ def _now(history: xr.Dataset, events: Events, time: float) -> str:
     phase = ""
     if window is not None:
         phase = "pressing" if time < window.start else f"{time - window.start:.3f} s into the slide"
-    return f"{phase}, {happened[-1]} slip" if happened else phase
+    return f"{phase}, after {happened[-1]} slip" if happened else phase

@@ -201,9 +201,9 @@ def _with_events(history: xr.Dataset, events: Events | None) -> Floats:
 
 
 def _event_between(events: Events | None, before: float | None, moment: float) -> str:
-    """Return the names of the events since the frame before, in brackets."""
+    """Return the names of the events since the frame before."""
     if events is None or before is None:
         return ""
     times = {name: events.slip.time(name) for name in MAIN_EVENTS}
     passed = [EVENTS[name] for name, time in times.items() if time is not None and before < time <= moment]
-    return f" ({', '.join(passed)})" if passed else ""
+    return f", after {', '.join(passed)}" if passed else ""

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from fingerslip.report.colours import BLACK, FIELD_MAP, STATE_COLOURS, STATE_NAMES, region_colours
 from fingerslip.report.figures.cut import cropped
 from fingerslip.report.figures.deformed import snapshots_at
-from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, styled, titled
+from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, name_panel, styled, titled
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import field_limits, region_names
 from fingerslip.report.scene.viewer import stills
@@ -31,7 +31,7 @@ def view_times(history: xr.Dataset, events: Events | None) -> dict[float, str]:
     window = slide_window(history)
     if window is None:
         return {float(history["snapshot_time"].values[-1]): ""}
-    named = {window.start: "slide starts"}
+    named = {window.start: "start of slide"}
     for name in ("incipient", "overall"):
         time = events.slip.time(name) if events else None
         if time is not None:
@@ -72,7 +72,7 @@ def solid_views_figure(
     for axes, picture, name in zip(panels, pictures, shown.values(), strict=True):
         axes.imshow(picture)
         axes.set_axis_off()
-        axes.set_title(name)
+        name_panel(axes, name, columns)
     keys: dict[str, Artist] = {}
     if options.scalar == "region":
         own = region_colours(region_names(history))

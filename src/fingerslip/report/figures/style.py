@@ -55,6 +55,7 @@ __all__ = [
     "columns_for",
     "figure_grid",
     "looking",
+    "name_panel",
     "region_colours",
     "run_panels",
     "say",
@@ -275,8 +276,14 @@ def run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> tu
     columns = columns_for(len(titles))
     figure, panels = figure_grid(len(titles), columns, _RUN_PANELS[columns], title, labels)
     for axes, name in zip(panels, titles, strict=True):
-        axes.set_title(_wrapped(name, _RUN_PANELS[columns][0] / _PANEL_TITLE_LETTER_WIDTH))
+        name_panel(axes, name, columns)
     return figure, panels
+
+
+def name_panel(axes: Axes, title: str, columns: int) -> None:
+    """Write the title of one of some panels beside each other, in as many lines as it needs."""
+    width = (axes.get_figure(root=True).get_figwidth() - 0.6) / columns
+    axes.set_title(_wrapped(title, width / (_look.get().letters * _PANEL_TITLE_LETTER_WIDTH)))
 
 
 def _wrapped(title: str, letters: float) -> str:

@@ -39,7 +39,9 @@ def hero_pictures(content: ReportContent) -> tuple[Picture, ...]:
         said = "Where the contact sticks and slips, seen from below; the plate moves to the right."
         return (Picture("answer", said, slip_frames_figure(history, run.events)),)
     if has_frames(history):
-        said = "The deformed section, to scale, from the start of the slide to overall slip."
+        said = (
+            "The deformed section, to scale, at the snapshots nearest to the start of the slide and to the slip events."
+        )
         return (Picture("answer", said, deformed_frames_figure(history, run.events)),)
     return ()
 

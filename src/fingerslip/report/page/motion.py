@@ -28,7 +28,7 @@ from fingerslip.report.colours import (
 from fingerslip.report.page.packing import packed, quantised
 from fingerslip.report.page.surface import surface_arrays
 from fingerslip.report.scene.options import SceneOptions
-from fingerslip.report.scene.scene import field_limits, region_names
+from fingerslip.report.scene.scene import field_limits, region_names, soft_regions
 from fingerslip.report.scene.snapshot import flat_faces
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
@@ -80,7 +80,7 @@ def run_motion(history: xr.Dataset, events: Events, title: str) -> dict[str, Any
     """
     records = _records(history)
     times = history["time"].values[records]
-    frames = _frames(history)
+    frames = _frames(history, events)
     arrays = {"times": times.astype(np.float32), **_map_arrays(history, records)}
     body: dict[str, Any] | None = None
     if frames:
@@ -127,8 +127,8 @@ def _records(history: xr.Dataset) -> NDArray[np.intp]:
     return np.unique(np.abs(times[:, None] - wanted).argmin(axis=0))
 
 
-def _frames(history: xr.Dataset) -> list[int]:
-    """Return the numbers of the snapshots that are shown: more of the slide than of what comes before it."""
+def _frames(history: xr.Dataset, events: Events) -> list[int]:
+    """Return the numbers of the snapshots that are shown: those of events, and more of the slide than before it."""
     times = history["snapshot_time"].values if "snapshot_time" in history.coords else np.empty(0)
     most = _SOLID_FRAMES if is_solid(history) else _FRAMES
     if times.size <= most:
@@ -137,6 +137,7 @@ def _frames(history: xr.Dataset) -> list[int]:
     start = window.start if window else float(times[0])
     before = int(_BEFORE * most) if start > times[0] else 0
     wanted = [*np.linspace(times[0], start, before, endpoint=False), *np.linspace(start, times[-1], most - before)]
+    wanted += [time for name in EVENTS if (time := events.slip.time(name)) is not None]
     return sorted({int(np.abs(times - moment).argmin()) for moment in wanted})
 
 
@@ -198,12 +199,10 @@ def _panel(label: str, lines: Mapping[str, tuple[Floats, str]]) -> dict[str, Any
 def _common_body(history: xr.Dataset, frames: Sequence[int]) -> dict[str, Any]:
     names = region_names(history)
     colours = region_colours(names)
-    top = field_limits(history, SceneOptions())[1]
     return {
         "frames": [float(history["snapshot_time"].values[number]) for number in frames],
         "regions": [{"name": name, "colour": colours[name]} for name in names],
-        "field": "von Mises stress [kPa]",
-        "top": top,
+        "field": f"von Mises stress [kPa]{', the phalanx may exceed it' if {*names} > {'phalanx'} else ''}",
         "slide": slide_tangent(history).tolist(),
         "travels": _travels(history),
         "plates": [
@@ -224,7 +223,7 @@ def _travels(history: xr.Dataset) -> float:
 
 def _plane_body(history: xr.Dataset, frames: Sequence[int]) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Return the section: its corners, how they move, the stress in its cells, contact nodes and receptors."""
-    body = _common_body(history, frames)
+    body = _common_body(history, frames) | {"top": field_limits(history, SceneOptions())[1]}
     cells = history["cell_nodes"].values[:, : _corners(history)]
     used, corners = np.unique(cells, return_inverse=True)
     points, unit = quantised(1e3 * history["node_position"].values[used])
@@ -270,8 +269,11 @@ def _receptors(history: xr.Dataset, used: NDArray[Any]) -> list[dict[str, Any]]:
 
 def _solid_body(history: xr.Dataset, frames: Sequence[int]) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """Return the surfaces of all layers and the cut through them: how they move, their stress, the contact's states."""
-    body = _common_body(history, frames)
     surface = surface_arrays(history, frames)
+    # Means over cells are smaller than what cells have: the colours are those of what is drawn.
+    soft = np.unique(surface.triangles[np.isin(surface.regions, soft_regions(history))])
+    top = 1e-3 * float(np.quantile(surface.stress[:, soft], 0.999)) if soft.size else 0.0
+    body = _common_body(history, frames) | {"top": top or 1.0}
     points, unit = quantised(1e3 * surface.points)
     moved, moved_unit = quantised(1e3 * surface.moved)
     stress = np.clip(255e-3 * surface.stress / body["top"], 0.0, 255.0).astype(np.uint8)

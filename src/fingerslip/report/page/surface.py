@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.history import nearest_record
+from fingerslip.history import OPEN, SLIP, STICK, nearest_record
 from fingerslip.report.scene.scene import region_names
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ _CUBE_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7,
 # A cube as six tetrahedra around its diagonal from the first to the seventh corner.
 _CUBE_TETRAHEDRA = ((0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6))
 _EDGES = ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3))
+# The ends of the edges on whose middles a quadratic tetrahedron has its fifth to tenth node, in the order of VTK.
+_MIDDLES = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
 
 
 @dataclass(frozen=True)
@@ -124,7 +126,13 @@ def _cut(cells: Integers, points: Floats, cut_at: float, region: int) -> _Part:
     edges, numbered = np.unique(np.sort(corners.reshape(-1, 2), axis=1), axis=0, return_inverse=True)
     ends = height[edges]
     share = ends[:, 0] / (ends[:, 0] - ends[:, 1])
-    return _Part(edges, share, numbered.reshape(-1, 3), True, region)
+    triangles = numbered.reshape(-1, 3)
+    places = points[edges[:, 0]] + share[:, None] * (points[edges[:, 1]] - points[edges[:, 0]])
+    # All face one way: the normals of their vertices are sums over triangles.
+    first, second = (places[triangles[:, corner]] - places[triangles[:, 0]] for corner in (1, 2))
+    backward = np.cross(first, second)[:, 2] < 0.0
+    triangles[backward] = triangles[backward][:, ::-1]
+    return _Part(edges, share, triangles, True, region)
 
 
 def _corners_of_cut(tetrahedra: Integers, crossed: NDArray[np.bool_], count: int) -> Integers:
@@ -182,7 +190,19 @@ def _states(history: xr.Dataset, frames: list[int], part: _Part) -> NDArray[np.u
     records = [nearest_record(history, float(time)) for time in times]
     of_nodes = np.full((len(frames), history.sizes["node"]), NO_CONTACT, dtype=np.uint8)
     of_nodes[:, history["contact_node"].values] = history["contact_state"].values[records]
-    found: NDArray[np.uint8] = of_nodes[:, part.pairs[:, 0]]
+    if history.attrs["element"] == "T10":
+        _add_corners(of_nodes, history["cell_nodes"].values)
+    states: NDArray[np.uint8] = of_nodes[:, part.pairs[:, 0]]
     if part.is_cut:
-        found[:] = NO_CONTACT
-    return found
+        states[:] = NO_CONTACT
+    return states
+
+
+def _add_corners(of_nodes: NDArray[np.uint8], cells: Integers) -> None:
+    """Give corners the state of most candidates around them: quadratic tetrahedra touch with the middles of edges."""
+    ends = [cells[:, [end, 4 + middle]] for middle, both in enumerate(_MIDDLES) for end in both]
+    corners, middles = np.unique(np.concatenate(ends), axis=0).T
+    order = (SLIP, STICK, OPEN)  # the first of equally many
+    counts = np.array([[np.bincount(corners, row[middles] == state, len(row)) for row in of_nodes] for state in order])
+    beside = (of_nodes == NO_CONTACT) & counts.any(axis=0)
+    of_nodes[beside] = np.array(order, dtype=np.uint8)[counts.argmax(axis=0)[beside]]

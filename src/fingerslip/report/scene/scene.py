@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,6 +29,7 @@ __all__ = [
     "field_limits",
     "region_names",
     "snapshot_grid",
+    "soft_regions",
 ]
 
 Floats = NDArray[np.float64]
@@ -59,6 +60,13 @@ def region_names(history: xr.Dataset) -> tuple[str, ...]:
     """Return the names of the regions of the mesh."""
     names = str(history.attrs.get("regions", ""))
     return tuple(names.split(", ")) if names else ()
+
+
+def soft_regions(history: xr.Dataset, hidden: Sequence[str] = ()) -> list[int]:
+    """Return the numbers of the regions whose stress sets the colours: all but the phalanx, or it where it is alone."""
+    shown = [name for name in region_names(history) if name not in hidden]
+    soft = [name for name in shown if name != "phalanx"] or shown
+    return [number for number, name in enumerate(region_names(history)) if name in soft]
 
 
 def check_options(history: xr.Dataset, options: SceneOptions) -> None:
@@ -203,10 +211,7 @@ def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, flo
 
 def _counted(history: xr.Dataset, options: SceneOptions) -> NDArray[np.bool_]:
     """Return the cells whose values make the range of colours."""
-    shown = [name for name in region_names(history) if name not in options.hidden]
-    soft = [name for name in shown if name != "phalanx"] or shown
-    numbers = [number for number, name in enumerate(region_names(history)) if name in soft]
-    counted: NDArray[np.bool_] = np.isin(history["cell_region"].values, numbers)
+    counted: NDArray[np.bool_] = np.isin(history["cell_region"].values, soft_regions(history, options.hidden))
     return counted if counted.any() else np.ones_like(counted)
 
 

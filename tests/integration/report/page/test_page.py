@@ -45,7 +45,7 @@ def content(history: xr.Dataset) -> ReportContent:
     return dataclasses.replace(made, study=dataclasses.replace(made.study, description="When does it slip?"))
 
 
-@pytest.fixture(scope="module", params=["Q4", "T4"])
+@pytest.fixture(scope="module", params=["Q4", "T10"])
 def page_file(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp("page") / "report.html"
     write_page(study_report(content(block_history(request.param))), file)
@@ -164,6 +164,47 @@ def test_solid_turns(page: Any, page_file: Path) -> None:
     canvas.focus()
     page.keyboard.press("ArrowLeft")
     assert _pixels(page) != turned
+
+
+# Shares of the body's pixels that are clearly blue as what sticks, and orange as what slips.
+STATES = """
+async (canvas) => {
+  const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d");
+  copy.drawImage(canvas, 0, 0);
+  const { data } = copy.getImageData(0, 0, canvas.width, canvas.height), counts = [0, 0];
+  for (let i = 0; i < data.length; i += 4) {
+    if (data[i + 2] > 1.2 * data[i]) counts[0]++;
+    if (data[i + 2] < 0.5 * data[i]) counts[1]++;
+  }
+  return counts.map((count) => count / (canvas.width * canvas.height));
+}
+"""
+
+
+def test_the_contact_of_a_solid_is_seen_from_below_in_its_colours(page: Any, page_file: Path) -> None:
+    keys, bar = page.locator("[data-part=keys]"), page.locator("[data-part=bar]")
+    if '"solid":false' in page_file.read_text(encoding="utf-8"):
+        assert keys.is_visible()
+        assert bar.is_visible()
+        return
+    assert not keys.is_visible(), "nothing has the colours of stick and slip"
+    page.locator("[data-part=field]").select_option("contact")
+    assert keys.is_visible()
+    assert not bar.is_visible()
+    page.locator("[data-part=time]").focus()
+    page.keyboard.press("End")
+    stick, slip = page.locator("[data-part=body]").evaluate(STATES)
+    assert slip > 0.02
+    assert stick < 0.001
+
+
+def test_the_time_of_the_body_is_said_where_it_is_not_that_of_the_slider(page: Any) -> None:
+    page.locator("[data-part=time]").focus()
+    page.keyboard.press("Home")
+    said = page.locator("[data-part=said]")
+    assert "body at" not in said.inner_text()
+    page.keyboard.press("ArrowRight")
+    assert said.inner_text().endswith("body at 0.000 s")
 
 
 def _pixels(page: Any) -> str:

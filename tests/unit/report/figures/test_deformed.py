@@ -19,7 +19,8 @@ HISTORY = block_history("Q4")
 def test_panels_are_the_start_of_the_slide_and_the_events() -> None:
     events = Events(slip=SlipEvents(incipient=0.06, noticed=0.07, overall=0.1))
     drawn = [axes for axes in panels(deformed_frames_figure(HISTORY, events)) if axes.get_title(loc="left")]
-    assert [axes.get_title(loc="left").partition(", ")[2] for axes in drawn] == ["slide starts, incipient", "overall"]
+    titles = [" ".join(axes.get_title(loc="left").split()) for axes in drawn]
+    assert titles == ["0.050 s, start of slide, 10 ms before incipient", "0.100 s, overall"]
     cells = next(item for item in drawn[-1].collections if isinstance(item, PolyCollection))
     assert len(cells.get_paths()) == HISTORY.sizes["cell"]
 

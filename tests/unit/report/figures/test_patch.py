@@ -26,7 +26,7 @@ def test_frames_show_the_moments_and_name_what_happened(history: xr.Dataset) -> 
     events = Events(SlipEvents(incipient=0.055, overall=0.085))
     figure = slip_frames_figure(history, events, times=[0.05, 0.07, 0.1])
     titles = [axes.get_title("left") for axes in shown(figure)]
-    assert titles == ["0.050 s", "0.070 s (incipient)", "0.100 s (overall)"]
+    assert titles == ["0.050 s", "0.070 s, after incipient", "0.100 s, after overall"]
 
 
 def test_a_frame_has_every_triangle_in_the_colour_of_its_state(history: xr.Dataset) -> None:
@@ -48,8 +48,8 @@ def test_without_times_a_frame_shows_the_first_record_after_each_event(history: 
     incipient, overall = times[-4] - 1e-6, times[-2] - 1e-6
     figure = slip_frames_figure(history, Events(SlipEvents(incipient=incipient, overall=overall)))
     titles = [axes.get_title("left") for axes in shown(figure)]
-    assert f"{times[-4]:.3f} s (incipient)" in titles
-    assert f"{times[-2]:.3f} s (overall)" in titles
+    assert f"{times[-4]:.3f} s, after incipient" in titles
+    assert f"{times[-2]:.3f} s, after overall" in titles
 
 
 def test_strains_and_rates_have_a_row_each_and_a_scale_about_zero(history: xr.Dataset) -> None:

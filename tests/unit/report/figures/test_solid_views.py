@@ -19,7 +19,7 @@ def history() -> xr.Dataset:
 def test_each_time_is_a_picture_with_one_bar_for_all(history: xr.Dataset) -> None:
     figure = solid_views_figure(history, times=[0.0, 0.1])
     pictures = [axes for axes in figure.axes if axes.images]
-    assert [axes.get_title(loc="left") for axes in pictures] == ["0.00 s", "0.10 s"]
+    assert [axes.get_title(loc="left") for axes in pictures] == ["0.000 s", "0.100 s"]
     assert sum(axes.get_ylabel() == "von Mises stress [kPa]" for axes in figure.axes) == 1
 
 
@@ -31,4 +31,4 @@ def test_layers_and_contact_have_a_legend(history: xr.Dataset) -> None:
 
 def test_times_are_the_start_of_the_slide_and_what_happened(history: xr.Dataset) -> None:
     found = view_times(history, Events(slip=SlipEvents(overall=0.09)))
-    assert list(found.values()) == ["slide starts", "overall"]
+    assert list(found.values()) == ["start of slide", "overall"]

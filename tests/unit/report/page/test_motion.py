@@ -53,6 +53,15 @@ def test_a_run_without_snapshots_has_no_body_and_its_events_are_named() -> None:
         assert all(arrays[line["array"]].size == arrays["times"].size for line in panel["lines"])
 
 
+def test_the_snapshots_nearest_to_events_are_among_the_frames(
+    monkeypatch: pytest.MonkeyPatch, plane: xr.Dataset
+) -> None:
+    monkeypatch.setattr("fingerslip.report.page.motion._FRAMES", 2)
+    assert run_motion(plane, Events(), "t")["body"]["frames"] == [0.05, 0.1]
+    motion = run_motion(plane, Events(slip=SlipEvents(incipient=0.01)), "t")
+    assert motion["body"]["frames"] == [0.0, 0.05, 0.1]
+
+
 def test_solid_has_triangles_and_its_states() -> None:
     history = block_history("T4")
     motion = run_motion(history, Events(), "t")
@@ -61,6 +70,26 @@ def test_solid_has_triangles_and_its_states() -> None:
     assert arrays["triangles"].max() < len(arrays["points"])
     assert set(np.unique(arrays["vertexState"])) <= {0, 1, 2, 255}
     assert {0, 1} <= set(np.unique(arrays["triangleCut"]))
+
+
+@pytest.mark.parametrize("element", ["Q4", "T4"])
+def test_the_phalanx_does_not_set_the_colours(element: str) -> None:
+    history = block_history(element)
+    soft = run_motion(history, Events(), "t")["body"]
+    stress = history["snapshot_von_mises"].where(history["cell_region"] == 0, 1e9)
+    bone = history.assign(snapshot_von_mises=stress).assign_attrs(regions="skin, phalanx")
+    body = run_motion(bone, Events(), "t")["body"]
+    assert body["top"] <= 1e-3 * float(stress.where(stress < 1e9).max())
+    assert "phalanx may exceed" in body["field"]
+    assert "phalanx" not in soft["field"]
+
+
+def test_colours_of_a_solid_reach_what_is_drawn() -> None:
+    """Its vertices have means over cells, which are smaller than what single cells have."""
+    history = block_history("T4")
+    motion = run_motion(history, Events(), "t")
+    assert summed(unpacked(motion)["stress"]).max() == 255
+    assert (summed(unpacked(motion)["stress"]) == 255).mean() < 0.01
 
 
 def test_language_has_a_colour_for_each_state_and_a_map() -> None:

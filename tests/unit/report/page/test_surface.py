@@ -26,15 +26,22 @@ def test_a_block_of_two_layers_has_its_faces_and_its_section(element: str) -> No
     assert size[surface.is_cut].sum() == pytest.approx(SIDE**2)
     cut = np.unique(surface.triangles[surface.is_cut])
     assert surface.points[cut, 2] == pytest.approx(surface.cut_at)
+    first, second, third = (surface.points[surface.triangles[surface.is_cut][:, corner]] for corner in range(3))
+    assert (np.cross(second - first, third - first)[:, 2] > 0.0).all(), "all face one way, or shading is speckled"
     assert set(surface.regions) == {0, 1}
 
 
-def test_vertices_move_and_touch_as_nodes_do() -> None:
-    history = block_history("T4")
+@pytest.mark.parametrize("element", ["T4", "T10", "H8"])
+def test_vertices_move_and_touch_as_nodes_do(element: str) -> None:
+    history = block_history(element)
     last = history.sizes["snapshot_time"] - 1
     surface = surface_arrays(history, [last])
-    moved = history["snapshot_displacement"].values[last]
+    moved = history["snapshot_displacement"].values[
+        last, np.unique(history["cell_nodes"].values[:, : 8 if element == "H8" else 4])
+    ]
     assert np.abs(surface.moved).max() == pytest.approx(np.abs(moved).max())
     touching = surface.points[surface.states[0] != 255]
     np.testing.assert_allclose(touching[:, 2], 0.0, atol=1e-12)
+    assert len(touching) == 25, "all corners of the face on the plate"
+    assert {*surface.states[0]} <= {*history["contact_state"].values[-1], 255}
     assert surface.stress.max() <= history["snapshot_von_mises"].values[last].max() + 1e-9

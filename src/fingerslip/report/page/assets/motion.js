@@ -7,7 +7,7 @@ const TYPES = { u1: Uint8Array, i2: Int16Array, u2: Uint16Array, u4: Uint32Array
 // Words in plots: their font, the height of a line of them, the length of a colour before a name and the gap behind it.
 const FONT = "12px system-ui, sans-serif", LINE = 17, KEY = 18, GAP = 10;
 // Slanted names of events: the width of one, and how far one is from the next.
-const NAME = 60, APART = 21;
+const NAME = 70, APART = 21;
 const OPEN_MAP = language.map.map((text) => [1, 3, 5].map((at) => parseInt(text.slice(at, at + 2), 16)));
 
 async function unpack(script) {
@@ -332,7 +332,10 @@ class Player {
     this.slider.oninput = () => this.show(Number(this.slider.value));
     this.find("play").onclick = () => this.toggle();
     this.find("run").onchange = (event) => this.load(event.target.value);
-    this.find("field").onchange = () => this.redraw();
+    this.find("field").onchange = ({ target }) => {
+      if (target.value === "contact") this.body.fromBelow();
+      this.redraw();
+    };
     this.find("open").onchange = () => this.redraw();
     window.addEventListener("resize", () => this.redraw());
     window.addEventListener("beforeprint", () => this.redraw());
@@ -424,6 +427,8 @@ class Player {
     }
     const passed = run.events.filter((event) => event.time <= now + 1e-9);
     if (passed.length) parts.push(`after ${passed[passed.length - 1].name} slip`);
+    const drawn = run.body && run.body.frames[nearest(run.body.frames, now)];
+    if (run.body && Math.abs(drawn - now) > 5e-4) parts.push(`body at ${drawn.toFixed(3)} s`);
     return parts.join(", ");
   }
 

@@ -96,6 +96,9 @@ class Solid {
     this.outlines(frame);
   }
 
+  // Where the contact can be seen: the plate is an outline.
+  fromBelow() { this.tilt = Math.min(this.tilt, -0.9); }
+
   camera(aspect) {
     const { gl } = this, [ct, st, ca, sa] = [Math.cos(this.turn), Math.sin(this.turn), Math.cos(this.tilt), Math.sin(this.tilt)];
     const rows = [[ct, 0, st], [sa * st, ca, -sa * ct], [-ca * st, sa, ca * ct]];
