@@ -89,7 +89,7 @@ def deformed_frames_figure(
 
 
 def snapshots_at(history: xr.Dataset, moments: Mapping[float, str]) -> dict[int, str]:
-    """Return the snapshots nearest to times [s], each once, with their own times and how far they are from what happens.
+    """Return the snapshots nearest to times [s], each once: their own times, how far from what happens.
 
     Parameters
     ----------

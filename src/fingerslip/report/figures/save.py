@@ -6,6 +6,7 @@ import io
 from pathlib import Path
 from typing import Any
 
+import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -14,6 +15,8 @@ from fingerslip.files import write_bytes
 __all__ = ["figure_bytes", "save_figure"]
 
 _DOTS_PER_INCH = 150
+# Text that can be searched and edited: whole fonts, which journals ask for, and words instead of outlines.
+_TEXT: Any = {"pdf.fonttype": 42, "svg.fonttype": "none"}
 
 
 def figure_bytes(figure: Figure, kind: str = "png") -> bytes:
@@ -30,7 +33,8 @@ def figure_bytes(figure: Figure, kind: str = "png") -> bytes:
     if kind == "png":
         _write_png(figure, stream)
     else:
-        figure.savefig(stream, format=kind, dpi=_DOTS_PER_INCH)
+        with mpl.rc_context(_TEXT):
+            figure.savefig(stream, format=kind, dpi=_DOTS_PER_INCH)
     return stream.getvalue()
 
 

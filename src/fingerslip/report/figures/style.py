@@ -94,7 +94,6 @@ _STYLE: Any = MappingProxyType(
         "legend.handlelength": 1.8,
         "lines.linewidth": 1.4,
         "figure.titlesize": 11.0,
-        "svg.fonttype": "none",
     }
 )
 

@@ -57,6 +57,14 @@ def test_figure_is_saved_whole(tmp_path: Path, suffix: str, start: bytes) -> Non
     assert [path.name for path in tmp_path.iterdir()] == [f"a.{suffix}"]
 
 
+def test_text_of_figures_for_papers_stays_text() -> None:
+    figure = energy_figure(HISTORY)
+    pdf, svg = figure_bytes(figure, "pdf"), figure_bytes(figure, "svg").decode()
+    assert b"/Type3" not in pdf
+    assert b"/TrueType" in pdf or b"/CIDFontType2" in pdf
+    assert ">time [s]</text>" in svg
+
+
 def test_figure_that_cannot_be_saved_says_so(tmp_path: Path) -> None:
     with pytest.raises(ResultError, match="cannot be written"):
         save_figure(energy_figure(HISTORY), tmp_path / "missing" / "a.png")
