@@ -32,6 +32,7 @@ __all__ = [
     "split_quantity",
     "unit_suffix",
     "with_unit",
+    "without_rounding",
 ]
 
 #: Units in which files may hold coordinates, and their metres.
@@ -73,6 +74,7 @@ _SHOWN: Mapping[tuple[str, str], float] = MappingProxyType(
 _QUANTITY = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 # A number and the beginning of a unit, as JSON Schema writes patterns.
 _WITH_UNIT = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*(?![eE][-+]?\d)[^\s\d.]"
+_FRACTION = re.compile(r"(?<![\w.])\d*\.\d+(?:[eE][-+]?\d+)?(?![\d.])")
 _COMMA = re.compile(r",\d")
 _NOT_ZERO = re.compile(r"[-+.0]*[1-9]")
 # Numbers stand in units as exponents alone, of one digit: others would be calculated, 9**9**9 for hours.
@@ -213,6 +215,17 @@ def split_quantity(text: str) -> tuple[float, str] | None:
     """
     match = _QUANTITY.fullmatch(text)
     return (float(match[1]), match[2]) if match and match[2] else None
+
+
+def without_rounding(text: str) -> str:
+    """Return a text with twelve digits of each number, which leaves out the rounding of sums.
+
+    Examples
+    --------
+    >>> without_rounding("0.6000000000000001 mm"), without_rounding("0.1234567891")
+    ('0.6 mm', '0.1234567891')
+    """
+    return _FRACTION.sub(lambda number: number[0] if len(number[0]) <= 14 else f"{float(number[0]):.12g}", text)
 
 
 def si_quantity(text: str) -> tuple[float, str] | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from fingerslip.results import RunResult
+from fingerslip.units import without_rounding
 
 __all__ = ["path_label", "path_labels", "run_title", "short_labels", "swept_text"]
 
@@ -61,10 +62,12 @@ def _ending(path: str, count: int) -> str:
 
 
 def swept_text(value: object) -> str | float | int | bool | None:
-    """Return a swept value as tables and axes show it: numbers and words as they are, lists and mappings as text.
+    """Return a swept value as tables and axes show it: numbers with twelve digits, lists and mappings as text.
 
     Examples
     --------
+    >>> swept_text(0.1 * 6), swept_text("0.6000000000000001 mm")
+    (0.6, '0.6 mm')
     >>> swept_text([1, 0, -1]), swept_text({"sphere": {"radius": "8 mm"}})
     ('1, 0, -1', 'sphere radius 8 mm')
     """
@@ -72,7 +75,9 @@ def swept_text(value: object) -> str | float | int | bool | None:
         return ", ".join(f"{name} {swept_text(part)}" for name, part in value.items())
     if isinstance(value, list | tuple):
         return ", ".join(str(swept_text(part)) for part in value)
-    return value if isinstance(value, str | float | int | None) else str(value)
+    if isinstance(value, float):
+        return float(without_rounding(repr(value)))
+    return value if isinstance(value, int | None) else without_rounding(str(value))
 
 
 def run_title(result: RunResult, study: str) -> str:

@@ -5,12 +5,24 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-__all__ = ["EVENTS", "LATENCY", "MAIN_EVENTS", "READINGS", "READING_HEADINGS", "TIMES", "event_label", "is_defined"]
+__all__ = [
+    "EVENTS",
+    "LATENCY",
+    "MAIN_EVENTS",
+    "NOTICED_NOTE",
+    "READINGS",
+    "READING_HEADINGS",
+    "TIMES",
+    "event_label",
+    "is_defined",
+]
 
 #: The slip events in order of time: name in files, and in words.
 EVENTS: Mapping[str, str] = MappingProxyType(
     {"incipient": "incipient", "noticed": "48 %", "three_quarter": "three-quarter", "overall": "overall"}
 )
+#: What stands below tables that have the second of them.
+NOTICED_NOTE = "48 %: the share of the contact that slips when people notice it (Barrea et al. 2018)."
 #: The events that every reading gives; figures mark these.
 MAIN_EVENTS = ("incipient", "three_quarter", "overall")
 #: The time from incipient to overall slip.

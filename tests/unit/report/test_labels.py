@@ -21,6 +21,8 @@ from fingerslip.slip import Events
         ({"fingertip.fingerprint.enabled": False}, "fingerprint no"),
         ({"programme.1.slide.direction": [-1, 0, 1]}, "direction (-1, 0, 1)"),
         ({"contacts.0.counterface": {"sphere": {"radius": "8 mm"}}}, "counterface sphere radius 8 mm"),
+        ({"contact.friction_coefficient": 0.1 * 6}, "friction coefficient 0.6"),
+        ({"mesh.contact_size": f"{0.1 * 3} mm"}, "contact size 0.3 mm"),
         ({"a.speed": 1, "b.speed": 2}, "a.speed 1, b.speed 2"),
     ],
 )

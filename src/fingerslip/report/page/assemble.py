@@ -30,7 +30,7 @@ from fingerslip.report.tables.models import models_table
 from fingerslip.report.tables.parameters import value_tables
 from fingerslip.results import RunResult
 from fingerslip.slip.free_edge import edge_warning
-from fingerslip.slip.names import READINGS
+from fingerslip.slip.names import NOTICED_NOTE, READINGS
 
 __all__ = ["study_report"]
 
@@ -104,7 +104,7 @@ def _assembled(content: ReportContent, sections: Sequence[ReportSection], hero: 
 def _motion_section(content: ReportContent) -> ReportSection:
     """Show runs in motion, as many as keep the page small."""
     motions = run_motions((content.histories[run.name], run.events, content.titles[run.name]) for run in content.drawn)
-    text = ["Move the slider or the plots; a body that was recorded is drawn deformed, to scale."]
+    text = [f"Move the slider or the plots; a body that was recorded is drawn deformed, to scale. {NOTICED_NOTE}"]
     if len(motions) < len(content.study.runs):
         text.append(
             f"The first {len(motions)} of {len(content.study.runs)} runs can be seen here, to keep the page small."

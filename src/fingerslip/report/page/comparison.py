@@ -15,7 +15,7 @@ from fingerslip.report.tables.events import events_table, time_cell
 from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.report.tables.table import Cell, Column, Measured, Missing, Table
 from fingerslip.results import RunResult, StudyResult
-from fingerslip.slip.names import EVENTS, LATENCY
+from fingerslip.slip.names import EVENTS, LATENCY, NOTICED_NOTE
 
 __all__ = ["ComparedStudy", "comparison_report", "pairs_of"]
 
@@ -140,7 +140,7 @@ def _differences(pairs: Sequence[Pair]) -> Table:
         for time, name in {**EVENTS, LATENCY: LATENCY}.items()
         for cells in [tuple(time_cell(run, "slip", time) for run in pair.runs)]
     )
-    return Table("Slip events from accumulated slip, from the start of the run", columns, rows)
+    return Table("Slip events from accumulated slip, from the start of the run", columns, rows, NOTICED_NOTE)
 
 
 def _difference(first: Cell, second: Cell) -> Cell:

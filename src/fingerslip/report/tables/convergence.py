@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from fingerslip.report.tables.table import Cell, Column, Missing, Table
 from fingerslip.slip.measures import measure_of
+from fingerslip.slip.names import NOTICED_NOTE
 from fingerslip.uncertainty import SETTINGS, Convergence, Refinement
 
 __all__ = ["convergence_table", "series_table"]
@@ -40,7 +41,12 @@ def convergence_table(quantities: Mapping[str, Convergence], title: str) -> Tabl
         Column("converges"),
     )
     rows = tuple(_row(one, _reason(key)) for key, one in quantities.items())
-    return Table(f"Numerical uncertainty, {title}", columns, rows, _NOTE)
+    return Table(
+        f"Numerical uncertainty, {title}",
+        columns,
+        rows,
+        f"{_NOTE} {NOTICED_NOTE}" if "slip.noticed" in quantities else _NOTE,
+    )
 
 
 def series_table(runs: Mapping[str, Mapping[str, Convergence]]) -> Table:

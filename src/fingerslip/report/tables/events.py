@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from fingerslip.errors import warn_renamed
 from fingerslip.report.labels import path_labels, run_title, swept_text
@@ -10,7 +10,7 @@ from fingerslip.report.tables.table import Cell, Column, Measured, Missing, Tabl
 from fingerslip.results import RunResult
 from fingerslip.slip import PeakTable
 from fingerslip.slip.free_edge import edge_warning
-from fingerslip.slip.names import EVENTS, LATENCY, READINGS, is_defined
+from fingerslip.slip.names import EVENTS, LATENCY, NOTICED_NOTE, READINGS, is_defined
 
 __all__ = [
     "events_table",
@@ -65,13 +65,13 @@ def events_table(runs: Sequence[RunResult], reading: str = "slip", *, way: str |
         reading = way
     columns = (*swept_columns(runs), *_event_columns())
     rows = tuple((*swept_cells(run, runs), *_event_cells(run, reading)) for run in runs)
-    return Table(f"Slip events from {READINGS[reading]}", columns, rows, run_notes(runs))
+    return Table(f"Slip events from {READINGS[reading]}", columns, rows, _notes(runs, [reading]))
 
 
 def readings_table(run: RunResult, title: str = "Slip events") -> Table:
     """Show the slip events of one run, a row for each reading."""
     rows = tuple((words, *_event_cells(run, reading)) for reading, words in READINGS.items())
-    return Table(title, (Column("read from"), *_event_columns()), rows, run_notes([run]))
+    return Table(title, (Column("read from"), *_event_columns()), rows, _notes([run], READINGS))
 
 
 def peaks_table(peaks: PeakTable, title: str = "Acceleration peaks") -> Table:
@@ -120,6 +120,11 @@ def run_notes(runs: Sequence[RunResult]) -> str:
         )
     notes.append(edge_warning({run_title(run, run.name): run.edge for run in runs}))
     return " ".join(note for note in notes if note)
+
+
+def _notes(runs: Sequence[RunResult], readings: Iterable[str]) -> str:
+    explained = any(is_defined(reading, "noticed") for reading in readings)
+    return " ".join(filter(None, (NOTICED_NOTE if explained else "", run_notes(runs))))
 
 
 def _event_columns() -> tuple[Column, ...]:

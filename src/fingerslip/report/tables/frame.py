@@ -75,9 +75,8 @@ def _value(cell: Cell) -> Cell:
 
 
 def _series(cells: Sequence[Cell]) -> pd.Series:
-    """Return a column as numbers where all that it has are numbers."""
+    """Return a column as numbers where all that it has are numbers, or missing."""
     import pandas as pd
 
-    known = [cell for cell in cells if cell is not None and cell != ""]
-    are_numbers = all(isinstance(cell, int | float) and not isinstance(cell, bool) for cell in known)
-    return pd.Series(list(cells), dtype="float64" if known and are_numbers else "object")
+    are_numbers = all(cell is None or (isinstance(cell, int | float) and not isinstance(cell, bool)) for cell in cells)
+    return pd.Series(list(cells), dtype="float64" if cells and are_numbers else "object")

@@ -11,12 +11,10 @@ from fingerslip.report.tables.events import swept_paths
 from fingerslip.report.tables.table import Cell, Column, Table
 from fingerslip.results import RefusedRun, RunResult
 from fingerslip.slip import measures
-from fingerslip.slip.names import LATENCY, MAIN_EVENTS, READINGS
+from fingerslip.slip.names import READINGS, TIMES, is_defined
 from fingerslip.units import si_quantity, unit_suffix
 
 __all__ = ["summary_table", "summary_units"]
-
-_TIMES = (*MAIN_EVENTS, LATENCY)
 
 
 def summary_table(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ()) -> Table:
@@ -24,12 +22,14 @@ def summary_table(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ())
 
     The columns are ``run``, its name; the swept paths, in a study with samples also ``sample``, its number, and the
     sampled paths, as numbers with their SI unit in the name, such as ``mesh.contact_size_m``, or as words; then
-    ``incipient_s, three_quarter_s, overall_s, latency_s`` from accumulated slip, and the same four with
-    ``_displacement`` and ``_acceleration``; then ``readings_recorded``, the readings whose signals the run recorded,
-    so that an empty time says that the event did not happen where its reading is named and that it was not recorded
-    where it is not; then the measures, such as ``normal_force_max_N``; then derived quantities; then the numerical
-    uncertainties that are known, such as ``slip_overall_uncertainty_s``; then, in a study with samples, ``refused``:
-    why a sample was not computed. Such rows stand at the end.
+    ``incipient_s, noticed_s, three_quarter_s, overall_s, latency_s`` from accumulated slip, and the same with
+    ``_displacement`` and ``_acceleration``, as far as the reading defines them (``noticed_s`` is when 48 % of the
+    contact slips, the share at which people notice it: Barrea et al. 2018); then ``readings_recorded``, the
+    readings whose signals the run recorded, so that an empty time says that the event did not happen where its
+    reading is named and that it was not recorded where it is not; then the measures, such as
+    ``normal_force_max_N``; then derived quantities; then the numerical uncertainties that are known, such as
+    ``slip_overall_uncertainty_s``; then, in a study with samples, ``refused``: why a sample was not computed. Such
+    rows stand at the end.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def _columns(runs: Sequence[RunResult], refused: Sequence[RefusedRun]) -> list[_
     columns = [
         _Known("run", "", lambda run: run.name, lambda one: one.name),
         *(_swept_column(path, (*runs, *refused)) for path in paths),
-        *(_time_column(reading, time) for reading in READINGS for time in _TIMES),
+        *(_time_column(reading, time) for reading in READINGS for time in TIMES if is_defined(reading, time)),
         _Known("readings_recorded", "", _recorded),
         *(_measure_column(measure) for measure in measures.MEASURES),
         *(_derived_column(name, runs) for name in dict.fromkeys(name for run in runs for name in run.derived)),

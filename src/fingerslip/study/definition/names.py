@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from fingerslip.digest import digest
+from fingerslip.units import without_rounding
 
 __all__ = ["run_names"]
 
@@ -19,8 +20,9 @@ _UNSAFE_IN_LABELS = re.compile(r"[^A-Za-z0-9_+-]+")
 def run_names(combinations: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return a name for each run of a sweep, from the values that it has.
 
-    Names keep signs and all digits. Where two values still look alike once what no folder may be called is taken out,
-    as ``a b`` and ``a-b``, or differ only in case, a hash of the values tells their runs apart.
+    Names keep signs, and twelve digits, or all where that does not tell runs apart. Where two values still look alike
+    once what no folder may be called is taken out, as ``a b`` and ``a-b``, or differ only in case, a hash of the values
+    does.
 
     Parameters
     ----------
@@ -37,17 +39,21 @@ def run_names(combinations: Sequence[Mapping[str, Any]]) -> list[str]:
     >>> run_names([{"fingertip.finger_angle": "-15 deg"}, {"fingertip.finger_angle": "15 deg"}])
     ['finger_angle--15deg', 'finger_angle-15deg']
     """
-    names = [_name(swept) for swept in combinations]
+    exact = [_name(swept, str) for swept in combinations]
+    names = _apart([_name(swept, without_rounding) for swept in combinations], exact)
+    hashed = [f"{name}-{digest(dict(swept))[:8]}" for name, swept in zip(names, combinations, strict=True)]
+    return _apart(names, hashed)
+
+
+def _apart(names: Sequence[str], longer: Sequence[str]) -> list[str]:
+    """Return names, and longer ones in the place of those that several runs have."""
     alike = Counter(name.lower() for name in names)
-    return [
-        name if alike[name.lower()] == 1 else f"{name}-{digest(dict(swept))[:8]}"
-        for name, swept in zip(names, combinations, strict=True)
-    ]
+    return [name if alike[name.lower()] == 1 else other for name, other in zip(names, longer, strict=True)]
 
 
-def _name(swept: Mapping[str, Any]) -> str:
+def _name(swept: Mapping[str, Any], digits: Callable[[str], str]) -> str:
     labels = _labels(tuple(swept))
-    name = "_".join(f"{labels[path]}-{_slug(value)}" for path, value in swept.items()) or "run"
+    name = "_".join(f"{labels[path]}-{_slug(value, digits)}" for path, value in swept.items()) or "run"
     if len(name) <= _LONGEST:
         return name
     return f"{name[: _LONGEST - 9]}-{digest(name.encode())[:8]}"
@@ -63,15 +69,17 @@ def _labels(paths: Sequence[str]) -> dict[str, str]:
     }
 
 
-def _slug(value: object) -> str:
+def _slug(value: object, digits: Callable[[str], str]) -> str:
+    """Return a value as part of a name; `digits` rounds the numbers of a text, or leaves them."""
     if isinstance(value, Mapping):
-        return "-".join(f"{_safe(str(key))}-{_slug(item)}" for key, item in value.items()) or "none"
+        return "-".join(f"{_safe(str(key))}-{_slug(item, digits)}" for key, item in value.items()) or "none"
     if isinstance(value, list | tuple):
-        return "_".join(_slug(item) for item in value) or "none"
+        return "_".join(_slug(item, digits) for item in value) or "none"
     if isinstance(value, float):
+        value = float(digits(repr(value)))
         short = f"{value:g}"
         return short if float(short) == value else repr(value)
-    text = str(value).lower() if isinstance(value, bool) else str(value)
+    text = str(value).lower() if isinstance(value, bool) else digits(str(value))
     compact = re.sub(r"(?<=\d)\s+(?=[A-Za-z])", "", text).replace("/", "-per-").replace("µ", "u")
     return _safe(compact).rstrip("-.") or "value"
 

@@ -90,7 +90,9 @@ def test_known_uncertainties_stand_beside_their_times() -> None:
     lines = to_markdown(events_table([known, RUNS[1]])).splitlines()
     assert "| 1.500 | 1.600 | 1.650 | 1.750 ± 0.012 | 250 ± 20 |" in lines[2]
     assert "±" in events_table([known]).note
-    assert events_table(RUNS).note == ""
+    for table in (events_table(RUNS), events_table(RUNS, "displacement"), readings_table(RUNS[0])):
+        assert table.note == names.NOTICED_NOTE
+    assert events_table(RUNS, "acceleration").note == "", "no peak belongs to 48 %"
     assert "1.750 ± 0.012" in to_markdown(readings_table(known))
     assert time_cell(known, "slip", "latency", 1e3) == Measured(pytest.approx(250.0), pytest.approx(20.0))
 

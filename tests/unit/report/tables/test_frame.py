@@ -20,6 +20,8 @@ def test_numbers_are_numbers_and_words_are_words() -> None:
     assert frame["overall_s"].dtype == np.float64
     assert frame["overall_s"].tolist() == pytest.approx([1.75, np.nan], nan_ok=True)
     assert frame.attrs["title"] == "Friction"
+    assert frame["overall_s_displacement"].dtype == np.float64, "a number that no run has is missing, not a word"
+    assert np.isnan(frame["overall_s_displacement"]).all()
 
 
 def test_quantities_are_numbers_in_si_whose_unit_is_known() -> None:

@@ -43,6 +43,7 @@ def test_names_are_safe_short_and_different(lists: list[list[object]]) -> None:
 @example(pair=[-15, 15], unit="deg")
 @example(pair=[0.1234567, 0.1234568], unit="mm")
 @example(pair=[0.5, 5], unit="mm")
+@example(pair=[0.6, 0.6000000000000001], unit="mm")
 def test_different_numbers_have_different_names_without_a_hash(pair: list[float], unit: str) -> None:
     """Both as numbers and as quantities; a hash would say nothing to the reader."""
     for swept in (pair, [f"{value!r} {unit}" for value in pair]):
@@ -59,6 +60,9 @@ def test_different_numbers_have_different_names_without_a_hash(pair: list[float]
         ({"contact.offset": "-.5 mm"}, "offset--.5mm"),
         ({"time.alpha": -0.41421}, "alpha--0.41421"),
         ({"contact.friction_coefficient": 0.1234567891}, "friction_coefficient-0.1234567891"),
+        ({"contact.friction_coefficient": 0.1 * 6}, "friction_coefficient-0.6"),
+        ({"mesh.contact_size": f"{0.1 * 3} mm"}, "contact_size-0.3mm"),
+        ({"a.b": [0.1 * 6, {"c": "-0.30000000000000004 mm/s"}]}, "b-0.6_c--0.3mm-per-s"),
         ({"contact.normal_penalty": 1e12}, "normal_penalty-1e+12"),
         ({"programme.1.slide.direction": [-1, 0, 1]}, "direction--1_0_1"),
         ({"contact.counterface": {"plane": {"offset": "-1 mm"}}}, "counterface-plane-offset--1mm"),

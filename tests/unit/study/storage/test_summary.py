@@ -42,8 +42,9 @@ def test_summary_has_exactly_the_promised_columns(write_study: Write) -> None:
     result = run(write_study())
     with (result.folder / "summary.csv").open() as stream:
         rows = list(csv.DictReader(stream))
-    events = ["incipient_s", "three_quarter_s", "overall_s", "latency_s"]
+    events = ["incipient_s", "noticed_s", "three_quarter_s", "overall_s", "latency_s"]
     expected = [f"{event}{suffix}" for suffix in ("", "_displacement", "_acceleration") for event in events]
+    expected.remove("noticed_s_acceleration")  # no peak belongs to it
     numbers = [measure.key for measure in MEASURES]
     assert list(rows[0]) == ["run", "contact.friction_coefficient", *expected, "readings_recorded", *numbers]
     assert [float(row["friction_force_ratio_end_of_slide"]) for row in rows] == pytest.approx(FRICTIONS)
@@ -59,7 +60,7 @@ def test_event_that_did_not_happen_is_an_empty_field(write_study: Write, monkeyp
     monkeypatch.setattr(results, "find_slip", lambda _: none)
     result = run(write_study())
     lines = (result.folder / "summary.csv").read_text().splitlines()
-    assert lines[1].startswith("friction_coefficient-0.2,0.2" + "," * 13 + "slip displacement,")
+    assert lines[1].startswith("friction_coefficient-0.2,0.2" + "," * 15 + "slip displacement,")
 
 
 @pytest.mark.usefixtures("simulated", "reports")
