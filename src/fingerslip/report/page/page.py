@@ -224,7 +224,10 @@ def _player(motions: Sequence[Mapping[str, Any]], anchor: str) -> str:
 
 
 def _table(table: Table) -> str:
-    kinds = ["number" if is_numeric(table, index) else "text" for index in range(len(table.columns))]
+    kinds = [
+        f"{'number' if is_numeric(table, index) else 'text'}{' answers' if column.answers else ''}"
+        for index, column in enumerate(table.columns)
+    ]
     headings = [column.heading for column in table.columns]
     head = "".join(_cell("th", kind, heading, ' scope="col"') for kind, heading in zip(kinds, headings, strict=True))
     rows = "\n".join(
@@ -249,9 +252,9 @@ def _row(kinds: Sequence[str], row: Sequence[Cell], shown: Sequence[str], marked
 
 
 def _cell(tag: str, kind: str, text: str, more: str = "") -> str:
-    """Write a cell; short texts keep to one line."""
+    """Write a cell; short texts keep to one line, and an uncertainty to its sign."""
     words = f"{kind} short" if len(text) <= _SHORT else kind
-    return f'<{tag} class="{words}"{more}>{escape(text)}</{tag}>'
+    return f'<{tag} class="{words}"{more}>{escape(text).replace("± ", "±&nbsp;")}</{tag}>'
 
 
 def _picture(picture: Picture | DrawnPicture) -> str:

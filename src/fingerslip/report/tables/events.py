@@ -128,7 +128,8 @@ def _notes(runs: Sequence[RunResult], readings: Iterable[str]) -> str:
 
 
 def _event_columns() -> tuple[Column, ...]:
-    return (*(Column(name, "s", 3) for name in EVENTS.values()), Column(LATENCY, "ms", 0))
+    times = (Column(words, "s", 3, answers=name == "overall") for name, words in EVENTS.items())
+    return (*times, Column(LATENCY, "ms", 0, answers=True))
 
 
 def _event_cells(run: RunResult, reading: str) -> tuple[Cell, ...]:

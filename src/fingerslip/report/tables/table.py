@@ -77,12 +77,15 @@ class Column:
         Digits after the point for people; None for `significant` ones.
     significant : int
         Largest number of significant digits for people, where `digits` is None.
+    answers : bool
+        Whether it stays in sight where the table is wider than the page.
     """
 
     name: str
     unit: str = ""
     digits: int | None = None
     significant: int = 6
+    answers: bool = False
 
     @property
     def heading(self) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -120,6 +121,16 @@ def test_words_in_the_plots_are_all_there_and_apart(page: Any) -> None:
     pairs = itertools.combinations(zip(words, shapes, strict=True), 2)
     found = [(one["text"], two["text"]) for (one, first), (two, second) in pairs if first.intersects_path(second)]
     assert found == []
+
+
+def test_overall_slip_and_latency_are_in_sight_in_every_table_of_events(page: Any) -> None:
+    page.evaluate("document.querySelectorAll('details').forEach((part) => { part.open = true; })")
+    cells = page.locator("tr > :nth-last-child(-n+2)", has_text=re.compile(r"^(overall|latency) \["))
+    assert cells.count() >= 6
+    for cell in cells.all():
+        box, around = cell.bounding_box(), cell.locator("xpath=ancestor::div").bounding_box()
+        assert around["x"] <= box["x"]
+        assert box["x"] + box["width"] <= around["x"] + around["width"] + 1
 
 
 def test_tables_sort_both_ways(page: Any) -> None:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from fingerslip.errors import ResultError
 from fingerslip.report.page.page import Picture, Report, ReportSection, render_page, write_page
-from fingerslip.report.tables.table import Column, Missing, Table
+from fingerslip.report.tables.table import Column, Measured, Missing, Table
 from unit.report.pages import checked
 
 
@@ -98,6 +98,13 @@ def test_long_texts_may_wrap_and_short_ones_may_not() -> None:
     page = render_page(Report("r", (ReportSection("s", tables=(table,)),)))
     assert '<td class="text short">short</td>' in page
     assert '<td class="text">a text that is longer' in page
+
+
+def test_answers_stay_in_sight_and_uncertainties_keep_to_their_sign() -> None:
+    table = Table("t", (Column("x"), Column("overall", "s", 2, answers=True)), (("a", Measured(1.5, 0.25)),))
+    page = render_page(Report("r", (ReportSection("s", tables=(table,)),)))
+    assert '<th class="number answers short" scope="col">overall [s]</th>' in page
+    assert '<td class="number answers short">1.50 ±&nbsp;0.25</td>' in page
 
 
 def test_page_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
