@@ -281,7 +281,9 @@ def run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> tu
 
 def name_panel(axes: Axes, title: str, columns: int) -> None:
     """Write the title of one of some panels beside each other, in as many lines as it needs."""
-    width = (axes.get_figure(root=True).get_figwidth() - 0.6) / columns
+    figure = axes.get_figure(root=True)
+    assert figure is not None  # panels are made with one
+    width = (figure.get_figwidth() - 0.6) / columns
     axes.set_title(_wrapped(title, width / (_look.get().letters * _PANEL_TITLE_LETTER_WIDTH)))
 
 
