@@ -363,7 +363,7 @@ def _is_abandoned(folder: Path, stem: str, locks: contextlib.ExitStack) -> bool:
             else:
                 if file.read().decode(errors="replace") == _kernel():
                     return True
-    left = [path for path in folder.glob(f"{glob.escape(stem)}.*")]
+    left = list(folder.glob(f"{glob.escape(stem)}.*"))
     files = [*left, *(inner for path in left for inner in path.rglob("*"))]
     return all(time.time() - path.stat().st_mtime > _SECONDS_TO_WAIT for path in files)
 

@@ -28,7 +28,6 @@ from fingerslip.files import (
     writing,
 )
 
-
 WRITE = """
 import sys
 from pathlib import Path

@@ -20,7 +20,7 @@ from fingerslip.study.definition.sweep import expand_samples
 from fingerslip.study.definition.trial_settings import TrialSettings
 from fingerslip.study.definition.yaml import line_numbers
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
-from fingerslip.study.running.spawning import without_main_module
+from fingerslip.study.running.spawning import end_with_parent, without_main_module
 from fingerslip.study.storage.provenance import commit
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ def _outcomes(
         yield from map(_simulate, plans)
         return
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(shared,)) as pool:
+    with ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(shared,)) as pool:
         try:
             with without_main_module():
                 futures = [pool.submit(_simulate, plan) for plan in plans]
@@ -186,6 +186,11 @@ _given: list[_Shared] = []
 
 def _begin(shared: _Shared) -> None:
     _given[:] = [shared]
+
+
+def _begin_worker(shared: _Shared) -> None:
+    _begin(shared)
+    end_with_parent()
 
 
 def _simulate(plan: TrialPlan) -> tuple[str, FingerslipError | None]:
