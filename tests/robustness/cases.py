@@ -47,7 +47,9 @@ def faults(case: Callable[[random.Random], None], numbers: range, leftovers: Cal
 
 def unfinished(folder: Path) -> list[str]:
     """Return the names of temporary files below a folder."""
-    return sorted(path.name for path in folder.rglob(".*") if path.suffix == ".old" or ".partial" in path.name)
+    return sorted(
+        path.name for path in folder.rglob(".*") if path.suffix in (".old", ".lock") or ".partial" in path.name
+    )
 
 
 def newcomers(folder: Path) -> Callable[[], list[str]]:

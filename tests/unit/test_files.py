@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import os
+import shutil
 import subprocess
 import sys
+import time
+from collections.abc import Iterator
 from pathlib import Path
+from subprocess import PIPE, Popen
 
 import pytest
 
@@ -23,12 +28,35 @@ from fingerslip.files import (
     writing,
 )
 
+WRITE = """
+import sys
+from pathlib import Path
+from fingerslip.files import new_file, new_folder
+with new_folder(Path(sys.argv[1])) as partial, new_file(Path(sys.argv[1] + ".csv")) as file:
+    file.touch()
+    (partial / "a").write_text("1")
+    input(print())
+"""
 
-def dead_process() -> int:
-    """Return the number of a process that has ended."""
-    with subprocess.Popen([sys.executable, "-c", "pass"]) as process:
-        process.wait()
-        return process.pid
+
+@contextlib.contextmanager
+def writing_process(final: Path) -> Iterator[Popen[bytes]]:
+    """Give a process that is writing a folder and a file, and end it as the system does when memory is short."""
+    with Popen([sys.executable, "-c", WRITE, str(final)], stdin=PIPE, stdout=PIPE) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        yield process
+        process.kill()
+
+
+def left_by_another_machine(folder: Path, days: float) -> Path:
+    """Return what another machine began to write so many days ago, whose lock cannot be seen."""
+    partial, mark = folder / ".run.0123abcd.partial", folder / ".run.0123abcd.lock"
+    partial.mkdir()
+    mark.write_text("another boot")
+    for path in (partial, mark):
+        os.utime(path, (time.time() - 86400.0 * days,) * 2)
+    return partial
 
 
 def test_folder_takes_its_name_when_whole(tmp_path: Path) -> None:
@@ -57,32 +85,76 @@ def test_failure_leaves_the_old_folder_alone(tmp_path: Path, kind: type[BaseExce
 
 
 def test_what_dead_processes_left_is_removed(tmp_path: Path) -> None:
-    (tmp_path / f".run.{dead_process()}.partial").mkdir()
-    (tmp_path / f".summary.csv.{dead_process()}.partial").write_text("")
+    with writing_process(tmp_path / "run"):
+        assert len(list(tmp_path.glob(".run*"))) == 4
     clean_stale(tmp_path)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_a_living_process_is_writing_stays(tmp_path: Path) -> None:
-    partial = tmp_path / f".run.{os.getppid()}.partial"
-    partial.mkdir()
+def test_what_a_living_process_is_writing_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a container of its own, whose processes have other numbers, its number is nobody's here."""
+
+    def nobody(*_: object) -> None:
+        raise ProcessLookupError
+
+    monkeypatch.setattr(os, "kill", nobody)
+    with writing_process(tmp_path / "run"):
+        clean_stale(tmp_path)
+        assert len(list(tmp_path.glob(".run*.partial*"))) == 2
+
+
+def test_what_another_thread_is_writing_stays(tmp_path: Path) -> None:
+    with new_folder(tmp_path / "run") as mine:
+        clean_stale(tmp_path)
+        with new_folder(tmp_path / "run") as other:
+            (other / "other").write_text("")
+        (mine / "mine").write_text("")
+    assert [path.name for path in tmp_path.rglob("*")] == ["run", "mine"]
+
+
+@pytest.mark.parametrize(("days", "stays"), [(1.0, True), (8.0, False)])
+def test_what_another_machine_writes_is_left_for_a_week(tmp_path: Path, days: float, stays: bool) -> None:
+    """A network file system may not tell of the locks of others."""
+    partial = left_by_another_machine(tmp_path, days)
     clean_stale(tmp_path)
-    assert partial.exists()
+    assert partial.exists() == stays
+    assert len(list(tmp_path.iterdir())) == 2 * stays
+
+
+def test_a_new_folder_clears_what_was_left_under_its_name(tmp_path: Path) -> None:
+    with writing_process(tmp_path / "tracks"), writing_process(tmp_path / "other"):
+        pass
+    with new_folder(tmp_path / "tracks"):
+        pass
+    assert sorted(path.name[:6] for path in tmp_path.iterdir()) == [".other"] * 4 + [".track"] * 2 + ["tracks"]
+
+
+@pytest.mark.skipif(shutil.which("unshare") is None, reason="has no process namespaces")
+def test_a_container_leaves_what_this_process_is_writing(tmp_path: Path) -> None:
+    code = f"from pathlib import Path; from fingerslip.files import clean_stale; clean_stale(Path({str(tmp_path)!r}))"
+    with new_folder(tmp_path / "run") as partial:
+        command = ["unshare", "--user", "--pid", "--fork", "--uts", sys.executable, "-c", code]
+        if subprocess.run(command, check=False, capture_output=True).returncode:
+            pytest.skip("may make no process namespaces")
+        assert partial.is_dir()
 
 
 def test_run_that_was_moved_away_is_put_back(tmp_path: Path) -> None:
-    old = tmp_path / f".run-0.6.{dead_process()}.old"
+    with writing_process(tmp_path / "run-0.6"):
+        (partial,) = tmp_path.glob(".run-0.6.*.partial")
+    old = partial.with_suffix(".old")
     old.mkdir()
     (old / "events.json").write_text("{}")
     clean_stale(tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == ["run-0.6"]
+    assert [path.name for path in (tmp_path / "run-0.6").iterdir()] == ["events.json"]
+    assert not list(tmp_path.glob(".run-0.6.*.partial"))
 
 
 def test_foreign_hidden_files_stay(tmp_path: Path) -> None:
-    for name in (".gitignore", ".notes.partial", ".x.y.old"):
+    for name in (".gitignore", ".notes.partial", ".x.y.old", ".x.lock"):
         (tmp_path / name).write_text("")
     clean_stale(tmp_path)
-    assert len(list(tmp_path.iterdir())) == 3
+    assert len(list(tmp_path.iterdir())) == 4
 
 
 def test_text_is_written_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from fingerslip import commands
-from fingerslip.commands.shared import exit_code, print_error
+from fingerslip.commands.shared import exit_code, print_error, stop_on_termination
 from fingerslip.errors import FingerslipError
 
 __all__ = ["app", "command_line"]
@@ -34,6 +34,7 @@ class _Verbs(TyperGroup):
 
     def invoke(self, ctx: typer.Context) -> object:  # type: ignore[override]
         """Call a verb."""
+        stop_on_termination()
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt:

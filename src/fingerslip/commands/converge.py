@@ -16,7 +16,6 @@ from fingerslip.commands.shared import (
     Workers,
     print_tables,
     screen_progress,
-    stop_on_termination,
 )
 
 if TYPE_CHECKING:
@@ -41,7 +40,6 @@ def converge(
     """
     from fingerslip.study.convergence import converge as refinement
 
-    stop_on_termination()
     tables: list[Table] = []
     for study in studies:
         found = refinement.converge(

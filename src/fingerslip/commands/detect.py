@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from fingerslip.commands.shared import AsJson, Markdown, Quiet, print_tables, screen_progress, stop_on_termination
+from fingerslip.commands.shared import AsJson, Markdown, Quiet, print_tables, screen_progress
 
 __all__ = [
     "ACTIONS",
@@ -67,7 +67,6 @@ def simulate(
     """Make a data set of simulated trials; an interrupted one goes on where it stopped."""
     from fingerslip.study.trials.simulate import simulate_trials
 
-    stop_on_termination()
     made = simulate_trials(study, output, workers=workers, progress=screen_progress(quiet))
     typer.echo(f"{output}: {len(made.names)} trials")
     if parquet is not None:
@@ -162,7 +161,6 @@ def evaluate(
     """
     from fingerslip.detect.session import Choices, evaluate_classifiers, output_tables
 
-    stop_on_termination()
     choices = Choices(labels, rest_frames, window, samples, seed, workers, least)
     tables = evaluate_classifiers(
         dataset, classifier or (), choices, folds=folds, leave_out=leave_out or (), output=output
@@ -238,7 +236,6 @@ def vary(
     from fingerslip.detect.inquiry import vary as varied
     from fingerslip.detect.session import Choices
 
-    stop_on_termination()
     choices = Choices("external_markers", rest_frames, window, samples, seed, workers)
     names, by, each = classifier or ("forest",), by or [], each or []
     found = varied(dataset, names, choices, folds=folds, conditions=by, each=each, output=output)

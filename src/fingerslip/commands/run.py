@@ -15,7 +15,6 @@ from fingerslip.commands.shared import (
     Workers,
     print_results,
     screen_progress,
-    stop_on_termination,
 )
 
 __all__ = ["run"]
@@ -40,7 +39,6 @@ def run(
     """
     from fingerslip.study.running.runner import StudyFailedError, run_studies
 
-    stop_on_termination()
     try:
         results_of_all = run_studies(
             studies,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import signal
+import threading
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -143,8 +144,13 @@ def screen_progress(quiet: bool = False) -> StudyProgress:
 
 
 def stop_on_termination() -> None:
-    """Handle a termination request (SIGTERM) like Ctrl-C: what is finished is kept, what is not is removed."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    """Handle a termination request and a closed terminal like Ctrl-C: what is finished is kept, the rest is removed."""
+    if threading.current_thread() is not threading.main_thread():
+        return
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)  # Windows has no SIGHUP, and nohup ignores it
+        if number is not None and signal.getsignal(number) == signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
 
 
 def print_error(message: str) -> None:

@@ -14,7 +14,6 @@ from fingerslip.commands.shared import (
     Workers,
     print_tables,
     screen_progress,
-    stop_on_termination,
 )
 
 __all__ = ["validate"]
@@ -57,7 +56,6 @@ def validate(
 
     from fingerslip import validation
 
-    stop_on_termination()
     computed = [
         part for part, wanted in (("geometry", geometry), ("pouring", pouring), ("detection", detection)) if wanted
     ]

@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import ast
+import os
 import re
+import signal
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from typer.main import get_command
+from typer.testing import CliRunner
 
 from fingerslip import commands
-from fingerslip.commands.app import app
+from fingerslip.commands.app import app, command_line
+from fingerslip.files import new_folder
 from places import ROOT
 
 FOLDER = Path(commands.__file__).parent
@@ -75,6 +80,23 @@ def test_not_enough_memory_is_one_line(
     result = invoke("run", block())
     assert result.exit_code == 2
     assert result.stderr.strip() == "error: not enough memory; use larger elements or fewer --workers"
+
+
+@pytest.mark.parametrize("ending", ["SIGTERM", "SIGHUP", "SIGINT"])
+def test_every_verb_that_is_ended_leaves_nothing_half_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str
+) -> None:
+    def train() -> None:
+        with new_folder(tmp_path / "detector"):
+            os.kill(os.getpid(), getattr(signal, ending))
+            time.sleep(10.0)
+
+    def other() -> None:
+        pass
+
+    monkeypatch.setattr("fingerslip.commands.app._verbs", lambda: iter([(train, ()), (other, ())]))
+    assert CliRunner().invoke(command_line(), ["train"]).exit_code == 130
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_debug_shows_where_an_error_comes_from(invoke: Callable[..., Any]) -> None:

@@ -2,7 +2,8 @@
 
 A worker gets the runs of a group and their mesh, computes them in a folder of its own, and returns the files. So no
 disk has to be shared, a worker that dies leaves nothing behind, and what a finished run is, is decided in one place.
-The scheduler gives what a dead worker had begun to another one; what was written is never asked for again.
+The scheduler gives what a dead worker had begun to another one; what was written is never asked for again. A worker of
+another version that joins later is sent away, and what it was given goes to the others.
 """
 
 from __future__ import annotations
@@ -10,11 +11,13 @@ from __future__ import annotations
 import contextlib
 import importlib
 import itertools
+import logging
 import re
 import sys
 import tempfile
 import threading
 from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import CancelledError
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -36,10 +39,21 @@ _AHEAD = 2
 _SECONDS_TO_CONNECT = 20
 # Dask takes other text for a host, and leaves threads that fail when the process ends.
 _ADDRESS = re.compile(r"(?:tcp|tls|wss?|ucx)://\S+:\d+|inproc://\S+")
+_REPAIR = "install the same environment on the cluster"
 # Several threads of one worker would share its logs and limits.
 _ONE_AT_A_TIME = threading.Lock()
 
 _Outcome = Mapping[str, Mapping[str, bytes] | Exception]
+
+
+class SchedulerLostError(FingerslipError):
+    """The scheduler ended, or cannot be reached any more."""
+
+    def __str__(self) -> str:
+        return (
+            f"scheduler: the connection to '{self.args[0]}' is lost: finished runs are kept, the others need another "
+            "try; start the scheduler and run the same command again"
+        )
 
 
 @dataclass(frozen=True)
@@ -86,9 +100,12 @@ def compute_task(task: Task, mesh: Any) -> _Outcome:
 
 def _check_version(worker: str, found: object, needed: str) -> None:
     if found != needed:
-        known = f"has fingerslip {found}" if isinstance(found, str) else "has no fingerslip"
-        repair = "install the same environment on the cluster"
-        raise InputError(worker, f"{known}, this process {needed}", "needs the same version", repair)
+        raise InputError(worker, _difference(found, needed), "needs the same version", _REPAIR)
+
+
+def _difference(found: object, needed: str) -> str:
+    version = f"has fingerslip {found}" if isinstance(found, str) else "has no fingerslip"
+    return f"{version}, this process {needed}"
 
 
 def _alone() -> contextlib.AbstractContextManager[Any]:
@@ -120,16 +137,24 @@ def compute_on_cluster(jobs: Sequence[Job], address: str, progress: StudyProgres
         Where Dask is not installed, no scheduler answers, or a worker has no fingerslip, or another version of it.
     """
     progress.begin([job.run.name for job in jobs])
-    failures: dict[str, FingerslipError] = {}
-    with _connected(address) as client:
-        _check_workers(client, progress)
-        cores = max(1, sum(client.ncores().values()))
-        for part, outcome in _outcomes(client, groups(jobs, cores), cores):
-            for job in part:
-                error = _written(job, outcome[job.run.name])
-                failures |= {job.run.name: error} if error else {}
-                progress.finish(job.run.name, "failed" if error else "done")
-    return failures
+    errors: dict[str, FingerslipError | None] = {}
+
+    def finish(job: Job, error: FingerslipError | None) -> None:
+        errors[job.run.name] = error
+        progress.finish(job.run.name, "failed" if error else "done")
+
+    try:
+        with _connected(address) as client:
+            _check_workers(client, progress)
+            cores = max(1, sum(client.ncores().values()))
+            for part, outcome in _outcomes(client, groups(jobs, cores), cores, progress):
+                for job in part:
+                    finish(job, _written(job, outcome[job.run.name]))
+    except SchedulerLostError as error:
+        for job in jobs:
+            if job.run.name not in errors:
+                finish(job, error)
+    return {name: error for name, error in errors.items() if error}
 
 
 def _distributed() -> Any:
@@ -143,12 +168,29 @@ def _distributed() -> Any:
 
 def _check_workers(client: Any, progress: StudyProgress) -> None:
     """Refuse workers that cannot compute: one without fingerslip would die of its first task without a word."""
-    # A function of the standard library, for the worker has to find it.
-    versions = client.run(metadata.version, "fingerslip", on_error="return")
+    versions = _versions(client)
     for worker, found in versions.items():
         _check_version(f"worker {worker}", found, metadata.version("fingerslip"))
     if not versions:
         progress.say("the cluster has no workers yet; the study waits for them")
+
+
+def _versions(client: Any) -> dict[str, object]:
+    """Return the version of fingerslip of each worker, or the error where it has none."""
+    # A function of the standard library, for the worker has to find it.
+    versions: dict[str, object] = client.run(metadata.version, "fingerslip", on_error="return")
+    return versions
+
+
+def _refused(client: Any, progress: StudyProgress) -> list[str]:
+    """Send workers away that cannot compute, which have joined meanwhile, and return their addresses."""
+    needed = metadata.version("fingerslip")
+    wrong = {worker: found for worker, found in _versions(client).items() if found != needed}
+    for worker, found in wrong.items():
+        progress.say(f"worker {worker}: {_difference(found, needed)}; it is sent away; {_REPAIR}")
+    if wrong:
+        client.retire_workers(list(wrong))
+    return list(wrong)
 
 
 @contextlib.contextmanager
@@ -156,20 +198,28 @@ def _connected(address: str) -> Iterator[Any]:
     allowed = "needs the address of a Dask scheduler such as tcp://host:8786"
     if not _ADDRESS.fullmatch(address):
         raise InputError("scheduler", f"got '{address}'", allowed)
+    distributed = _distributed()
     try:
-        client = _distributed().Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
+        client = distributed.Client(address, timeout=_SECONDS_TO_CONNECT, set_as_default=False)
     except (OSError, ValueError) as error:
         found = f"nothing answers at '{address}' ({type(error).__name__})"
         raise InputError("scheduler", found, allowed) from None
-    with client:
-        yield client
+    # What goes wrong is said here; Dask's log adds tracebacks.
+    with distributed.utils.silence_logging_cmgr(logging.CRITICAL), client:
+        try:
+            yield client
+        except (distributed.comm.CommClosedError, CancelledError, TimeoutError) as error:
+            raise SchedulerLostError(address) from error
 
 
-def _outcomes(client: Any, parts: Sequence[Sequence[Job]], cores: int) -> Iterator[tuple[Sequence[Job], _Outcome]]:
+def _outcomes(
+    client: Any, parts: Sequence[Sequence[Job]], cores: int, progress: StudyProgress
+) -> Iterator[tuple[Sequence[Job], _Outcome]]:
     """Yield what became of each group, as the workers finish them; only so many wait at once."""
     meshes: dict[int, Any] = {}
     waiting = iter(parts)
-    sent: dict[Any, Sequence[Job]] = {}
+    sent: dict[Any, tuple[Sequence[Job], int]] = {}
+    refused: list[str] = []
 
     def send(part: Sequence[Job]) -> Any:
         mesh = part[0].model.mesh
@@ -177,19 +227,28 @@ def _outcomes(client: Any, parts: Sequence[Sequence[Job]], cores: int) -> Iterat
             # Submitted, not scattered: the scheduler makes it again where the workers that held it have died.
             meshes[id(mesh)] = client.submit(_given, mesh, pure=False)
         future = client.submit(compute_task, _task(part), meshes[id(mesh)], pure=False)
-        sent[future] = part
+        sent[future] = part, len(refused)
         return future
 
     first = [send(part) for part in itertools.islice(waiting, _AHEAD * cores)]
     completed = _distributed().as_completed(first, loop=client.loop)
     try:
         for future in completed:
-            yield sent.pop(future), _outcome(future)
+            part, refused_before = sent.pop(future)
+            if future.cancelled():
+                raise CancelledError
+            refused += _refused(client, progress) if future.status == "error" else []
+            if future.status == "error" and len(refused) > refused_before:
+                meshes.clear()  # they may have been on that worker
+                completed.add(send(part))
+                continue
+            yield part, _outcome(future)
             following = next(waiting, None)
             if following is not None:
                 completed.add(send(following))
     finally:
-        client.cancel(list(sent))
+        with contextlib.suppress(Exception):  # the scheduler may be gone
+            client.cancel(list(sent))
 
 
 def _given(mesh: Any) -> Any:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import multiprocessing
-import os
 import queue
 import signal
 import threading
@@ -18,7 +17,7 @@ from fingerslip.errors import FingerslipError, ResultError
 from fingerslip.study.running.drawing import Drawing, draw_runs
 from fingerslip.study.running.jobs import Computed, Job, groups
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.study.running.spawning import without_main_module
+from fingerslip.study.running.spawning import end_with_parent, without_main_module
 from fingerslip.study.running.together import compute_group
 
 __all__ = ["WorkerLostError", "compute_all"]
@@ -176,14 +175,7 @@ def _begin_worker(news: Any, stop: Any) -> None:
     global _news, _stop
     _news, _stop = news, stop
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+    end_with_parent()
 
 
 def _compute_in_worker(jobs: Sequence[Job], threads: int, drawings: Mapping[str, Drawing]) -> _Found:

@@ -1,13 +1,28 @@
-"""Starting worker processes without importing the user's script in them."""
+"""Worker processes: they do not import the user's script, and none outlives the process that started it."""
 
 from __future__ import annotations
 
 import contextlib
+import multiprocessing
+import os
 import sys
+import threading
 import types
 from collections.abc import Iterator
 
-__all__ = ["without_main_module"]
+__all__ = ["end_with_parent", "without_main_module"]
+
+
+def end_with_parent() -> None:
+    """End this process as soon as the one that started it has ended, however that was, and whatever it computes."""
+    threading.Thread(target=_wait_for_parent, daemon=True).start()
+
+
+def _wait_for_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 @contextlib.contextmanager

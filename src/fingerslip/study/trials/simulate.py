@@ -13,14 +13,14 @@ from fingerslip.detect.trial_set import MANIFEST, TrialSet, gather_trials, open_
 from fingerslip.detect.trials import FILES, write_trial
 from fingerslip.digest import digest
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
-from fingerslip.files import check_replaceable, clean_stale, new_folder, read_json
+from fingerslip.files import alone, check_replaceable, clean_stale, new_folder, read_json
 from fingerslip.parameters import as_mapping
 from fingerslip.study.definition.spec import Study, read_study
 from fingerslip.study.definition.sweep import expand_samples
 from fingerslip.study.definition.trial_settings import TrialSettings
 from fingerslip.study.definition.yaml import line_numbers
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
-from fingerslip.study.running.spawning import without_main_module
+from fingerslip.study.running.spawning import end_with_parent, without_main_module
 from fingerslip.study.storage.provenance import commit
 
 if TYPE_CHECKING:
@@ -96,18 +96,21 @@ def simulate_trials(
     plans = trial_plans(runs, settings, study.sample.count if study.sample else None)
     key = shared_key(runs, settings)
     keys = {plan.name: _trial_key(plan, settings, key) for plan in plans}
-    if _is_whole(final, keys):
-        return open_trials(final)
     work = final.with_name(f"{final.name}.unfinished")
-    _, body = shared_body(runs, settings, work / "bodies")
-    clean_stale(work)
-    origin = {"study": source.name, "commit": commit() or "", "body": key}
-    missing = [plan for plan in plans if not _is_finished(work / plan.name, keys[plan.name])]
-    with progress or SilentProgress() as shown:
-        _compute(missing, (settings, body, origin, keys, work), workers, shown)
-    made = gather_trials([work / plan.name for plan in plans], final, study.title, card_notes(study, settings, body))
-    shutil.rmtree(work, ignore_errors=True)
-    return made
+    # Who makes the same data set beside waits, and finds it whole: this folder is removed at the end.
+    with alone(work / ".lock"):
+        if _is_whole(final, keys):
+            return open_trials(final)
+        _, body = shared_body(runs, settings, work / "bodies")
+        clean_stale(work)
+        origin = {"study": source.name, "commit": commit() or "", "body": key}
+        missing = [plan for plan in plans if not _is_finished(work / plan.name, keys[plan.name])]
+        with progress or SilentProgress() as shown:
+            _compute(missing, (settings, body, origin, keys, work), workers, shown)
+        notes = card_notes(study, settings, body)
+        made = gather_trials([work / plan.name for plan in plans], final, study.title, notes)
+        shutil.rmtree(work, ignore_errors=True)
+        return made
 
 
 def _settings(study: Study, source: Path) -> TrialSettings:
@@ -170,7 +173,7 @@ def _outcomes(
         yield from map(_simulate, plans)
         return
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(shared,)) as pool:
+    with ProcessPoolExecutor(workers, context, initializer=_begin_worker, initargs=(shared,)) as pool:
         try:
             with without_main_module():
                 futures = [pool.submit(_simulate, plan) for plan in plans]
@@ -186,6 +189,11 @@ _given: list[_Shared] = []
 
 def _begin(shared: _Shared) -> None:
     _given[:] = [shared]
+
+
+def _begin_worker(shared: _Shared) -> None:
+    _begin(shared)
+    end_with_parent()
 
 
 def _simulate(plan: TrialPlan) -> tuple[str, FingerslipError | None]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import re
 import signal
+import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from fingerslip.history import read_history
 from fingerslip.mesh.io import write_mesh
 from fingerslip.run_folder import stored_result
 from fingerslip.study.running.progress import SilentProgress
-from fingerslip.study.running.runner import run_study
+from fingerslip.study.running.runner import StudyFailedError, run_study
 from places import DOCS, ROOT
 from unit.study.block import block_mesh, block_values
 
@@ -56,13 +57,18 @@ def cluster() -> Iterator[Any]:
         yield found
 
 
+def write_sweep(folder: Path) -> Path:
+    write_mesh(block_mesh(0.0), folder / "block.msh")
+    values = block_values() | {"sweep": {"contact.friction_coefficient": FRICTIONS}, "time": {"step": "0.5 ms"}}
+    path = folder / "block.yaml"
+    path.write_text(yaml.safe_dump(values, sort_keys=False))
+    return path
+
+
 @pytest.mark.usefixtures("reports")
 @pytest.mark.filterwarnings("ignore")
 def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(tmp_path: Path, cluster: Any) -> None:
-    write_mesh(block_mesh(0.0), tmp_path / "block.msh")
-    values = block_values() | {"sweep": {"contact.friction_coefficient": FRICTIONS}, "time": {"step": "0.5 ms"}}
-    path = tmp_path / "block.yaml"
-    path.write_text(yaml.safe_dump(values, sort_keys=False))
+    path = write_sweep(tmp_path)
     killer = Killer(cluster.scheduler_address)
     result = run_study(path, results_dir=tmp_path / "results", scheduler=cluster.scheduler_address, progress=killer)
     assert killer.killed is not None
@@ -81,6 +87,89 @@ def test_a_killed_worker_loses_nothing_and_nothing_is_done_twice(tmp_path: Path,
         here, there = (read_history(one.folder / run.name / "history.nc") for one in (local, result))
         for name in ("counterface_force", "contact_displacement"):
             np.testing.assert_allclose(there[name].values, here[name].values, rtol=1e-12, atol=1e-15)
+
+
+class Meanwhile(SilentProgress):
+    """Does something when the third run is done, and keeps what is said."""
+
+    def __init__(self, act: Callable[[], object]) -> None:
+        self.act, self.said, self.outcomes = act, list[str](), list[str]()
+
+    def say(self, message: str) -> None:
+        self.said.append(message)
+
+    def finish(self, _: str, outcome: str) -> None:
+        self.outcomes.append(outcome)
+        if len(self.outcomes) == 3:
+            self.act()
+
+
+class Processes:
+    """A scheduler and workers as the programs that a user starts."""
+
+    def __init__(self, folder: Path) -> None:
+        with socket.create_server(("127.0.0.1", 0)) as free:
+            self.address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+        self.folder = folder
+        self.started = [self._start("scheduler", "--host", self.address, path="")]
+        self.add_worker()
+
+    def add_worker(self, path: str = "") -> None:
+        """Start a worker, and wait until the scheduler knows it."""
+        self.started.append(self._start("worker", self.address, "--nthreads", "1", "--no-nanny", path=path))
+        with distributed.Client(self.address, set_as_default=False, timeout=60) as client:
+            client.wait_for_workers(len(self.started) - 1)
+
+    def add_worker_of_another_version(self) -> None:
+        """Start a worker whose environment calls fingerslip 0.0."""
+        described = self.folder / "other" / "fingerslip-0.0.dist-info"
+        described.mkdir(parents=True)
+        (described / "METADATA").write_text("Metadata-Version: 2.1\nName: fingerslip\nVersion: 0.0\n")
+        self.add_worker(f"{described.parent}:")
+
+    def _start(self, *arguments: str, path: str) -> subprocess.Popen[bytes]:
+        environment = {**os.environ, "PYTHONPATH": f"{path}{ROOT / 'src'}:{ROOT / 'tests'}"}
+        command = [sys.executable, "-m", "dask", *arguments, "--no-dashboard"]
+        return subprocess.Popen(command, cwd=self.folder, env=environment, stderr=subprocess.DEVNULL)
+
+
+@pytest.fixture
+def processes(tmp_path: Path) -> Iterator[Processes]:
+    made = Processes(tmp_path)
+    yield made
+    for process in made.started:
+        process.kill()
+        process.wait()
+
+
+@pytest.mark.usefixtures("reports")
+@pytest.mark.filterwarnings("ignore")
+def test_what_is_finished_is_kept_when_the_scheduler_is_killed(
+    tmp_path: Path, processes: Processes, capfd: pytest.CaptureFixture[str]
+) -> None:
+    meanwhile = Meanwhile(processes.started[0].kill)
+    with pytest.raises(StudyFailedError, match=r"is lost: finished runs are kept.*run the same command again") as failed:
+        run_study(
+            write_sweep(tmp_path), results_dir=tmp_path / "results", scheduler=processes.address, progress=meanwhile
+        )
+    assert len(set(map(str, failed.value.errors.values()))) == 1
+    done = meanwhile.outcomes.count("done")
+    assert 3 <= done < len(FRICTIONS) == len(meanwhile.outcomes)
+    folder = tmp_path / "results" / "block"
+    assert len([stored_result(path.parent) for path in folder.glob("*/events.json")]) == done
+    assert (folder / "summary.csv").is_file()
+    assert "Traceback" not in capfd.readouterr().err
+
+
+@pytest.mark.usefixtures("reports")
+@pytest.mark.filterwarnings("ignore")
+def test_a_worker_of_another_version_that_joins_later_fails_no_run(tmp_path: Path, processes: Processes) -> None:
+    meanwhile = Meanwhile(processes.add_worker_of_another_version)
+    run_study(write_sweep(tmp_path), results_dir=tmp_path / "results", scheduler=processes.address, progress=meanwhile)
+    assert meanwhile.outcomes == ["done"] * len(FRICTIONS)
+    (said,) = meanwhile.said
+    assert re.fullmatch(r"worker tcp://\S+: has fingerslip 0\.0, this process .*; it is sent away; install .*", said)
+    assert processes.started[2].wait(60.0) == 0
 
 
 RECIPE = re.search(

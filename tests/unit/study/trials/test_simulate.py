@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 import shutil
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -100,6 +102,32 @@ def test_finished_trials_are_kept_when_others_fail(half, made, tmp_path, monkeyp
         simulate_trials(half, tmp_path / "again", workers=1)
     assert computed == ["trial-0000"]
     assert not Path(tmp_path / "again").exists()
+
+
+def test_who_makes_the_same_data_set_meanwhile_waits_for_it(half, made, tmp_path, monkeypatch):
+    trials, _ = made
+    work = tmp_path / "twice.unfinished"
+    for name in trials.names[1:]:
+        shutil.copytree(trials.folder / name, work / name)
+    trial = trials.trial(trials.names[0])
+    monkeypatch.setattr("fingerslip.study.trials.bodies.shared_body", lambda *_: (trial.provenance["body"], None))
+    monkeypatch.setattr("fingerslip.study.trials.card.card_notes", lambda *_: ())
+    computed, begun, go_on = [], threading.Event(), threading.Event()
+
+    def slow(plan, *_):
+        computed.append(plan.name)
+        begun.set()
+        assert go_on.wait(60.0)
+        return trial
+
+    monkeypatch.setattr("fingerslip.study.trials.trials.simulated_trial", slow)
+    with ThreadPoolExecutor(2) as pool:
+        both = [pool.submit(simulate_trials, half, tmp_path / "twice", workers=1) for _ in range(2)]
+        assert begun.wait(60.0)
+        go_on.set()
+        assert {one.result().digest for one in both} == {both[0].result().digest}
+    assert computed == ["trial-0000"]
+    assert [path.name for path in tmp_path.iterdir()] == ["twice"]
 
 
 def test_a_whole_data_set_is_read_back_unless_it_is_damaged(half, made, tmp_path, monkeypatch):
