@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerslip.errors import InputError, ResultError, shortened
-from fingerslip.files import write_text
+from fingerslip.files import frame_csv, write_text
 from fingerslip.vision.tracks import AXES, UNITS, check_tracks, make_tracks
 
 if TYPE_CHECKING:
@@ -133,9 +132,7 @@ def write_tracks_csv(tracks: xr.Dataset, path: str | Path) -> None:
     ResultError
         Where the file cannot be written.
     """
-    stream = io.StringIO()
-    tracks_table(tracks).to_csv(stream, index=False)
-    write_text(Path(path), stream.getvalue())
+    write_text(Path(path), frame_csv(tracks_table(tracks)))
 
 
 def read_tracks_csv(path: str | Path) -> xr.Dataset:

@@ -169,5 +169,5 @@ def test_other_units_of_a_file_are_converted_or_refused(tmp_path):
     assert [found[name].attrs["units"] for name in ("position", "time", "angle")] == ["m", "s", "rad"]
     with h5py.File(tmp_path / "a.nc", "a") as file:
         file["time"].attrs["units"] = "frames"
-    with pytest.raises(InputError, match="unit of time: got '1 frames', needs a unit of .s."):
+    with pytest.raises(InputError, match=r"unit of time: got '1 frames', needs a unit of .s."):
         read_tracks(tmp_path / "a.nc")
