@@ -9,9 +9,11 @@ known in other threads, containers and machines, where the number of a process s
 from __future__ import annotations
 
 import contextlib
+import csv
 import errno
 import functools
 import glob
+import io
 import json
 import os
 import re
@@ -19,12 +21,15 @@ import secrets
 import shutil
 import socket
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 from fingerslip.digest import digest
 from fingerslip.errors import DamagedError, InputError, ResultError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 try:
     import fcntl
@@ -37,10 +42,13 @@ __all__ = [
     "check_folder",
     "check_replaceable",
     "clean_stale",
+    "csv_text",
+    "frame_csv",
     "json_text",
     "new_file",
     "new_files",
     "new_folder",
+    "plain_cell",
     "read_json",
     "remove_empty",
     "write_bytes",
@@ -57,6 +65,8 @@ _SECONDS_TO_WAIT = 7 * 86400.0
 _TRIES = 100_000
 _CHECKSUM = "checksum"
 _TEMPORARY = re.compile(r"(?P<stem>\.(?P<name>.+)\.(?:[0-9a-f]{8}|\d+))\.(?:partial(?:\.\w+)?|old|lock)")
+# What spreadsheets take for a formula, and run, behind the apostrophes that tell them that it is text.
+_FORMULA = re.compile(r"'*[=+\-@\t\r]")
 
 
 @contextlib.contextmanager
@@ -236,6 +246,36 @@ def write_bytes(path: Path, content: bytes) -> None:
     """Write a file, whole or not at all; raise ResultError where it cannot be written."""
     with new_file(path) as partial:
         partial.write_bytes(content)
+
+
+def csv_text(rows: Iterable[Iterable[Any]]) -> str:
+    """Write rows as CSV, with an apostrophe before text that a spreadsheet would run as a formula.
+
+    Names in tables come from files of others. :func:`plain_cell` takes the apostrophe away.
+    """
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="\n").writerows([_safe_cell(cell) for cell in row] for row in rows)
+    return stream.getvalue()
+
+
+def frame_csv(frame: pd.DataFrame) -> str:
+    """Write a data frame without its index as :func:`csv_text` writes rows."""
+    texts = {name: frame[name].map(_safe_cell) for name in frame.select_dtypes(exclude=["number", "bool"]).columns}
+    return str(frame.assign(**texts).rename(columns=_safe_cell).to_csv(index=False, lineterminator="\n"))
+
+
+def plain_cell(text: str) -> str:
+    """Return the text of a cell that :func:`csv_text` wrote."""
+    return text[1:] if text.startswith("'") and _FORMULA.match(text) else text
+
+
+def _safe_cell(value: Any) -> Any:
+    if not isinstance(value, str) or not _FORMULA.match(value):
+        return value
+    with contextlib.suppress(ValueError):
+        float(value)
+        return value
+    return f"'{value}"
 
 
 def json_text(values: Mapping[str, Any]) -> str:

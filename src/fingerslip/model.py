@@ -337,10 +337,11 @@ class Model:
             "materials": ", ".join(f"{name}: {type(own).__name__}" for name, own in self.materials.items()),
             "supports": ", ".join(self.supports) or "none",
             "contacts": ", ".join(f"{own.boundary}: {own.friction!r}" for own in self.contacts) or "none",
-            "programme": "<br>".join(html.escape(repr(phase)) for phase in self.programmes[0]) or "none",
-            "time": html.escape(repr(self.time)),
+            "programme": "\n".join(map(repr, self.programmes[0])) or "none",
+            "time": repr(self.time),
         }
-        cells = "".join(f"<tr><th>{name}</th><td>{text}</td></tr>" for name, text in rows.items())
+        lines = {name: html.escape(text).replace("\n", "<br>") for name, text in rows.items()}
+        cells = "".join(f"<tr><th>{name}</th><td>{text}</td></tr>" for name, text in lines.items())
         return f"<b>Model</b><table>{cells}</table>"
 
     def _programme_of(self, contact: Contact) -> tuple[Phase, ...]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import errno
+import io
 import os
 import shutil
 import subprocess
@@ -13,6 +15,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from subprocess import PIPE, Popen
 
+import pandas as pd
 import pytest
 
 from fingerslip.errors import DamagedError, InputError, ResultError
@@ -21,7 +24,10 @@ from fingerslip.files import (
     check_empty,
     check_replaceable,
     clean_stale,
+    csv_text,
+    frame_csv,
     new_folder,
+    plain_cell,
     read_json,
     write_json,
     write_text,
@@ -57,6 +63,22 @@ def left_by_another_machine(folder: Path, days: float) -> Path:
     for path in (partial, mark):
         os.utime(path, (time.time() - 86400.0 * days,) * 2)
     return partial
+
+
+NAMES = ["=1+1", "+x", "-x", "@SUM(A1)", "\t=1", "'=1", "''=1"]
+
+
+def test_a_name_that_is_a_formula_is_text_in_tables_and_is_read_back() -> None:
+    rows = list(csv.reader(io.StringIO(csv_text([[name] for name in NAMES]))))
+    assert [row[0] for row in rows] == [f"'{name}" for name in NAMES]
+    assert [plain_cell(row[0]) for row in rows] == NAMES
+    plain = ["skin", "'skin'", "", "-1.5", "-1e-3", -2.0, None]
+    assert next(csv.reader(io.StringIO(csv_text([plain])))) == ["skin", "'skin'", "", "-1.5", "-1e-3", "-2.0", ""]
+    frame = pd.DataFrame({"=name": NAMES, "value": -0.5})
+    read = pd.read_csv(io.StringIO(frame_csv(frame)))
+    assert list(read.columns) == ["'=name", "value"]
+    assert [plain_cell(name) for name in read["'=name"]] == NAMES
+    assert (read["value"] == -0.5).all()
 
 
 def test_folder_takes_its_name_when_whole(tmp_path: Path) -> None:

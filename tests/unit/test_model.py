@@ -90,6 +90,17 @@ def test_a_model_shows_itself_shortly():
     assert "Coulomb" in model._repr_html_()
 
 
+def test_names_from_a_foreign_mesh_are_text_in_a_notebook():
+    name = "<img src=x onerror=alert(1)>"
+    mesh = push_and_slide().mesh
+    mesh = mesh.with_subdomains({name: np.arange(mesh.nelements)}).with_boundaries({name: mesh.boundary_facets()})
+    contact = fs.Contact(name, friction=fs.Coulomb(0.5))
+    tissue = fs.Elastic(1e4, 0.4, 1000.0)
+    model = push_and_slide(mesh=mesh, materials={name: tissue}, supports={name: ("x", "y")}, contacts=(contact,))
+    assert "<img" not in model._repr_html_()
+    assert model._repr_html_().count("&lt;img") == 3
+
+
 class Sheet:
     """A law of large strain that has no stress across the plane, whatever the strain."""
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from fingerslip.detect.motion import markers_of, rest_positions
 from fingerslip.detect.onsets import Onsets, seconds
 from fingerslip.errors import InputError, ResultError
-from fingerslip.files import write_text
+from fingerslip.files import csv_text, plain_cell, write_text
 from fingerslip.report.tables.table import Column, Missing, Table
 from fingerslip.vision.tracks import seen, tracks_in_metres
 
@@ -214,12 +214,8 @@ def write_labels(labels: Mapping[str, Onsets], path: str | Path) -> None:
     ResultError
         Where the file cannot be written.
     """
-    stream = io.StringIO()
-    rows = csv.writer(stream, lineterminator="\n")
-    rows.writerow(("source", "incipient_s", "gross_s"))
-    for source, one in labels.items():
-        rows.writerow([source, *("" if time is None else repr(time) for time in (one.incipient, one.gross))])
-    write_text(Path(path), stream.getvalue())
+    rows = [[source, one.incipient, one.gross] for source, one in labels.items()]
+    write_text(Path(path), csv_text([("source", "incipient_s", "gross_s"), *rows]))
 
 
 def read_labels(path: str | Path) -> dict[str, Onsets]:
@@ -239,7 +235,9 @@ def read_labels(path: str | Path) -> dict[str, Onsets]:
     if not rows or rows[0] != ["source", "incipient_s", "gross_s"] or any(len(row) != 3 for row in rows):
         raise InputError(str(path), "is no table of labels", "needs the columns source, incipient_s, gross_s")
     return {
-        source: Onsets(seconds(incipient, f"{path}: incipient_s", line), seconds(gross, f"{path}: gross_s", line))
+        plain_cell(source): Onsets(
+            seconds(incipient, f"{path}: incipient_s", line), seconds(gross, f"{path}: gross_s", line)
+        )
         for line, (source, incipient, gross) in enumerate(rows[1:], start=2)
     }
 

@@ -9,12 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pydantic
 
+from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.onsets import CLASSES
 from fingerslip.detect.optional import optional
-from fingerslip.detect.smoothing import ForwardFilter, Hysteresis, Smoother, Thresholds
+from fingerslip.detect.smoothing import ForwardFilter, Hysteresis, Thresholds
 from fingerslip.detect.training import Calibration, Detector, candidate_named
 from fingerslip.digest import file_digest
 from fingerslip.errors import DamagedError, InputError, shortened
@@ -116,43 +118,59 @@ def read_detector(folder: str | Path) -> Detector:
     except FileNotFoundError:
         raise InputError(str(path), f"has no {_DESCRIPTION}", "needs the folder of a detector") from None
     _check_versions(path, described)
-    estimator = _loaded(path / _ESTIMATOR, described["sha256"])
-    _check_estimator(path, described, estimator)
-    smoother = dict(described["smoother"])
-    made: Smoother = _SMOOTHERS[smoother.pop("kind")](**_tuples(smoother))
-    return Detector(
-        classifier=described["classifier"],
-        estimator=estimator,
-        features=FeatureSettings(candidate_named(described["classifier"]).sets, MotionSettings(**described["motion"])),
-        names=tuple(described["features"]),
-        layout=described["layout"],
-        layout_in_words=described["layout_in_words"],
-        smoother=made,
-        thresholds=Thresholds(**described["thresholds"]),
-        calibration=Calibration(**described["calibration"]),
-        data=described["data"],
-        provenance=described["provenance"],
-    )
+    detector = _described_detector(path, described)
+    estimator = _loaded(path / _ESTIMATOR, described.get("sha256"))
+    _check_estimator(path / _ESTIMATOR, detector, estimator)
+    return dataclasses.replace(detector, estimator=estimator)
 
 
-def _tuples(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in values.items()}
+def _described_detector(path: Path, described: Mapping[str, Any]) -> Detector:
+    """Return the detector of a description, without its estimator; its own description must be the same again."""
+    try:
+        smoother = dict(described["smoother"])
+        sets = candidate_named(described["classifier"]).sets
+        detector = Detector(
+            classifier=described["classifier"],
+            estimator=None,
+            features=FeatureSettings(sets, _typed(MotionSettings, described["motion"])),
+            names=_typed(tuple[str, ...], described["features"]),
+            layout=_typed(str, described["layout"]),
+            layout_in_words=_typed(str, described["layout_in_words"]),
+            smoother=_typed(_SMOOTHERS[smoother.pop("kind")], smoother),
+            thresholds=_typed(Thresholds, described["thresholds"]),
+            calibration=_typed(Calibration, described["calibration"]),
+            data=_typed(str, described["data"]),
+            provenance=_typed(dict[str, Any], described["provenance"]),
+        )
+        again = _description(detector) | {name: described[name] for name in ("fingerslip", "scikit_learn", "sha256")}
+        wrong = sorted(name for name in described | again if described.get(name) != again.get(name))
+    # Any other value may stand in any place.
+    except Exception as error:
+        found = f"describes no detector ({shortened(str(error))})"
+        raise DamagedError(str(path / _DESCRIPTION), found, _REPAIR) from error
+    if wrong:
+        raise DamagedError(str(path / _DESCRIPTION), f"has another {wrong[0]!r} than a detector has", _REPAIR)
+    return detector
+
+
+def _typed(kind: Any, value: Any) -> Any:
+    return pydantic.TypeAdapter(kind).validate_python(value)
 
 
 def _check_versions(path: Path, described: Mapping[str, Any]) -> None:
     if described.get("format") != _FORMAT:
-        raise DamagedError(
-            str(path / _DESCRIPTION), f"has the format {described.get('format')}, not {_FORMAT}", _REPAIR
-        )
-    own, made = optional("sklearn").__version__, str(described["scikit_learn"])
+        found = f"has the format {shortened(str(described.get('format')))}, not {_FORMAT}"
+        raise DamagedError(str(path / _DESCRIPTION), found, _REPAIR)
+    own, made = optional("sklearn").__version__, shortened(str(described.get("scikit_learn")))
     if own.split(".")[:2] != made.split(".")[:2]:
         allowed = f"needs the installed version {own}"
         raise InputError(str(path), f"was made with scikit-learn {made}", allowed, f"{_REPAIR}, or install {made}")
-    if described["classes"] != list(CLASSES):
-        raise DamagedError(str(path / _DESCRIPTION), f"has the classes {described['classes']}", _REPAIR)
+    if described.get("classes") != list(CLASSES):
+        found = f"has the classes {shortened(str(described.get('classes')))}"
+        raise DamagedError(str(path / _DESCRIPTION), found, _REPAIR)
 
 
-def _loaded(path: Path, wanted: str) -> Any:
+def _loaded(path: Path, wanted: object) -> Any:
     try:
         with zipfile.ZipFile(path) as packed:
             size = sum(one.file_size for one in packed.infolist())
@@ -163,34 +181,72 @@ def _loaded(path: Path, wanted: str) -> Any:
     except (OSError, zipfile.BadZipFile) as error:
         raise DamagedError(str(path), f"cannot be read ({shortened(str(error))})", _REPAIR) from error
     store = optional("skops.io")
-    strange = sorted(set(store.get_untrusted_types(file=path)) - TRUSTED)
+    try:
+        strange = sorted(set(store.get_untrusted_types(file=path)) - TRUSTED)
+        estimator = None if strange else store.load(path, trusted=sorted(TRUSTED))
+    # Whose checksums are right may still be made to fail in any way.
+    except Exception as error:
+        raise DamagedError(str(path), f"cannot be read ({shortened(str(error))})", _REPAIR) from error
     if strange:
         raise InputError(str(path), f"holds the type {strange[0]}", "needs types that are trusted", _REPAIR)
-    return store.load(path, trusted=sorted(TRUSTED))
+    return estimator
 
 
-def _check_estimator(path: Path, described: Mapping[str, Any], estimator: Any) -> None:
-    seen, classes = getattr(estimator, "n_features_in_", None), getattr(estimator, "classes_", np.zeros(0))
-    if seen != len(described["features"]) or list(classes) != [0, 1, 2]:
-        found = f"sees {seen} features and {len(classes)} classes, not {len(described['features'])} and 3"
-        raise DamagedError(str(path / _ESTIMATOR), found, _REPAIR)
-    for nodes, children, features in _trees(estimator):
-        inside = (children >= -1) & (children < nodes)
-        if not inside.all() or (features >= seen).any():
-            raise DamagedError(str(path / _ESTIMATOR), "has a tree with branches that lead nowhere", _REPAIR)
+def _check_estimator(path: Path, detector: Detector, estimator: Any) -> None:
+    """Refuse an estimator that is not the classifier of a detector, whole and of finite numbers, before it is used."""
+    seen = len(detector.names)
+    try:
+        fault = _kind_fault(detector, estimator) or next(filter(None, _tree_faults(estimator, seen)), "")
+        if not fault:
+            # Compiled code follows trees blindly, and they are right; all else fails here, or shows in the numbers.
+            with np.errstate(all="ignore"):
+                chances = probabilities(estimator, np.zeros((1, seen), dtype=np.float32))
+            is_right = chances.shape == (1, 3) and np.isfinite(chances).all() and abs(chances.sum() - 1.0) < 1e-6
+            fault = "" if is_right else f"gives the probabilities {shortened(str(chances.tolist()))}"
+    except Exception as error:
+        raise DamagedError(str(path), f"is no classifier ({shortened(str(error))})", _REPAIR) from error
+    if fault:
+        raise DamagedError(str(path), fault, _REPAIR)
 
 
-def _trees(estimator: Any) -> Iterator[tuple[int, Any, Any]]:
-    """Yield number of nodes, children and features of every fitted tree: compiled code follows them blindly."""
-    steps = [one for _, one in estimator.steps] if hasattr(estimator, "steps") else [estimator]
-    for step in steps:
-        for one in getattr(step, "estimators_", [step]):
-            tree = getattr(one, "tree_", None)
-            if tree is not None:
-                yield tree.node_count, np.stack([tree.children_left, tree.children_right]), tree.feature
-        for one in (tree for stage in getattr(step, "_predictors", []) for tree in stage):
-            nodes = one.nodes
-            yield len(nodes), np.stack([nodes["left"], nodes["right"]]).astype(np.int64), nodes["feature_idx"]
+def _kind_fault(detector: Detector, estimator: Any) -> str:
+    seen, classes = estimator.n_features_in_, list(estimator.classes_)
+    if seen != len(detector.names) or classes != [0, 1, 2]:
+        return f"sees {seen} features and {len(classes)} classes, not {len(detector.names)} and 3"
+    kinds, needed = (
+        [type(step) for step in (one, *(step for _, step in getattr(one, "steps", ())))]
+        for one in (estimator, candidate_named(detector.classifier).make(0))
+    )
+    return "" if kinds == needed else f"is not the classifier {detector.classifier}"
+
+
+def _tree_faults(estimator: Any, seen: int) -> Iterator[str]:
+    """Yield for every fitted tree what is wrong with it, or nothing."""
+    for tree in (step.tree_ for step in getattr(estimator, "estimators_", [estimator]) if hasattr(step, "tree_")):
+        children = np.stack([tree.children_left, tree.children_right])
+        is_whole = tree.capacity == tree.node_count and tree.value.shape == (tree.node_count, 1, 3)
+        is_split = (children != -1).any(axis=0)
+        fault = _node_fault(children[:, is_split], is_split, tree.feature, tree.threshold, tree.value, seen=seen)
+        yield fault if is_whole and tree.n_features == seen else "has a tree of another kind"
+    for nodes in (tree.nodes for stage in getattr(estimator, "_predictors", ()) for tree in stage):
+        is_split = nodes["is_leaf"] == 0
+        children = np.stack([nodes["left"], nodes["right"]]).astype(np.int64)[:, is_split]
+        fault = _node_fault(children, is_split, nodes["feature_idx"], nodes["num_threshold"], nodes["value"], seen=seen)
+        yield "has a tree of another kind" if nodes["is_categorical"].any() else fault
+
+
+def _node_fault(children: Any, is_split: Any, feature: Any, threshold: Any, value: Any, *, seen: int) -> str:
+    """Return what is wrong with the nodes of a tree; every way down must end, at finite numbers.
+
+    `children` is (2, n_splits), `value` (n_nodes, ...), and the others (n_nodes,).
+    """
+    splits, features = np.flatnonzero(is_split), feature[is_split]
+    if not len(value) or ((children <= splits) | (children >= len(value))).any():
+        return "has a tree with branches that lead nowhere"
+    if ((features < 0) | (features >= seen)).any():
+        return f"has a tree of other features than its {seen}"
+    is_finite = np.isfinite(threshold[is_split]).all() and np.isfinite(value).all()
+    return "" if is_finite else "has a tree whose thresholds or values are no numbers"
 
 
 def _card(detector: Detector) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, shortened
-from fingerslip.files import write_text
+from fingerslip.files import csv_text, plain_cell, write_text
 
 __all__ = [
     "CLASSES",
@@ -91,11 +91,8 @@ def write_onsets(onsets: Mapping[str, Onsets], path: str | Path) -> None:
     ResultError
         Where the file cannot be written.
     """
-    stream = io.StringIO()
-    rows = csv.writer(stream, lineterminator="\n")
-    rows.writerow(_COLUMNS)
-    rows.writerows((trial, _text(one.incipient), _text(one.gross)) for trial, one in onsets.items())
-    write_text(Path(path), stream.getvalue())
+    rows = ((trial, _text(one.incipient), _text(one.gross)) for trial, one in onsets.items())
+    write_text(Path(path), csv_text([_COLUMNS, *rows]))
 
 
 def read_onsets(path: str | Path) -> dict[str, Onsets]:
@@ -109,7 +106,7 @@ def read_onsets(path: str | Path) -> dict[str, Onsets]:
     rows = _rows(Path(path))
     found: dict[str, Onsets] = {}
     for line, row in enumerate(rows, start=2):
-        trial = (row["trial"] or "").strip()
+        trial = plain_cell((row["trial"] or "").strip())
         if not trial or trial in found:
             problem = f"trial {trial!r} stands twice" if trial else "a row has no trial"
             raise InputError(str(path), problem, "needs each trial once", line=line)

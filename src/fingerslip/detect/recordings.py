@@ -15,6 +15,7 @@ from fingerslip.detect.labels import LabelSettings, labels_from_external_markers
 from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError, shortened
+from fingerslip.files import plain_cell
 from fingerslip.units import parse_quantity
 from fingerslip.vision.tables import read_tracks_csv
 from fingerslip.vision.tracks import make_tracks, read_tracks
@@ -71,7 +72,7 @@ def read_conditions(path: str | Path) -> dict[str, dict[str, Any]]:
         raise InputError(str(path), found, "needs CSV with a line of names") from error
     conditions: dict[str, dict[str, Any]] = {}
     for line, row in enumerate(rows, start=2):
-        file = (row.pop("file", None) or "").strip()
+        file = plain_cell((row.pop("file", None) or "").strip())
         if not file or file in conditions:
             problem = f"{file!r} stands twice" if file else "a row has no file"
             raise InputError(str(path), problem, "needs a column 'file' with each recording once", line=line)

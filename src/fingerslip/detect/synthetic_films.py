@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -14,7 +12,7 @@ import numpy as np
 from fingerslip.detect.recordings import EXTERNAL
 from fingerslip.detect.synthetic import CENTRE
 from fingerslip.detect.trials import Trial
-from fingerslip.files import check_empty, write_text, writing
+from fingerslip.files import check_empty, csv_text, write_text, writing
 from fingerslip.vision.cameras.camera import Camera, Pose
 from fingerslip.vision.cameras.intrinsics import pinhole_for_view
 from fingerslip.vision.cameras.look import MarkerLook, PixelCamera
@@ -54,19 +52,18 @@ def film_trials(trials: Iterable[Trial], folder: str | Path, *, size: tuple[int,
     ResultError
         Where a file cannot be written.
     """
-    place, stream = Path(folder), io.StringIO()
+    place = Path(folder)
     check_empty(place)
     with writing(place):
         place.mkdir(parents=True, exist_ok=True)
-    table = csv.writer(stream, lineterminator="\n")
-    table.writerow(("file", EXTERNAL, "indentation [mm]", "direction [deg]"))
+    rows: list[tuple[object, ...]] = [("file", EXTERNAL, "indentation [mm]", "direction [deg]")]
     for trial in trials:
         names = f"{trial.name}.mkv", f"{trial.name}-outside.mkv"
         for kind, name in zip(("internal", "external"), names, strict=True):
             _film(trial.tracks, kind, place / name, size)
         conditions = trial.conditions
-        table.writerow((*names, 1e3 * conditions["indentation"], round(math.degrees(conditions["direction"]), 6)))
-    write_text(place / "conditions.csv", stream.getvalue())
+        rows.append((*names, 1e3 * conditions["indentation"], round(math.degrees(conditions["direction"]), 6)))
+    write_text(place / "conditions.csv", csv_text(rows))
     return place / "conditions.csv"
 
 

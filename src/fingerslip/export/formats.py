@@ -15,7 +15,7 @@ from fingerslip.errors import InputError
 from fingerslip.export.matlab import write_history_mat, write_tables_mat
 from fingerslip.export.paraview import write_paraview
 from fingerslip.export.tables import history_tables
-from fingerslip.files import check_replaceable, json_text, new_folder, write_json, write_text, writing
+from fingerslip.files import check_replaceable, frame_csv, json_text, new_folder, write_json, write_text, writing
 from fingerslip.version import __version__
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ _MARK = "fingerslip-export.json"
 
 def _write_csv(tables: _Tables, folder: Path) -> None:
     for name, frame in tables.items():
-        frame.to_csv(folder / f"{name}.csv", index=False)
+        write_text(folder / f"{name}.csv", frame_csv(frame))
 
 
 def _write_parquet(tables: _Tables, folder: Path) -> None:

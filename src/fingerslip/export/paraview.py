@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import ResultError
 from fingerslip.export.tensors import cell_tensors
-from fingerslip.files import write_text
+from fingerslip.files import csv_text, write_text
 from fingerslip.history import is_solid, nearest_record, site_kinds
 from fingerslip.report.scene.snapshot import flat_faces, in_space, read_snapshot
 from fingerslip.sites import RECEPTOR_KINDS
@@ -72,7 +72,7 @@ def write_paraview(history: xr.Dataset, folder: Path) -> None:
     if history.sizes.get("site", 0):
         write_series(folder, "sites", zip(times, (_sites(history, number) for number in numbers), strict=True))
     names = str(history.attrs.get("regions", "")).split(", ")
-    write_text(folder / "regions.csv", "number,region\n" + "".join(f"{i},{name}\n" for i, name in enumerate(names)))
+    write_text(folder / "regions.csv", csv_text([("number", "region"), *enumerate(names)]))
     write_text(folder / "show.py", _SCRIPT)
 
 

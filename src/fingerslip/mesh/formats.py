@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import io
+import re
+import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -22,6 +25,8 @@ __all__ = ["read_file", "write_file"]
 _AGAIN = "look whether it is whole, and export it again"
 # Beyond it squares lose the size of the cells.
 _FARTHEST = 1e9
+# How often in a row a reader may ask for what comes after the end of its file.
+_ENDS = 1000
 # What meshio has to be told of some formats.
 _OPTIONS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
     {".msh": MappingProxyType({"file_format": "gmsh22"}), ".stl": MappingProxyType({"binary": True})}
@@ -43,15 +48,13 @@ def read_file(file: Path, needed: str) -> meshio.Mesh:
     MeshError
         Where the file is missing or cannot be read, or its numbers do not fit together.
     """
-    import meshio
-
     if not file.is_file():
         raise MeshError(str(file), "no such file", needed)
     if not file.stat().st_size:
         raise MeshError(str(file), "is empty", needed, _AGAIN)
     try:
         with _silence():
-            data = meshio.read(file)
+            data = _guarded_meshio().read(file)
     # meshio ends the program where no reader fits, and its readers fail in any way on a damaged file.
     except (Exception, SystemExit) as error:
         cause = str(error) if isinstance(error, Exception) else "unknown or damaged format"
@@ -90,6 +93,53 @@ def write_file(file: Path, data: meshio.Mesh, suffixes: str) -> None:
             meshio.write(partial, data, **_OPTIONS.get(file.suffix, {}))
     except (meshio.ReadError, meshio.WriteError, KeyError) as error:
         raise MeshError(str(file), f"cannot be written ({error})", f"needs a suffix such as {suffixes}") from error
+
+
+@functools.cache
+def _guarded_meshio() -> Any:
+    """Return meshio, mended for the whole process: its readers loop for ever at the end of a file that is cut off.
+
+    Its modules open files that refuse to end again and again, and its pattern of WKT has one way to match a text.
+    """
+    import meshio
+
+    for name in [name for name in sys.modules if name.startswith("meshio.")]:
+        vars(sys.modules[name])["open"] = _opened
+    wkt = sys.modules["meshio.wkt._wkt"]
+    pattern = wkt.tin_pattern.replace(wkt.float_pattern, r"[+-]?(?:\d++\.?\d*+|\.\d++)").replace(",?)*", ",?)*+")
+    wkt.tin_re = re.compile(pattern)
+    return meshio
+
+
+@contextlib.contextmanager
+def _opened(path: str | Path, mode: str = "r") -> Iterator[Any]:
+    with open(path, mode) as file:  # noqa: PTH123  in place of the builtin
+        yield _EndingFile(file) if "r" in mode else file
+
+
+class _EndingFile:
+    """A file, open for reading, that fails when it has been asked too often for what comes after its end."""
+
+    def __init__(self, file: Any) -> None:
+        self._file, self._ends = file, 0
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._file, name)
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._file)
+
+    def read(self, *size: int) -> Any:
+        return self._counted(self._file.read(*size))
+
+    def readline(self, *size: int) -> Any:
+        return self._counted(self._file.readline(*size))
+
+    def _counted(self, content: Any) -> Any:
+        self._ends = 0 if content else self._ends + 1
+        if self._ends > _ENDS:
+            raise EOFError("it ends too early")
+        return content
 
 
 def _check_numbers(file: Path, data: meshio.Mesh) -> None:

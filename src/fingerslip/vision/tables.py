@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import io
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fingerslip.errors import InputError, ResultError, shortened
-from fingerslip.files import write_text
+from fingerslip.files import frame_csv, write_text
 from fingerslip.vision.tracks import AXES, UNITS, check_tracks, make_tracks
 
 if TYPE_CHECKING:
@@ -68,17 +68,18 @@ def tracks_from_table(table: pd.DataFrame, where: str = "table") -> xr.Dataset:
     Raises
     ------
     InputError
-        Where a column is missing, or a marker has two rows at one time.
+        Where a column is missing, a number is none, or a marker has two rows at one time.
     """
     unit = next((unit for unit in UNITS if f"x_{unit}" in table.columns), None)
     if unit is None or not {"time_s", "marker", f"y_{unit}"} <= set(table.columns):
         found = f"has the columns {', '.join(map(str, table.columns))}"
         raise InputError(where, shortened(found), "needs time_s, marker, and x_px and y_px or x_m and y_m")
+    places = [f"{axis}_{unit}" for axis in AXES if f"{axis}_{unit}" in table.columns]
+    table = _numeric(table, ("time_s", "marker", *places, "quality", *_OPTIONAL.values()), where)
     twice = table.duplicated(["time_s", "marker"])
     if twice.any():
         row = table[twice].iloc[0]
         raise InputError(where, f"marker {row['marker']} has two rows at {row['time_s']} s", "needs one")
-    places = [f"{axis}_{unit}" for axis in AXES if f"{axis}_{unit}" in table.columns]
     grids = {
         name: table.pivot_table(index="time_s", columns="marker", values=name, dropna=False, sort=True)
         for name in [*places, *(["quality"] if "quality" in table.columns else [])]
@@ -96,6 +97,20 @@ def tracks_from_table(table: pd.DataFrame, where: str = "table") -> xr.Dataset:
         ring=first["ring"].to_numpy() if "ring" in first.columns else None,
         angle=first["angle_rad"].to_numpy() if "angle_rad" in first.columns else None,
     )
+
+
+def _numeric(table: pd.DataFrame, names: Iterable[str], where: str) -> pd.DataFrame:
+    """Return a table with numbers in some of its columns; only time and marker may not be empty."""
+    import pandas as pd
+
+    columns = {name: pd.to_numeric(table[name], errors="coerce") for name in names if name in table.columns}
+    for name, numbers in columns.items():
+        wrong = numbers.isna() & (table[name].notna() | (name in ("time_s", "marker")))
+        if wrong.any():
+            row = int(np.flatnonzero(wrong)[0])
+            cell = "nothing" if pd.isna(table[name].iloc[row]) else shortened(repr(str(table[name].iloc[row])))
+            raise InputError(f"{where}: {name}", f"row {row + 1} has {cell}", "needs a number", "correct that cell")
+    return table.assign(**columns)
 
 
 def write_tracks_csv(tracks: xr.Dataset, path: str | Path) -> None:
@@ -117,9 +132,7 @@ def write_tracks_csv(tracks: xr.Dataset, path: str | Path) -> None:
     ResultError
         Where the file cannot be written.
     """
-    stream = io.StringIO()
-    tracks_table(tracks).to_csv(stream, index=False)
-    write_text(Path(path), stream.getvalue())
+    write_text(Path(path), frame_csv(tracks_table(tracks)))
 
 
 def read_tracks_csv(path: str | Path) -> xr.Dataset:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from fingerslip.errors import InputError, ResultError, shortened
 from fingerslip.files import write_bytes
 from fingerslip.netcdf import read_netcdf
+from fingerslip.units import parse_quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -168,11 +169,11 @@ def check_tracks(tracks: xr.Dataset, where: str = "tracks") -> xr.Dataset:
     Raises
     ------
     InputError
-        Where a variable is missing or has other dimensions; where the unit, a kind or an attribute is another than
+        Where a variable is missing or has other dimensions; where a unit, a kind or an attribute is another than
         allowed; where times do not rise; where a number stands twice; where a position is infinite or known along one
         axis only; where a quality is outside 0 to 1, or above 0 for a marker that was not seen.
     """
-    for check in (_check_names, _check_labels, _check_values, _check_attributes):
+    for check in (_check_names, _check_units, _check_labels, _check_values, _check_attributes):
         check(tracks, where)
     return tracks
 
@@ -189,10 +190,21 @@ def _check_names(tracks: xr.Dataset, where: str) -> None:
             raise InputError(f"{where}: {name}", f"has the type {tracks[name].dtype}", "needs float64")
 
 
+def _check_units(tracks: xr.Dataset, where: str) -> None:
+    """Refuse units that are not those of VARIABLES; numbers without a unit, but for positions, count as in these."""
+    for name in (name for name in VARIABLES if name in tracks.variables):
+        needed = UNITS if name == "position" else (VARIABLES[name][1], None)
+        unit = tracks[name].attrs.get("units")
+        if unit not in needed:
+            found, allowed = (
+                f"has the unit {shortened(repr(unit))}",
+                "one of px, m" if name == "position" else needed[0],
+            )
+            raise InputError(f"{where}: {name}", found, f"needs {allowed or 'none'}", "convert it, with its unit")
+
+
 def _check_labels(tracks: xr.Dataset, where: str) -> None:
-    unit = tracks["position"].attrs.get("units")
-    if unit not in UNITS:
-        raise InputError(f"{where}: position", f"has the unit {unit!r}", f"needs one of {', '.join(UNITS)}")
+    unit = tracks["position"].attrs["units"]
     axes = tuple(map(str, tracks["axis"].values))
     if axes not in (AXES[:2], AXES):
         raise InputError(f"{where}: axis", f"got {axes}", "needs ('x', 'y') or ('x', 'y', 'z')")
@@ -313,10 +325,12 @@ def write_tracks(tracks: xr.Dataset, path: str | Path) -> None:
 def read_tracks(path: str | Path) -> xr.Dataset:
     """Read tracks back, with arrays in memory.
 
+    Positions in another unit of length, times and angles in other units than s and rad are converted.
+
     Parameters
     ----------
     path : path
-        A file that :func:`write_tracks` wrote.
+        A file that :func:`write_tracks` wrote, or another with the variables of :data:`VARIABLES`.
 
     Returns
     -------
@@ -339,4 +353,16 @@ def read_tracks(path: str | Path) -> xr.Dataset:
         cause = shortened(str(error)) or type(error).__name__
         raise ResultError(f"{path}: cannot be read as tracks ({cause}); make the tracks again") from error
     texts = {name: tracks[name].astype(str) for name in ("axis", "kind") if name in tracks.variables}
-    return check_tracks(tracks.assign_coords(texts), str(path))
+    return check_tracks(_in_si(tracks.assign_coords(texts), str(path)), str(path))
+
+
+def _in_si(tracks: xr.Dataset, where: str) -> xr.Dataset:
+    """Return tracks whose lengths, times and angles are in m, s and rad; pixels stay, and so does what has no unit."""
+    for name, si in (("position", "m"), ("time", "s"), ("angle", "rad")):
+        unit = tracks[name].attrs.get("units") if name in tracks.variables else None
+        if unit not in (None, si, "px"):
+            factor = parse_quantity(f"1 {unit}", si, where=f"{where}: unit of {name}")
+            converted = tracks[name].variable.copy(data=factor * tracks[name].values.astype(np.float64))
+            converted.attrs["units"] = si
+            tracks = tracks.assign({name: converted})
+    return tracks

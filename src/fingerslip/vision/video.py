@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError, ResultError, TruncatedVideoError
+from fingerslip.errors import DamagedError, InputError, ResultError, TruncatedVideoError, shortened
 from fingerslip.files import check_replaceable, new_file, new_folder, read_json, write_json
 from fingerslip.vision.opencv import opencv
 
@@ -193,7 +193,13 @@ def _folder_info(folder: Path) -> VideoInfo:
     height, width = _image(opencv(), images[0], "grey").shape[:2]
     rate = None
     if (folder / _RATE_FILE).is_file():
-        rate = float(read_json(folder / _RATE_FILE, "write the images again")["frame_rate"])
+        repair = "write the images again"
+        stated = read_json(folder / _RATE_FILE, repair).get("frame_rate")
+        try:
+            rate = frame_rate_of(VideoInfo(str(folder), width, height, None, None), float(stated))
+        except (TypeError, ValueError, OverflowError) as error:
+            found = f"has the frame rate {shortened(repr(stated))}"
+            raise DamagedError(str(folder / _RATE_FILE), found, repair) from error
     return VideoInfo(str(folder), width, height, rate, len(images))
 
 

@@ -1,8 +1,10 @@
 from __future__ import annotations
 
+import contextlib
+import copy
 import dataclasses
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -113,22 +115,107 @@ def test_files_that_are_too_large_are_refused(folder: Path, monkeypatch: pytest.
         read_detector(folder)
 
 
-def test_trees_whose_branches_lead_nowhere_are_refused(made: Detector, folder: Path) -> None:
-    from fingerslip.detect.model_file import _check_estimator, _trees
+def _nodes(tree: Any) -> dict[str, Any]:
+    """Return the node arrays of a tree that a forest or boosting holds, by the names that both share here."""
+    if hasattr(tree, "tree_"):
+        state = tree.tree_.__getstate__()
+        names = {"left": "left_child", "right": "right_child", "feature": "feature", "threshold": "threshold"}
+        return {name: state["nodes"][own] for name, own in names.items()} | {"value": state["values"]}
+    names = {"left": "left", "right": "right", "feature": "feature_idx", "threshold": "num_threshold"}
+    return {name: tree.nodes[own] for name, own in names.items()} | {"value": tree.nodes["value"]}
 
+
+@pytest.fixture(scope="module")
+def learned(trials: TrialSet) -> dict[str, Detector]:
+    some = trials.names[:8]
+    return {
+        name: train(trials, trials.onsets(), name, motion=MOTION, sampling=SAMPLING, names=some)
+        for name in ("forest", "boosting")
+    }
+
+
+@pytest.mark.parametrize("classifier", ["forest", "boosting"])
+@pytest.mark.parametrize(
+    ("name", "node", "value", "message"),
+    [
+        ("left", 1, 0, "branches that lead nowhere"),  # a circle
+        ("right", 0, 0, "branches that lead nowhere"),
+        ("left", 0, 10**6, "branches that lead nowhere"),
+        ("right", 0, -1, "branches that lead nowhere"),  # an only child
+        ("feature", 0, -5, "a tree of other features than its "),
+        ("feature", 0, 10**6, "a tree of other features than its "),
+        ("threshold", 0, np.nan, "thresholds or values are no numbers"),
+        ("value", 0, np.inf, "thresholds or values are no numbers"),
+    ],
+)
+def test_trees_that_compiled_code_could_not_follow_are_refused(  # noqa: PLR0917
+    classifier: str, name: str, node: int, value: float, message: str, learned: dict[str, Detector], tmp_path: Path
+) -> None:
+    detector = copy.deepcopy(learned[classifier])
+    tree = detector.estimator.estimators_[3] if classifier == "forest" else detector.estimator._predictors[3][1]
+    nodes = _nodes(tree)
+    is_unsigned = nodes[name].dtype.kind == "u" and value < 0
+    nodes[name][node] = 2**32 + value if is_unsigned else value
+    write_detector(detector, tmp_path / "d")
+    with pytest.raises(DamagedError, match=message):
+        read_detector(tmp_path / "d")
+
+
+@pytest.mark.parametrize(
+    ("change_estimator", "message"),
+    [
+        (lambda forest: setattr(forest, "estimators_", []), "gives the probabilities"),
+        (lambda forest: setattr(forest.estimators_[0], "tree_", None), "is no classifier"),
+        (lambda forest: setattr(forest, "n_features_in_", None), "sees None features"),
+        (lambda forest: delattr(forest, "classes_"), "is no classifier"),
+    ],
+)
+def test_an_estimator_that_was_taken_apart_is_refused(
+    change_estimator: Callable[[Any], None], message: str, learned: dict[str, Detector], tmp_path: Path
+) -> None:
+    detector = copy.deepcopy(learned["forest"])
+    change_estimator(detector.estimator)
+    write_detector(detector, tmp_path / "d")
+    with pytest.raises(DamagedError, match=message):
+        read_detector(tmp_path / "d")
+
+
+def test_splits_by_categories_are_refused(learned: dict[str, Detector], tmp_path: Path) -> None:
+    detector = copy.deepcopy(learned["boosting"])
+    detector.estimator._predictors[0][0].nodes["is_categorical"][0] = 1
+    write_detector(detector, tmp_path / "d")
+    with pytest.raises(DamagedError, match="has a tree of another kind"):
+        read_detector(tmp_path / "d")
+
+
+def test_another_classifier_than_its_description_says_is_refused(learned: dict[str, Detector], tmp_path: Path) -> None:
+    write_detector(dataclasses.replace(learned["forest"], classifier="boosting"), tmp_path / "d")
+    with pytest.raises(DamagedError, match="is not the classifier boosting"):
+        read_detector(tmp_path / "d")
+
+
+def _edited(described: dict[str, Any]) -> Iterator[tuple[dict[str, Any], bool]]:
+    """Yield descriptions with one entry of another value, at every depth, and whether an entry is gone or renamed."""
+    for name, value in described.items():
+        others = (None, True, -1, 10**400, float("nan"), "x", [], {}, [value], {"value": value})
+        yield {other: held for other, held in described.items() if other != name}, True
+        yield {(f"{other}s" if other == name else other): held for other, held in described.items()}, True
+        yield from ((described | {name: other}, False) for other in others)
+        if isinstance(value, dict):
+            yield from ((described | {name: other}, is_gone) for other, is_gone in _edited(value))
+
+
+def test_edited_descriptions_are_refused_or_read_as_they_are(folder: Path) -> None:
     described = read_json(folder / "detector.json", "")
-    _check_estimator(folder, described, made.estimator)
-    assert [nodes for nodes, _, _ in _trees(made.estimator)] == [5]
-
-    class Broken:
-        n_features_in_, classes_ = 1, np.arange(3)
-
-        class tree_:  # noqa: N801  named as in scikit-learn
-            node_count = 2
-            children_left, children_right, feature = np.array([1, 7]), np.array([-1, -1]), np.array([0, -2])
-
-    with pytest.raises(DamagedError, match="branches that lead nowhere"):
-        _check_estimator(folder, described, Broken())
+    provenance = described["provenance"]
+    edited = list(_edited(described))
+    assert len(edited) > 300
+    for values, is_gone in edited:
+        write_json(folder / "detector.json", values)
+        # Where the data come from may be said in any words.
+        is_wrong = is_gone and values.get("provenance") == provenance
+        with pytest.raises((InputError, ResultError)) if is_wrong else contextlib.suppress(InputError, ResultError):
+            read_detector(folder)
 
 
 def test_a_folder_without_a_detector_is_named(tmp_path: Path) -> None:

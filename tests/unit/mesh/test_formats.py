@@ -46,6 +46,34 @@ def test_missing_and_damaged_files_are_named(tmp_path: Path, capfd: pytest.Captu
     assert capfd.readouterr() == ("", "")
 
 
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.ply", b"ply\nformat ascii 1.0\nelement vertex 3\n"),
+        ("a.off", b"OFF\n# made by\n"),
+        ("a.nas", b"CEND\nBEGIN BULK\n"),
+        ("a.mdpa", b"Begin Nodes\n1 0 0 0\n"),
+        ("a.node", b"# nodes\n"),
+        ("a.msh", b'(1 "meshio")\n(2 3)\n(10 (1 1 8 1 3)('),
+        ("a.msh", b"$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n0\n$EndNodes\n$NodeData\n99999999999\n"),
+    ],
+)
+def test_a_file_that_ends_in_its_header_is_refused(tmp_path: Path, name: str, content: bytes) -> None:
+    for file in {tmp_path / name, (tmp_path / name).with_suffix(".ele" if name == "a.node" else Path(name).suffix)}:
+        file.write_bytes(content)
+    with pytest.raises(MeshError, match=r"cannot be read \(.*it ends too early.*look whether it is whole"):
+        read_file(tmp_path / name, "needs a mesh")
+
+
+def test_a_text_of_triangles_that_is_cut_off_is_refused(tmp_path: Path) -> None:
+    triangles = ", ".join(["((0.125 0.25 0.5, 1.125 0.25 0.5, 0.125 1.25 0.5, 0.125 0.25 0.5))"] * 30)
+    (tmp_path / "whole.wkt").write_text(f"TIN ({triangles})")
+    assert len(read_file(tmp_path / "whole.wkt", "").cells_dict["triangle"]) == 30
+    (tmp_path / "cut.wkt").write_text(f"TIN ({triangles}")
+    with pytest.raises(MeshError, match=r"cannot be read"):
+        read_file(tmp_path / "cut.wkt", "needs a mesh")
+
+
 def test_unknown_suffixes_and_folders_are_named(tmp_path: Path) -> None:
     with pytest.raises(MeshError, match=r"a\.nix: cannot be written .*, needs a suffix such as \.stl, \.ply"):
         write_file(tmp_path / "a.nix", TRIANGLE, ".stl, .ply")

@@ -57,3 +57,19 @@ def test_what_is_no_table_of_tracks_is_refused(tmp_path):
         read_tracks_csv(tmp_path / "empty.csv")
     with pytest.raises(ResultError, match="cannot be read"):
         read_tracks_csv(tmp_path / "missing.csv")
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("0.1,0,here,2.0,1.0", "x_px: row 2 has 'here', needs a number; correct that cell"),
+        ("later,0,1.0,2.0,1.0", "time_s: row 2 has 'later'"),
+        (",0,1.0,2.0,1.0", "time_s: row 2 has nothing"),
+        ("0.1,,1.0,2.0,1.0", "marker: row 2 has nothing"),
+        ("0.1,0,1.0,2.0,good", "quality: row 2 has 'good'"),
+    ],
+)
+def test_a_word_where_a_number_is_due_is_named(tmp_path, line, said):
+    (tmp_path / "a.csv").write_text(f"time_s,marker,x_px,y_px,quality\n0.0,0,1.0,2.0,1.0\n{line}\n")
+    with pytest.raises(InputError, match=rf"a\.csv: {said}"):
+        read_tracks_csv(tmp_path / "a.csv")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import h5py
 import numpy as np
 import pytest
 import xarray as xr
@@ -104,6 +105,10 @@ def test_what_cannot_be_is_refused(values, said):
         (lambda tracks: tracks.transpose("marker", "time", "axis"), "has the dimensions"),
         (lambda tracks: tracks.assign(position=tracks["position"].astype("float32")), "float32"),
         (lambda tracks: tracks.assign_coords(axis=["x", "z"]), "axis: got"),
+        (lambda tracks: in_units(tracks, time="ms"), "time: has the unit 'ms', needs s; convert it"),
+        (lambda tracks: in_units(tracks, quality="%"), "quality: has the unit '%', needs 1"),
+        (lambda tracks: in_units(tracks, angle="deg"), "angle: has the unit 'deg', needs rad"),
+        (lambda tracks: in_units(tracks, marker="mm"), "marker: has the unit 'mm', needs none"),
     ],
 )
 def test_other_datasets_are_refused(change, said):
@@ -141,3 +146,28 @@ def test_pixels_become_metres_by_the_scale_of_each_axis():
 def test_pixels_without_a_scale_are_no_metres():
     with pytest.raises(InputError, match="metres_per_pixel: got"):
         tracks_in_metres(moving_tracks())
+
+
+def in_units(tracks, **units):
+    """Return tracks whose variables say that they have other units."""
+    tracks = tracks.assign_coords(angle=("marker", np.zeros(tracks.sizes["marker"]), {"units": "rad"}))
+    for name, unit in units.items():
+        tracks[name].attrs["units"] = unit
+    return tracks
+
+
+def test_other_units_of_a_file_are_converted_or_refused(tmp_path):
+    angles = {"angle": ("marker", [0.0, 90.0])}
+    tracks = make_tracks(TWO, [0.0, 500.0], units="m").assign_coords(angles)
+    in_units(tracks, time="ms", position="mm").assign_coords(angles).to_netcdf(tmp_path / "a.nc", engine="h5netcdf")
+    with h5py.File(tmp_path / "a.nc", "a") as file:
+        file["angle"].attrs["units"] = "deg"
+    found = read_tracks(tmp_path / "a.nc")
+    np.testing.assert_allclose(found["time"], [0.0, 0.5])
+    np.testing.assert_allclose(found["angle"], [0.0, np.pi / 2])
+    np.testing.assert_allclose(found["position"], TWO * 1e-3)
+    assert [found[name].attrs["units"] for name in ("position", "time", "angle")] == ["m", "s", "rad"]
+    with h5py.File(tmp_path / "a.nc", "a") as file:
+        file["time"].attrs["units"] = "frames"
+    with pytest.raises(InputError, match=r"unit of time: got '1 frames', needs a unit of .s."):
+        read_tracks(tmp_path / "a.nc")

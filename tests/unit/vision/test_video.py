@@ -8,7 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from fingerslip.errors import InputError, ResultError, TruncatedVideoError
+from fingerslip.errors import DamagedError, InputError, ResultError, TruncatedVideoError
+from fingerslip.files import write_json
 from fingerslip.vision.opencv import opencv
 from fingerslip.vision.video import VideoInfo, frame_rate_of, read_frames, video_info, write_video
 
@@ -133,6 +134,14 @@ def test_a_folder_without_a_rate_needs_one(tmp_path):
     with pytest.raises(InputError, match="states no frame rate, needs one; give the frames a second"):
         frame_rate_of(info)
     assert frame_rate_of(info, 25) == 25
+
+
+@pytest.mark.parametrize("values", [{}, {"frame_rate": None}, {"frame_rate": "x"}, {"frame_rate": 10**400}])
+def test_a_file_beside_images_that_states_no_rate_is_refused(tmp_path, values):
+    write_video(tmp_path / "frames", [np.zeros((4, 4), np.uint8)], 30.0)
+    write_json(tmp_path / "frames" / "video.json", values)
+    with pytest.raises(DamagedError, match=r"video\.json: has the frame rate .*write the images again"):
+        video_info(tmp_path / "frames")
 
 
 @pytest.mark.parametrize("rate", [0.0, -30.0, float("nan"), float("inf"), 90000.0])

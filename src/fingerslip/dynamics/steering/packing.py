@@ -22,7 +22,7 @@ from scipy import sparse
 from fingerslip.errors import DamagedError
 from fingerslip.files import write_bytes
 
-__all__ = ["read_packed", "write_packed"]
+__all__ = ["is_like", "read_packed", "write_packed"]
 
 _TREE, _PACKAGE = "tree.json", "fingerslip."
 _REPAIR = "save the simulation again"
@@ -56,13 +56,41 @@ def read_packed(path: Path, outside: Mapping[str, NDArray[Any]]) -> Any:
     """
     try:
         with zipfile.ZipFile(path) as file:
+            _check_size(file, path)
             arrays = {name: np.load(file.open(name), allow_pickle=False) for name in file.namelist() if name != _TREE}
             tree = json.loads(file.read(_TREE))
         return _unpacked(tree, {**arrays, **outside})
     except FileNotFoundError:
         raise DamagedError(str(path), "is not there", "check the name") from None
-    except (OSError, KeyError, TypeError, ValueError, AttributeError, ImportError, EOFError, zipfile.BadZipFile):
-        raise DamagedError(str(path), "holds no saved simulation, or is damaged", _REPAIR) from None
+    # Readers of numbers and text, and the classes that are made, fail in any way on what others have written.
+    except Exception as error:
+        raise DamagedError(str(path), "holds no saved simulation, or is damaged", _REPAIR) from error
+
+
+def _check_size(file: zipfile.ZipFile, path: Path) -> None:
+    """Refuse what unpacks to more than itself: what is written is not compressed."""
+    if sum(entry.file_size for entry in file.infolist()) > path.stat().st_size:
+        raise ValueError("unpacks to more than itself")
+
+
+def is_like(value: Any, pattern: Any) -> bool:
+    """Tell whether a value has the types, keys and shapes of a pattern; where the pattern is None, all are right."""
+    if isinstance(pattern, np.ndarray):
+        return isinstance(value, np.ndarray) and (value.dtype, value.shape) == (pattern.dtype, pattern.shape)
+    if isinstance(pattern, int | float):
+        return isinstance(value, int | float)
+    if pattern is None or type(value) is not type(pattern):
+        return pattern is None
+    members, others = _members(value), _members(pattern)
+    return members.keys() == others.keys() and all(is_like(members[name], others[name]) for name in others)
+
+
+def _members(value: Any) -> Mapping[Any, Any]:
+    if isinstance(value, Mapping):
+        return value
+    if dataclasses.is_dataclass(value):
+        return {own.name: getattr(value, own.name) for own in dataclasses.fields(value)}
+    return dict(enumerate(value)) if isinstance(value, tuple | list) else {}
 
 
 def _zipped(tree: str, arrays: Mapping[str, NDArray[Any]]) -> bytes:

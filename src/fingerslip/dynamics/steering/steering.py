@@ -18,11 +18,11 @@ from fingerslip.dynamics.recording.provenance import labelled_history
 from fingerslip.dynamics.recording.recorder import Recorder
 from fingerslip.dynamics.recording.steps import record_bytes, require_record_memory, step_times
 from fingerslip.dynamics.steering.commands import Command, commanded
-from fingerslip.dynamics.steering.packing import read_packed, write_packed
+from fingerslip.dynamics.steering.packing import is_like, read_packed, write_packed
 from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.stepwise import Stepwise, make_course
 from fingerslip.dynamics.system.system import build_system
-from fingerslip.errors import InputError
+from fingerslip.errors import DamagedError, FingerslipError, InputError
 from fingerslip.history import VARIABLES
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.threads import allowed_threads, limited_threads, single_dense_thread, suitable_threads
@@ -38,6 +38,7 @@ Array = NDArray[np.float64]
 
 # Raised where saved simulations hold something else than before.
 _FORMAT = 2
+_REPAIR = "save the simulation again"
 # What of an observation would need all steps before it.
 _OF_ALL_STEPS = frozenset({"support_force"})
 
@@ -247,22 +248,38 @@ class Simulation:
         found = cls(model, threads=threads, solver=solver)
         with contextlib.ExitStack() as stack:
             stack.callback(found.close)
-            saved = read_packed(Path(path), found._outside())
-            if saved.get("format") != _FORMAT:
-                needs = "needs one that this version has saved"
-                raise InputError(str(path), "is of another version of fingerslip", needs, "save the simulation again")
-            if saved["model"] != _fingerprint(model):
-                repair = "restore it with the model that was saved"
-                raise InputError("model", f"is not the one that {path} was saved from", "needs the same model", repair)
-            for command, step in saved["commands"]:
-                found._follow(command, step)
-            found._steps.course.restore(saved["course"])
-            # The factors are made anew, and with them the compliance that the last step's contact refers to.
-            again = read_packed(Path(path), found._outside())
-            found._steps.state, found._steps.taken = again["state"], again["taken"]
-            found._steps.recorder.restore(again["recorder"])
+            try:
+                found._restore(Path(path))
+            except FingerslipError:
+                raise
+            # What fits in part fails in any way where it does not.
+            except Exception as error:
+                raise DamagedError(str(path), "holds no simulation of this model", _REPAIR) from error
             stack.pop_all()
         return found
+
+    def _restore(self, path: Path) -> None:
+        """Go on where another simulation of the model was saved."""
+        saved = read_packed(path, self._outside())
+        if saved["format"] != _FORMAT:
+            raise InputError(
+                str(path), "is of another version of fingerslip", "needs one that this version has saved", _REPAIR
+            )
+        if saved["model"] != _fingerprint(self._model):
+            repair = "restore it with the model that was saved"
+            raise InputError("model", f"is not the one that {path} was saved from", "needs the same model", repair)
+        for command, step in saved["commands"]:
+            self._follow(command, step)
+        self._steps.course.restore(saved["course"])
+        # The factors are made anew, and with them the compliance that the last step's contact refers to.
+        again = read_packed(path, self._outside())
+        taken, recorder = again["taken"], self._steps.recorder
+        is_whole = is_like(again["state"], self._steps.state) and is_like(again["recorder"], recorder.saved())
+        is_placed = isinstance(taken, int) and 0 <= taken < len(self._steps.times)
+        if not (is_whole and is_placed and again["recorder"]["next"] == taken + 1):
+            raise DamagedError(str(path), "holds another state than this model has", _REPAIR)
+        self._steps.state, self._steps.taken = again["state"], taken
+        recorder.restore(again["recorder"])
 
     def _follow(self, command: Command, step: int) -> None:
         """Change the system by a command that is given at a step."""

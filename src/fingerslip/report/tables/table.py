@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import csv
 import enum
-import io
 import math
 from dataclasses import dataclass
 from typing import Any
+
+from fingerslip.files import csv_text
 
 __all__ = [
     "Cell",
@@ -162,11 +162,9 @@ def to_markdown(table: Table) -> str:
 
 def to_csv(table: Table) -> str:
     """Write a table as CSV with full precision; a missing value is an empty field, whatever the reason."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(column.name for column in table.columns)
-    writer.writerows([_exact(cell) for cell in row] for row in table.rows)
-    return stream.getvalue()
+    return csv_text(
+        [[column.name for column in table.columns], *([_exact(cell) for cell in row] for row in table.rows)]
+    )
 
 
 def to_mapping(table: Table) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import zipfile
 from dataclasses import dataclass
@@ -11,9 +12,59 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from fingerslip.dynamics.steering.packing import read_packed, write_packed
+from fingerslip.dynamics.steering.packing import is_like, read_packed, write_packed
 from fingerslip.dynamics.system.motion import Motion
 from fingerslip.errors import DamagedError
+
+
+def write_parts(path: Path, parts: dict[str, bytes], compression: int = zipfile.ZIP_STORED) -> None:
+    with zipfile.ZipFile(path, "w", compression) as file:
+        for name, content in parts.items():
+            file.writestr(name, content)
+
+
+def as_npy(shape: tuple[int, ...], data: bytes) -> bytes:
+    memory = io.BytesIO()
+    np.lib.format.write_array_header_1_0(memory, {"descr": "<f8", "fortran_order": False, "shape": shape})
+    return memory.getvalue() + data
+
+
+@pytest.mark.parametrize(
+    ("parts", "compression"),
+    [
+        ({"tree.json": b'{"list": [' * 20_000 + b"]}" * 20_000}, zipfile.ZIP_STORED),
+        ({"tree.json": b'{"array": "0.npy"}', "0.npy": as_npy((10**14,), b"")}, zipfile.ZIP_STORED),
+        ({"tree.json": b'{"array": "0.npy"}', "0.npy": as_npy((2**70,), b"")}, zipfile.ZIP_STORED),
+        ({"tree.json": b'{"array": "0.npy"}', "0.npy": as_npy((10**6,), b"\0" * 8 * 10**6)}, zipfile.ZIP_DEFLATED),
+        ({"tree.json": b'{"csr": [{"value": 1}, {"value": 1}]}'}, zipfile.ZIP_STORED),
+        ({"tree.json": b'{"list": 3}'}, zipfile.ZIP_STORED),
+    ],
+)
+def test_what_is_deep_huge_or_of_another_kind_is_refused(tmp_path: Path, parts, compression: int) -> None:
+    write_parts(tmp_path / "made", parts, compression)
+    with pytest.raises(DamagedError, match="holds no saved simulation, or is damaged; save the simulation again"):
+        read_packed(tmp_path / "made", {})
+
+
+@pytest.mark.parametrize(
+    ("value", "pattern", "is_right"),
+    [
+        (np.zeros(3), np.ones(3), True),
+        (np.zeros(4), np.ones(3), False),
+        (np.zeros(3, np.int8), np.ones(3), False),
+        ("text", np.ones(3), False),
+        (None, np.ones(3), False),
+        (np.zeros(3), None, True),
+        ("1", 1.0, False),
+        ({"a": 1}, {"a": 2.0}, True),
+        ({"b": 1}, {"a": 2.0}, False),
+        ((1, 2), (1,), False),
+        (Motion(np.zeros(2), np.zeros((2, 2))), Motion(np.ones(2), np.ones((2, 2))), True),
+        (Motion(np.zeros(2), np.zeros((2, 3))), Motion(np.ones(2), np.ones((2, 2))), False),
+    ],
+)
+def test_types_and_shapes_are_compared(value, pattern, is_right: bool) -> None:
+    assert is_like(value, pattern) == is_right
 
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:

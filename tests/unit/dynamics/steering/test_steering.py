@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import zipfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -182,6 +184,37 @@ def test_another_model_and_other_files_are_refused(tmp_path: Path) -> None:
             fs.Simulation.restore(tmp_path / name, a_model())
     with pytest.raises(DamagedError, match="is not there"):
         fs.Simulation.restore(tmp_path / "nothing", a_model())
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda tree: tree.pop("taken"),
+        lambda tree: tree.update(taken={"value": -1}),
+        lambda tree: tree.update(taken={"value": 3.0}),
+        lambda tree: tree.update(taken={"value": 2}),
+        lambda tree: tree.update(state={"value": None}),
+        lambda tree: tree.update(commands={"value": 5}),
+        lambda tree: tree["state"]["fields"].update(displacement={"value": 1.0}),
+        lambda tree: tree["state"]["fields"].update(moved=tree["state"]["fields"]["displacement"]),
+        lambda tree: tree["state"]["fields"].pop("energies"),
+        lambda tree: tree["recorder"]["mapping"].update(next={"value": 10**6}),
+        lambda tree: tree["recorder"]["mapping"].update(moved=tree["state"]["fields"]["time"]),
+    ],
+)
+def test_what_does_not_fit_the_model_is_refused(tmp_path: Path, change: Callable[[dict], object]) -> None:
+    with fs.Simulation(a_model()) as sim:
+        sim.step()
+        sim.save(tmp_path / "saved")
+    with zipfile.ZipFile(tmp_path / "saved") as file:
+        parts = {name: file.read(name) for name in file.namelist()}
+    tree = json.loads(parts["tree.json"])
+    change(tree["mapping"])
+    with zipfile.ZipFile(tmp_path / "saved", "w") as file:
+        for name, content in (parts | {"tree.json": json.dumps(tree)}).items():
+            file.writestr(name, content)
+    with pytest.raises(DamagedError, match=r"saved: holds .*save the simulation again"):
+        fs.Simulation.restore(tmp_path / "saved", a_model())
 
 
 def test_what_another_version_has_saved_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fingerslip.errors import InputError, ResultError, shortened
-from fingerslip.files import write_text
+from fingerslip.files import frame_csv, write_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,6 +38,4 @@ def read_table(path: Path) -> pd.DataFrame:
 
 def write_table(table: pd.DataFrame, path: Path) -> None:
     """Write a table as CSV, whole or not at all; raise ResultError where it cannot be written."""
-    stream = io.StringIO()
-    table.to_csv(stream, index=False)
-    write_text(path, stream.getvalue())
+    write_text(path, frame_csv(table))
