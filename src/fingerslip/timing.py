@@ -145,7 +145,7 @@ class Adaptive:
         return self.output / _FINEST if self.smallest is None else self.smallest
 
     def refined(self, factor: float) -> Adaptive:
-        """Return settings whose steps are those of these times a factor, with the same records.
+        """Return settings whose steps and times between records are those of these times a factor.
 
         The estimated error grows with the third power of a dynamic step, and beside what is allowed of it with a
         quasi-static step itself.
@@ -153,6 +153,7 @@ class Adaptive:
         order = 1 if self.scheme == "quasi_static" else 3
         return dataclasses.replace(
             self,
+            output=factor * self.output,
             tolerance=factor**order * self.tolerance,
             smallest=factor * self.shortest,
             largest=None if self.largest is None else factor * self.largest,

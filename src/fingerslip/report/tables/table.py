@@ -107,7 +107,10 @@ class Column:
                 return str(cell)
 
     def _format_uncertainty(self, value: float) -> str:
-        return f"{value:.2g}" if self.digits is None else self.format(value)
+        """Write an uncertainty; one below the last digit is not nothing."""
+        if self.digits is None:
+            return f"{value:.2g}"
+        return self.format(value) if value >= 0.5 * 10.0**-self.digits else f"<{10.0**-self.digits:.{self.digits}f}"
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["RESULT_FORMAT", "RUN", "identity", "mesh_hash", "mesh_size", "read_run", "write_run"]
 
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
-RESULT_FORMAT = 8
+RESULT_FORMAT = 9
 
 _logger = logging.getLogger("fingerslip.study")
 
