@@ -139,7 +139,7 @@ class Convergence:
 
     @property
     def uncertainty(self) -> float | None:
-        """Uncertainty from all settings, root of the sum of squares; None where one is not known, or none changes it."""
+        """Uncertainty from all settings, root of the sum of squares; None where one is not known or none matters."""
         return combine([found.uncertainty for found in self.refinements.values()]) or None
 
     @property

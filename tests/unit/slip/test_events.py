@@ -74,7 +74,7 @@ def test_jump_moves_events_by_no_more_than_its_step() -> None:
 
 @pytest.mark.parametrize("every", [2, 4, 5, 8])
 def test_event_times_do_not_depend_on_the_records(every: int) -> None:
-    """Between two records the slip of a node grows evenly, and that of one node after the other passes the tolerance."""
+    """Between two records the slip of a node grows evenly; that of one node after the other passes the tolerance."""
     history = make(replace(QUIET, step=1e-3, nodes=41))
     sparse = history.isel(time=slice(None, None, every))
     assert_same(find_events(sparse), find_events(history), ("slip", "displacement"))
