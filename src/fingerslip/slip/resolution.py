@@ -18,6 +18,25 @@ if TYPE_CHECKING:
 
 __all__ = ["largest_step_share", "nodes_across", "record_interval", "resolution_warnings", "slide_records"]
 
+# Keys of measures with the least and the most that is fine, what they are in words, and what mends it.
+_LIMITS: tuple[tuple[str, float, float, str, str], ...] = (
+    ("slide_records", LEAST_STEPS, np.inf, "{:.0f} steps in the slide", "take a smaller step"),
+    (
+        "slipped_share_of_one_step",
+        0.0,
+        LARGEST_SHARE,
+        "{:.0%} of the contact slips in one step",
+        "take a smaller step, unless all of it slips at once",
+    ),
+    (
+        "nodes_across_contact",
+        LEAST_ACROSS,
+        np.inf,
+        "{:.0f} nodes across the contact",
+        "take smaller elements at the contact",
+    ),
+)
+
 
 def slide_records(history: xr.Dataset) -> int | None:
     """Return how many records follow the start of the slide; None where nothing slides."""
@@ -51,25 +70,10 @@ def largest_step_share(history: xr.Dataset) -> float | None:
 
 def resolution_warnings(numbers: Mapping[str, Mapping[str, float | int | None]]) -> tuple[str, ...]:
     """Return what is too coarse for the times of slip, from the measures of runs by their titles."""
-    causes = (
-        ("slide_records", lambda few: few < LEAST_STEPS, "{:.0f} steps in the slide", "take a smaller step"),
-        (
-            "slipped_share_of_one_step",
-            lambda much: much > LARGEST_SHARE,
-            "{:.0%} of the contact slips in one step",
-            "take a smaller step, unless all of it slips at once",
-        ),
-        (
-            "nodes_across_contact",
-            lambda few: 0 < few < LEAST_ACROSS,
-            "{:.0f} nodes across the contact",
-            "take smaller elements at the contact",
-        ),
-    )
     warnings = []
-    for key, is_coarse, words, repair in causes:
-        values = {title: value for title, own in numbers.items() if (value := own.get(key)) is not None}
-        coarse = [f"{title} ({words.format(value)})" for title, value in values.items() if is_coarse(value)]
+    for key, least, most, words, repair in _LIMITS:
+        values = {title: value for title, own in numbers.items() if (value := own.get(key))}
+        coarse = [f"{title} ({words.format(value)})" for title, value in values.items() if not least <= value <= most]
         if coarse:
             listed = "; ".join(coarse[:3]) + f" and {len(coarse) - 3} more" * (len(coarse) > 3)
             warnings.append(f"Too coarse for the times of slip: {listed}: {repair}.")

@@ -61,8 +61,8 @@ def _contacts(model: Model, known: CheckedModel) -> Iterator[str]:
         across = reached if known.space.dim == 2 else 2.0 * np.sqrt(reached / np.pi)
         if not reached:
             yield (
-                f"{where}: never touches '{contact.boundary}', which is {millimetres(float(gaps.min()))} away where the "
-                f"counterface comes {millimetres(max(approach, 0.0))} nearer: press deeper, or start nearer"
+                f"{where}: never touches '{contact.boundary}', which is {millimetres(float(gaps.min()))} away while "
+                f"the counterface comes {millimetres(max(approach, 0.0))} nearer: press deeper, or start nearer"
             )
         elif across < LEAST_ACROSS:
             yield (
