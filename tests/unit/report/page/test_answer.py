@@ -56,7 +56,7 @@ def test_what_is_too_coarse_is_said() -> None:
     numbers = {"slide_records": 4, "slipped_share_of_one_step": 0.53, "nodes_across_contact": 6.0}
     steps, share, nodes = answer(study(run("a", 1.71, numbers=numbers)), {"a": 1.0})[2:5]
     assert steps == "Too coarse for the times of slip: a (4 steps in the slide): take a smaller step."
-    assert "a (53% of the contact slips in one step)" in share
+    assert "a (53 % of the contact slips in one step)" in share
     assert "a (6 nodes across the contact): take smaller elements" in nodes
 
 
