@@ -73,7 +73,11 @@ def resolution_warnings(numbers: Mapping[str, Mapping[str, float | int | None]])
     warnings = []
     for key, least, most, words, repair in _LIMITS:
         values = {title: value for title, own in numbers.items() if (value := own.get(key))}
-        coarse = [f"{title} ({words.format(value).replace("%", " %")})" for title, value in values.items() if not least <= value <= most]
+        coarse = [
+            f"{title} ({words.format(value).replace('%', ' %')})"
+            for title, value in values.items()
+            if not least <= value <= most
+        ]
         if coarse:
             listed = "; ".join(coarse[:3]) + f" and {len(coarse) - 3} more" * (len(coarse) > 3)
             warnings.append(f"Too coarse for the times of slip: {listed}: {repair}.")
