@@ -58,6 +58,8 @@ def test_a_model_that_is_meant_has_none() -> None:
     assert doubts(MODEL, checked(MODEL)) == ()
     adaptive = dataclasses.replace(MODEL, time=fs.Adaptive(50e-3))
     assert doubts(adaptive, checked(adaptive)) == ()
+    static = dataclasses.replace(MODEL, time=fs.QuasiStatic(10e-3), programme=(fs.Press(0.2e-3, 1e-3),))
+    assert doubts(static, checked(static)) == (), "a press without inertia needs few steps"
 
 
 def test_simulating_says_them(caplog: pytest.LogCaptureFixture) -> None:
