@@ -11,6 +11,9 @@ from fingerslip.errors import InputError
 from fingerslip.parameters import Number, PositiveDuration, parameters
 
 __all__ = [
+    "LARGEST_SHARE",
+    "LEAST_ACROSS",
+    "LEAST_STEPS",
     "Adaptive",
     "NumericalDamping",
     "QuasiStatic",
@@ -25,6 +28,9 @@ NumericalDamping = Annotated[Number, pydantic.Field(ge=-0.5, le=0.0)]
 Tolerance = Annotated[Number, pydantic.Field(gt=0.0, lt=1.0)]
 #: How many records there are at least while time grows tenfold in a hold.
 RecordsPerDecade = Annotated[int, pydantic.Field(ge=1, le=1000)]
+
+#: Steps that a press or a slide needs, nodes across a contact, and the share of it that may begin to slip in one step.
+LEAST_STEPS, LEAST_ACROSS, LARGEST_SHARE = 25, 10, 0.2
 
 _ALPHA = -0.05
 # The longest time between records over the shortest step, where that is not given.
@@ -145,7 +151,7 @@ class Adaptive:
         return self.output / _FINEST if self.smallest is None else self.smallest
 
     def refined(self, factor: float) -> Adaptive:
-        """Return settings whose steps are those of these times a factor, with the same records.
+        """Return settings whose steps and times between records are those of these times a factor.
 
         The estimated error grows with the third power of a dynamic step, and beside what is allowed of it with a
         quasi-static step itself.
@@ -153,6 +159,7 @@ class Adaptive:
         order = 1 if self.scheme == "quasi_static" else 3
         return dataclasses.replace(
             self,
+            output=factor * self.output,
             tolerance=factor**order * self.tolerance,
             smallest=factor * self.shortest,
             largest=None if self.largest is None else factor * self.largest,

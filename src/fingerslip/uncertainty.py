@@ -139,8 +139,8 @@ class Convergence:
 
     @property
     def uncertainty(self) -> float | None:
-        """Uncertainty from all settings, root of the sum of squares; None where one of them is not known."""
-        return combine([found.uncertainty for found in self.refinements.values()])
+        """Uncertainty from all settings, root of the sum of squares; None where one is not known or none matters."""
+        return combine([found.uncertainty for found in self.refinements.values()]) or None
 
     @property
     def unsettled(self) -> tuple[str, ...]:

@@ -45,4 +45,4 @@ def test_a_fixed_step_has_the_same_scheme():
 def test_refined_steps_have_a_tolerance_of_their_order(scheme, power):
     finer = fs.Adaptive(8e-3, 1e-2, scheme, smallest=1e-3, largest=4e-3).refined(0.5)
     assert finer.tolerance == pytest.approx(1e-2 * 0.5**power)
-    assert (finer.output, finer.smallest, finer.largest) == pytest.approx((8e-3, 0.5e-3, 2e-3))
+    assert (finer.output, finer.smallest, finer.largest) == pytest.approx((4e-3, 0.5e-3, 2e-3))

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fingerslip.history import OPEN
-from fingerslip.slip.fractions import relative_displacement, slipped_fraction
+from fingerslip.slip.fractions import relative_displacement, slipped_steps
 from fingerslip.slip.names import EVENTS, READINGS, TIMES
 from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
 from fingerslip.slip.settings import EventSettings, PeakSettings
@@ -44,6 +44,9 @@ __all__ = [
     "events_of_peaks",
     "slip_events",
 ]
+
+# Of sums of areas, as a share of them.
+_ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -136,7 +139,9 @@ def slip_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) ->
     """Find the events from accumulated slip.
 
     Each is the first time from which the slipped area fraction (:func:`~fingerslip.slip.slipped_fraction`)
-    stays at or above the event's fraction for the time `sustained`, or up to the end of the slide.
+    stays at or above the event's fraction for the time `sustained`, or up to the end of the slide. The fraction steps
+    from node to node, so each event is the time at which a node slips, or lifts off: where its slip distance passes the
+    tolerance, interpolated between two records.
 
     Parameters
     ----------
@@ -145,19 +150,19 @@ def slip_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) ->
     settings : EventSettings
         Tolerance, fractions and how long they have to last.
     slide : int, optional
-        Which of the slide phases, from 0.
+        Which of the slides, from 0.
 
     Returns
     -------
     SlipEvents
-        The events, interpolated between records.
+        The events.
     """
     window = slide_window(history, slide)
     if window is None:
         return SlipEvents()
-    fraction = slipped_fraction(history, window, settings.slip_tolerance)
-    times, values = fraction["time"].values, fraction.values
-    return _events(sustained_crossing(times, values, level, settings.sustained) for level in _levels(settings))
+    times, fractions = slipped_steps(history, window, settings.slip_tolerance)
+    levels = (level - _ROUNDING for level in _levels(settings))
+    return _events(sustained_crossing(times, fractions, level, settings.sustained) for level in levels)
 
 
 def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) -> SlipEvents:
@@ -173,7 +178,7 @@ def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int
     settings : EventSettings
         Tolerance, fractions and how long a node has to lag the plate.
     slide : int, optional
-        Which of the slide phases, from 0.
+        Which of the slides, from 0.
 
     Returns
     -------
@@ -216,7 +221,7 @@ def acceleration_events(history: xr.Dataset, settings: PeakSettings | None = Non
     settings : PeakSettings, optional
         What is read, and how peaks are distinguished from noise.
     slide : int, optional
-        Which of the slide phases, from 0.
+        Which of the slides, from 0.
 
     Returns
     -------
@@ -239,7 +244,7 @@ def events_of_peaks(history: xr.Dataset, table: PeakTable, settings: PeakSetting
     settings : PeakSettings
         What they were found with.
     slide : int
-        Which of the slide phases, from 0.
+        Which of the slides, from 0.
 
     Returns
     -------

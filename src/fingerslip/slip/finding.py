@@ -42,7 +42,7 @@ def find_events(history: xr.Dataset, settings: EventSettings | None = None, slid
     settings : EventSettings, optional
         Tolerances and fractions.
     slide : int, optional
-        Which of the slide phases, from 0.
+        Which of the slides, from 0.
 
     Returns
     -------

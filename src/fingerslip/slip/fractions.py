@@ -83,6 +83,36 @@ def slipped_fraction(history: xr.Dataset, window: SlideWindow, tolerance: float)
     return _series(times, fraction, "slipped_fraction", "slipped area fraction")
 
 
+def slipped_steps(
+    history: xr.Dataset, window: SlideWindow, tolerance: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the slipped fraction as it steps when nodes slip, land or lift off, also between two records.
+
+    Times [s] and fractions [-], both (2 n,): each of n fractions at the times at which it begins and ends.
+    """
+    times, areas = history["time"].values[window.records], history["contact_area"].values
+    touching = history["contact_state"].values[window.records] != OPEN
+    gap, slip = history["gap"].values[window.records], accumulated_slip(history, window) - tolerance
+    counted = touching & touching[0]
+    slipped = counted & (slip > 0.0)
+    rows, nodes = np.nonzero(np.diff(counted, axis=0) | np.diff(slipped, axis=0))
+    moves = counted[rows, nodes] != counted[rows + 1, nodes]
+    before, after = (np.where(moves, gap[at, nodes], slip[at, nodes]) for at in (rows, rows + 1))
+    # A gap that does not change its sign says no more than the record.
+    share = np.divide(before, before - after, out=np.ones_like(before), where=(before <= 0.0) != (after <= 0.0))
+    moments, order = np.unique(times[rows] + share * (times[rows + 1] - times[rows]), return_inverse=True)
+
+    def course(signal: NDArray[np.bool_], weights: NDArray[np.float64]) -> NDArray[np.float64]:
+        changes = np.diff(signal.astype(float), axis=0)[rows, nodes] * weights[nodes]
+        first = np.atleast_1d(signal[0] @ weights)
+        return np.cumsum(np.append(first, np.bincount(order, changes, moments.size)))
+
+    fractions = np.full(moments.size + 1, np.nan)
+    some = course(counted, np.ones_like(areas)) > 0.5
+    np.divide(course(slipped, areas), course(counted, areas), out=fractions, where=some)
+    return np.concatenate((times[:1], np.repeat(moments, 2), times[-1:])), np.repeat(fractions, 2)
+
+
 def accumulated_slip(history: xr.Dataset, window: SlideWindow) -> NDArray[np.float64]:
     """Return the slip of every contact node since the slide began, shape (n_times, n_nodes) [m]."""
     slip: NDArray[np.float64] = history["slip_distance"].values[window.records].astype(float)

@@ -48,7 +48,7 @@ def front_arrivals(
     settings : EventSettings, optional
         Tolerance, and how long the slip has to last.
     slide : int, optional
-        Which of the slide phases, from 0.
+        Which of the slides, from 0.
     sites : sequence of Site, optional
         Receptors to take where they were meant to be, such as those of :func:`~fingerslip.receptor_sites`; without them
         the recorded ones, which stand at the nearest nodes of the mesh. To compare meshes, give the sites.
@@ -93,7 +93,7 @@ def force_ratio_times(
     settings : EventSettings, optional
         How long the share has to last (`sustained`).
     slide : int, optional
-        Which of the slide phases, from 0.
+        Which of the slides, from 0.
     counterface : int, optional
         The counterface.
 

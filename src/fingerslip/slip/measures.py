@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerslip.history import phase_times
-from fingerslip.slip.counterface import contact_forces
+from fingerslip.slip.counterface import contact_forces, counterface_normal, split_along
 from fingerslip.slip.finding import Found, find_slip
 from fingerslip.slip.fractions import contact_area
 from fingerslip.slip.free_edge import edge_distance
 from fingerslip.slip.front import force_ratio_times, front_arrivals
+from fingerslip.slip.resolution import largest_step_share, nodes_across, record_interval, slide_records
 from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
 from fingerslip.slip.windows import slide_window
 from fingerslip.units import Unit
@@ -148,6 +149,32 @@ def _slip_margin_incipient(history: xr.Dataset, found: Found) -> Number:
     return float(1.0 - used / ratio[touching].max())
 
 
+def _overall_travel(history: xr.Dataset, found: Found) -> Number:
+    window = slide_window(history)
+    return None if window is None else _travel(history, window.start, found.events.overall)
+
+
+def _latency_travel(history: xr.Dataset, found: Found) -> Number:
+    return _travel(history, found.events.incipient, found.events.overall)
+
+
+def _travel(history: xr.Dataset, start: float | None, end: float | None) -> Number:
+    """Return how far the first counterface travels along its surface between two times [m]."""
+    if start is None or end is None or not _has_counterface(history):
+        return None
+    moved = history["counterface_displacement"].values[:, 0]
+    before, after = (
+        np.array([np.interp(moment, history["time"].values, component) for component in moved.T])
+        for moment in (start, end)
+    )
+    return float(np.linalg.norm(split_along(after - before, counterface_normal(history))[1]))
+
+
+def _resolution(read: Callable[[xr.Dataset], Number]) -> Callable[[xr.Dataset], Number]:
+    """Return a reading that does not exist without contact."""
+    return lambda history: read(history) if _has_candidates(history) and _has_counterface(history) else None
+
+
 def _front_arrival_median(history: xr.Dataset) -> Number:
     """Return the median arrival of the slip front at FA-I; None where it does not arrive at half of them."""
     arrivals = front_arrivals(history).values if _has_candidates(history) else np.empty(0)
@@ -254,6 +281,14 @@ MEASURES: tuple[Measure, ...] = (
         _slip_margin_incipient,
         reading="slip",
     ),
+    Measure("overall_travel", "travel of the plate to overall slip", _overall_travel, Unit("m", "mm"), reading="slip"),
+    Measure(
+        "latency_travel",
+        "travel of the plate from incipient to overall slip",
+        _latency_travel,
+        Unit("m", "mm"),
+        reading="slip",
+    ),
     Measure("front_arrival_median", "median arrival of the slip front at FA-I", _front_arrival_median, Unit("s")),
     Measure("force_ratio_half", "friction force reaches half of its limit", _half_of_friction, Unit("s")),
     Measure("force_ratio_nine_tenths", "friction force reaches 0.9 of its limit", _nine_tenths_of_friction, Unit("s")),
@@ -289,6 +324,15 @@ MEASURES: tuple[Measure, ...] = (
     Measure("penetration_max", "largest penetration", _penetration_max, _LENGTH, mechanical=False),
     Measure("elastic_slip_max", "largest elastic slip", _elastic_slip_max, _LENGTH, mechanical=False),
     Measure("records", "records", _records, mechanical=False),
+    Measure("slide_records", "records in the slide", _resolution(slide_records), mechanical=False),
+    Measure("slide_step", "longest step in the slide", _resolution(record_interval), Unit("s", "ms"), mechanical=False),
+    Measure("nodes_across_contact", "nodes across the contact", _resolution(nodes_across), mechanical=False),
+    Measure(
+        "slipped_share_of_one_step",
+        "largest share of the contact that slips in one step",
+        _resolution(largest_step_share),
+        mechanical=False,
+    ),
     Measure("contact_iterations_max", "most contact iterations in a step", _contact_iterations_max, mechanical=False),
     Measure("contact_iterations_mean", "mean contact iterations", _contact_iterations_mean, mechanical=False),
     Measure(

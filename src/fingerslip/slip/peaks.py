@@ -105,7 +105,7 @@ def acceleration_peaks(history: xr.Dataset, settings: PeakSettings | None = None
     settings : PeakSettings, optional
         How peaks are distinguished from noise.
     slide : int, optional
-        Which of the slide phases, from 0.
+        Which of the slides, from 0.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def peak_signal(history: xr.Dataset, settings: PeakSettings, slide: int = 0) -> 
     settings : PeakSettings
         Which receptors are read.
     slide : int, optional
-        Which of the slide phases, from 0.
+        Which of the slides, from 0.
 
     Returns
     -------

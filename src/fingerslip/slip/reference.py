@@ -38,7 +38,7 @@ def reference_events(
     settings : EventSettings, optional
         Distance from which a site has left the line (`displacement_tolerance`), and how long it has to last.
     slide : int, optional
-        Which of the slide phases, from 0.
+        Which of the slides, from 0.
     counterface : int, optional
         The counterface.
 

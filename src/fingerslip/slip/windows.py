@@ -42,14 +42,14 @@ class SlideWindow:
 
 
 def slide_window(history: xr.Dataset, slide: int = 0) -> SlideWindow | None:
-    """Find the records of a slide phase.
+    """Find the records of a slide. Slide phases that follow each other are one, up to where the plate turns back.
 
     Parameters
     ----------
     history : xarray.Dataset
         A history.
     slide : int, optional
-        Which of the slide phases, from 0.
+        Which of the slides, from 0.
 
     Returns
     -------
@@ -61,18 +61,39 @@ def slide_window(history: xr.Dataset, slide: int = 0) -> SlideWindow | None:
     InputError
         Where there are slides, but not that one.
     """
-    slides = phase_times(history, "slide")
+    slides = _slides(history)
     if not slides and slide == 0:
         return None
     if not 0 <= slide < len(slides):
-        raise InputError("slide", f"got {slide}", f"the programme has {len(slides)} slide phase(s), counted from 0")
+        allowed = f"the programme has {len(slides)} slide{'s' * (len(slides) != 1)}, counted from 0"
+        raise InputError("slide", f"got {slide}", allowed)
     start, end = slides[slide]
+    window = SlideWindow(start, end, max(_record_at(history, start), 0), _record_at(history, end))
+    return window if window.last > window.first else None
+
+
+def _record_at(history: xr.Dataset, moment: float) -> int:
+    """Return the last record at or before a time, -1 where there is none."""
     times = history.variables["time"].values
     # Sums of phase lengths and multiples of the step differ in the last digits.
     slack = 1e-6 * float(np.diff(times).min()) if times.size > 1 else 0.0
-    first, last = (int(np.searchsorted(times, moment + slack, side="right")) - 1 for moment in (start, end))
-    window = SlideWindow(start, end, max(first, 0), last)
-    return window if window.last > window.first else None
+    return int(np.searchsorted(times, moment + slack, side="right")) - 1
+
+
+def _slides(history: xr.Dataset) -> list[tuple[float, float]]:
+    """Return start and end of every slide [s]: phases that follow each other are one, up to where one turns back."""
+    slides: list[tuple[float, float]] = []
+    before = np.zeros(0)
+    for start, end in phase_times(history, "slide"):
+        first, last = (_record_at(history, moment) for moment in (start, end))
+        plates = history.variables.get("counterface_displacement")
+        travel = np.zeros(0) if plates is None else np.ravel(plates.values[last] - plates.values[first])
+        if slides and start == slides[-1][1] and travel @ before >= 0.0:
+            slides[-1] = slides[-1][0], end
+        else:
+            slides.append((start, end))
+        before = travel
+    return slides
 
 
 def sustained_crossing(

@@ -39,8 +39,17 @@ def test_second_slide_is_found_and_a_third_is_refused() -> None:
     window = slide_window(history, 1)
     assert window is not None
     assert (window.first, window.last) == (300, 400)
-    with pytest.raises(InputError, match=r"slide: got 2, the programme has 2 slide phase"):
+    with pytest.raises(InputError, match=r"slide: got 2, the programme has 2 slide"):
         slide_window(history, 2)
+
+
+def test_a_slide_that_turns_back_is_another_one() -> None:
+    history = make(Process(phases=(("press", 0.0, 1.0), ("slide", 1.0, 1.2), ("slide", 1.2, 1.6), ("slide", 1.6, 2.0))))
+    plate = history["counterface_displacement"].copy()
+    plate[320:, 0, 0] = 2.0 * plate[320, 0, 0] - plate[320:, 0, 0]
+    there_and_back = history.assign(counterface_displacement=plate)
+    windows = [slide_window(there_and_back, slide) for slide in (0, 1)]
+    assert [(window.start, window.end) for window in windows if window] == [(1.0, 1.6), (1.6, 2.0)]
 
 
 def test_short_spell_does_not_count() -> None:

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.step.energy import made_energy
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.scheme import HHT
-from fingerslip.history import make_history
+from fingerslip.history import OPEN, make_history
+from fingerslip.units import millimetres
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +33,7 @@ _logger = logging.getLogger("fingerslip.dynamics")
 def labelled_history(
     values: Mapping[str, Any], stepper: Stepper, attributes: Mapping[str, object], watch: Stopwatch
 ) -> xr.Dataset:
-    """Label records as a history, and warn where its steps have made energy.
+    """Label records as a history, and warn where its steps have made energy, or nothing touched.
 
     Parameters
     ----------
@@ -47,7 +48,21 @@ def labelled_history(
     """
     history = make_history(values, _provenance(stepper, attributes, watch))
     _warn_of_made_energy(history, stepper)
+    _warn_of_no_contact(history)
     return history
+
+
+def _warn_of_no_contact(history: xr.Dataset) -> None:
+    """Warn of counterfaces that never touch, such as one that starts too far away."""
+    states, gaps = history["contact_state"].values, history["gap"].values
+    for number, boundary in enumerate(history["counterface"].values):
+        nodes = history["contact_counterface"].values == number
+        if nodes.any() and (states[:, nodes] == OPEN).all():
+            repair = "let it start nearer, move it further, or turn its normal towards the body"
+            gap = millimetres(float(gaps[:, nodes].min()))
+            _logger.warning(
+                "contacts.%d: never touches '%s'; the smallest gap is %s: %s", number, boundary, gap, repair
+            )
 
 
 def _warn_of_made_energy(history: xr.Dataset, stepper: Stepper) -> None:

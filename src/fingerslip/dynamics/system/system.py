@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
@@ -15,6 +16,7 @@ from fingerslip.dynamics.finite.body import Body
 from fingerslip.dynamics.system.bodies import rigid_freedoms
 from fingerslip.dynamics.system.checks import CheckedModel, checked
 from fingerslip.dynamics.system.coordinates import Coordinates, MeshCoordinates
+from fingerslip.dynamics.system.doubts import doubts
 from fingerslip.dynamics.system.loads import Load
 from fingerslip.dynamics.system.motion import Motion
 from fingerslip.dynamics.system.operators import Outsiders, Unknowns, relative_motion, relative_operator
@@ -31,6 +33,8 @@ from fingerslip.model import Model
 __all__ = ["System", "build_system"]
 
 Array = NDArray[np.float64]
+
+_logger = logging.getLogger("fingerslip.dynamics")
 
 # Rounding of forces, relative to the largest stiffness times the size of the body.
 _ROUNDING = 1e-15
@@ -208,6 +212,8 @@ def build_system(model: Model, twin: System | None = None) -> System:
         For a model that cannot be computed; see :func:`fingerslip.dynamics.system.checks.check_model`.
     """
     known = checked(model, twin.space if twin else None)
+    for doubt in doubts(model, known):
+        _logger.warning("%s", doubt)
     rows = held_rows(known.held, known.space)
     moving = tuple(moving_components(model.support_motions, rows, list(known.held)))
     unknowns = Unknowns(known.free, rigid_freedoms(model), tuple(own.dofs for own in moving))

@@ -8,15 +8,16 @@ from collections.abc import Mapping, Sequence
 from fingerslip.published import PublishedSet
 from fingerslip.report.labels import path_label, run_title, swept_text
 from fingerslip.report.page.beside import beside_published
-from fingerslip.report.tables.events import swept_paths
+from fingerslip.report.tables.events import swept_paths, time_digits
 from fingerslip.results import RunResult, StudyResult
+from fingerslip.slip.resolution import resolution_warnings
 from fingerslip.units import split_quantity
 
 __all__ = ["answer"]
 
 
 def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence[PublishedSet] = ()) -> tuple[str, ...]:
-    """Say in a few sentences what a study found, and how that stands beside published times.
+    """Say in a few sentences what a study found, how that stands beside published times, and what it is worth.
 
     Parameters
     ----------
@@ -30,6 +31,12 @@ def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence
     sliding = [run for run in study.runs if run.name in starts]
     if not sliding:
         return _of_held(study.runs)
+    return tuple(filter(None, (*_of_slides(study, sliding, starts, references), *_worth(study, sliding))))
+
+
+def _of_slides(
+    study: StudyResult, sliding: Sequence[RunResult], starts: Mapping[str, float], references: Sequence[PublishedSet]
+) -> tuple[str, ...]:
     slipped = [run for run in sliding if run.events.overall is not None]
     if not slipped:
         many = f"any of the {len(sliding)} runs" if len(sliding) > 1 else "this run"
@@ -39,7 +46,15 @@ def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence
         return (*first, *beside_published(sliding, references))
     single = len(study.runs) == 1
     first = _of_one(slipped[0], starts) if single else _of_many(study, sliding, slipped, starts)
-    return tuple(sentence for sentence in (*first, *beside_published(sliding, references)) if sentence)
+    return *first, *beside_published(sliding, references)
+
+
+def _worth(study: StudyResult, sliding: Sequence[RunResult]) -> tuple[str, ...]:
+    """Say what is too coarse, and how to learn how well the times are known where they have no error bars."""
+    warnings = resolution_warnings({run_title(run, run.name): run.numbers for run in sliding})
+    if study.ranges or any(run.uncertainty for run in sliding):
+        return warnings
+    return *warnings, "These times have no error bars yet: fingerslip converge finds them."
 
 
 def _of_held(runs: Sequence[RunResult]) -> tuple[str, ...]:
@@ -55,19 +70,26 @@ def _of_held(runs: Sequence[RunResult]) -> tuple[str, ...]:
 def _of_one(run: RunResult, starts: Mapping[str, float]) -> tuple[str, ...]:
     overall, latency = run.events.overall, run.events.slip.latency
     assert overall is not None  # chosen by the caller
-    since = overall - starts[run.name]
-    first = (
-        f"The whole contact slips {since:.3f} s after the slide begins, {overall:.3f} s after the start of the run"
-        f"{_error(run)}."
+    digits, since = time_digits([run]), overall - starts[run.name]
+    times = (
+        f"{since:.{digits}f} s after the slide begins, {overall:.{digits}f} s after the start of the run{_error(run)}"
     )
-    if latency is None:
-        return (first,)
-    return first, f"From incipient slip on, {1e3 * latency:.0f} ms are left to react."
+    travels = _travels([run], "overall_travel_m")
+    travel = f"after {travels[0]:.2f} mm of travel, " if travels else ""
+    first = f"The whole contact slips {travel}{times}."
+    return (first,) if latency is None else (first, _latencies([run]))
 
 
 def _error(run: RunResult) -> str:
     error = run.uncertainty.get("slip.overall")
-    return "" if error is None else f" (± {1e3 * error:.0f} ms, numerical)"
+    return "" if error is None else f" (± {f'{1e3 * error:.0f}' if error >= 0.5e-3 else '<1'} ms, numerical)"
+
+
+def _travels(runs: Sequence[RunResult], key: str) -> list[float]:
+    """Return a travel of the plate [mm] in runs without inertia, whose time is travel over speed; else nothing."""
+    if any(run.all_values.get("time.scheme") != "quasi_static" for run in runs):
+        return []
+    return [1e3 * travel for run in runs if (travel := run.numbers.get(key)) is not None]
 
 
 def _of_many(
@@ -77,10 +99,13 @@ def _of_many(
     ordered = sorted(slipped, key=lambda run: since[run.name])
     early, late = ordered[0], ordered[-1]
     first, last = ("" if study.ranges else f" ({run_title(run, run.name)})" for run in (early, late))
-    kind = "samples" if study.ranges else "runs"
+    kind, digits = "samples" if study.ranges else "runs", time_digits(slipped)
+    travels = _travels(slipped, "overall_travel_m")
+    travel = f"after {min(travels):.2f} to {max(travels):.2f} mm of travel, " if travels else ""
     spread = (
-        f"Over {len(slipped)} {kind}{_by(study)}, the whole contact slips between {since[early.name]:.3f} s{first} and "
-        f"{since[late.name]:.3f} s{last} after the slide begins{_trend(slipped, since)}."
+        f"Over {len(slipped)} {kind}{_by(study)}, the whole contact slips {travel}between "
+        f"{since[early.name]:.{digits}f} s{first} and {since[late.name]:.{digits}f} s{last} after the slide begins"
+        f"{_trend(slipped, since)}."
     )
     missing = len(sliding) - len(slipped)
     lacking = f"In {missing} of {len(sliding)} {kind} overall slip is not reached." if missing else ""
@@ -126,9 +151,17 @@ def _number(value: object) -> float | None:
 
 
 def _latencies(runs: Sequence[RunResult]) -> str:
-    known = [1e3 * latency for run in runs if (latency := run.events.slip.latency) is not None]
-    if not known:
+    latencies = [1e3 * latency for run in runs if (latency := run.events.slip.latency) is not None]
+    if not latencies:
         return ""
-    low, high = f"{min(known):.0f}", f"{max(known):.0f}"
-    span = f"{low} ms are" if low == high else f"{low} to {high} ms are"
-    return f"From incipient slip on, {span} left to react."
+    time = _span([round(latency, time_digits(runs) - 3) for latency in latencies], 0, "ms")
+    if travels := _travels(runs, "latency_travel_m"):
+        return (
+            f"From incipient slip on, the plate travels {_span(travels, 2, 'mm')}, {time} at the speed of this slide."
+        )
+    return f"From incipient slip on, {time} are left to react."
+
+
+def _span(values: Sequence[float], digits: int, unit: str) -> str:
+    low, high = (f"{value:.{digits}f}" for value in (min(values), max(values)))
+    return f"{low} {unit}" if low == high else f"{low} to {high} {unit}"

@@ -16,9 +16,10 @@ _NOTE = (
     "damping (alpha). Over the first three it is 1.25 times the distance to Richardson's limit where the values "
     "approach one with an order of at least 0.5 (in brackets), else three times their range (up/down: they oscillate; "
     "slow: order below 0.5; away: they diverge); over alpha it is the largest change. A number converges when with "
-    "every setting it approaches a limit or moves by no more than 0.2 %. An event that did not happen at every level "
-    "has no uncertainty."
+    "every setting it approaches a limit or moves by no more than 0.2 %. An event that did not happen at every level, "
+    "or a number that no setting changes, has no uncertainty."
 )
+_UNCHANGED = "unchanged"
 _WORDS = {"oscillatory": "up/down", "divergent": "away", "slow": "slow"}
 
 
@@ -79,7 +80,8 @@ def _row(one: Convergence, reason: Missing) -> tuple[Cell, ...]:
         return (one.quantity, one.unit, *([reason] * (3 + len(SETTINGS))))
     found = one.refinements
     settings = [_setting(found.get(setting.name), reason) for setting in SETTINGS]
-    uncertainty = _number(one.uncertainty) if one.uncertainty is not None else reason
+    unchanged = bool(found) and all(refinement.behaviour == "unchanged" for refinement in found.values())
+    uncertainty = _UNCHANGED if unchanged else reason if one.uncertainty is None else _number(one.uncertainty)
     return (one.quantity, one.unit, _number(one.value), uncertainty, *settings, _verdict(one))
 
 
@@ -92,11 +94,13 @@ def _setting(found: Refinement | None, reason: Missing) -> Cell:
         return Missing.NOT_STUDIED
     if found.uncertainty is None:
         return reason
+    if found.behaviour == "unchanged":
+        return _UNCHANGED
     number = _number(found.uncertainty)
     if found.behaviour == "monotone" and found.order is not None:
         return f"{number} ({found.order:.1f})"
     word = _WORDS.get(found.behaviour) if found.order is not None or found.limit is None else None
-    return f"{number} ({word})" if word and found.uncertainty else number
+    return f"{number} ({word})" if word else number
 
 
 def _number(value: float) -> str:

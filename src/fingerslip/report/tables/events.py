@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 
 from fingerslip.errors import warn_renamed
@@ -21,7 +22,11 @@ __all__ = [
     "swept_columns",
     "swept_paths",
     "time_cell",
+    "time_digits",
 ]
+
+# Digits of a time [s] that a step of 1 ms and less allows.
+_MOST_DIGITS = 3
 
 
 def time_cell(run: RunResult, reading: str, time: str, factor: float = 1.0) -> Cell:
@@ -63,7 +68,7 @@ def events_table(runs: Sequence[RunResult], reading: str = "slip", *, way: str |
     if way is not None:
         warn_renamed("way", "reading")
         reading = way
-    columns = (*swept_columns(runs), *_event_columns())
+    columns = (*swept_columns(runs), *_event_columns(runs))
     rows = tuple((*swept_cells(run, runs), *_event_cells(run, reading)) for run in runs)
     return Table(f"Slip events from {READINGS[reading]}", columns, rows, _notes(runs, [reading]))
 
@@ -71,7 +76,7 @@ def events_table(runs: Sequence[RunResult], reading: str = "slip", *, way: str |
 def readings_table(run: RunResult, title: str = "Slip events") -> Table:
     """Show the slip events of one run, a row for each reading."""
     rows = tuple((words, *_event_cells(run, reading)) for reading, words in READINGS.items())
-    return Table(title, (Column("read from"), *_event_columns()), rows, _notes([run], READINGS))
+    return Table(title, (Column("read from"), *_event_columns([run])), rows, _notes([run], READINGS))
 
 
 def peaks_table(peaks: PeakTable, title: str = "Acceleration peaks") -> Table:
@@ -127,9 +132,21 @@ def _notes(runs: Sequence[RunResult], readings: Iterable[str]) -> str:
     return " ".join(filter(None, (NOTICED_NOTE if explained else "", run_notes(runs))))
 
 
-def _event_columns() -> tuple[Column, ...]:
-    times = (Column(words, "s", 3, answers=name == "overall") for name, words in EVENTS.items())
-    return (*times, Column(LATENCY, "ms", 0, answers=True))
+def time_digits(runs: Sequence[RunResult]) -> int:
+    """Return how many digits of a time [s] runs allow: none finer than their steps, unless an error bar says how good.
+
+    Runs of several steps have the digits of the shortest.
+    """
+    steps = [float(step) for run in runs if (step := run.numbers.get("slide_step_s"))]
+    if not steps or any(run.uncertainty for run in runs):
+        return _MOST_DIGITS
+    return min(max(-math.floor(math.log10(min(steps)) + 1e-6), 0), _MOST_DIGITS)
+
+
+def _event_columns(runs: Sequence[RunResult]) -> tuple[Column, ...]:
+    digits = time_digits(runs)
+    times = (Column(words, "s", digits, answers=name == "overall") for name, words in EVENTS.items())
+    return (*times, Column(LATENCY, "ms", digits - 3, answers=True))
 
 
 def _event_cells(run: RunResult, reading: str) -> tuple[Cell, ...]:

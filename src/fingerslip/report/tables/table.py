@@ -74,7 +74,7 @@ class Column:
     unit : str
         Unit of its numbers; empty for text.
     digits : int or None
-        Digits after the point for people; None for `significant` ones.
+        Digits after the point for people, negative for zeros before it; None for `significant` ones.
     significant : int
         Largest number of significant digits for people, where `digits` is None.
     answers : bool
@@ -104,13 +104,25 @@ class Column:
             case Measured():
                 return f"{self.format(cell.value)} ± {self._format_uncertainty(cell.uncertainty)}"
             case float():
-                # A rounded zero has no sign.
-                return f"{cell:z.{self.significant}g}" if self.digits is None else f"{cell:z.{self.digits}f}"
+                return self._format_number(cell)
             case _:
                 return str(cell)
 
+    def _format_number(self, value: float) -> str:
+        # A rounded zero has no sign.
+        if self.digits is None:
+            return f"{value:z.{self.significant}g}"
+        return f"{round(value, self.digits) if self.digits < 0 else value:z.{max(self.digits, 0)}f}"
+
     def _format_uncertainty(self, value: float) -> str:
-        return f"{value:.2g}" if self.digits is None else self.format(value)
+        """Write an uncertainty; one below the last digit is not nothing."""
+        if self.digits is None:
+            return f"{value:.2g}"
+        return (
+            self.format(value)
+            if value >= 0.5 * 10.0**-self.digits
+            else f"<{10.0**-self.digits:.{max(self.digits, 0)}f}"
+        )
 
 
 @dataclass(frozen=True)

@@ -92,7 +92,7 @@ class TimeSettings:
         finer = self.stepping
         assert isinstance(finer, Adaptive)
         finer = finer.refined(factor)
-        changed = {name: getattr(finer, name) for name in ("tolerance", "smallest", "largest")}
+        changed = {name: getattr(finer, name) for name in ("output", "tolerance", "smallest", "largest")}
         return dataclasses.replace(self, **changed)
 
 

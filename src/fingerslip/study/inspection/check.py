@@ -62,9 +62,12 @@ def check_studies(paths: Sequence[str | Path], results_dir: str | Path = "result
 def check_plans(plans: Sequence[Plan]) -> Table:
     """Check studies that are planned already; see :func:`check_studies`."""
     checked_plans = [_checked(plan) for plan in plans]
-    rows = [row for own, _ in checked_plans for row in own]
-    parts = [part for _, own in checked_plans for part in groups(own)]
-    return Table("Checked: no mistakes found", _COLUMNS, tuple(rows), _note(rows, parts))
+    rows = [row for own, _, _ in checked_plans for row in own]
+    parts = [part for _, own, _ in checked_plans for part in groups(own)]
+    warnings = list(dict.fromkeys(warning for _, _, own in checked_plans for warning in own))
+    title = "Checked: no mistakes found" + f", {len(warnings)} warning{'s' * (len(warnings) != 1)}" * bool(warnings)
+    note = "".join((_note(rows, parts), *(f" WARNING: {warning}." for warning in warnings)))
+    return Table(title, _COLUMNS, tuple(rows), note)
 
 
 def _note(rows: Sequence[_Row], parts: Sequence[Sequence[Job]]) -> str:
@@ -97,8 +100,8 @@ def _bytes(jobs: Sequence[Job]) -> float:
     return process_bytes(known.space.n_dofs, records, known.space.dim)
 
 
-def _checked(plan: Plan) -> tuple[list[_Row], list[Job]]:
-    """Return a row for each run, and the jobs that are to do."""
+def _checked(plan: Plan) -> tuple[list[_Row], list[Job], list[str]]:
+    """Return a row for each run, the jobs that are to do, and what is doubtful in the models."""
     finished = plan.finished()
     prepared = prepare_samples(plan, plan.runs)
     rows: list[_Row] = [
@@ -108,7 +111,8 @@ def _checked(plan: Plan) -> tuple[list[_Row], list[Job]]:
         ),
         *((plan.source.name, sample.name, f"refused: {sample.reason}", 0, 0, 0, 0.0) for sample in prepared.refused),
     ]
-    return rows, [job for job in prepared.jobs if job.run.name not in finished]
+    warnings = [f"{plan.source.name}: {doubt}" for job in prepared.jobs for doubt in job.doubts]
+    return rows, [job for job in prepared.jobs if job.run.name not in finished], warnings
 
 
 def _size(model: Model) -> tuple[int, int, int | str, float]:

@@ -37,12 +37,15 @@ class Job:
         Hash of its inputs.
     folder : Path
         Where its results go.
+    doubts : tuple of str
+        What is doubtful in the model.
     """
 
     run: Run
     model: Model
     identity: str
     folder: Path
+    doubts: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from fingerslip.dynamics.system.checks import checked
+from fingerslip.dynamics.system.doubts import doubts
 from fingerslip.errors import InputError
 from fingerslip.fe.space import Space, build_space
 from fingerslip.results import RefusedRun
@@ -61,8 +62,8 @@ def _job(plan: Plan, run: Run, meshes: _Meshes) -> Job:
     model = build_model(run, mesh)
     try:
         space = space or build_space(mesh)
-        checked(model, space)
+        known = checked(model, space)
     except InputError as error:
         raise located(error, run.where, run.study) from None
     meshes[key] = mesh, space
-    return Job(run, model, plan.identities[run.name], plan.folder / run.name)
+    return Job(run, model, plan.identities[run.name], plan.folder / run.name, doubts(model, known))

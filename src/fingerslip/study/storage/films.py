@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.files import read_json
-from fingerslip.history import phase_times
+from fingerslip.slip.windows import slide_window
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,10 +71,10 @@ def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, 
     from fingerslip.report.figures.filming import film_times
     from fingerslip.vision.video import read_frames
 
-    slides, times = phase_times(history, "slide"), truth["time"].values
-    if not video.is_file() or not slides:
+    window, times = slide_window(history), truth["time"].values
+    if not video.is_file() or window is None:
         return {}
-    wanted = [int(np.abs(times - time).argmin()) for time in film_times(*slides[0], float(times[0]))]
+    wanted = [int(np.abs(times - time).argmin()) for time in film_times(window.start, window.end, float(times[0]))]
     found = {}
     for number, frame in enumerate(read_frames(video)):
         if number in wanted:

@@ -17,6 +17,7 @@ from fingerslip.results import RunResult, result_of
 from fingerslip.run_folder import HISTORY, RUN, stored_result, write_result
 from fingerslip.slip import measures
 from fingerslip.slip.free_edge import edge_warning
+from fingerslip.slip.resolution import resolution_warnings
 from fingerslip.study.definition.sweep import Run
 from fingerslip.study.definition.yaml import read_mapping, write_mapping
 from fingerslip.study.running.build import mesh_key
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["RESULT_FORMAT", "RUN", "identity", "mesh_hash", "mesh_size", "read_run", "write_run"]
 
 #: Raised whenever the numerics or the files of a run change, so that older runs are computed again.
-RESULT_FORMAT = 8
+RESULT_FORMAT = 9
 
 _logger = logging.getLogger("fingerslip.study")
 
@@ -116,6 +117,6 @@ def _log_result(result: RunResult, attributes: Mapping[Any, Any]) -> None:
         _logger.info("%s: %s", name, value)
     for measure in measures.MEASURES:
         _logger.info("%s: %s", measure.label, measure.text(result.numbers[measure.key]))
-    warning = edge_warning({result.name: result.edge})
-    if warning:
-        _logger.warning("%s", warning)
+    for warning in (edge_warning({result.name: result.edge}), *resolution_warnings({result.name: result.numbers})):
+        if warning:
+            _logger.warning("%s", warning)

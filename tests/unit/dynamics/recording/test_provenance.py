@@ -48,6 +48,22 @@ def test_steps_that_make_energy_are_warned_of(caplog: pytest.LogCaptureFixture) 
     assert caplog.messages[-1].endswith("take a smaller step"), "there is no contact, and the scheme is the best one"
 
 
+def test_a_plate_that_never_touches_is_named(caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.WARNING, logger="fingerslip.dynamics"):
+        fs.simulate(
+            fs.Model(
+                mesh=box("Q4", np.linspace(0.0, 1.0, 2), np.linspace(0.0, 1.0, 2)),
+                materials={"bulk": fs.Elastic(1.0, 0.3, 1.0)},
+                formulation="plane_strain",
+                supports={"top": ("x", "y")},
+                tractions={"bottom": (0.0, 0.1)},
+                contacts=(fs.Contact("bottom", fs.Plane(normal=(0, 1), offset=-0.5)),),
+                time=fs.QuasiStatic(0.1, end=0.2),
+            )
+        )
+    assert "contacts.0: never touches 'bottom'; the smallest gap is 500 mm" in caplog.text
+
+
 def test_errors_of_large_steps_without_inertia_are_no_energy_made(caplog: pytest.LogCaptureFixture) -> None:
     with caplog.at_level(logging.WARNING, logger="fingerslip.dynamics"):
         made(np.array([0.0, 10.0, 5.0]), fs.QuasiStatic(0.1, end=0.2))

@@ -24,7 +24,7 @@ NEVER = Convergence("incipient slip", "s", None, {"mesh": Series("mesh", SIZES, 
 def test_a_number_has_its_uncertainty_by_setting_and_its_verdict() -> None:
     row = texts(convergence_table({"slip.overall": GOOD}, "run"))[0]
     assert row == [
-        "overall slip", "s", "2", "1.387", "1.25 (1.0)", "0.6 (up/down)", "0", "0.001", "not with step",
+        "overall slip", "s", "2", "1.387", "1.25 (1.0)", "0.6 (up/down)", "unchanged", "0.001", "not with step",
     ]  # fmt: skip
 
 
@@ -39,6 +39,12 @@ def test_a_setting_that_was_not_varied_is_told_from_an_event_that_a_level_lacks(
     one = Convergence("overall slip", "s", 2.0, {"step": Series("step", SIZES, (2.0, None, 1.9))})
     row = convergence_table({"slip.overall": one}, "run").rows[0]
     assert row[3:8] == (Missing.NO_EVENT, Missing.NOT_STUDIED, Missing.NO_EVENT, *[Missing.NOT_STUDIED] * 2)
+
+
+def test_a_number_that_nothing_changes_has_no_error_bar() -> None:
+    still = Convergence("overall slip", "s", 1.748, {"step": Series("step", SIZES, (1.748,) * 3)})
+    assert still.uncertainty is None
+    assert texts(convergence_table({"slip.overall": still}, "run"))[0][2:5] == ["1.748", "unchanged", "n/s"]
 
 
 def test_series_have_a_row_for_every_level() -> None:

@@ -25,6 +25,16 @@ def test_events_table_is_for_people() -> None:
     assert lines[-1] == "none: the event did not happen."
 
 
+@pytest.mark.parametrize(
+    ("step", "row"), [(0.1, "1.5 | 1.6 | 1.6 | 1.8 | 200"), (2e-3, "1.500 | 1.600 | 1.650 | 1.750 | 250")]
+)
+def test_times_have_the_digits_that_the_step_allows(step: float, row: str) -> None:
+    run = RunResult("r", {}, EVENTS, numbers={"slide_step_s": step})
+    assert row in to_markdown(events_table([run]))
+    known = dataclasses.replace(run, uncertainty={"slip.overall": 0.004})
+    assert "1.750 ± 0.004" in to_markdown(events_table([known]))
+
+
 def test_runs_without_sweep_are_named_where_there_are_several() -> None:
     one, other = (RunResult(name, {}, EVENTS) for name in ("run", "again"))
     assert [column.name for column in events_table([one]).columns] == [*names.EVENTS.values(), names.LATENCY]

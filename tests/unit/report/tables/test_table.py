@@ -35,6 +35,16 @@ def test_a_measured_number_shows_its_uncertainty_and_stays_a_number() -> None:
     assert list(csv.reader(io.StringIO(to_csv(table))))[1] == ["1.7046"]
 
 
+def test_an_uncertainty_below_the_last_digit_is_not_shown_as_nothing() -> None:
+    shown = (Column("time", "s", digits) for digits in (3, 0))
+    assert [column.format(Measured(1.7046, 0.0002)) for column in shown] == ["1.705 ± <0.001", "2 ± <1"]
+
+
+def test_negative_digits_are_zeros_before_the_point() -> None:
+    column = Column("time", "ms", -2)
+    assert (column.format(612.3), column.format(Measured(612.3, 7.0))) == ("600", "600 ± <100")
+
+
 def test_reasons_have_texts_of_their_own() -> None:
     assert len({reason.shown for reason in Missing}) == len({reason.meaning for reason in Missing}) == len(Missing)
     assert "-" not in {reason.shown for reason in Missing}

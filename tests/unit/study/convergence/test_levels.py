@@ -61,7 +61,7 @@ def test_steps_that_control_their_error_are_refined_by_their_tolerance(block: Ru
     time = dataclasses.replace(block.study.time, step="auto", output=8e-3, tolerance=0.01, smallest=1e-3)
     run = dataclasses.replace(block, study=dataclasses.replace(block.study, time=time))
     finer = run_at(run, Level("step", 0.5), build_model(run)).study.time
-    assert (finer.step, finer.output, finer.tolerance, finer.smallest) == ("auto", 8e-3, 0.01 / 8, 0.5e-3)
+    assert (finer.step, finer.output, finer.tolerance, finer.smallest) == ("auto", 4e-3, 0.01 / 8, 0.5e-3)
 
 
 def test_step_and_damping_change_alone(block: Run) -> None:

@@ -33,4 +33,4 @@ def test_steps_that_control_their_error_have_settings_of_their_own() -> None:
 def test_refined_settings_have_shorter_steps() -> None:
     assert TimeSettings(2e-3, alpha=-0.1).refined(0.25) == TimeSettings(0.5e-3, alpha=-0.1)
     finer = TimeSettings("auto", output=8e-3, tolerance=8e-3, smallest=1e-3).refined(0.5)
-    assert finer.stepping == Adaptive(8e-3, 1e-3, smallest=0.5e-3)
+    assert finer.stepping == Adaptive(4e-3, 1e-3, smallest=0.5e-3)

@@ -23,7 +23,17 @@ def test_every_run_is_counted_with_its_size(write_study: Write) -> None:
         ("block.yaml", f"friction_coefficient-{friction}", "to do", 90, 30, 30) for friction in (0.2, 0.4, 0.6)
     ]
     assert [row[6] for row in table.rows] == [estimated_seconds(90, 30)] * 3
-    assert table.note == "3 runs, about 0.1 min of computing in one process. Each process takes about 0.4 GB."
+    assert table.note.startswith(
+        "3 runs, about 0.1 min of computing in one process. Each process takes about 0.4 GB. WARNING: "
+    )
+
+
+def test_what_is_too_coarse_to_be_right_is_said(write_study: Write) -> None:
+    table = check_studies([write_study()])
+    assert table.title == "Checked: no mistakes found, 3 warnings"
+    assert "block.yaml: programme.0: the press takes 10 steps, and fewer than 25 are too coarse" in table.note
+    fine = check_studies([write_study(block_values() | {"time": {"step": "0.5 ms"}})])
+    assert "steps" not in fine.note
 
 
 @pytest.mark.parametrize(("scheme", "fewest"), [("hht_alpha", 30), ("quasi_static", 60)])

@@ -1,0 +1,99 @@
+"""Doubts about a model: what can be computed, but is hardly meant or too coarse to be right."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain
+
+import numpy as np
+
+from fingerslip.contact.counterfaces import Counterface
+from fingerslip.dynamics.system.checks import CheckedModel
+from fingerslip.dynamics.system.scheme import make_scheme
+from fingerslip.fe.space import boundary_nodes
+from fingerslip.model import Model
+from fingerslip.programme import Press, Slide, phase_duration
+from fingerslip.timing import LEAST_ACROSS, LEAST_STEPS, Adaptive
+from fingerslip.units import millimetres
+
+__all__ = ["doubts"]
+
+# The softest tissues and gels in use are above; what is below is a number without a unit, as in closed forms [Pa].
+_SOFTEST, _PURE = 1e3, 10.0
+# Share of the way from a facet to the centre of its cell that has to lie behind the counterface.
+_BEHIND = 0.25
+
+
+def doubts(model: Model, known: CheckedModel) -> tuple[str, ...]:
+    """Return what is doubtful in a model that can be computed: where, what it is, and how to mend it."""
+    each = chain(_steps(model), _contacts(model, known), _supports(model), _materials(model))
+    return tuple(dict.fromkeys(each))
+
+
+def _steps(model: Model) -> Iterator[str]:
+    """Yield the phases with few steps; steps that control their error are as short as it asks for."""
+    if isinstance(model.time, Adaptive):
+        return
+    # Without inertia a press is a row of equilibria: ten steps in place of forty move slip by less than 0.3 %.
+    judged = (Press, Slide) if make_scheme(model.time).inertia_factor else (Slide,)
+    for number, phase in ((number, phase) for programme in model.programmes for number, phase in enumerate(programme)):
+        duration = phase_duration(phase)
+        if isinstance(phase, judged) and duration < (LEAST_STEPS - 1e-6) * model.time.step:
+            yield (
+                f"programme.{number}: the {type(phase).__name__.lower()} takes {duration / model.time.step:.3g} steps, "
+                f"and fewer than {LEAST_STEPS} are too coarse for the times of slip: write a step of "
+                f"{1e3 * duration / LEAST_STEPS:.2g} ms or less"
+            )
+
+
+def _contacts(model: Model, known: CheckedModel) -> Iterator[str]:
+    """Yield the contacts on the wrong side, those that never touch and those of few elements."""
+    for number, (contact, counterface, motion) in enumerate(
+        zip(model.contacts, known.counterfaces, known.motions, strict=True)
+    ):
+        where = f"contacts.{number}"
+        if _is_behind(model, contact.boundary, counterface):
+            turned = ", ".join(f"{-value:z.3g}" for value in counterface.unit_normal)
+            yield f"{where}.counterface: its normal points away from the body, which is inside it: write ({turned})"
+            continue
+        if model.is_loaded:
+            continue
+        gaps = counterface.gap(known.space.positions[boundary_nodes(known.space, contact.boundary)])
+        approach = float(np.max(motion.positions @ counterface.unit_normal))
+        reached = int((gaps < approach).sum())
+        across = reached if known.space.dim == 2 else 2.0 * np.sqrt(reached / np.pi)
+        if not reached:
+            yield (
+                f"{where}: never touches '{contact.boundary}', which is {millimetres(float(gaps.min()))} away while "
+                f"the counterface comes {millimetres(max(approach, 0.0))} nearer: press deeper, or start nearer"
+            )
+        elif across < LEAST_ACROSS:
+            yield (
+                f"{where}: {reached} nodes of '{contact.boundary}' are in reach of the counterface, and fewer than "
+                f"{LEAST_ACROSS} across the contact are too coarse for the times of slip: take smaller elements there"
+            )
+
+
+def _is_behind(model: Model, boundary: str, counterface: Counterface) -> bool:
+    """Tell whether the cells at a boundary lie on that side of it where the counterface is."""
+    mesh = model.mesh
+    facets = np.asarray(mesh.boundaries[boundary])
+    middles = mesh.p[:, mesh.facets[:, facets]].mean(axis=1).T
+    centres = mesh.p[:, mesh.t[: mesh.elem.refdom.nnodes, mesh.f2t[0, facets]]].mean(axis=1).T
+    inwards, depth = counterface.gap(centres) - counterface.gap(middles), np.linalg.norm(centres - middles, axis=1)
+    return bool(inwards.mean() < -_BEHIND * depth.mean())
+
+
+def _supports(model: Model) -> Iterator[str]:
+    if model.contacts and not (model.supports or model.gravity or model.initial_velocity):
+        yield "supports: there are none, so the counterface pushes the whole body away: support a boundary or a region"
+
+
+def _materials(model: Model) -> Iterator[str]:
+    for name, material in model.materials.items():
+        if _PURE <= material.stiffness < _SOFTEST:
+            value = material.stiffness
+            yield (
+                f"materials.{name}: a modulus of {value:.4g} Pa is softer than any tissue or elastomer: "
+                f"if {value:.4g} kPa are meant, write {value:.4g}e3"
+            )
