@@ -1,17 +1,23 @@
 """Files and folders that are there whole or not at all: the only place that writes results.
 
-What is being written has a temporary name beside the final one, ``.NAME.PROCESS.partial`` and the ending of the
-file. It takes the final name when it is whole, and is removed when writing it fails.
+What is being written has a temporary name beside the final one, ``.NAME.TOKEN.partial`` and the ending of the
+file. It takes the final name when it is whole, and is removed when writing it fails. Whoever writes it holds a lock on
+``.NAME.TOKEN.lock`` meanwhile, which the system gives back when its process ends: so what nobody writes any more is
+known in other threads, containers and machines, where the number of a process says nothing.
 """
 
 from __future__ import annotations
 
 import contextlib
 import errno
+import functools
+import glob
 import json
 import os
 import re
+import secrets
 import shutil
+import socket
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -45,11 +51,12 @@ __all__ = [
 
 _FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 _FOLDER = {errno.EISDIR, errno.ENOTEMPTY}
-_DAY = 86400.0
+# Of a writer whose lock cannot be seen from here; no run of a cluster may take longer.
+_SECONDS_TO_WAIT = 7 * 86400.0
 # How often a lock is tried whose file is taken away meanwhile: every time, another process has been inside.
 _TRIES = 100_000
 _CHECKSUM = "checksum"
-_TEMPORARY = re.compile(r"\.(?P<name>.+)\.(?P<process>\d+)\.(?:partial|old)(?:\.\w+)?")
+_TEMPORARY = re.compile(r"(?P<stem>\.(?P<name>.+)\.(?:[0-9a-f]{8}|\d+))\.(?:partial(?:\.\w+)?|old|lock)")
 
 
 @contextlib.contextmanager
@@ -80,13 +87,9 @@ def new_file(final: Path) -> Iterator[Path]:
     ResultError
         Where the file cannot be written or renamed.
     """
-    partial = _partial(final, final.suffix)
-    try:
-        with writing(final):
-            yield partial
-            partial.replace(final)
-    finally:
-        partial.unlink(missing_ok=True)
+    with _partial(final, final.suffix) as partial, writing(final):
+        yield partial
+        partial.replace(final)
 
 
 @contextlib.contextmanager
@@ -100,15 +103,11 @@ def new_files(final: Path) -> Iterator[Path]:
     ResultError
         Where a file cannot be written or moved.
     """
-    partial = _partial(final)
-    try:
-        with writing(final):
-            partial.mkdir()
-            yield partial / final.name
-            for made in sorted(partial.iterdir(), key=lambda path: path.name == final.name):
-                made.replace(final.with_name(made.name))
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
+    with _partial(final) as partial, writing(final):
+        partial.mkdir()
+        yield partial / final.name
+        for made in sorted(partial.iterdir(), key=lambda path: path.name == final.name):
+            made.replace(final.with_name(made.name))
 
 
 @contextlib.contextmanager
@@ -122,15 +121,15 @@ def new_folder(final: Path) -> Iterator[Path]:
     ResultError
         Where the folder cannot be made or renamed.
     """
-    partial = _partial(final)
-    try:
+    with writing(final.parent):
+        final.parent.mkdir(parents=True, exist_ok=True)
+    clean_stale(final.parent, final.name)
+    with _partial(final) as partial:
         with writing(final.parent):
-            partial.mkdir(parents=True)
+            partial.mkdir()
         yield partial
-        with writing(final.parent):
+        with writing(final.parent), alone(final.with_name(f".{final.name}.lock")):
             _replace(partial, final)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
 
 
 @contextlib.contextmanager
@@ -278,16 +277,23 @@ def read_json(path: Path, repair: str) -> dict[str, Any]:
     return found
 
 
-def clean_stale(folder: Path) -> None:
-    """Remove what processes that are gone left unfinished in `folder`, and put back what they had moved away."""
-    if not folder.is_dir():
-        return
-    for old in folder.glob(".*.old"):
-        if _is_stale(old) and not _final(old).exists():
-            old.rename(_final(old))
-    for left in (*folder.glob(".*.partial*"), *folder.glob(".*.old")):
-        if _is_stale(left):
-            _remove(left)
+def clean_stale(folder: Path, name: str | None = None) -> None:
+    """Remove what was left unfinished in `folder` by writers that are gone, and put back what they had moved away.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder; nothing is done where it is not there.
+    name : str, optional
+        Only what was to have this name.
+    """
+    pattern = ".*" if name is None else f".{glob.escape(name)}.*"
+    matches = [_TEMPORARY.fullmatch(path.name) for path in folder.glob(pattern)]
+    for stem, final in {(match["stem"], match["name"]) for match in matches if match and name in (None, match["name"])}:
+        # What cannot be removed, as by another user, does no harm.
+        with contextlib.suppress(OSError), contextlib.ExitStack() as locks:
+            if _is_abandoned(folder, stem, locks):
+                _clear(folder, stem, folder / final)
 
 
 def remove_empty(*folders: Path) -> None:
@@ -297,13 +303,25 @@ def remove_empty(*folders: Path) -> None:
             folder.rmdir()
 
 
-def _partial(final: Path, suffix: str = "") -> Path:
-    """Return the temporary name of what this process writes under a final one."""
-    return final.with_name(f".{final.name}.{os.getpid()}.partial{suffix}")
+@contextlib.contextmanager
+def _partial(final: Path, suffix: str = "") -> Iterator[Path]:
+    """Give the temporary name of what is to become `final`, locked in the block and removed at its end."""
+    stem = f".{final.name}.{secrets.token_hex(4)}"
+    mark = final.with_name(f"{stem}.lock")
+    file = _locked(mark) if final.parent.is_dir() else None
+    try:
+        if file is not None:
+            with contextlib.suppress(OSError):
+                file.write(_kernel().encode())
+                file.flush()
+        yield final.with_name(f"{stem}.partial{suffix}")
+    finally:
+        _remove(final.with_name(f"{stem}.partial{suffix}"))
+        _unlock(mark, file)
 
 
 def _replace(new: Path, final: Path) -> None:
-    old = final.with_name(f".{final.name}.{os.getpid()}.old")
+    old = new.with_suffix(".old")
     if final.exists():
         final.rename(old)
     new.rename(final)
@@ -317,25 +335,37 @@ def _remove(path: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def _final(temporary: Path) -> Path:
-    match = _TEMPORARY.fullmatch(temporary.name)
-    return temporary.with_name(match["name"]) if match else temporary
+def _clear(folder: Path, stem: str, final: Path) -> None:
+    """Put back what a writer had moved away, and remove the rest that it left, its lock last."""
+    old = folder / f"{stem}.old"
+    if old.exists() and not final.exists():
+        old.rename(final)
+    for left in (*folder.glob(f"{glob.escape(stem)}.partial*"), old, folder / f"{stem}.lock"):
+        _remove(left)
 
 
-def _is_stale(temporary: Path) -> bool:
-    match = _TEMPORARY.fullmatch(temporary.name)
-    return match is not None and not _is_alive(int(match["process"]), temporary)
+def _is_abandoned(folder: Path, stem: str, locks: contextlib.ExitStack) -> bool:
+    """Tell whether nobody writes under a temporary name any more, and hold its lock as long as `locks`."""
+    with contextlib.suppress(FileNotFoundError):
+        file = locks.enter_context((folder / f"{stem}.lock").open("r+b"))
+        if fcntl is not None:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return False
+            except OSError:  # the file system has no locks
+                pass
+            else:
+                if file.read().decode(errors="replace") == _kernel():
+                    return True
+    left = [path for path in folder.glob(f"{glob.escape(stem)}.*")]
+    files = [*left, *(inner for path in left for inner in path.rglob("*"))]
+    return all(time.time() - path.stat().st_mtime > _SECONDS_TO_WAIT for path in files)
 
 
-def _is_alive(process: int, temporary: Path) -> bool:
-    if process == os.getpid():
-        return False
-    if os.name != "posix":  # there is no harmless signal to ask with
-        return time.time() - temporary.stat().st_mtime < _DAY
-    try:
-        os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except PermissionError:
-        return True
-    return True
+@functools.cache
+def _kernel() -> str:
+    """Name the running system, all of whose processes see each other's locks: its boot, or else its host."""
+    with contextlib.suppress(OSError):
+        return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="utf-8").strip()
+    return socket.gethostname()

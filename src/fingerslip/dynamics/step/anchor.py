@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.step.contact_step import ContactStep
+from fingerslip.dynamics.step.contact_step import POSE_GOAL, ContactStep
 from fingerslip.dynamics.step.prediction import Prediction
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.errors import EquilibriumError
@@ -43,7 +43,7 @@ def passes(steppers: Sequence[Stepper], time: float) -> Iterator[int]:
 
 
 def is_at_rest(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> bool:
-    """Tell whether the springs to the anchor pull no more.
+    """Tell whether the springs to the anchor pull no more, and turned bodies see candidates where they are.
 
     Parameters
     ----------
@@ -58,6 +58,11 @@ def is_at_rest(stepper: Stepper, start: Prediction, contact: ContactStep, unknow
     """
     if not stepper.anchoring:
         return True
+    rotations = stepper.system.rotations
+    if rotations is not None:
+        end = start.about(stepper, stepper.system.relative @ unknown, unknown[rotations.at])
+        if end.distance(stepper, contact.pose) > POSE_GOAL:
+            return False
     pull = float(np.abs(start.anchor_force(stepper, unknown)).sum())
     acting = float(np.abs(contact.forces).sum() + np.abs(start.load).sum())
     moved = unknown if start.anchor is None else unknown - start.anchor

@@ -118,6 +118,8 @@ class Stepper:
         Compliance of a step on the own candidates.
     constant_frames : (n_c, dim, dim) array or None
         Frames of the candidates where they never turn; those of `compliance` then.
+    turning : (n, r) array
+        What a unit moment on each rotation of the system makes of all unknowns, in the scheme's unknown [1/(N m)].
     anchoring : float
         Stiffness per mass of springs between the body and an anchor [1/s^2], where only contact holds it; else 0.
     viscous : tuple of Viscous
@@ -132,6 +134,7 @@ class Stepper:
     rows: Indices
     compliance: Compliance
     constant_frames: Array | None
+    turning: Array
     anchoring: float = 0.0
     viscous: tuple[Viscous, ...] = ()
 
@@ -297,12 +300,23 @@ def _build(
     condensed, compliance = systems[0].coordinates.condense(matrix, local, solver, reserved_bytes)
     # A force at the end of the step has the end weight, a unit of the unknown the displacement factor.
     factor = scheme.end_weight * scheme.displacement_factor
+    turning = _turning(systems[0], condensed, len(compliance))
     first = first_alike(systems, same_compliance)
     own = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
     return [
-        Stepper(system, scheme, damping, solver, condensed, rows[number], *own[first[number]], anchoring, viscous)
+        Stepper(
+            system, scheme, damping, solver, condensed, rows[number], *own[first[number]], turning, anchoring, viscous
+        )
         for number, system in enumerate(systems)
     ]
+
+
+def _turning(system: System, condensed: Condensed, rows: int) -> Array:
+    """Return what unit moments on rotations of bodies do without contact, whose local displacements are `rows`."""
+    at = np.zeros(0, dtype=np.int64) if system.rotations is None else system.rotations.at
+    moments = np.zeros((system.mass.shape[0], at.size), order="F")
+    moments[at, np.arange(at.size)] = 1.0
+    return condensed.backward(condensed.forward(moments), np.zeros((rows, at.size))) if at.size else moments
 
 
 def _effective_matrix(
@@ -349,8 +363,11 @@ def _anchoring(system: System) -> float:
         return 0.0
     rigid, stiffness = system.unknowns.rigid, system.candidates.normal_stiffness
     loose = [(at, own) for at, own in zip(system.unknowns.of_rigid, rigid, strict=True) if own.is_loose]
-    columns = system.relative[:, [at for at, _ in loose]]
-    of_contact = np.repeat(stiffness, system.space.dim) @ columns.power(2)
+    moves = [
+        np.isin(system.candidates.counterface, own.faces) * (own.moved(system.candidates.positions) ** 2).sum(axis=1)
+        for _, own in loose
+    ]
+    of_contact = [stiffness @ squares for squares in moves]
     ratios = [resistance / own.mass for resistance, (_, own) in zip(of_contact, loose, strict=True)]
     if "body" in system.held_by_contact:
         of_mesh = system.mass.sum() - sum(own.mass for own in rigid)
