@@ -350,7 +350,7 @@ def _anchoring(system: System) -> Array | None:
     if not system.held_by_contact:
         return None
     stiffness, springs = _SOFT * system.candidates.normal_stiffness, np.zeros(system.mass.shape[0])
-    loose = [at for at, own in zip(system.coordinates.rigid, system.unknowns.rigid, strict=True) if own.is_loose]
+    loose = [at for at, own in zip(system.unknowns.of_rigid, system.unknowns.rigid, strict=True) if own.is_loose]
     springs[loose] = np.repeat(stiffness, system.space.dim) @ system.relative[:, loose].power(2)
     if "body" in system.held_by_contact:
         springs[: system.free.size] = stiffness.sum() * system.space.dim / system.free.size

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -127,14 +125,6 @@ def _pressed(*, of_pad=1.0, of_plate=1.0):
     return resting(
         contacts=(below, above), materials={"bulk": material}, gravity=None, tractions={}, bodies={"plate": plate}
     )
-
-
-def test_a_free_plate_moves_in_a_reduced_basis_as_on_the_mesh():
-    pad = {"supports": {"bottom": ("x", "y")}, "contacts": _pressed().contacts[1:]}
-    mesh, basis = (fs.simulate(replace(_pressed(), **pad, basis=own)) for own in (None, fs.ReducedBasis(1e-5, 1e-3)))
-    assert basis.attrs["basis"] == "reduced"
-    moved, exact = (own["rigid_body_displacement"].values[-1, 0, 1] for own in (basis, mesh))
-    assert moved == pytest.approx(exact, rel=1e-6)
 
 
 @pytest.mark.parametrize("spring", [100.0, 1.0])
