@@ -132,7 +132,7 @@ def solve_step(
         about = start.about(stepper, moved, angles)
         beyond = local - moved + about.arms @ (unheld - angles)
         contact = replace(_solve_about(stepper, about, beyond, earlier, goal), pose=about.pose)
-        if goal is not None or stepper.anchoring:
+        if goal is not None or stepper.anchoring is not None:
             return contact
         forces = weighted_forces(stepper, contact).ravel()
         angles = unheld + stepper.turning[rotations.at] @ _moments(stepper, start, contact, about.arms)

@@ -58,7 +58,7 @@ def finish(
 
 def _added(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> Array | None:
     """Return the forces of an anchor and of nodes that have left in the equation of motion, (n,) [N]; None if none."""
-    anchor = start.anchor_force(stepper, unknown) if stepper.anchoring else None
+    anchor = start.anchor_force(stepper, unknown) if stepper.anchoring is not None else None
     if contact.release is None:
         return anchor
     left = stepper.system.pushed(contact.release.correction, contact.pose)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.step.anchor import is_at_rest, move_anchor, passes
+from fingerslip.dynamics.step.anchor import Lead, is_at_rest, move_anchor, passes
 from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import finish
 from fingerslip.dynamics.step.prediction import predict
@@ -52,7 +52,7 @@ def advance(
         Where the contact problem was not solved, or contact alone does not hold a body without inertia.
     """
     condensed = steppers[0].condensed
-    starts = predict(steppers, states, time, counterfaces)
+    starts, leads = predict(steppers, states, time, counterfaces), [Lead() for _ in steppers]
     for _ in passes(steppers, time):
         with watch.part("substitution"):
             halfway = condensed.forward(_columns([start.right_hand_side for start in starts]))
@@ -66,7 +66,7 @@ def advance(
                 turn(*own)
         if all(map(is_at_rest, steppers, starts, contacts, unknowns)):
             break
-        starts = list(map(move_anchor, steppers, starts, unknowns))
+        starts = list(map(move_anchor, steppers, starts, unknowns, leads))
     with watch.part("recording"):
         return finish(steppers, starts, contacts, unknowns)
 
