@@ -12,7 +12,7 @@ from scipy import sparse
 from fingerslip.contact.candidates import check_outsiders
 from fingerslip.contact.counterfaces import Counterface
 from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.system.operators import Outsiders
+from fingerslip.dynamics.system.operators import Outsiders, Rotations
 from fingerslip.dynamics.system.system import System
 
 __all__ = ["OutsideCheck"]
@@ -30,7 +30,8 @@ class OutsideCheck:
     """
 
     def __init__(self, system: System) -> None:
-        self._beside = list(map(_beside, system.outsiders, system.counterfaces.shapes))
+        numbered = enumerate(zip(system.outsiders, system.counterfaces.shapes, strict=True))
+        self._beside = [_beside(*own, number, system.rotations) for number, own in numbered]
         # Only what the check reads is kept of a state.
         self._waiting: list[tuple[float, Array, list[Array]]] = []
         self._at_once = system.coordinates.checks_at_once
@@ -72,31 +73,43 @@ class _Beside:
         The counterface.
     columns : (m,) array
         The unknowns that their displacement depends on.
-    moved : matrix, shape (k * dim, m), or (k, m) where the counterface is flat
+    moved : matrix, shape (k * dim, m), or (k, m) where the counterface is flat and does not turn
         Map from these to their displacement, or to that along the normal.
+    number : int
+        Which of the counterfaces it is.
+    rotations : Rotations or None
+        The rotations of rigid bodies, whose unknowns are the last columns; None where it does not turn.
     """
 
     outsiders: Outsiders
     shape: Counterface
     columns: NDArray[np.integer]
     moved: Array | sparse.csr_matrix
+    number: int
+    rotations: Rotations | None
 
     def gaps(self, fields: Array, travel: Array) -> Array:
         """Return the gaps, shape (n, k) [m], for unknowns (n, m) and displacements (n, dim) of the counterface [m]."""
-        positions, moved = self.outsiders.positions, (self.moved @ fields.T).T
-        if self.shape.is_flat:
+        positions, moved = self.outsiders.positions, (self.moved @ fields[:, : self.moved.shape[1]].T).T
+        if self.shape.is_flat and self.rotations is None:
             found: Array = self.shape.gap(positions) + moved - (travel @ self.shape.unit_normal)[:, None]
             return found
         points = positions + moved.reshape(len(fields), *positions.shape) - travel[:, None]
+        if self.rotations is not None:
+            counterface = np.full(len(positions), self.number)
+            turned = self.rotations.matrices(fields[:, self.moved.shape[1] :])[:, counterface]
+            points = self.rotations.seen(turned, points, counterface)
         return self.shape.gap(points.reshape(-1, positions.shape[1])).reshape(len(fields), -1)
 
 
-def _beside(outsiders: Outsiders, shape: Counterface) -> _Beside:
+def _beside(outsiders: Outsiders, shape: Counterface, number: int, rotations: Rotations | None) -> _Beside:
     """Return what a check reads of the nodes beside candidates; gaps to what is flat need but one displacement each."""
     moved: Any = outsiders.relative
     columns = np.unique(moved.indices) if sparse.issparse(moved) else np.arange(moved.shape[1])
     moved = moved[:, columns]
+    if rotations is not None and rotations.axes[:, number].any():
+        return _Beside(outsiders, shape, np.append(columns, rotations.at), moved, number, rotations)
     if shape.is_flat:
         along = sparse.kron(sparse.identity(len(outsiders.nodes)), shape.unit_normal[None], format="csr")
         moved = along @ moved
-    return _Beside(outsiders, shape, columns, moved)
+    return _Beside(outsiders, shape, columns, moved, number, None)

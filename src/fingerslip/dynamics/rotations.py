@@ -1,8 +1,9 @@
-"""The check that the rotations of rigid bodies stay small."""
+"""The check that bodies which are free about several axes turn little."""
 
 from __future__ import annotations
 
 import logging
+from collections import Counter
 
 import numpy as np
 
@@ -12,15 +13,15 @@ from fingerslip.errors import InputError
 
 __all__ = ["RotationCheck"]
 
-# Lever arms and normals that do not turn are wrong by half the square of the angle along themselves, by the angle
-# across: 0.5 % and 10 % at the first, where the user is warned, 2 % and 20 % at the second, which is refused.
+# About one axis any angle is exact. Angles about several axes are added as if they were small: turned by one, the axis
+# of another is wrong by the angle, 10 % at the first, where the user is warned, 20 % at the second, which is refused.
 _WARN, _REFUSE = 0.1, 0.2
 
 _logger = logging.getLogger("fingerslip.dynamics")
 
 
 class RotationCheck:
-    """Looks at the rotations of a motion's rigid bodies.
+    """Looks at the rotations of those of a motion's rigid bodies that are free about several axes.
 
     Parameters
     ----------
@@ -29,9 +30,9 @@ class RotationCheck:
     """
 
     def __init__(self, system: System) -> None:
-        turning = [
-            (at, own) for at, own in zip(system.coordinates.rigid, system.unknowns.rigid, strict=True) if own.turns
-        ]
+        rigid = [own for own in zip(system.coordinates.rigid, system.unknowns.rigid, strict=True) if own[1].turns]
+        axes = Counter(own.body for _, own in rigid)
+        turning = [(at, own) for at, own in rigid if axes[own.body] > 1]
         self._at = np.array([at for at, _ in turning], dtype=np.int64)
         self._names = [f"bodies.{own.body}.free.{own.direction}" for _, own in turning]
         self._largest = np.zeros(self._at.size)
@@ -52,13 +53,14 @@ class RotationCheck:
         if angles[worst] > _REFUSE:
             found = f"the body has turned by {angles[worst]:.3g} rad at t = {state.time:.6g} s"
             repair = "hold it by a stiffer spring, a damper or another contact, or leave the rotation out of free"
-            raise InputError(self._names[worst], found, f"rotations are small, up to {_REFUSE:g} rad", repair)
+            allowed = f"rotations about several axes are small, up to {_REFUSE:g} rad"
+            raise InputError(self._names[worst], found, allowed, repair)
 
     def finish(self) -> None:
         """Warn of rotations that were not very small."""
         for name, angle in zip(self._names, self._largest, strict=True):
             if angle > _WARN:
                 _logger.warning(
-                    "%s: the body turned by up to %.3g rad; rotations are taken as small, so results are rough",
+                    "%s: the body turned by up to %.3g rad; about several axes that is taken as small: results are rough",
                     *(name, angle),
                 )

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 # Iterations that are combined: more do not shrink the residual faster, as contact changes meanwhile.
 _KEPT = 5
-# Singular values of the residuals below this part of the largest are rounding.
+# Singular values of the changes of residuals below this part of the largest, or of the residual, are rounding.
 _ROUNDING = 1e-8
 
 
@@ -42,7 +42,9 @@ class Mixing:
         if len(self._ends) == 1:
             return end
         changes = np.stack([residual - earlier for earlier in self._residuals[:-1]], axis=1)
-        weights = np.linalg.lstsq(changes, residual, rcond=_ROUNDING)[0]
+        largest = max(float(np.linalg.norm(changes)), 1e-300)
+        rounding = _ROUNDING * max(1.0, float(np.linalg.norm(residual)) / largest)
+        weights = np.linalg.lstsq(changes, residual, rcond=rounding)[0]
         mixed = end.copy()
         for weight, earlier in zip(weights, self._ends[:-1], strict=True):
             mixed -= weight * (end - earlier)

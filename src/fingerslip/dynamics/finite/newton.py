@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.finite.factors import Factors
 from fingerslip.dynamics.finite.mixing import Mixing
-from fingerslip.dynamics.step.contact_step import ContactStep, solve_step
+from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import finish
 from fingerslip.dynamics.step.prediction import Prediction, predict_ends
 from fingerslip.dynamics.step.release import fading_forces
 from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.step.step import weighted_forces
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
+from fingerslip.dynamics.system.operators import Pose
 from fingerslip.dynamics.system.scheme import Predictor
 from fingerslip.errors import ConvergenceError, FingerslipError
 
@@ -55,12 +55,15 @@ _PROBLEM = "motion at large strain"
 class _Iterate:
     """An iterate, evaluated.
 
-    `residual` (n,) is that of the equation of motion without contact forces [N], `size` the scale of its forces [N].
+    `residual` (n,) is that of the equation of motion without contact forces [N], `size` the scale of its forces [N];
+    `moved` (n_c, dim) [m] and `pose` are those of the candidates.
     """
 
     unknown: Array
     displacement: Array
     velocity: Array
+    moved: Array
+    pose: Pose | None
     body: BodyState
     residual: Array
     size: float
@@ -146,7 +149,7 @@ def _solve(factors: Factors, start: Prediction, watch: Stopwatch) -> tuple[_Iter
         is_end = contraction * solved.error <= _TOLERANCE
         found, reached = _towards(stepper, start, found, end if is_end else mixed, watch)
         last = solved.error
-        if is_end and reached and _error(stepper, start, found, solved) <= _TOLERANCE:
+        if is_end and reached and _error(stepper, found, solved) <= _TOLERANCE:
             return found, contact, iteration
     raise _failure(stepper, start, found, solved)
 
@@ -188,11 +191,12 @@ def _linearised(
     Contact is searched from that of an earlier iteration. It is as exact as the iterate needs, whose error is expected
     from the error of the iteration before and the contraction that are `known`, until contact tells it.
     """
-    system, (last, contraction) = stepper.system, known
+    last, contraction = known
     here = replace(
         start,
         free=Predictor(found.displacement, found.velocity),
-        moved=system.moved(found.displacement, start.counterfaces),
+        moved=found.moved,
+        pose=found.pose,
         right_hand_side=found.residual,
     )
     with watch.part("substitution"):
@@ -212,6 +216,7 @@ def _linearised(
         forces = np.zeros_like(halfway.local)
         forces[stepper.rows] = force.ravel()
         change = stepper.condensed.backward(halfway, forces)
+        turn(stepper, here, contact, change)
     return _Linearised(contact, force, change, residual, error, contraction)
 
 
@@ -225,7 +230,7 @@ def _goal(error: float, contraction: float) -> float:
 def _with_contact(stepper: Stepper, found: _Iterate, force: Array) -> tuple[Array, float]:
     """Return the residual (n,) of an iterate with contact forces (n_c, dim), and the scale of all forces [N]."""
     system = stepper.system
-    pushed = system.at_candidates @ force.ravel()
+    pushed = system.pushed(force, found.pose)
     residual = found.residual + pushed
     residual[system.unknowns.moving] = 0.0
     return residual, max(found.size, float(np.linalg.norm(pushed)))
@@ -259,26 +264,29 @@ def _at(stepper: Stepper, start: Prediction, unknown: Array, near: BodyState, wa
     elastic = scheme.end_weight * body.force
     residual = scheme.end_weight * (start.load - stepper.damping_force(velocity)) - elastic - inertia
     residual += scheme.start_weight * start.before.unbalance
+    moved = system.moved(displacement, start.counterfaces)
+    pose = system.pose(displacement, moved)
     if start.before.release is not None:
-        residual += system.at_candidates @ fading_forces(scheme, start.before.release).ravel()
+        residual += system.pushed(fading_forces(scheme, start.before.release), pose)
     residual[system.unknowns.moving] = 0.0
     size = max(float(np.linalg.norm(part)) for part in (elastic, inertia, start.load))
-    return _Iterate(unknown, displacement, velocity, body, residual, max(size, system.rounding / _TOLERANCE))
+    size = max(size, system.rounding / _TOLERANCE)
+    return _Iterate(unknown, displacement, velocity, moved, pose, body, residual, size)
 
 
-def _error(stepper: Stepper, start: Prediction, found: _Iterate, solved: _Linearised) -> float:
+def _error(stepper: Stepper, found: _Iterate, solved: _Linearised) -> float:
     """Return the error of an iterate with the contact forces that led to it, relative to the forces."""
     residual, size = _with_contact(stepper, found, solved.force)
-    return max(float(np.linalg.norm(residual)) / size, _curvature_error(stepper, start, found, solved.contact))
+    return max(float(np.linalg.norm(residual)) / size, _curvature_error(stepper, found, solved.contact))
 
 
-def _curvature_error(stepper: Stepper, start: Prediction, found: _Iterate, contact: ContactStep) -> float:
+def _curvature_error(stepper: Stepper, found: _Iterate, contact: ContactStep) -> float:
     """Return by how much forces would change, over the largest, with the gaps of counterfaces as they are."""
     pressing = contact.solution.forces[:, 0]
     if stepper.constant_frames is not None or not pressing.any():
         return 0.0
     candidates, counterfaces = stepper.system.candidates, stepper.system.counterfaces
-    points = candidates.positions + stepper.system.moved(found.displacement, start.counterfaces)
+    points = candidates.positions + found.moved if found.pose is None else found.pose.points
     gaps = counterfaces.gaps(points, candidates.counterface)
     missed = candidates.normal_stiffness * np.abs(gaps - contact.relative[:, 0])
     return float(missed[pressing > 0.0].max() / pressing.max())
@@ -299,5 +307,5 @@ def _failure(
     advice = "try a smaller time step, a finer or more regular mesh, or softer contact penalties"
     if too_far is not None:
         advice = f"{too_far}; {advice}"
-    error = np.inf if solved is None else solved.error
+    error = np.inf if solved is None else _error(stepper, found, solved)
     return ConvergenceError(start.time, int(worst) // system.space.dim, error, _TOLERANCE, advice, _PROBLEM)

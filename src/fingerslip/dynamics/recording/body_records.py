@@ -85,10 +85,12 @@ class BodyRecords:
         for name, own in zip(_TURNS if freedom.turns else _SHIFTS, moved, strict=True):
             values[name][:, number, axis] = own
 
+    def rotations(self, steps: slice) -> Array:
+        """Return the angles of bodies with counterfaces in some steps, (n_steps, r) [rad]."""
+        return self.moved[0, steps][:, [own.turns and bool(own.faces) for own in self._system.unknowns.rigid]]
+
     def arms(self, moved: Array) -> Array:
         """Return the lever arms of the candidates about the centres of their bodies, (n_steps, n_c, dim) [m].
-
-        Those of bodies that may turn are the ones at the start, as in their equations of motion.
 
         Parameters
         ----------
@@ -96,9 +98,7 @@ class BodyRecords:
             Displacement of the candidates relative to their counterfaces [m].
         """
         candidates = self._system.candidates
-        turning = [face for own in self._system.unknowns.rigid if own.turns for face in own.faces]
-        moving = ~np.isin(candidates.counterface, turning)[:, None]
-        found: Array = candidates.positions - self._centres[candidates.counterface] + moving * moved
+        found: Array = candidates.positions - self._centres[candidates.counterface] + moved
         return found
 
     def complete_forces(self, values: dict[str, Any]) -> None:

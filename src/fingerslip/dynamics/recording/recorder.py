@@ -273,13 +273,18 @@ class Recorder:
         moved = values["contact_displacement"][steps]
         moved = moved - values["counterface_displacement"][steps][:, candidates.counterface]
         about_centres = moments(self._bodies.arms(moved), forces)
-        points = (candidates.positions + moved).reshape(-1, self._system.space.dim)
+        points, rotations, turned = candidates.positions + moved, self._system.rotations, None
+        if rotations is not None:
+            turned = rotations.matrices(self._bodies.rotations(steps))[:, candidates.counterface]
+            points = rotations.seen(turned, points, candidates.counterface)
         owners = [candidates.counterface == number for number in range(len(self._system.counterfaces.shapes))]
         for number, own in enumerate(owners):
             values["counterface_force"][steps, number] = forces[:, own].sum(axis=1)
             values["counterface_moment"][steps, number] = about_centres[:, own].sum(axis=1)
         counterface = np.tile(candidates.counterface, len(normal))
-        forces -= normal[..., None] * self._system.counterfaces.normals(points, counterface).reshape(forces.shape)
+        points = points.reshape(-1, self._system.space.dim)
+        normals = self._system.counterfaces.normals(points, counterface).reshape(forces.shape)
+        forces -= normal[..., None] * (normals if turned is None else np.einsum("...ij,...j->...i", turned, normals))
         for number, own in enumerate(owners):
             self._complete_utilisation(steps, number, forces[:, own], self._limits[steps][:, own])
         forces /= candidates.area[:, None]

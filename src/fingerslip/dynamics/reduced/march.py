@@ -147,6 +147,8 @@ def _require_suitable(motions: Motions) -> None:
     system = motions.systems[0]
     if free_pieces(system.space, system.free):
         raise _UnsuitableError("supports leave rigid motions free")
+    if system.held_by_contact:
+        raise _UnsuitableError(f"contact alone holds the {', '.join(system.held_by_contact)}")
     if system.relaxing:
         raise _UnsuitableError("materials relax")
     if system.moving_supports:

@@ -1,9 +1,10 @@
 """Bodies without inertia, deformable and rigid, that only contact holds.
 
-Their stiffness is singular: rigid motions cost nothing until contact resists. Soft springs, in proportion to the mass,
-hold the body to an anchor, and a step is solved again with the anchor where the body went, until the springs pull no
-more. What is left is equilibrium of loads and contact alone. Each pass shrinks the error by about the ratio of the
-springs' stiffness to that of the contact: a proximal point iteration (Rockafellar 1976).
+Their stiffness is singular: rigid motions cost nothing until contact resists. Soft springs hold the body to an anchor,
+and a step is solved again with the anchor where the body went, until the springs pull no more. What is left is
+equilibrium of loads and contact alone: a proximal point iteration (Rockafellar 1976). Each pass shrinks the error by
+about the ratio of the springs' stiffness to what else resists the motion, which is little where a body rolls, so that
+passes are mixed (:class:`fingerslip.dynamics.finite.mixing.Mixing`).
 """
 
 from __future__ import annotations
@@ -13,20 +14,23 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.step.contact_step import ContactStep
+from fingerslip.dynamics.finite.mixing import Mixing
+from fingerslip.dynamics.step.contact_step import POSE_GOAL, ContactStep
 from fingerslip.dynamics.step.prediction import Prediction
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.errors import EquilibriumError
 
-__all__ = ["is_at_rest", "move_anchor", "passes"]
+__all__ = ["Lead", "is_at_rest", "move_anchor", "passes"]
 
 Array = NDArray[np.float64]
 
 _MOST_PASSES = 200
+# What a mixed pass leaves of the springs' force at most.
+_SHRINKS = 0.9
 # Force of the springs over all forces of contact and loads.
 _TOLERANCE = 1e-10
-# Displacement of a pass over the size of the body, below which rounding hides it.
-_ROUNDING = 1e-13
+# Of positions, which moves the force of a contact by as much times its stiffness.
+_ROUNDING = 1e-16
 
 
 def passes(steppers: Sequence[Stepper], time: float) -> Iterator[int]:
@@ -37,13 +41,15 @@ def passes(steppers: Sequence[Stepper], time: float) -> Iterator[int]:
     EquilibriumError
         Where the most passes were not enough: contact alone does not hold a body.
     """
-    yield from range(_MOST_PASSES if steppers[0].anchoring else 1)
-    if steppers[0].anchoring:
+    if steppers[0].anchoring is None:
+        yield 0
+    else:
+        yield from range(_MOST_PASSES)
         raise EquilibriumError(time, steppers[0].system.held_by_contact)
 
 
 def is_at_rest(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> bool:
-    """Tell whether the springs to the anchor pull no more.
+    """Tell whether the springs to the anchor pull no more, and turned bodies see candidates where they are.
 
     Parameters
     ----------
@@ -56,15 +62,50 @@ def is_at_rest(stepper: Stepper, start: Prediction, contact: ContactStep, unknow
     unknown : (n,) array
         Change of displacement in the step [m].
     """
-    if not stepper.anchoring:
+    if stepper.anchoring is None:
         return True
+    rotations = stepper.system.rotations
+    if rotations is not None:
+        end = start.about(stepper, stepper.system.relative @ unknown, unknown[rotations.at])
+        if end.distance(stepper, contact.pose) > POSE_GOAL:
+            return False
     pull = float(np.abs(start.anchor_force(stepper, unknown)).sum())
     acting = float(np.abs(contact.forces).sum() + np.abs(start.load).sum())
-    moved = unknown if start.anchor is None else unknown - start.anchor
-    size = float(np.ptp(stepper.system.space.positions, axis=0).max())
-    return pull <= _TOLERANCE * acting or float(np.abs(moved).max()) <= _ROUNDING * size
+    rounding = _ROUNDING * _size(stepper) * float(stepper.system.candidates.normal_stiffness.sum())
+    return pull <= max(_TOLERANCE * acting, rounding)
 
 
-def move_anchor(stepper: Stepper, start: Prediction, unknown: Array) -> Prediction:
-    """Return the step with the anchor where the body went, `unknown` (n,) [m]."""
-    return start.anchored(stepper, unknown) if stepper.anchoring else start
+class Lead:
+    """Where the anchor of a motion goes from pass to pass of a step."""
+
+    def __init__(self) -> None:
+        self._mixing, self._mixes = Mixing(), False
+        self._end, self._pull = np.zeros(0), np.inf
+
+    def next(self, end: Array, pull: Array) -> Array:
+        """Return where the anchor goes (n,) [m] after a pass that ended at `end` (n,) [m] with springs' forces (n,) [N].
+
+        Where contact has changed, mixing can lead astray: then the last pass before it goes on by itself.
+        """
+        size = float(np.linalg.norm(pull))
+        if self._mixes and size > _SHRINKS * self._pull:
+            self._mixing, self._mixes = Mixing(), False
+            return self._end
+        led = self._mixing.next(end, pull)
+        self._mixes, self._end, self._pull = not np.array_equal(led, end), end, size
+        return led
+
+
+def move_anchor(stepper: Stepper, start: Prediction, unknown: Array, lead: Lead) -> Prediction:
+    """Return the step with the anchor where this pass, which went by `unknown` (n,) [m], and those before it lead."""
+    if stepper.anchoring is None:
+        return start
+    beyond = lead.next(unknown, start.anchor_force(stepper, unknown)) - unknown
+    # No farther at once than the body is large: where nothing holds it, mixing would lead to where all is rounding.
+    far = float(np.abs(stepper.system.relative @ beyond).max(initial=0.0)) / _size(stepper)
+    return start.anchored(stepper, unknown + beyond / max(far, 1.0))
+
+
+def _size(stepper: Stepper) -> float:
+    """Return the size of the body [m]."""
+    return float(np.ptp(stepper.system.space.positions, axis=0).max())

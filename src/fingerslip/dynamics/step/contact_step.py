@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -16,11 +17,13 @@ from fingerslip.contact.solve.newton import ContactSolution
 from fingerslip.contact.solve.pieces import Piece
 from fingerslip.contact.solve.working_set import WorkingSet
 from fingerslip.dynamics.step.prediction import Prediction
-from fingerslip.dynamics.step.release import Release, drop, fade, find_changes
+from fingerslip.dynamics.step.release import Release, drop, fade, fading_forces, find_changes
 from fingerslip.dynamics.step.stepper import Stepper
+from fingerslip.dynamics.system.operators import Pose
 from fingerslip.errors import ConvergenceError
+from fingerslip.linear.symmetric import symmetric_product
 
-__all__ = ["GOAL", "TOLERANCE", "ContactStep", "solve_step"]
+__all__ = ["GOAL", "POSE_GOAL", "TOLERANCE", "ContactStep", "solve_step", "turn", "weighted_forces"]
 
 Array = NDArray[np.float64]
 
@@ -32,6 +35,9 @@ TOLERANCE = 1e-10
 _MISSED_BY = TOLERANCE / GOAL
 # With a compliance of single precision accelerations are only known to 1e-4 of the largest, whatever the goal.
 _GOAL_SINGLE = 5e-11
+# Change of where turned bodies see the candidates, over the size of the mesh, at which a step is corrected no more, and
+# up to which it is accepted: each correction shrinks it by about the pressure over penalty and radius.
+POSE_GOAL, _POSE_TOLERANCE, _MOST_POSES = 1e-11, 1e-8, 25
 
 
 @dataclass(frozen=True)
@@ -56,6 +62,8 @@ class ContactStep:
         What their leaving adds to the equation of motion, in global components [N]; None where none leave.
     release_response : (n_c, dim) array or None
         What that does to the candidates, in the frames [m].
+    pose : Pose or None
+        The candidates as bodies that turn see them, with the arms of the forces; None where none turns.
     """
 
     frames: Array
@@ -66,6 +74,7 @@ class ContactStep:
     release: Release | None = None
     release_force: Array | None = None
     release_response: Array | None = None
+    pose: Pose | None = None
 
     @cached_property
     def forces(self) -> Array:
@@ -90,7 +99,9 @@ def solve_step(
 ) -> ContactStep:
     """Find the contact forces of a step.
 
-    The frames of curved counterfaces are those at the predicted motion, about which the gap is linear.
+    The frames of curved counterfaces are those at the predicted motion, about which the gap is linear. Where bodies
+    turn, this motion, and with it the arms of forces, is corrected until it is that at the end of the step; that is left
+    to the iterations of the step at large strain, with a `goal`, and to its passes where only contact holds a body.
 
     Parameters
     ----------
@@ -111,9 +122,35 @@ def solve_step(
     ConvergenceError
         Where the contact problem was not solved.
     """
+    rotations = stepper.system.rotations
+    if rotations is None or start.pose is None:
+        return _solve_about(stepper, start, local, earlier, goal)
+    unheld, missed = start.right_hand_side @ stepper.turning, np.inf
+    anchor = np.zeros(len(start.right_hand_side)) if start.anchor is None else start.anchor
+    angles, moved = anchor[rotations.at], stepper.system.relative @ anchor
+    for _ in range(_MOST_POSES):
+        about = start.about(stepper, moved, angles)
+        beyond = local - moved + about.arms @ (unheld - angles)
+        contact = replace(_solve_about(stepper, about, beyond, earlier, goal), pose=about.pose)
+        if goal is not None or stepper.anchoring is not None:
+            return contact
+        forces = weighted_forces(stepper, contact).ravel()
+        angles = unheld + stepper.turning[rotations.at] @ _moments(stepper, start, contact, about.arms)
+        moved, earlier = local + symmetric_product(stepper.compliance.body, forces), contact
+        missed = start.about(stepper, moved, angles).distance(stepper, contact.pose)
+        if missed <= POSE_GOAL:
+            return contact
+    if missed > _POSE_TOLERANCE:
+        raise ConvergenceError(start.time, -1, missed, _POSE_TOLERANCE, "try a smaller time step", "turning bodies")
+    return contact
+
+
+def _solve_about(
+    stepper: Stepper, start: Prediction, local: Array, earlier: ContactStep | None, goal: float | None
+) -> ContactStep:
+    """Find the contact forces of a step with frames, gaps and arms linear about where it is predicted to end."""
     frames, relative = _free_motion(stepper, start, local.reshape(start.moved.shape))
-    constant = stepper.constant_frames is not None
-    compliance = stepper.compliance if constant else replace(stepper.compliance, frames=frames)
+    compliance = _compliance(stepper, start, frames)
     found = _solved(stepper, start, compliance, frames, relative, earlier=earlier, goal=goal)
     marks = _changes(stepper, start, found)
     if not marks.any():
@@ -129,6 +166,26 @@ def solve_step(
         found = replace(again, release=release, release_force=release_force, release_response=response)
         marks = _changes(stepper, start, found)
     return found
+
+
+def weighted_forces(stepper: Stepper, contact: ContactStep) -> Array:
+    """Return what contact adds to the equation of motion of a step, in global components, shape (n_c, dim) [N]."""
+    added: Array = stepper.scheme.end_weight * contact.forces
+    return added if contact.release_force is None else added + contact.release_force
+
+
+def turn(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> None:
+    """Add to the unknown (n,) of a step what contact makes of the rotations of bodies."""
+    if contact.pose is not None:
+        unknown += stepper.turning @ _moments(stepper, start, contact, contact.pose.columns)
+
+
+def _moments(stepper: Stepper, start: Prediction, contact: ContactStep, arms: Array) -> Array:
+    """Return the moments (r,) of contact that the right-hand side of a step lacks, with arms (n_c * dim, r) [N m]."""
+    moments: Array = weighted_forces(stepper, contact).ravel() @ arms
+    if start.before.release is not None:
+        moments += fading_forces(stepper.scheme, start.before.release).ravel() @ (arms - start.arms)
+    return moments
 
 
 def _changes(stepper: Stepper, start: Prediction, found: ContactStep) -> NDArray[np.int8]:
@@ -189,16 +246,31 @@ def _free_motion(stepper: Stepper, start: Prediction, unknown: Array) -> tuple[A
     if flat is not None:
         relative = flat_motion(flat, stepper.gaps, start.before.interface.relative, start.before.moved, free)
         return flat, relative
-    turned = stepper.system.turned(start.free.displacement)
-    # The normals of a body do not turn with it: its shape is looked at as if it had not turned.
-    points = candidates.positions + (moved if turned is None else moved + turned)
-    frames = counterfaces.frames(points, candidates.counterface)
+    points, points_before = candidates.positions + moved, candidates.positions + start.before.moved
+    frames = seen = counterfaces.frames(points, candidates.counterface)
+    before = stepper.system.pose(start.before.displacement, start.before.moved)
+    if start.pose is not None and before is not None:
+        points, points_before = start.pose.points, before.points
+        seen = counterfaces.frames(points, candidates.counterface)
+        frames = np.einsum("cij,ckj->cik", seen, start.pose.turned)
     beyond = np.einsum("cij,cj->ci", frames, free - moved)
-    relative = start.before.interface.relative + np.einsum("cij,cj->ci", frames, free - start.before.moved)
+    relative = start.before.interface.relative + np.einsum("cij,cj->ci", seen, points - points_before) + beyond
     relative[:, 0] = counterfaces.gaps(points, candidates.counterface) + beyond[:, 0]
-    if turned is not None:
-        relative[:, 0] -= np.einsum("cj,cj->c", frames[:, 0], turned)
     return frames, relative
+
+
+def _compliance(stepper: Stepper, start: Prediction, frames: Array) -> Compliance:
+    """Return the compliance of a step in its frames, with that of bodies that turn, whose arms change."""
+    compliance = stepper.compliance
+    if stepper.constant_frames is not None:
+        return compliance
+    if start.pose is None:
+        return replace(compliance, frames=frames)
+    columns, rotations = start.pose.columns, stepper.system.rotations
+    assert rotations is not None, "a pose without rotations"
+    body = compliance.body + columns @ stepper.turning[rotations.at] @ columns.T
+    edition = (*compliance.edition, zlib.crc32(columns.tobytes()))
+    return replace(compliance, body=body, frames=frames, edition=edition)
 
 
 def _check_solved(stepper: Stepper, start: Prediction, solution: ContactSolution, tolerance: float) -> None:

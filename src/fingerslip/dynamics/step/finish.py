@@ -58,18 +58,22 @@ def finish(
 
 def _added(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> Array | None:
     """Return the forces of an anchor and of nodes that have left in the equation of motion, (n,) [N]; None if none."""
-    anchor = start.anchor_force(stepper, unknown) if stepper.anchoring else None
+    anchor = start.anchor_force(stepper, unknown) if stepper.anchoring is not None else None
     if contact.release is None:
         return anchor
-    left: Array = stepper.system.at_candidates @ contact.release.correction.ravel()
+    left = stepper.system.pushed(contact.release.correction, contact.pose)
     return left if anchor is None else anchor + left
 
 
 @dataclass(frozen=True)
 class _Contact:
-    """What contact has done in a step: motion (n_c, dim) [m], work on interface and bodies [J], the interface after."""
+    """What contact has done in a step: motion (n_c, dim) [m], work on interface and bodies [J], the interface after.
+
+    `moments` (r,) are those on rotations [N m].
+    """
 
     moved: Array
+    moments: Array
     external_work: float
     outcome: StepOutcome
 
@@ -96,6 +100,7 @@ def _finished(stepper: Stepper, start: Prediction, contact: ContactStep, end: En
         contact_forces_before=before.contact_forces,
         interface=settled.outcome.state,
         energies=_energies(stepper, start, end, settled, (memories, body)),
+        moments=settled.moments,
         iterations=contact.solution.iterations,
         residual=contact.solution.residual,
         working_set=contact.working_set,
@@ -120,6 +125,11 @@ def _settled(stepper: Stepper, start: Prediction, contact: ContactStep, end: End
         before.contact_forces,
         tuple(_NO_CORRECTION if own is None else own.correction for own in (before.release, contact.release)),
     )
+    moments = before.moments
+    if system.rotations is not None and contact.pose is not None:
+        acting = contact.forces if contact.release is None else contact.forces + contact.release.correction
+        moments = acting.ravel() @ contact.pose.columns
+        inward -= 0.5 * float((before.moments + moments) @ end.change.displacement[system.rotations.at])
     outcome = settle(
         system.candidates,
         before.interface,
@@ -129,7 +139,7 @@ def _settled(stepper: Stepper, start: Prediction, contact: ContactStep, end: End
         stretch=tangent_lengths(contact.frames) if stepper.stretch is None else stepper.stretch,
         work=inward,
     )
-    return _Contact(moved, outward, outcome)
+    return _Contact(moved, moments, outward, outcome)
 
 
 def _energies(

@@ -12,6 +12,7 @@ from fingerslip.dynamics.step.free_ends import free_ends, right_hand_sides
 from fingerslip.dynamics.step.release import fading_forces
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
+from fingerslip.dynamics.system.operators import Pose
 from fingerslip.dynamics.system.scheme import Predictor
 from fingerslip.linear.products import as_rows
 
@@ -41,6 +42,8 @@ class Prediction:
         The end of the step with no unknown.
     moved : (n_c, dim) array
         Displacement of the candidates relative to their counterfaces there [m].
+    pose : Pose or None
+        The candidates there as bodies see them that turn; None where none does.
     right_hand_side : (n,) array
         Right-hand side of the step without contact forces [N].
     prescribed : (n,) array, optional
@@ -55,9 +58,30 @@ class Prediction:
     load: Array
     free: Predictor
     moved: Array
+    pose: Pose | None
     right_hand_side: Array
     prescribed: Array | None = None
     anchor: Array | None = None
+
+    @property
+    def arms(self) -> Array:
+        """Displacement of the candidates relative to turning bodies per rotation, shape (n_c * dim, r) [m]."""
+        return np.zeros((self.moved.size, 0)) if self.pose is None else self.pose.columns
+
+    def about(self, stepper: Stepper, moved: Array, angles: Array) -> Prediction:
+        """Return the step predicted to end with candidates (n_c * dim,) and rotations (r,) at these unknowns."""
+        system, factor = stepper.system, stepper.scheme.displacement_factor
+        displacement, reached = self.free.displacement.copy(), self.moved + factor * moved.reshape(self.moved.shape)
+        if system.rotations is not None:
+            displacement[system.rotations.at] += factor * angles
+        return replace(self, moved=reached, pose=system.pose(displacement, reached))
+
+    def distance(self, stepper: Stepper, pose: Pose | None) -> float:
+        """Return how far candidates are from where turned bodies see them in a pose, over the size of the mesh [-]."""
+        if self.pose is None or pose is None:
+            return 0.0
+        size = float(np.ptp(stepper.system.space.positions, axis=0).max())
+        return float(np.abs(self.pose.points - pose.points).max()) / size
 
     def anchored(self, stepper: Stepper, anchor: Array) -> Prediction:
         """Return the step with the anchor (n,) [m] of a body that only contact holds, relative to `free`."""
@@ -92,12 +116,13 @@ def predict(
     unbalance = as_rows([state.unbalance for state in states])
     remembered = as_rows(list(map(_with_remembered, steppers, states, loads)))
     right = right_hand_sides(stepper.factors, stepper.resistance, moving[0], ends, unbalance, remembered)
-    for number, state in enumerate(states):
-        if state.release is not None:
-            fading = fading_forces(stepper.scheme, state.release)
-            right[number] += steppers[number].system.at_candidates @ fading.ravel()
     given = ((time, *own) for own in zip(counterfaces, loads, strict=True))
-    return list(map(_prediction, steppers, states, given, ends, right))
+    found = list(map(_prediction, steppers, states, given, ends, right))
+    for own, start in zip(steppers, found, strict=True):
+        if start.before.release is not None:
+            fading = fading_forces(stepper.scheme, start.before.release)
+            start.right_hand_side[:] += own.system.pushed(fading, start.pose)
+    return found
 
 
 def predict_ends(stepper: Stepper, before: State, time: float, counterfaces: Array) -> Prediction:
@@ -130,13 +155,15 @@ def _prediction(
     """
     time, counterfaces, load = given
     displacement, velocity, *prescribed = ends
+    moved = stepper.system.moved(displacement, counterfaces)
     return Prediction(
         before=before,
         time=time,
         counterfaces=counterfaces,
         load=load,
         free=Predictor(displacement, velocity),
-        moved=stepper.system.moved(displacement, counterfaces),
+        moved=moved,
+        pose=stepper.system.pose(displacement, moved),
         right_hand_side=right_hand_side,
         prescribed=prescribed[0] if prescribed else None,
     )

@@ -47,6 +47,8 @@ class State:
         The contact candidates in their frames.
     energies : Energies
         The balance so far.
+    moments : (r,) array
+        What contact, as the equation of motion counts it, exerts on the rotations of rigid bodies [N m].
     step : float
         Length of the last step [s]; 0 at the start.
     iterations : int
@@ -77,6 +79,7 @@ class State:
     contact_forces_before: Array
     interface: InterfaceState
     energies: Energies
+    moments: Array
     step: float = 0.0
     iterations: int = 0
     residual: float = 0.0
@@ -117,6 +120,7 @@ def first_state(stepper: Stepper) -> State:
         contact_forces_before=none,
         interface=rest_state(candidates, system.counterfaces.gaps(candidates.positions, candidates.counterface)),
         energies=Energies(kinetic=kinetic, initial=kinetic),
+        moments=np.zeros(0 if system.rotations is None else system.rotations.at.size),
         memories=tuple(map(no_memory, stepper.viscous)),
         body=None if system.body is None else system.body.at_rest(stepper.scheme.step),
     )

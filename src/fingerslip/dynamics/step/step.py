@@ -7,15 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.step.anchor import is_at_rest, move_anchor, passes
-from fingerslip.dynamics.step.contact_step import ContactStep, solve_step
+from fingerslip.dynamics.step.anchor import Lead, is_at_rest, move_anchor, passes
+from fingerslip.dynamics.step.contact_step import ContactStep, solve_step, turn, weighted_forces
 from fingerslip.dynamics.step.finish import finish
 from fingerslip.dynamics.step.prediction import predict
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.linear.threads import Mapper, one_by_one
 
-__all__ = ["advance", "weighted_forces"]
+__all__ = ["advance"]
 
 Array = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def advance(
         Where the contact problem was not solved, or contact alone does not hold a body without inertia.
     """
     condensed = steppers[0].condensed
-    starts = predict(steppers, states, time, counterfaces)
+    starts, leads = predict(steppers, states, time, counterfaces), [Lead() for _ in steppers]
     for _ in passes(steppers, time):
         with watch.part("substitution"):
             halfway = condensed.forward(_columns([start.right_hand_side for start in starts]))
@@ -62,9 +62,11 @@ def advance(
         with watch.part("substitution"):
             moved = None if halfway.kept is None else _joint_moved(steppers, contacts, halfway.local.shape)
             unknowns = condensed.backward(halfway, forces, moved).reshape(-1, len(starts)).T
+            for own in zip(steppers, starts, contacts, unknowns, strict=True):
+                turn(*own)
         if all(map(is_at_rest, steppers, starts, contacts, unknowns)):
             break
-        starts = list(map(move_anchor, steppers, starts, unknowns))
+        starts = list(map(move_anchor, steppers, starts, unknowns, leads))
     with watch.part("recording"):
         return finish(steppers, starts, contacts, unknowns)
 
@@ -100,15 +102,11 @@ def _on_joint_rows(stepper: Stepper, contact: ContactStep, size: int) -> Array:
 
 def _joint_moved(steppers: Sequence[Stepper], contacts: Sequence[ContactStep], shape: tuple[int, ...]) -> Array | None:
     """Return what these forces do to the local unknowns, shape (m,) or (m, k); None where contact does not tell it."""
+    if steppers[0].system.rotations is not None:
+        return None
     told = [contact.moved for contact in contacts]
     moved = [own.ravel() for own in told if own is not None and own.size == shape[0]]
     if len(moved) < len(steppers):
         return None
     joint: Array = np.stack(moved, axis=1).reshape(shape) / steppers[0].scheme.displacement_factor
     return joint
-
-
-def weighted_forces(stepper: Stepper, contact: ContactStep) -> Array:
-    """Return what contact adds to the equation of motion of a step, in global components, shape (n_c, dim) [N]."""
-    added: Array = stepper.scheme.end_weight * contact.forces
-    return added if contact.release_force is None else added + contact.release_force

@@ -118,8 +118,10 @@ class Stepper:
         Compliance of a step on the own candidates.
     constant_frames : (n_c, dim, dim) array or None
         Frames of the candidates where they never turn; those of `compliance` then.
-    anchoring : float
-        Stiffness per mass of springs between the body and an anchor [1/s^2], where only contact holds it; else 0.
+    turning : (n, r) array
+        What a unit moment on each rotation of the system makes of all unknowns, in the scheme's unknown [1/(N m)].
+    anchoring : (n,) array or None
+        Springs [N/m] or [N m] between what only contact holds and an anchor; None where supports hold all.
     viscous : tuple of Viscous
         The layers that relax.
     """
@@ -132,7 +134,8 @@ class Stepper:
     rows: Indices
     compliance: Compliance
     constant_frames: Array | None
-    anchoring: float = 0.0
+    turning: Array
+    anchoring: Array | None = None
     viscous: tuple[Viscous, ...] = ()
 
     def has_all(self, size: int) -> bool:
@@ -202,8 +205,7 @@ class Stepper:
 
     def anchor_force(self, stretch: Array) -> Array:
         """Return the force of springs to an anchor that are stretched by (n,) [m], shape (n,) [N]."""
-        force: Array = self.anchoring * (self.system.mass @ stretch)
-        return force
+        return np.zeros_like(stretch) if self.anchoring is None else self.anchoring * stretch
 
     def damping_force(self, velocity: Array) -> Array:
         """Return the damping force C v at a velocity (n,) [m/s], shape (n,) [N]."""
@@ -291,18 +293,31 @@ def _build(
     local, rows = _joint_rows(systems)
     anchoring = _anchoring(systems[0])
     viscous = viscous_steps(systems[0].relaxing, scheme.step)
-    effective = _effective_matrix(systems[0], scheme, damping, viscous) + anchoring * systems[0].mass
+    effective = _effective_matrix(systems[0], scheme, damping, viscous)
+    if anchoring is not None:
+        effective += sparse.diags(anchoring)
     matrix = with_known(sparse.csr_matrix(effective), systems[0].unknowns.moving)
     local = _without(local, systems[0].unknowns.moving)
     condensed, compliance = systems[0].coordinates.condense(matrix, local, solver, reserved_bytes)
     # A force at the end of the step has the end weight, a unit of the unknown the displacement factor.
     factor = scheme.end_weight * scheme.displacement_factor
+    turning = _turning(systems[0], condensed, len(compliance))
     first = first_alike(systems, same_compliance)
     own = {kind: _own_compliance(systems[kind], compliance, rows[kind], factor) for kind in set(first)}
     return [
-        Stepper(system, scheme, damping, solver, condensed, rows[number], *own[first[number]], anchoring, viscous)
+        Stepper(
+            system, scheme, damping, solver, condensed, rows[number], *own[first[number]], turning, anchoring, viscous
+        )
         for number, system in enumerate(systems)
     ]
+
+
+def _turning(system: System, condensed: Condensed, rows: int) -> Array:
+    """Return what unit moments on rotations of bodies do without contact, whose local displacements are `rows`."""
+    at = np.zeros(0, dtype=np.int64) if system.rotations is None else system.rotations.at
+    moments = np.zeros((system.mass.shape[0], at.size), order="F")
+    moments[at, np.arange(at.size)] = 1.0
+    return condensed.backward(condensed.forward(moments), np.zeros((rows, at.size))) if at.size else moments
 
 
 def _effective_matrix(
@@ -340,22 +355,23 @@ def _without(local: sparse.csr_matrix, known: Indices) -> sparse.csr_matrix:
     return found
 
 
-def _anchoring(system: System) -> float:
-    """Return the stiffness per mass of springs that hold a body until contact does [1/s^2]; 0 where supports do.
+def _anchoring(system: System) -> Array | None:
+    """Return springs, (n,) [N/m] or [N m], that hold until contact does what nothing else holds; None where all is held.
 
-    They are soft beside the contact, so that few passes of a step carry the anchor to where they pull no more.
+    They are soft beside the contact, so that few passes of a step carry the anchor to where they pull no more, and have
+    nothing to do with masses, which do not matter without inertia.
     """
     if not system.held_by_contact:
-        return 0.0
-    rigid, stiffness = system.unknowns.rigid, system.candidates.normal_stiffness
-    loose = [(at, own) for at, own in zip(system.unknowns.of_rigid, rigid, strict=True) if own.is_loose]
-    columns = system.relative[:, [at for at, _ in loose]]
-    of_contact = np.repeat(stiffness, system.space.dim) @ columns.power(2)
-    ratios = [resistance / own.mass for resistance, (_, own) in zip(of_contact, loose, strict=True)]
+        return None
+    candidates, springs = system.candidates, np.zeros(system.mass.shape[0])
+    stiffness = _SOFT * candidates.normal_stiffness
+    for at, own in zip(system.unknowns.of_rigid, system.unknowns.rigid, strict=True):
+        if own.is_loose:
+            moves = np.isin(candidates.counterface, own.faces)[:, None] * own.moved(candidates.positions)
+            springs[at] = stiffness @ (moves**2).sum(axis=1)
     if "body" in system.held_by_contact:
-        of_mesh = system.mass.sum() - sum(own.mass for own in rigid)
-        ratios.append(stiffness.sum() / (of_mesh / system.space.dim))
-    return float(_SOFT * min(ratios))
+        springs[: system.free.size] = stiffness.sum() * system.space.dim / system.free.size
+    return springs
 
 
 def _joint_rows(systems: Sequence[System]) -> tuple[sparse.csr_matrix, list[Indices]]:

@@ -59,8 +59,8 @@ class RigidFreedom:
         Centre of the body at the start [m].
     mass, stiffness : float
         Inertia [kg] or [kg m^2], and stiffness of the spring [N/m] or [N m].
-    damping : float or None
-        Coefficient of the damper [N s/m] or [N m s]; None for that of the material damping.
+    damping : float
+        Coefficient of the damper [N s/m] or [N m s]; material damping leaves bodies alone.
     velocity : float
         At the start [m/s] or [rad/s].
     loads : tuple of (float, Ramp)
@@ -75,7 +75,7 @@ class RigidFreedom:
     centre: Array
     mass: float
     stiffness: float = 0.0
-    damping: float | None = None
+    damping: float = 0.0
     velocity: float = 0.0
     loads: tuple[tuple[float, Ramp], ...] = ()
 
@@ -101,8 +101,6 @@ class RigidFreedom:
 
     def viscous(self, damping: RayleighDamping) -> float:
         """Return the damping beside what material damping makes of mass and stiffness [N s/m] or [N m s]."""
-        if self.damping is None:
-            return 0.0
         return self.damping - damping.mass * self.mass - damping.stiffness * self.stiffness
 
 

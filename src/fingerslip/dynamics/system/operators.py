@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -9,12 +10,22 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
+from scipy.spatial.transform import Rotation
 
 from fingerslip.contact.candidates import node_operator
 from fingerslip.dynamics.system.bodies import RigidFreedom
 from fingerslip.fe.space import Space
 
-__all__ = ["NodalComponents", "Outsiders", "Unknowns", "relative_motion", "relative_operator"]
+__all__ = [
+    "NodalComponents",
+    "Outsiders",
+    "Pose",
+    "Rotations",
+    "Unknowns",
+    "relative_motion",
+    "relative_operator",
+    "rotations_of",
+]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -116,8 +127,8 @@ class Outsiders:
     positions : (k, dim) array
         Reference positions [m].
     relative : matrix, shape (k * dim, n)
-        Map from the first n unknowns, on a mesh all, to their displacement relative to what the free directions of a
-        rigid body add to the counterface's motion.
+        Map from the first n unknowns, on a mesh all, to their displacement relative to what the free translations of
+        a rigid body add to the counterface's motion.
     """
 
     nodes: Indices
@@ -125,8 +136,91 @@ class Outsiders:
     relative: sparse.csr_matrix | Array
 
 
+@dataclass(frozen=True)
+class Pose:
+    """Nodes that may touch counterfaces of bodies that have turned.
+
+    Parameters
+    ----------
+    points : (k, dim) array
+        Where they are for whom turns with their counterface, relative to where that started [m].
+    turned : (k, dim, dim) array
+        Rotation of the counterface of each [-].
+    columns : (k * dim, r) array
+        Displacement relative to the counterfaces per rotation of their bodies, in global components [m].
+    """
+
+    points: Array
+    turned: Array
+    columns: Array
+
+
+@dataclass(frozen=True)
+class Rotations:
+    """The r rotations of rigid bodies about their present centres, as their counterfaces see them.
+
+    A node at x, on whose body the centre has moved from c to c + d, has the arm a = x - c - d. Turned by R, the body
+    sees it at c + R^T a, and a further rotation about e moves the body's point there by e x a.
+
+    Parameters
+    ----------
+    at : (r,) array
+        Which of the unknowns they are.
+    axes : (r, n_counterfaces, 3) array
+        The axis of each on the counterfaces of its body, zero on others [-].
+    turns : (r, n_counterfaces, dim, dim) array
+        Map from an arm to its displacement per radian [-].
+    centres : (n_counterfaces, dim) array
+        Centres of the bodies at the start [m].
+    """
+
+    at: Indices
+    axes: Array
+    turns: Array
+    centres: Array
+
+    def matrices(self, angles: Array) -> Array:
+        """Return the rotation of every counterface for angles (..., r), shape (..., n_counterfaces, dim, dim) [-]."""
+        vectors = np.tensordot(angles, self.axes, axes=1)
+        dim = self.centres.shape[1]
+        found = Rotation.from_rotvec(vectors.reshape(-1, 3)).as_matrix()[:, :dim, :dim]
+        return np.asarray(found.reshape(*vectors.shape[:-1], dim, dim))
+
+    def seen(self, turned: Array, points: Array, counterface: Indices) -> Array:
+        """Return points (..., k, dim) [m], relative to the centres' motion, as counterfaces see them that have turned.
+
+        `turned` (..., k, dim, dim) is the rotation of the counterface of each.
+        """
+        centres = self.centres[counterface]
+        found: Array = centres + np.einsum("...ij,...i->...j", turned, points - centres)
+        return found
+
+    def pose(self, angles: Array, points: Array, counterface: Indices) -> Pose:
+        """Return the pose for angles (r,) of points (k, dim) [m], which are relative to the motion of the centres."""
+        turned = self.matrices(angles)[counterface]
+        arms = points - self.centres[counterface]
+        columns = -np.einsum("rcij,cj->cir", self.turns[:, counterface], arms).reshape(points.size, -1)
+        return Pose(self.seen(turned, points, counterface), turned, columns)
+
+
+def rotations_of(rigid: Sequence[RigidFreedom], at: Indices, n_counterfaces: int) -> Rotations | None:
+    """Return the rotations among free directions of rigid bodies, which are the unknowns `at`; None without any."""
+    turning = [(unknown, own) for unknown, own in zip(at, rigid, strict=True) if own.turns and own.faces]
+    if not turning:
+        return None
+    dim = turning[0][1].centre.size
+    axes, centres = np.zeros((len(turning), n_counterfaces, 3)), np.zeros((n_counterfaces, dim))
+    turns = np.zeros((len(turning), n_counterfaces, dim, dim))
+    for row, (_, own) in enumerate(turning):
+        faces = list(own.faces)
+        axes[row, faces, own.axis], turns[row, faces], centres[faces] = 1.0, own.turn, own.centre
+    return Rotations(np.array([int(unknown) for unknown, _ in turning]), axes, turns, centres)
+
+
 def relative_operator(space: Space, unknowns: Unknowns, nodes: Indices, counterface: Indices) -> sparse.csr_matrix:
     """Return the map from the unknowns to displacements of nodes relative to their counterfaces on free rigid bodies.
+
+    Rotations, which do not move the centres, are left out: see :class:`Rotations`.
 
     Parameters
     ----------
@@ -147,10 +241,8 @@ def relative_operator(space: Space, unknowns: Unknowns, nodes: Indices, counterf
     of_mesh = sparse.csr_matrix(node_operator(nodes, space.dim, space.n_dofs) @ unknowns.expansion(space.n_dofs))
     if not unknowns.rigid:
         return of_mesh
-    points = space.positions[nodes]
     columns = [
-        -(np.isin(counterface, freedom.faces)[:, None] * freedom.moved(points)).reshape(-1, 1)
-        for freedom in unknowns.rigid
+        -(np.isin(counterface, freedom.faces)[:, None] * freedom.shift).reshape(-1, 1) for freedom in unknowns.rigid
     ]
     first, last = of_mesh[:, : unknowns.free.size], of_mesh[:, unknowns.free.size + len(unknowns.rigid) :]
     return sparse.csr_matrix(sparse.hstack([first, *(sparse.csr_matrix(column) for column in columns), last]))

@@ -19,7 +19,15 @@ from fingerslip.dynamics.system.coordinates import Coordinates, MeshCoordinates
 from fingerslip.dynamics.system.doubts import doubts
 from fingerslip.dynamics.system.loads import Load
 from fingerslip.dynamics.system.motion import Motion
-from fingerslip.dynamics.system.operators import Outsiders, Unknowns, relative_motion, relative_operator
+from fingerslip.dynamics.system.operators import (
+    Outsiders,
+    Pose,
+    Rotations,
+    Unknowns,
+    relative_motion,
+    relative_operator,
+    rotations_of,
+)
 from fingerslip.dynamics.system.supports import MovingComponent, Supports, held_rows, moving_components, supports_of
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.finite.bulk import large_strain
@@ -67,7 +75,8 @@ class System:
     counterfaces : Counterfaces
         The counterfaces and the friction on them.
     relative : sparse matrix, shape (n_c * dim, n)
-        Map to the displacement of the candidates relative to what rigid bodies add to the counterfaces' motion.
+        Map to the displacement of the candidates relative to what translations of rigid bodies add to the
+        counterfaces' motion.
     outsiders : tuple of Outsiders
         For each counterface, the nodes of its boundary that are no candidates.
     motions : tuple of Motion
@@ -151,12 +160,14 @@ class System:
 
     def constant_frames(self) -> Array | None:
         """Return the candidates' frames (n_c, dim, dim) [-] where they never turn; None where they do."""
-        if not self.counterfaces.are_flat:
+        if not self.counterfaces.are_flat or self.rotations is not None:
             return None
         return self.counterfaces.frames(self.candidates.positions, self.candidates.counterface)
 
     def moved(self, displacement: Array, counterfaces: Array) -> Array:
         """Return the displacement of the candidates relative to their counterfaces, shape (n_c, dim) [m].
+
+        Counterfaces of bodies that turn count as if they did not: :meth:`pose` has what rotations do.
 
         Parameters
         ----------
@@ -174,26 +185,33 @@ class System:
         return compiled_parts(self.relative)
 
     @cached_property
-    def _turns(self) -> list[tuple[int, Array]]:
-        """The unknowns that turn bodies, with the displacement of their points at the candidates, (n_c, dim) [m]."""
-        candidates = self.candidates
-        turning = zip(self.coordinates.rigid, self.unknowns.rigid, strict=True)
-        return [
-            (int(at), np.isin(candidates.counterface, own.faces)[:, None] * own.moved(candidates.positions))
-            for at, own in turning
-            if own.turns
-        ]
+    def rotations(self) -> Rotations | None:
+        """The rotations of rigid bodies with counterfaces; None where none turns."""
+        return rotations_of(self.unknowns.rigid, self.coordinates.rigid, len(self.counterfaces.shapes))
 
-    def turned(self, displacement: Array) -> Array | None:
-        """Return how rotations of bodies move their points at the candidates, (n_c, dim) [m]; None where none turns.
+    def pose(self, displacement: Array, moved: Array) -> Pose | None:
+        """Return the candidates as turned bodies see them; None where none turns.
 
         Parameters
         ----------
         displacement : (n,) array
             Displacement of the unknowns [m].
+        moved : (n_c, dim) array
+            What :meth:`moved` makes of it [m].
         """
-        moves: list[Array] = [displacement[at] * moved for at, moved in self._turns]
-        return np.sum(moves, axis=0) if moves else None
+        if self.rotations is None:
+            return None
+        candidates = self.candidates
+        return self.rotations.pose(
+            displacement[self.rotations.at], candidates.positions + moved, candidates.counterface
+        )
+
+    def pushed(self, forces: Array, pose: Pose | None) -> Array:
+        """Return forces (n_c, dim) on the candidates as forces on the unknowns, shape (n,) [N]."""
+        found: Array = self.at_candidates @ forces.ravel()
+        if self.rotations is not None and pose is not None:
+            found[self.rotations.at] = forces.ravel() @ pose.columns
+        return found
 
 
 def build_system(model: Model, twin: System | None = None) -> System:

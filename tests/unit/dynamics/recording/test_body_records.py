@@ -35,7 +35,7 @@ def test_labels_say_which_body_and_which_axis(history):
 
 
 def test_the_moment_of_contact_turns_the_body(history):
-    """I times the angular acceleration is the applied moment and that of contact, whose arms are those of the start."""
+    """I times the angular acceleration is the applied moment and that of contact about the moved centre."""
     axis = 0 if history.sizes["component"] == 2 else 1
     applied = np.interp(history.time.values, [0.05, 0.1], [0.0, 2e-4])
     inertia = 1e-6 * history.rigid_body_angular_acceleration.values[1:, 0, axis]

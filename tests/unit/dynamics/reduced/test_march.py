@@ -128,6 +128,14 @@ def test_a_body_that_supports_do_not_hold_stays_on_the_mesh(caplog):
     assert is_on_the_mesh(model, caplog, "supports leave rigid motions free")
 
 
+def test_a_plate_without_inertia_that_contact_alone_holds_stays_on_the_mesh(caplog):
+    contact = fs.Contact("bottom", friction=fs.Coulomb(0.4), rigid_body="plate")
+    plate = fs.RigidBody(1.0, free=("y",), loads=(fs.BodyLoad(y=1e-3),))
+    time = fs.QuasiStatic(0.1, end=0.2)
+    model = with_basis(contacts=(contact,), bodies={"plate": plate}, programme=(), time=time)
+    assert is_on_the_mesh(model, caplog, "contact alone holds the rigid body 'plate' (y)")
+
+
 def test_a_body_that_is_all_interface_stays_on_the_mesh(caplog):
     model = push_and_slide(basis=REDUCED, contacts=(), programme=(), time=fs.TimeStepping(5e-3, end=0.05))
     assert is_on_the_mesh(model, caplog, "0 of 72 unknowns are those of contact")

@@ -103,3 +103,51 @@ def test_motions_that_nothing_holds_are_named():
 def test_bodies_with_inertia_may_fly():
     free = resting(contacts=(), time=fs.TimeStepping(1e-3, end=0.01))
     assert fs.simulate(free)["kinetic_energy"].values[-1] > 0.0
+
+
+@pytest.mark.parametrize("mass", [1e-3, 1e-9, 1e-18])
+def test_the_mass_of_a_body_does_not_matter_without_inertia(mass):
+    """A plate that presses a pad with 0.1 N, pad and plate of any mass."""
+    pad, plate = (fs.simulate(_pressed(of_pad=own, of_plate=other)) for own, other in ((mass, 1.0), (1.0, mass)))
+    usual = fs.simulate(_pressed())
+    assert usual["counterface_force"].values[-1, 0, 1] == pytest.approx(0.1, rel=1e-9)
+    for history in (pad, plate):
+        moved = history["rigid_body_displacement"].values[-1, 0, 1]
+        assert moved == pytest.approx(usual["rigid_body_displacement"].values[-1, 0, 1], rel=1e-9)
+
+
+def _pressed(*, of_pad=1.0, of_plate=1.0):
+    """Return a pad between a plate that rests and one that 0.1 N press on it; only contact holds both."""
+    below = fs.Contact("bottom", fs.Plane((0.0, 1.0)), fs.Coulomb(0.5))
+    above = fs.Contact("top", fs.Plane((0.0, -1.0)), fs.Coulomb(0.5), rigid_body="plate")
+    plate = fs.RigidBody(of_plate, free=("y",), loads=(fs.BodyLoad(y=-0.1),))
+    material = fs.Elastic(MODULUS, 0.3, DENSITY * of_pad)
+    return resting(
+        contacts=(below, above), materials={"bulk": material}, gravity=None, tractions={}, bodies={"plate": plate}
+    )
+
+
+@pytest.mark.parametrize("spring", [100.0, 1.0])
+def test_a_cylinder_rolls_on_a_pad_until_its_spring_holds_it(spring):
+    """A spring along the pad is all that resists the roll, far softer than the contact."""
+    radius = 10e-3
+    loads = fs.BodyLoad(y=-1.0), fs.BodyLoad(rz=1e-6 * spring, ramp=fs.Ramp((0.1, 0.3), (0.0, 1.0)))
+    cylinder = fs.RigidBody(
+        1.0, ("x", "y", "rz"), centre=(0.0, radius), inertia=(1e-4,), springs=fs.Springs(x=spring), loads=loads
+    )
+    contact = fs.Contact("top", fs.Cylinder(radius, centre=(0.0, radius)), fs.Coulomb(0.8), rigid_body="cylinder")
+    pad = box("Q4", np.linspace(-4e-3, 4e-3, 17), np.linspace(-2e-3, 0.0, 5))
+    history = fs.simulate(
+        resting(
+            mesh=pad,
+            depth=10e-3,
+            supports={"bottom": ("x", "y")},
+            contacts=(contact,),
+            gravity=None,
+            tractions={},
+            bodies={"cylinder": cylinder},
+        )
+    ).isel(time=-1)
+    moved, force = history["rigid_body_displacement"].values[0], history["rigid_body_force"].values[0]
+    assert moved[0] < -1e-6
+    np.testing.assert_allclose(force, [spring * moved[0], 1.0], rtol=1e-8)

@@ -63,6 +63,15 @@ def test_material_damping_leaves_rigid_bodies_alone():
     np.testing.assert_allclose(history.rigid_body_acceleration.values[:, 0], [[0.0, -GRAVITY]] * 101, rtol=1e-9)
 
 
+def test_material_damping_leaves_a_driven_counterface_alone():
+    """It falls freely onto a block that it does not reach."""
+    contact = fs.Contact("top", fs.Plane((0.0, -1.0), offset=-2.0), drive=fs.Drive(mass=0.02, force=0.04))
+    damping = fs.RayleighDamping(mass=30.0, stiffness=1e-3)
+    history = fs.simulate(apart(FREE, bodies={}, contacts=(contact,), damping=damping))
+    fallen = -0.5 * 2.0 * history.time.values**2
+    np.testing.assert_allclose(history.counterface_displacement.values[:, 0, 1], fallen, rtol=1e-9, atol=1e-15)
+
+
 def test_a_velocity_at_the_start_is_that_of_the_body_alone():
     body = dataclasses.replace(FREE, initial_velocity=fs.BodyVelocity(x=0.2))
     history = fs.simulate(apart(body))
