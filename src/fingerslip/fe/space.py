@@ -53,6 +53,8 @@ _TECHNOLOGIES: dict[type, _Technology] = {
 }
 
 
+# Roundings of coordinates that a point in a cell may be off by.
+_ROUNDINGS = 16
 _VTK_HEXAHEDRON = [0, 3, 6, 2, 1, 5, 7, 4]
 
 
@@ -186,6 +188,21 @@ def _shape_function(v: Any, _: Any) -> Any:
     return v
 
 
+class _Mapping(skfem.MappingIsoparametric):
+    """The map of curved and four-sided cells, which finds points in them as sharply as their coordinates are known."""
+
+    def invF(self, x: Any, tind: Any = None, newton_max_iters: int = 50, newton_tol: float = 1e-12) -> Any:  # noqa: N802
+        """Return the local coordinates of points (dim, n_cells, k) [m] in cells `tind` (n_cells,), same shape [-]."""
+        middle = np.full(x.shape, 0.5)
+        rounding = np.finfo(float).eps * np.abs(x).max() * np.abs(self.invDF(middle, tind)).sum(axis=(0, 1)).max()
+        return super().invF(x, tind, newton_max_iters, max(newton_tol, _ROUNDINGS * rounding))
+
+
+def _mapping(mesh: Any) -> Any:
+    """Return the map from the reference cell to the cells of a mesh."""
+    return mesh.mapping() if mesh.affine else _Mapping(mesh, mesh.elem(), mesh.bndelem)
+
+
 def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     """Return the tributary area [m^2] of every node on a boundary, shape (n_nodes,).
 
@@ -194,7 +211,7 @@ def nodal_areas(space: Space, name: str, depth: float) -> NDArray[np.float64]:
     """
     if name not in space.known_lengths:
         facets = np.asarray(_named(space.mesh.boundaries, name, "boundary"))
-        basis = skfem.FacetBasis(space.mesh, space.scalar_element, facets=facets)
+        basis = skfem.FacetBasis(space.mesh, space.scalar_element, _mapping(space.mesh), facets=facets)
         space.known_lengths[name] = _shape_function.assemble(basis)
     return depth * space.known_lengths[name]
 

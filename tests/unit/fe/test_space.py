@@ -92,6 +92,16 @@ def test_nodal_areas_integrate_linear_functions_exactly(element):
     assert areas @ space.positions[:, 1] == pytest.approx(1.5, rel=1e-13)
 
 
+@pytest.mark.parametrize("element", ["Q4", "T6", "H8", "T10"])
+@pytest.mark.parametrize("distance", [0.3, 100.0])
+def test_nodal_areas_do_not_depend_on_where_the_mesh_is(element, distance):
+    mesh = distorted(element)
+    mesh = mesh.scaled(1e-3 / np.ptp(mesh.p))
+    away = mesh.translated((distance,) * mesh.dim())
+    areas, there = (nodal_areas(build_space(own), "top", 1.0) for own in (mesh, away))
+    np.testing.assert_allclose(there, areas, atol=1e-15 * distance / 1e-3 * 10 * areas.max())
+
+
 def test_other_meshes_are_refused():
     with pytest.raises(MeshError, match="got a MeshLine1, needs one of MeshQuad1, MeshTri1, "):
         build_space(skfem.MeshLine1())
