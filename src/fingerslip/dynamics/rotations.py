@@ -61,6 +61,6 @@ class RotationCheck:
         for name, angle in zip(self._names, self._largest, strict=True):
             if angle > _WARN:
                 _logger.warning(
-                    "%s: the body turned by up to %.3g rad; about several axes that is taken as small: results are rough",
+                    "%s: the body turned by up to %.3g rad, taken as small about several axes: results are rough",
                     *(name, angle),
                 )

@@ -83,7 +83,7 @@ class Lead:
         self._end, self._pull = np.zeros(0), np.inf
 
     def next(self, end: Array, pull: Array) -> Array:
-        """Return where the anchor goes (n,) [m] after a pass that ended at `end` (n,) [m] with springs' forces (n,) [N].
+        """Return where the anchor goes (n,) [m] after a pass that ended at `end` (n,) [m] with spring forces (n,) [N].
 
         Where contact has changed, mixing can lead astray: then the last pass before it goes on by itself.
         """

@@ -100,8 +100,8 @@ def solve_step(
     """Find the contact forces of a step.
 
     The frames of curved counterfaces are those at the predicted motion, about which the gap is linear. Where bodies
-    turn, this motion, and with it the arms of forces, is corrected until it is that at the end of the step; that is left
-    to the iterations of the step at large strain, with a `goal`, and to its passes where only contact holds a body.
+    turn, this motion, and with it the arms of forces, is corrected until it is that at the end of the step; the
+    iterations of the step do that at large strain, with a `goal`, and its passes do where only contact holds a body.
 
     Parameters
     ----------

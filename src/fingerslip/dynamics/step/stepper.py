@@ -356,7 +356,7 @@ def _without(local: sparse.csr_matrix, known: Indices) -> sparse.csr_matrix:
 
 
 def _anchoring(system: System) -> Array | None:
-    """Return springs, (n,) [N/m] or [N m], that hold until contact does what nothing else holds; None where all is held.
+    """Return springs, (n,) [N/m] or [N m], that hold what nothing else does until contact does; None where all is held.
 
     They are soft beside the contact, so that few passes of a step carry the anchor to where they pull no more, and have
     nothing to do with masses, which do not matter without inertia.

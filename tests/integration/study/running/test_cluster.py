@@ -148,7 +148,9 @@ def test_what_is_finished_is_kept_when_the_scheduler_is_killed(
     tmp_path: Path, processes: Processes, capfd: pytest.CaptureFixture[str]
 ) -> None:
     meanwhile = Meanwhile(processes.started[0].kill)
-    with pytest.raises(StudyFailedError, match=r"is lost: finished runs are kept.*run the same command again") as failed:
+    with pytest.raises(
+        StudyFailedError, match=r"is lost: finished runs are kept.*run the same command again"
+    ) as failed:
         run_study(
             write_sweep(tmp_path), results_dir=tmp_path / "results", scheduler=processes.address, progress=meanwhile
         )
