@@ -59,6 +59,12 @@ FILES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "damped-fall",
             "turning-body",
         ),
+        "rolling": (
+            "rolling-cylinder",
+            "cylinder-on-incline",
+            "ball-between-plates",
+            "travelling-plate",
+        ),
         "friction": (
             "friction-laws",
             "friction-tangents",

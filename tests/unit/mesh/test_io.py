@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import gmsh
 import meshio
@@ -413,3 +414,32 @@ def test_groups_that_do_not_fit_the_cells_of_a_file_are_refused(tmp_path, monkey
     monkeypatch.setattr(io, "from_meshio", misfit)
     with pytest.raises(MeshError, match=r"own\.vtu: is damaged: its groups do not fit its cells \(index 128 is out"):
         read_mesh(tmp_path / "own.vtu")
+
+
+SQUARE = skfem.MeshQuad1().refined(1)
+
+
+@pytest.mark.parametrize("suffix", [".msh", ".vtu", ".xdmf"])
+@pytest.mark.parametrize(
+    "name", ["a b", "a'b", "=1+1", "ü", "a\\b", 'a"b', "a\nb", "a<b>&", "a:b", "a\\", "a\\\\b", "x/y", "[0]", "#", "%s"]
+)
+def test_names_are_read_back_as_they_are_or_refused_before_anything_is_written(
+    tmp_path: Path, name: str, suffix: str
+) -> None:
+    named = {name: np.arange(SQUARE.nelements)}, {f"{name}s": SQUARE.boundary_facets()}
+    file = tmp_path / f"a{suffix}"
+    try:
+        write_mesh(SQUARE.with_subdomains(named[0]).with_boundaries(named[1]), file)
+    except MeshError as error:
+        assert "needs names without" in str(error)  # noqa: PT017  either is right
+        assert not list(tmp_path.iterdir())
+    else:
+        mesh = read_mesh(file)
+        assert (list(mesh.subdomains), list(mesh.boundaries)) == ([name], [f"{name}s"])
+
+
+@pytest.mark.parametrize(("name", "suffix"), [('a"b', ".msh"), ('a"b', ".vtu"), ("a\nb", ".xdmf"), ("a:b", ".vtu")])
+def test_names_that_no_file_keeps_are_refused(tmp_path: Path, name: str, suffix: str) -> None:
+    mesh = SQUARE.with_subdomains({name: np.arange(SQUARE.nelements)})
+    with pytest.raises(MeshError, match=rf"has the name .*needs names without .* in \{suffix}; rename it"):
+        write_mesh(mesh, tmp_path / f"a{suffix}")

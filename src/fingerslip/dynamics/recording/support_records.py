@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fingerslip.dynamics.step.memory import relaxed_force, viscous_steps
 from fingerslip.dynamics.step.state import State
-from fingerslip.dynamics.system.scheme import Scheme
+from fingerslip.dynamics.system.scheme import Scheme, start_push
 from fingerslip.dynamics.system.system import System
 from fingerslip.materials.damping import RayleighDamping
 
@@ -43,6 +43,8 @@ class SupportRecords:
         self._held = np.zeros((3, n_times, self._supports.contact.shape[0]))
         self._touches = self._supports.contact.nnz > 0
         self._passed: dict[int, list[Array]] = {}
+        # What a damped start takes up on what is held; see :mod:`fingerslip.dynamics.step.state`.
+        self._taken_up = np.zeros(self._held.shape[2])
 
     @property
     def kept(self) -> dict[str, Array]:
@@ -58,6 +60,8 @@ class SupportRecords:
     def record(self, step: int, state: State) -> None:
         """Keep the loads and contact forces on what is held."""
         supports, others = self._supports, self._held[2, step]
+        if not state.step and state.unbalance is not state.unbalance_before:
+            self._take_up(np.take(state.acceleration, self.near, mode="clip"))
         if supports.loads:
             others -= supports.load(state.time)
         if self._touches:
@@ -66,6 +70,12 @@ class SupportRecords:
             others += supports.rows @ state.body.nodal
         if state.memories:
             others -= relaxed_force(supports.relaxing, self._viscous, state.memories)
+
+    def _take_up(self, acceleration: Array) -> None:
+        scheme, (stiffness, mass) = self._scheme, self._near_maps
+        of_stiffness = scheme.displacement_factor + scheme.velocity_factor * self._damping.stiffness
+        damped = scheme.velocity_factor * self._damping.mass * (mass @ acceleration)
+        self._taken_up[:] = scheme.end_weight * (of_stiffness * (stiffness @ acceleration) + damped)
 
     def pass_by(self, step: int, state: State) -> None:
         """Take note of a state before that of a step: the inertia of what is held goes on from it."""
@@ -97,8 +107,10 @@ class SupportRecords:
         elastic, inertia, others = self._held
         force = elastic + others
         found = values["support_force"].reshape(force.shape)
-        unbalance = -inertia[0]
+        unbalance = -inertia[0] - self._taken_up
         for step in range(len(force)):
             for moved in [*self._passed.get(step, []), *([inertia[step]] if step else [])]:
                 unbalance = (self._scheme.start_weight * unbalance - moved) / self._scheme.end_weight
             found[step] = force[step] - unbalance
+            if not step and self._taken_up.any():
+                unbalance = unbalance + start_push(self._scheme) / self._scheme.start_weight * self._taken_up

@@ -89,15 +89,17 @@ class Energies:
 def made_energy(history: xr.Dataset) -> tuple[float, float]:
     """Return how much energy the steps of a motion have made, in J and as a share of the largest energy.
 
-    That is how far friction and numerical dissipation together, accumulated, fall below what they have been.
+    That is how far friction and numerical dissipation together, or damping, accumulated, fall below what they have
+    been.
 
     Parameters
     ----------
     history : xarray.Dataset
         The history.
     """
-    dissipated = history["friction_dissipation"].values + history["numerical_dissipation"].values
-    made = float((np.maximum.accumulate(dissipated) - dissipated).max(initial=0.0))
+    of_steps = history["friction_dissipation"].values + history["numerical_dissipation"].values
+    dissipated = np.stack([of_steps, history["damping_dissipation"].values])
+    made = float((np.maximum.accumulate(dissipated, axis=1) - dissipated).max(initial=0.0))
     names = ("kinetic_energy", "strain_energy", "external_work")
     largest = max(float(np.abs(history[name].values).max(initial=0.0)) for name in names)
     return made, made / largest if largest > 0.0 else 0.0

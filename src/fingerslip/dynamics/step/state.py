@@ -15,6 +15,7 @@ from fingerslip.dynamics.step.energy import Energies
 from fingerslip.dynamics.step.memory import Memory, no_memory
 from fingerslip.dynamics.step.release import Release
 from fingerslip.dynamics.step.stepper import Stepper, with_known
+from fingerslip.dynamics.system.scheme import Scheme, start_push
 
 __all__ = ["State", "first_state"]
 
@@ -104,6 +105,10 @@ def first_state(stepper: Stepper) -> State:
     acceleration, inertia = _acceleration(stepper, (load - damped) * stepper.scheme.inertia_factor)
     unbalance, moving = damped - load, system.unknowns.moving
     unbalance[moving] = -inertia[moving]
+    unbalances = unbalance, unbalance
+    if stepper.starts_damped:
+        unbalance[moving] -= stepper.resisting(acceleration)[moving]
+        unbalances = _unbalances(stepper.scheme, unbalance, inertia)
     none = np.zeros((len(candidates.nodes), system.space.dim))
     return State(
         time=0.0,
@@ -112,8 +117,8 @@ def first_state(stepper: Stepper) -> State:
         acceleration=acceleration,
         inertia=inertia,
         load=load,
-        unbalance=unbalance,
-        unbalance_before=unbalance,
+        unbalance=unbalances[0],
+        unbalance_before=unbalances[1],
         counterfaces=np.zeros((len(system.motions), system.space.dim)),
         moved=none,
         contact_forces=none,
@@ -133,6 +138,20 @@ def _acceleration(stepper: Stepper, forces: Array) -> tuple[Array, Array]:
     given[moving] = 0.0
     if not given.any():
         return given, np.zeros_like(given)
+    if stepper.starts_damped:
+        halfway = stepper.condensed.forward(given)
+        acceleration = stepper.condensed.backward(halfway, np.zeros_like(halfway.local))
+        return acceleration, system.mass @ acceleration
     factor = system.coordinates.factorise(with_known(system.mass, moving), stepper.solver)
     acceleration = factor.backward(factor.forward(given))
     return acceleration, (system.mass @ acceleration if moving.size else given)
+
+
+def _unbalances(scheme: Scheme, unbalance: Array, inertia: Array) -> tuple[Array, Array]:
+    """Return the unbalanced forces (n,) [N] at the start and one step earlier, with which the balance of energy closes.
+
+    What the inertia lacks is what damping takes up within a step.
+    """
+    lacking = unbalance + inertia
+    now = unbalance - start_push(scheme) / scheme.start_weight * lacking
+    return now, now + lacking / scheme.start_weight

@@ -19,7 +19,7 @@ from fingerslip.dynamics.finite.body import BodyState
 from fingerslip.dynamics.step.condensation import Condensed
 from fingerslip.dynamics.step.memory import Memory, Viscous, relaxed_force, stiffness_of_step, viscous_steps
 from fingerslip.dynamics.step.sharing import first_alike, same_compliance
-from fingerslip.dynamics.system.scheme import Scheme, make_scheme
+from fingerslip.dynamics.system.scheme import Scheme, make_scheme, start_push
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.symmetric_sparse import SymmetricMatrix, symmetric_parts
@@ -53,6 +53,14 @@ class Forces(Protocol):
     @property
     def unbalance(self) -> Array:
         """Unbalanced force, shape (n,) [N]."""
+
+    @property
+    def unbalance_before(self) -> Array:
+        """The one a step earlier, shape (n,) [N]."""
+
+    @property
+    def step(self) -> float:
+        """Length of the last step [s]; 0 at the start."""
 
     @property
     def contact_forces(self) -> Array:
@@ -199,6 +207,24 @@ class Stepper:
         candidates = self.system.candidates
         return self.system.counterfaces.gaps(candidates.positions, candidates.counterface)
 
+    @property
+    def starts_damped(self) -> bool:
+        """Whether damping may end the acceleration at the start within a step that would remember it.
+
+        That is where alpha is below 0 and damping grows with frequency: a step then carries on a share of alpha^2 of an
+        acceleration that is by far too large for it. What a step of the scheme leaves of it takes its place.
+        """
+        damped = bool(self.damping.stiffness) or self.system.dampers is not None
+        return damped and self.scheme.start_weight < 0.0
+
+    def resisting(self, unknown: Array) -> Array:
+        """Return what resists an unknown (n,) in the equation of a step beside inertia, on the mesh, shape (n,) [N]."""
+        scheme = self.scheme
+        force = scheme.velocity_factor * self.damping_force(unknown)
+        force += scheme.displacement_factor * (self.stiffness @ unknown)
+        resisting: Array = scheme.end_weight * force
+        return resisting
+
     def steered(self, system: System) -> Stepper:
         """Return the stepper of a system with the same matrices and candidates."""
         return replace(self, system=system)
@@ -225,7 +251,10 @@ class Stepper:
             force = system.stiffness[moving] @ (state.displacement + self.damping.stiffness * state.velocity)
         else:
             force = state.body.force[moving] + self.damping.stiffness * (system.stiffness[moving] @ state.velocity)
-        force += -state.load[moving] - state.unbalance[moving]
+        unbalance = state.unbalance[moving]
+        if not state.step:
+            unbalance = unbalance - start_push(self.scheme) * (unbalance - state.unbalance_before[moving])
+        force += -state.load[moving] - unbalance
         if self.damping.mass:
             force += self.damping.mass * (system.mass[moving] @ state.velocity)
         if self.viscous:

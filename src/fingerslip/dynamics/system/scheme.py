@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from fingerslip.parameters.protocols import require
 from fingerslip.timing import Adaptive, QuasiStatic, TimeStepping, Timing
 
-__all__ = ["HHT", "Predictor", "Scheme", "Static", "StepChange", "hht", "make_scheme"]
+__all__ = ["HHT", "Predictor", "Scheme", "Static", "StepChange", "hht", "make_scheme", "start_push"]
 
 Array = NDArray[np.float64]
 
@@ -253,6 +253,15 @@ def hht(step: float, alpha: float) -> HHT:
     (0.25, 0.5)
     """
     return HHT(step=step, alpha=alpha, beta=(1.0 - alpha) ** 2 / 4.0, gamma=0.5 - alpha)
+
+
+def start_push(scheme: Scheme) -> float:
+    """Return the share of what damping takes up within a step at the start that pushes the first step of HHT-alpha.
+
+    Starting at rest, the steps together then go as far as this damping lets them: else half a step less.
+    """
+    alpha = scheme.start_weight
+    return 0.5 + alpha + alpha**2 / (4.0 * scheme.end_share * (1.0 + alpha))
 
 
 def make_scheme(time: Timing) -> Scheme:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import fingerslip as fs
 from fingerslip.dynamics.recording.body_records import moments
@@ -56,9 +57,13 @@ def test_moments_of_the_body_are_the_opposite_of_those_of_its_faces(history):
 
 
 def test_tractions_of_a_turning_face_are_in_its_frame(history):
-    """A flat face keeps its normal: friction has no part along it."""
-    normals = history.counterface_normal.values[history.contact_counterface.values]
-    along = np.einsum("tcd,cd->tc", history.tangential_traction.values, normals)
+    """The normal of a flat face turns with the body: friction has no part along it."""
+    start = history.counterface_normal.values[history.contact_counterface.values]
+    dim = start.shape[1]
+    angles = np.zeros((history.sizes["time"], 3))
+    angles[:, 2 if dim == 2 else slice(None)] = history.rigid_body_rotation.values[:, 0].squeeze()
+    turned = Rotation.from_rotvec(angles).as_matrix()[:, :dim, :dim]
+    along = np.einsum("tcd,tde,ce->tc", history.tangential_traction.values, turned, start)
     assert np.abs(along).max() < 1e-9 * history.normal_traction.values.max()
 
 

@@ -14,8 +14,10 @@ from fingerslip.dynamics.system.system import build_system
 from fingerslip.verification.meshes import box
 
 
-def made(dissipated: np.ndarray, time: object = fs.TimeStepping(0.1, end=0.2)):  # type: ignore[no-untyped-def]
-    """Return the history of a pulled block with some numerical dissipation [J]."""
+def made(  # type: ignore[no-untyped-def]
+    dissipated: np.ndarray, time: object = fs.TimeStepping(0.1, end=0.2), name: str = "numerical_dissipation"
+):
+    """Return the history of a pulled block with some dissipation [J]."""
     model = fs.Model(
         mesh=box("Q4", np.linspace(0.0, 1.0, 2), np.linspace(0.0, 1.0, 2)),
         materials={"bulk": fs.Elastic(1.0, 0.3, 1.0)},
@@ -26,7 +28,7 @@ def made(dissipated: np.ndarray, time: object = fs.TimeStepping(0.1, end=0.2)): 
     )
     history = fs.simulate(model)
     complete = {name: history[name].values for name in history.variables}
-    complete["numerical_dissipation"] = dissipated
+    complete[name] = dissipated
     stepper = build_steppers([build_system(model)], model.time, model.damping)[0]
     return labelled_history(complete, stepper, {"basis": "full", "n_simulated_together": 1}, Stopwatch({"x": 1.0}))
 
@@ -39,11 +41,12 @@ def test_a_history_says_what_made_it() -> None:
     assert attributes["n_nodes"] == 4
 
 
-def test_steps_that_make_energy_are_warned_of(caplog: pytest.LogCaptureFixture) -> None:
+@pytest.mark.parametrize("name", ["numerical_dissipation", "damping_dissipation"])
+def test_steps_that_make_energy_are_warned_of(caplog: pytest.LogCaptureFixture, name: str) -> None:
     with caplog.at_level(logging.WARNING, logger="fingerslip.dynamics"):
-        made(np.array([0.0, 10.0, 10.0]))
+        made(np.array([0.0, 10.0, 10.0]), name=name)
         assert not caplog.records
-        made(np.array([0.0, 10.0, 5.0]))
+        made(np.array([0.0, 10.0, 5.0]), name=name)
     assert "time steps have made 5 J" in caplog.text
     assert caplog.messages[-1].endswith("take a smaller step"), "there is no contact, and the scheme is the best one"
 

@@ -39,7 +39,7 @@ def test_a_free_body_with_an_initial_velocity_flies_on():
 
 def test_a_driven_plate_rests_with_its_force_on_the_body():
     contact = fs.Contact("bottom", friction=fs.Coulomb(0.4), drive=Drive(1e-4, 1e-3))
-    damping = fs.RayleighDamping(30.0, 0.0)
+    damping = fs.RayleighDamping(30.0, 5e-3)
     model = push_and_slide(contacts=(contact,), programme=(), damping=damping, time=fs.TimeStepping(2e-3, end=1.5))
     history = fs.simulate(model)
     assert history.counterface_force.values[-1, 0, 1] == pytest.approx(1e-3, rel=1e-3)
