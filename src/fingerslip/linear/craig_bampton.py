@@ -131,10 +131,13 @@ class Vibrations:
         Angular frequencies, ascending [rad/s].
     shapes : (n, s) array
         Their shapes, orthonormal in the mass, zero at the interface [kg^-1/2].
+    following : (n, k) array
+        What the motions excite next, likewise [kg^-1/2].
     """
 
     frequencies: Array
     shapes: Array
+    following: Array
 
 
 def slow_motions(body: StaticResponses, mass: Array, count: int) -> Array:
@@ -159,7 +162,7 @@ def slow_motions(body: StaticResponses, mass: Array, count: int) -> Array:
     return body.follow(vectors)
 
 
-def vibrations(body: StaticResponses, start: Array, count: int) -> Vibrations:
+def vibrations(body: StaticResponses, start: Array, count: int, following: int = 0) -> Vibrations:
     """Return vibrations that motions of a body excite while the interface is held: block Lanczos, with Ritz vectors.
 
     Static displacement under the inertia of a motion is the first correction of one whose inside followed statically,
@@ -173,15 +176,23 @@ def vibrations(body: StaticResponses, start: Array, count: int) -> Vibrations:
         The motions; their size does not count.
     count : int
         How many vibrations; less where the motions excite fewer.
+    following : int, optional
+        How many shapes beyond them.
     """
     shapes, excited = np.zeros((body.stiffness.shape[0], 0), order="F"), start
-    while excited.shape[1] and shapes.shape[1] < count:
-        excited = _added(body, body.give_way(body.mass @ excited), shapes)[:, : count - shapes.shape[1]]
+    while excited.shape[1] and shapes.shape[1] < count + following:
+        excited = _added(body, body.give_way(body.mass @ excited), shapes)
         shapes = np.hstack([shapes, excited])
+    squares, slow = _ritz(body, shapes[:, :count])
+    return Vibrations(np.sqrt(squares), slow, shapes[:, count : count + following])
+
+
+def _ritz(body: StaticResponses, shapes: Array) -> tuple[Array, Array]:
+    """Return squared frequencies (s,) [1/s^2], and shapes (n, s) that make the stiffness diagonal, too."""
     if not shapes.shape[1]:
-        return Vibrations(np.zeros(0), shapes)
+        return np.zeros(0), shapes
     squares, vectors = linalg.eigh(shapes.T @ (body.stiffness @ shapes))
-    return Vibrations(np.sqrt(squares), np.asfortranarray(shapes @ vectors))
+    return squares, np.asfortranarray(shapes @ vectors)
 
 
 def _added(body: StaticResponses, fields: Array, shapes: Array) -> Array:
@@ -221,6 +232,12 @@ class CraigBampton:
         q per coordinate.
     frequencies : (s',) array
         Angular frequencies of the vibrations among the shapes [rad/s].
+    following : (n, k) array
+        Shapes W that are not in the basis, orthonormal to it inside, zero at the interface [kg^-1/2].
+    following_squares : (k,) array
+        Their stiffness W^T K W, which is diagonal [1/s^2].
+    following_mass, following_stiffness : (k, m) array
+        Their mass [-] and stiffness [1/s^2] with each coordinate.
     """
 
     eigenvalues: Array
@@ -231,6 +248,10 @@ class CraigBampton:
     shapes: Array
     of_shapes: Array
     frequencies: Array
+    following: Array
+    following_squares: Array
+    following_mass: Array
+    following_stiffness: Array
 
     def field(self, body: StaticResponses, coordinates: Array) -> Array:
         """Return the displacement of all unknowns, (n,) or (n, k) [m], for coordinates z, (m,) or (m, k)."""
@@ -275,18 +296,23 @@ def craig_bampton(
     stiff, heavy = body.stiffness @ shapes, body.mass @ shapes
     mass, at_rows = known
     size = body.interface.size
-    coupling = body.gather(heavy) if shapes.shape[1] else np.zeros((size, 0))
+    coupling = body.gather(heavy)
     stiffness = linalg.block_diag(body.schur, shapes.T @ stiff)
     whole = np.block([[mass, coupling], [coupling.T, shapes.T @ heavy]])
     squares, vectors = linalg.eigh(stiffness, whole, overwrite_a=True, overwrite_b=True, check_finite=False)
-    of_shapes = np.ascontiguousarray(vectors[size:])
+    of_shapes, at_interface = np.ascontiguousarray(vectors[size:]), np.ascontiguousarray(vectors[:size])
+    following_squares, following = _ritz(body, _added(body, vibrations.following, shapes))
     return CraigBampton(
         eigenvalues=np.maximum(squares, 0.0),
         interface=body.interface,
-        at_interface=np.ascontiguousarray(vectors[:size]),
+        at_interface=at_interface,
         rows=rows,
-        at_rows=at_rows @ vectors[:size] + shapes[rows] @ of_shapes,
+        at_rows=at_rows @ at_interface + shapes[rows] @ of_shapes,
         shapes=shapes,
         of_shapes=of_shapes,
         frequencies=vibrations.frequencies,
+        following=following,
+        following_squares=following_squares,
+        following_mass=body.gather(body.mass @ following).T @ at_interface,
+        following_stiffness=following.T @ stiff @ of_shapes,
     )

@@ -47,7 +47,7 @@ def all_vibrations(body):
     squares, vectors = linalg.eigh(stiffness, mass)
     shapes = np.zeros((body.stiffness.shape[0], others.size))
     shapes[others] = vectors
-    return Vibrations(np.sqrt(squares), shapes)
+    return Vibrations(np.sqrt(squares), shapes, shapes[:, :0])
 
 
 def test_the_inside_follows_the_interface_statically(body):
@@ -65,6 +65,12 @@ def test_the_inside_gives_way_to_forces_while_the_interface_is_held(body):
     np.testing.assert_allclose((body.stiffness @ moved)[others], forces[others], atol=1e-10)
 
 
+def test_no_fields_give_none(body):
+    none = np.zeros((body.mass.shape[0], 0))
+    assert body.give_way(none).shape == none.shape
+    assert body.gather(none).shape == (INTERFACE.size, 0)
+
+
 @pytest.mark.parametrize("columns_at_once", [2, 64])
 def test_mass_of_static_responses_is_gathered_some_columns_at_a_time(body, columns_at_once):
     exact = dense_responses(body)
@@ -73,9 +79,9 @@ def test_mass_of_static_responses_is_gathered_some_columns_at_a_time(body, colum
     np.testing.assert_allclose(at_rows, exact[ROWS], atol=1e-12)
 
 
-def excited(body, count):
+def excited(body, count, following=0):
     """Return vibrations that the slow motions of a body excite."""
-    return vibrations(body, slow_motions(body, static_responses(body, ROWS)[0], 3), count)
+    return vibrations(body, slow_motions(body, static_responses(body, ROWS)[0], 3), count, following)
 
 
 def test_slow_motions_follow_the_interface(body):
@@ -142,6 +148,20 @@ def test_further_shapes_are_held_and_what_adds_nothing_is_left_out(body):
     exact = np.linalg.solve(body.stiffness.toarray(), load)
     found = basis.field(body, basis.project(body, load) / basis.eigenvalues)
     np.testing.assert_allclose(found, exact, atol=1e-9 * np.abs(exact).max())
+
+
+def test_what_follows_is_beside_the_basis_and_known_with_it(body):
+    basis = craig_bampton(body, static_responses(body, ROWS), excited(body, 6, following=5), ROWS)
+    field, following = basis.field(body, np.eye(basis.eigenvalues.size)), basis.following
+    assert following.shape[1] == 5
+    np.testing.assert_allclose(following.T @ body.mass @ following, np.eye(5), atol=1e-10)
+    np.testing.assert_allclose(basis.shapes.T @ body.mass @ following, 0.0, atol=1e-10)
+    squares = basis.following_squares
+    np.testing.assert_allclose(following.T @ body.stiffness @ following, np.diag(squares), atol=1e-9 * squares.max())
+    np.testing.assert_allclose(basis.following_mass, following.T @ body.mass @ field, atol=1e-10)
+    stiffness = following.T @ body.stiffness @ field
+    np.testing.assert_allclose(basis.following_stiffness, stiffness, atol=1e-9 * np.abs(stiffness).max())
+    np.testing.assert_allclose(excited(body, 6, following=5).shapes, excited(body, 6).shapes, rtol=1e-9, atol=1e-9)
 
 
 def test_all_vibrations_make_the_basis_the_whole_body(body):

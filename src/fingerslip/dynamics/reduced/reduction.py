@@ -137,12 +137,17 @@ def _unknowns_of_sites(system: System, regions: Sequence[str | None]) -> Indices
 
 
 def further_shapes(body: StaticResponses, systems: Sequence[System]) -> list[Array]:
-    """Return what a basis has to hold beside contact and vibrations: responses to loads, and initial velocities."""
-    forces = {load.forces.tobytes(): load.forces for system in systems for load in system.loads}
-    velocities = {system.initial_velocity.tobytes(): system.initial_velocity for system in systems}
-    responses = [body.give_way(force) for force in forces.values() if force.any()]
-    moved = [velocity - body.follow(velocity[body.interface]) for velocity in velocities.values() if velocity.any()]
-    return responses + moved
+    """Return what a basis has to hold beside contact and vibrations: responses to loads, and how motions start."""
+    forces = {load.forces.tobytes(): load.forces for system in systems for load in system.loads if load.forces.any()}
+    velocities = {own.tobytes(): own for own in (system.initial_velocity for system in systems) if own.any()}
+    if not (forces or velocities):
+        return []
+    # Loads and stiffness damping accelerate the body at the start.
+    pushes = [*forces.values(), *(body.stiffness @ velocity for velocity in velocities.values())]
+    factor = body.solver.factorise(body.mass)
+    fields = [*(factor.backward(factor.forward(push)) for push in pushes), *velocities.values()]
+    responses = [body.give_way(force) for force in forces.values()]
+    return responses + [field - body.follow(field[body.interface]) for field in fields]
 
 
 def reduced_system(system: System, body: StaticResponses, basis: CraigBampton, twin: System | None = None) -> System:

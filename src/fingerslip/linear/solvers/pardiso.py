@@ -244,6 +244,9 @@ class _Call:
     def __call__(self, phase: int, given: Array, found: NDArray[Any] | None = None) -> NDArray[Any]:
         given = np.asfortranarray(given, dtype=self._values.dtype)
         found = np.empty_like(given, order="F") if found is None else found
+        # MKL takes no columns for too little memory.
+        if not given.size:
+            return found
         error, sides = ctypes.c_int32(0), 1 if given.ndim == 1 else given.shape[1]
         self._function(
             *self._start,
