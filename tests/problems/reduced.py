@@ -21,6 +21,46 @@ def deep_push_and_slide(**changes):
     return push_and_slide(**values)
 
 
+def random_model(seed):
+    """Return a model with anything that a reduced basis may have to do with, at random."""
+    rng = np.random.default_rng(seed)
+
+    def sometimes(share, **change):
+        return change if rng.random() < share else {}
+
+    step, count, stiffness = 10 ** rng.uniform(-3.3, -2.2), int(rng.integers(60, 150)), 10 ** rng.uniform(4.0, 5.3)
+    press, slide = np.array([0.2, 0.7]) * count * step * rng.uniform(0.6, 1.2)
+    depth, distance = rng.uniform(0.1e-3, 0.5e-3), rng.uniform(0.2e-3, 1e-3)
+    friction = fs.Coulomb(rng.uniform(0.2, 0.9))
+    programme = (fs.Press(depth, depth / press), fs.Hold(2 * step), fs.Slide(distance, distance / slide))
+    contact = fs.Contact("bottom", friction=friction)
+    if rng.random() < 0.2:
+        drive = fs.Drive(mass=10 ** rng.uniform(-5.0, -2.5), force=10 ** rng.uniform(-4.0, -2.5))
+        contact, programme = fs.Contact("bottom", friction=friction, drive=drive), (fs.Hold(press), programme[2])
+    traction = tuple(1e-3 * stiffness * rng.normal(size=2))
+    ramp = fs.Ramp((0.0, press), (float(rng.integers(2)), 1.0))
+    return fs.Model(
+        mesh=fine_pad(int(rng.integers(12, 34)), int(rng.integers(8, 20))),
+        materials={"bulk": fs.Elastic(stiffness, rng.uniform(0.2, 0.48), 10 ** rng.uniform(2.8, 3.5))},
+        formulation=str(rng.choice(["plane_strain", "plane_stress"])),
+        depth=1e-3,
+        supports={"top": ("x", "y")},
+        contacts=(contact,),
+        programme=programme,
+        time=fs.TimeStepping(step, float(rng.choice([-0.41421, -0.3, -0.1, -0.05, -0.02]))),
+        record=fs.Recording(
+            tuple(
+                fs.Site(f"site {number}", "", (rng.uniform(-3.5e-3, 3.5e-3), rng.uniform(1e-3, 3.7e-3)), "bulk")
+                for number in range(int(rng.integers(1, 5)))
+            )
+        ),
+        **sometimes(0.5, damping=fs.RayleighDamping(10 ** rng.uniform(-1.0, 1.3), 10 ** rng.uniform(-5.5, -3.5))),
+        **sometimes(0.5, gravity=tuple(rng.uniform(-10.0, 10.0, 2))),
+        **sometimes(0.4, tractions={"left": fs.Traction(traction, ramp)}),
+        **sometimes(0.2, initial_velocity=tuple(0.01 * rng.normal(size=2))),
+    )
+
+
 def difference(found, expected, name):
     """Return the largest difference of a variable of two histories over its largest value."""
     one, other = (history[name].values.astype(float) for history in (found, expected))

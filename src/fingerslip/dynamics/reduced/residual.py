@@ -34,6 +34,8 @@ Array = NDArray[np.float64]
 
 # Steps that are looked at together.
 _AT_ONCE = 32
+# Errors over what the shapes that follow show of them: 1.2 in the middle of 83 random models, below 2.1 in nine of ten.
+_BEYOND = 1.5
 
 
 class ResidualCheck:
@@ -59,12 +61,12 @@ class ResidualCheck:
     @property
     def error(self) -> float:
         """The largest error of displacements at contact and sites over the largest of these displacements [-]."""
-        return max(motion.error for motion in self._errors)
+        return _BEYOND * max(motion.error for motion in self._errors)
 
     @property
     def acceleration_error(self) -> float:
         """The error of accelerations over these, at the contact or at sites, as roots of mean squares [-]."""
-        return max(motion.acceleration_error for motion in self._errors)
+        return _BEYOND * max(motion.acceleration_error for motion in self._errors)
 
     def __call__(self, moving: Sequence[int], before: Sequence[State], after: Sequence[State]) -> None:
         """Follow a step of the motions `moving`, from their states before and after."""

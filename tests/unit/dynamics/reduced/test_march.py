@@ -67,8 +67,8 @@ def test_vibrations_are_added_until_they_suffice(monkeypatch):
     monkeypatch.setattr(march, "_FEWEST", 4)
     loose = fs.simulate(with_basis(0.5)).attrs
     tight = fs.simulate(with_basis(0.3 * loose["basis_error"])).attrs
-    assert loose["basis_vibrations"] == 4
-    assert tight["basis_vibrations"] in {8, 16, 32, 64}
+    assert loose["basis_vibrations"] in {4, 8}
+    assert tight["basis_vibrations"] in {16, 32, 64}
     assert tight["basis_error"] <= 0.3 * loose["basis_error"]
 
 

@@ -83,7 +83,7 @@ def test_a_body_with_much_damping_creeps_under_a_load_that_starts_at_once(load, 
 
 @pytest.mark.parametrize("alpha", [-0.05, -0.3])
 def test_a_plate_on_a_stiff_damper_follows_its_force_from_the_start(alpha):
-    """A force F on a damper c moves it by F t / c, its mass nothing to that; of the first step 0.43^2 is left at -0.3."""
+    """A force F on a damper c moves it by F t / c, whatever its mass; of the first step 0.43^2 is left at -0.3."""
     plate = fs.RigidBody(1e-6, free=("y",), dampers=fs.Dampers(y=10.0), loads=(fs.BodyLoad(y=2.0),))
     history = fs.simulate(apart(plate, time=fs.TimeStepping(1e-3, alpha, end=0.1)))
     moved = history.rigid_body_displacement.values[2:, 0, 1]
