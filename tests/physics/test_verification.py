@@ -27,7 +27,8 @@ LONG = {
     *("viscous-limits", "large-relaxation-turned", "coulomb-oscillator", "controlled-creep", "elastica", "large-tube"),
     *("halved-step", "viscous-hertz", "sliding-block", "condensed-2d", "friction-tangents"),
     *("controlled-oscillator", "hht-order", "relaxation", "ciavarella-jaeger", "cattaneo", "hht-damping", "rod"),
-    *("viscous-vibration", "slip-weakening", "locking-2d"),
+    *("viscous-vibration", "slip-weakening", "locking-2d", "rolling-cylinder", "cylinder-on-incline"),
+    *("ball-between-plates",),
 }
 MARKED = [
     pytest.param(one, id=one.name, marks=[pytest.mark.slow] if one.slow or one.name in LONG else []) for one in PROBLEMS

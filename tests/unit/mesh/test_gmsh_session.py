@@ -36,7 +36,7 @@ def test_largest_size_is_less_than_one_for_gmsh():
 
 
 def test_gmsh_that_someone_else_uses_is_left_alone():
-    gmsh.initialize(readConfigFiles=False)
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
     gmsh.option.setNumber("General.Terminal", 0)
     try:
         with pytest.raises(MeshError, match="already initialised"), gmsh_session():
