@@ -143,7 +143,7 @@ def _described_detector(path: Path, described: Mapping[str, Any]) -> Detector:
             provenance=_typed(dict[str, Any], described["provenance"]),
         )
         again = _description(detector) | {name: described[name] for name in ("fingerslip", "scikit_learn", "sha256")}
-        wrong = sorted(name for name in described | again if described.get(name) != again.get(name))
+        wrong = sorted(name for name in {**described, **again} if described.get(name) != again.get(name))
     # Any other value may stand in any place.
     except Exception as error:
         found = f"describes no detector ({shortened(str(error))})"

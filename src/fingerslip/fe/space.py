@@ -188,7 +188,7 @@ def _shape_function(v: Any, _: Any) -> Any:
     return v
 
 
-class _Mapping(skfem.MappingIsoparametric):
+class _Mapping(skfem.MappingIsoparametric):  # type: ignore[misc]
     """The map of curved and four-sided cells, which finds points in them as sharply as their coordinates are known."""
 
     def invF(self, x: Any, tind: Any = None, newton_max_iters: int = 50, newton_tol: float = 1e-12) -> Any:  # noqa: N802

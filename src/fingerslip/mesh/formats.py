@@ -107,7 +107,7 @@ def _guarded_meshio() -> Any:
         vars(sys.modules[name])["open"] = _opened
     wkt = sys.modules["meshio.wkt._wkt"]
     pattern = wkt.tin_pattern.replace(wkt.float_pattern, r"[+-]?(?:\d++\.?\d*+|\.\d++)").replace(",?)*", ",?)*+")
-    wkt.tin_re = re.compile(pattern)
+    vars(wkt)["tin_re"] = re.compile(pattern)
     return meshio
 
 

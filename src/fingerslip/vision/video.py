@@ -196,7 +196,7 @@ def _folder_info(folder: Path) -> VideoInfo:
         repair = "write the images again"
         stated = read_json(folder / _RATE_FILE, repair).get("frame_rate")
         try:
-            rate = frame_rate_of(VideoInfo(str(folder), width, height, None, None), float(stated))
+            rate = frame_rate_of(VideoInfo(str(folder), width, height, None, None), float(str(stated)))
         except (TypeError, ValueError, OverflowError) as error:
             found = f"has the frame rate {shortened(repr(stated))}"
             raise DamagedError(str(folder / _RATE_FILE), found, repair) from error

@@ -89,7 +89,7 @@ def test_files_of_gmsh_with_physical_groups(version, kind, order, tmp_path):
 
 def draw_block(path, version, kind, order):
     """Write a unit square of two layers by Gmsh, the upper one drawn clockwise."""
-    gmsh.initialize(readConfigFiles=False)
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         geo = gmsh.model.geo
@@ -335,7 +335,7 @@ def test_hexahedra_go_out_and_come_back(suffix, tmp_path):
 
 def test_hexahedra_of_gmsh(tmp_path):
     path = tmp_path / "block.msh"
-    gmsh.initialize(readConfigFiles=False)
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         bottom = gmsh.model.occ.addRectangle(0, 0, 0, 2, 1)
