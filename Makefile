@@ -7,7 +7,12 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 SUPPORTED := import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))
 
-.PHONY: help study test test-all lint format docs bench validate reference lock libraries clean
+# What other processors compute with: kernels of OpenBLAS and MKL; NumPy and Numba without the newest instructions.
+PROCESSORS := OPENBLAS_CORETYPE=Haswell OPENBLAS_CORETYPE=Sandybridge,MKL_CBWR=COMPATIBLE OPENBLAS_CORETYPE=SkylakeX
+UNUSED := X86_V4 AVX512_ICL AVX512_SPR
+MARKS ?= not slow
+
+.PHONY: help study test test-all test-processors lint format docs bench validate reference lock libraries clean
 
 help:  ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -20,6 +25,13 @@ test: $(READY)  ## run the fast tests
 
 test-all: $(READY)  ## run all tests, the slow ones too
 	$(BIN)/pytest -n 2 --dist worksteal -m ""
+
+test-processors: $(READY)  ## run the tests as other processors do (MARKS= for the slow ones, too)
+	@for settings in $(PROCESSORS); do \
+		settings=$$(echo "$$settings" | tr , ' '); echo "== $$settings"; \
+		env NPY_DISABLE_CPU_FEATURES="$(UNUSED)" NUMBA_CACHE_DIR=.numba/generic NUMBA_CPU_NAME=generic $$settings \
+			$(BIN)/pytest -q -n 2 --dist worksteal -m "$(MARKS)" || exit 1; \
+	done
 
 lint: $(READY)  ## check style and types
 	$(BIN)/ruff check .
@@ -50,7 +62,7 @@ libraries:  ## check the system libraries that Gmsh and VTK load
 	$(PYTHON) src/fingerslip/installation.py
 
 clean:  ## remove the environment and everything that was built
-	rm -rf $(VENV) docs/_build docs/api/generated .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf $(VENV) .numba docs/_build docs/api/generated .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
 
 $(READY): requirements.lock pyproject.toml
 	@$(PYTHON) -c '$(SUPPORTED)' || { \
