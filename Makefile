@@ -15,7 +15,7 @@ MARKS ?= not slow
 .PHONY: help study test test-all test-processors lint format docs bench validate reference lock libraries clean
 
 help:  ## list the targets
-	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 17
 
 study: $(READY)  ## recompute Table 2 of Wang et al. 2014 and write its report
 	$(BIN)/fingerslip run studies/wang2014_table2.yaml
@@ -29,7 +29,7 @@ test-all: $(READY)  ## run all tests, the slow ones too
 test-processors: $(READY)  ## run the tests as other processors do (MARKS= for the slow ones, too)
 	@for settings in $(PROCESSORS); do \
 		settings=$$(echo "$$settings" | tr , ' '); echo "== $$settings"; \
-		env NPY_DISABLE_CPU_FEATURES="$(UNUSED)" NUMBA_CACHE_DIR=.numba/generic NUMBA_CPU_NAME=generic $$settings \
+		env NPY_DISABLE_CPU_FEATURES="$(UNUSED)" NUMBA_CACHE_DIR=$(CURDIR)/.numba/generic NUMBA_CPU_NAME=generic $$settings \
 			$(BIN)/pytest -q -n 2 --dist worksteal -m "$(MARKS)" || exit 1; \
 	done
 

@@ -7,14 +7,9 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fingerslip.vision.tracking.frames import open_frames
 
 __all__ = ["track_video"]
-
-# Share of the frames without a marker from which it is worth a warning.
-_OFTEN = 0.1
 
 
 def track_video(
@@ -60,10 +55,6 @@ def track_video(
     for text in filter(None, str(tracks.attrs["warnings"]).split("\n")):
         yield f"warning: {text}"
     count, times = tracks.sizes["marker"], tracks.sizes["time"]
-    often = int((np.isnan(tracks["position"].values).any(axis=2).mean(axis=0) > _OFTEN).sum())
-    if often:
-        told = f"{often} of {count} markers were not seen in more than a tenth of the frames; the page lists them"
-        yield f"warning: {told}"
     partial = "partial tracks" if tracks.attrs["partial"] else "tracks"
     yield f"{partial} of {count} markers in {times} frames, {100 * seen_share(tracks):.2f} % of the positions found"
     yield f"quality: {folder / 'quality.html'}"

@@ -33,11 +33,9 @@ _CONTRAST = (0.25, 4.0)
 # How far from a guess a marker may be found, in distances between neighbours.
 _REACH = 0.45
 # How far the displacement of a marker may leave its neighbours' from one frame to the next, in the same distances; it
-# grows by a fifth for each frame in which the marker was not seen, up to the largest.
-_STRANGE, _FORGETTING, _STRANGEST = 0.12, 0.2, 0.35
-# The same since the rest frames, for a marker that is clear and was seen in the frame before: ridges and slip move
-# neighbours apart.
-_STRANGEST_SEEN = 1.0
+# grows by a fifth for each frame in which the marker was not seen, up to the largest. The largest also holds since the
+# rest frames: ridges and slip move neighbours apart.
+_STRANGE, _FORGETTING, _STRANGEST = 0.5, 0.2, 1.0
 # What a new frame adds to the memory of a marker's contrast.
 _ADAPTION = 0.05
 # Quality from which on a marker's own motion beside its neighbours' is believed at once; below it, more slowly.
@@ -133,9 +131,7 @@ def _agreed(markers: Markers, state: State, found: Measured, sure: Flags) -> Fla
     share = np.minimum(_STRANGE * (1.0 + _FORGETTING * state.missing), _STRANGEST)
     displacement = found.position - markers.position
     near = consistent(markers.position, displacement - state.carried, sure, markers.neighbours, share * markers.spacing)
-    followed = (state.missing == 0) & (found.quality >= _TRUSTED)
-    farthest = np.where(followed, _STRANGEST_SEEN, _STRANGEST) * markers.spacing
-    return consistent(markers.position, displacement, near, markers.neighbours, farthest)
+    return consistent(markers.position, displacement, near, markers.neighbours, _STRANGEST * markers.spacing)
 
 
 def _by_flow(  # noqa: PLR0917  a step of follow

@@ -24,6 +24,7 @@ Frame = NDArray[np.uint8]
 _ROUNDS = 6
 _LEAST_QUALITY = 0.6
 _LEAST_SHARE = 0.8  # of the markers; with fewer there is no tracking
+_FEWEST = 10  # blobs that may be a sensor's markers where nobody says how many there are
 _SPARE, _SPARE_STRENGTH = 8, 0.4
 _LEAST_STEP = 1.15
 # Markers of a lattice are not nearer to each other than this, in distances between neighbours.
@@ -99,11 +100,11 @@ def reference_of(  # noqa: PLR0917  the options of a search
     Raises
     ------
     InputError
-        Where there is no marker, or less than four fifths of those that there should be.
+        Where there are fewer than ten markers, or less than four fifths of those that there should be.
     """
     markers = _best(image, mask, n_markers, layout, bright)
     count = 0 if markers is None else len(markers.position)
-    if markers is None or count < _LEAST_SHARE * (n_markers or 1):
+    if markers is None or count < (_LEAST_SHARE * n_markers if n_markers else _FEWEST):
         raise InputError(name, _found(image, count), _needed(n_markers), _REPAIR)
     numbered = topology(markers.position, layout)
     warnings = (_of_number(image, mask, n_markers, layout, bright, markers, name), numbered.complaint)
@@ -153,7 +154,8 @@ def _found(image: Floats, count: int) -> str:
 
 
 def _needed(n_markers: int | None) -> str:
-    return f"needs {n_markers}" if n_markers else "needs blobs that are alike and stand out of what is around them"
+    blobs = f"needs at least {_FEWEST} blobs that are alike and stand out of what is around them"
+    return f"needs {n_markers}" if n_markers else blobs
 
 
 def _best(

@@ -31,6 +31,8 @@ Flags = NDArray[np.bool_]
 Frame = NDArray[np.uint8]
 
 _MOVED = 0.5  # px that the rest frames may move
+# Share of the frames in which a marker may be missing before it is said.
+_OFTEN = 0.1
 _DARK = 16.0  # mean grey level at rest: below it frames use less than a sixteenth of their levels
 _SATURATED = 0.5  # share of the pixels at rest
 
@@ -216,6 +218,10 @@ def _complaints(stream: MarkerStream, course: _Course, rest_frames: int) -> Iter
         which = np.flatnonzero(course.states == number)
         if number and which.size:
             yield f"{frames.name}: {which.size} of {count} frames are {state}, the first is frame {which[0]}"
+    often = int((np.isnan(course.position).any(axis=2).mean(axis=0) > _OFTEN).sum())
+    if often:
+        total = course.position.shape[1]
+        yield f"{frames.name}: {often} of {total} markers were not seen in more than a tenth of the frames"
     moved = _moved(course.position[:rest])
     if moved > _MOVED:
         yield f"{frames.name}: the sensor moved by {moved:.1f} px in the {rest} rest frames; the reference is no rest"

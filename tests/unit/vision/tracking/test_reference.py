@@ -65,3 +65,10 @@ def test_no_marker_at_all(level: float, words: str) -> None:
     noise = np.random.default_rng(0).normal(level, 0.5, (240, 320)).clip(0, 255)
     with pytest.raises(InputError, match=words):
         reference_of(noise, None, None, "rings", None, "clip")
+
+
+def test_a_few_blobs_are_no_sensor() -> None:
+    few = clips.field()[:9]
+    with pytest.raises(InputError, match=r"found 9 markers.*needs at least 10 blobs"):
+        reference_of(mean_frame(clips.DEFAULT, few), None, None, "free", None, "clip")
+    assert len(reference_of(mean_frame(clips.DEFAULT, few), None, 9, "free", None, "clip").markers.position) == 9

@@ -66,11 +66,25 @@ def test_plain_tracker_swaps_on_a_bad_clip_where_ours_does_not() -> None:
     assert clips.scored(made.tracks["position"].values, made.truth).swapped == 0
 
 
+def test_markers_that_slip_past_their_neighbours_are_kept() -> None:
+    """The rim slips by half the distance between markers, in jerks, and the middle sticks."""
+    field = clips.field()
+    distance = np.linalg.norm(field - field.mean(axis=0), axis=1)
+    spacing = np.sort(np.linalg.norm(field - field[0], axis=1))[1]
+    phase = np.clip((np.arange(50) - REST) / (30 - REST), 0.0, 1.0)
+    slip = 0.45 * spacing * phase[:, None] * (distance > 2.5 * spacing)
+    shake = 0.12 * spacing * np.sin(2.0 * np.arange(50))[:, None] * (phase[:, None] > 0.0) * (distance > 2.5 * spacing)
+    made = tracked(field + np.stack([slip + shake, 0.0 * slip], axis=2))
+    score = clips.scored(made.tracks["position"].values, made.truth)
+    assert (score.swapped, score.kept) == (0, 1.0)
+
+
 def test_marker_that_vanishes_for_ten_frames_is_found_again() -> None:
     positions = clips.slide(clips.field(), 0.5, count=50, rest=REST)
     hidden = np.zeros((50, 81), dtype=bool)
     hidden[25:35, [0, 30, 72]] = True
-    made = tracked(positions, hidden=hidden)
+    with pytest.warns(TrackingWarning, match="3 of 81 markers were not seen in more than a tenth"):
+        made = tracked(positions, hidden=hidden)
     found = np.isfinite(made.tracks["position"].values[..., 0])
     assert np.array_equal(found, ~hidden)
     assert (made.tracks["quality"].values[hidden] == 0).all()
