@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import re
 from collections.abc import Mapping
 from importlib import resources
 from importlib.resources.abc import Traversable
@@ -17,6 +18,7 @@ from fingerslip.report.tables.table import Column, Table
 __all__ = ["TEMPLATES", "copy_example", "example_path", "examples", "examples_table", "new_study", "studies_folder"]
 
 _SCHEMA = "study.schema.json"
+_BASE = re.compile(r"^base: (\w+)\.yaml", re.MULTILINE)
 
 
 def _data(name: str) -> Traversable:
@@ -67,7 +69,7 @@ def _title(file: Traversable) -> str:
 
 
 def copy_example(name: str, folder: Path) -> Path:
-    """Copy a shipped study, and the schema by which editors check it.
+    """Copy a shipped study, the studies that it is based on, and the schema by which editors check it.
 
     Parameters
     ----------
@@ -86,7 +88,13 @@ def copy_example(name: str, folder: Path) -> Path:
     InputError
         For a study that does not ship, and where a file of its name is there.
     """
-    return _write(_chosen("study", name, examples()), folder / f"{name}.yaml")
+    shipped = examples()
+    path = _write(_chosen("study", name, shipped), folder / f"{name}.yaml")
+    while base := _BASE.search(shipped[name].read_text(encoding="utf-8")):
+        name = base[1]
+        if not (folder / f"{name}.yaml").exists():
+            write_text(folder / f"{name}.yaml", shipped[name].read_text(encoding="utf-8"))
+    return path
 
 
 def new_study(path: Path, template: str) -> Path:

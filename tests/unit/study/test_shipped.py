@@ -83,6 +83,13 @@ def test_an_example_is_copied_as_it_is(tmp_path: Path) -> None:
     assert written.read_bytes() == (ROOT / "studies" / "wang2014_table2.yaml").read_bytes()
 
 
+def test_an_example_brings_the_studies_that_it_is_based_on(tmp_path: Path) -> None:
+    based = [name for name, file in examples().items() if "\nbase: " in file.read_text(encoding="utf-8")]
+    assert len(based) == 9
+    for name in based:
+        assert read_study(copy_example(name, tmp_path / name)).title
+
+
 def test_what_is_there_is_kept_and_what_is_not_known_is_refused(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("title: mine", encoding="utf-8")
     with pytest.raises(InputError, match="is there already, is not overwritten; give another name"):
