@@ -87,6 +87,7 @@ def test_an_example_brings_the_studies_that_it_is_based_on(tmp_path: Path) -> No
     based = [name for name, file in examples().items() if "\nbase: " in file.read_text(encoding="utf-8")]
     assert len(based) == 9
     for name in based:
+        (tmp_path / name).mkdir()
         assert read_study(copy_example(name, tmp_path / name)).title
 
 
