@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
+import os
 import pkgutil
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Annotated, Any
 
@@ -44,6 +47,13 @@ class _Verbs(TyperGroup):
             if ctx.params["debug"]:
                 raise
             print_error("error: not enough memory; use larger elements or fewer --workers")
+            raise typer.Exit(2) from None
+        except OSError as error:
+            # Files of ours fail with errors of their own: this is where the answer is printed.
+            if ctx.params["debug"] or error.errno != errno.ENOSPC:
+                raise
+            sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123  what is left goes nowhere
+            print_error("error: standard output: takes no more, needs room; write to another disk")
             raise typer.Exit(2) from None
         except FingerslipError as error:
             if ctx.params["debug"]:

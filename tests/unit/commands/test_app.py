@@ -6,6 +6,8 @@ import ast
 import os
 import re
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -104,3 +106,12 @@ def test_debug_shows_where_an_error_comes_from(invoke: Callable[..., Any]) -> No
 
     result = invoke("--debug", "run", "gone.yaml")
     assert isinstance(result.exception, InputError)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_output_that_has_no_room_is_one_line() -> None:
+    with Path("/dev/full").open("w", encoding="utf-8") as full:
+        command = [sys.executable, "-m", "fingerslip", "show", "wang2014-2d"]
+        made = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert made.returncode == 2
+    assert made.stderr.strip() == "error: standard output: takes no more, needs room; write to another disk"

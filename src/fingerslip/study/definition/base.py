@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -35,19 +36,16 @@ def read_with_base(path: Path) -> dict[str, Any]:
     InputError
         Where a file is missing or holds no mapping, a base is in another folder, or files are each other's base.
     """
-    return _read(path, ())
-
-
-def _read(path: Path, seen: tuple[Path, ...]) -> dict[str, Any]:
-    mapping = read_mapping(path)
-    if BASE not in mapping:
-        return mapping
-    base = _base_of(path, mapping.pop(BASE))
-    if base in (*seen, path):
-        names = " -> ".join(file.name for file in (*seen, path, base))
-        found = f"leads back to {base.name} ({names})"
-        raise InputError(f"{path}: {BASE}", found, "needs a file without this one as base")
-    return _merged(_read(base, (*seen, path)), mapping)
+    files, mappings = [path], [read_mapping(path)]
+    while BASE in mappings[-1]:
+        base = _base_of(files[-1], mappings[-1].pop(BASE))
+        if base in files:
+            names = shortened(" -> ".join(file.name for file in (*files, base)))
+            found = f"leads back to {base.name} ({names})"
+            raise InputError(f"{files[-1]}: {BASE}", found, "needs a file without this one as base")
+        files.append(base)
+        mappings.append(read_mapping(base))
+    return functools.reduce(_merged, reversed(mappings))
 
 
 def _base_of(path: Path, name: object) -> Path:

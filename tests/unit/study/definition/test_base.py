@@ -76,3 +76,11 @@ def test_files_that_are_each_others_base_are_refused(tmp_path: Path) -> None:
     first, _ = (write(tmp_path, f"{own}.yaml", {"base": f"{other}.yaml"}) for own, other in ("ab", "ba"))
     with pytest.raises(InputError, match=r"leads back to a\.yaml \(a\.yaml -> b\.yaml -> a\.yaml\)"):
         read_study(first)
+
+
+def test_a_long_ring_of_bases_is_one_line(tmp_path: Path) -> None:
+    for number in range(1200):
+        (tmp_path / f"{number}.yaml").write_text(f"title: x\nbase: {(number + 1) % 1200}.yaml\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"1199.yaml: base: leads back to 0.yaml") as caught:
+        read_with_base(tmp_path / "0.yaml")
+    assert len(str(caught.value)) < 500
