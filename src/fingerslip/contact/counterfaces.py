@@ -226,5 +226,8 @@ def _touching_centre(relative: Array, middle: Array, normal: Array, radius: floa
     height = relative @ normal
     beside = np.linalg.norm(relative - np.outer(height, normal), axis=1)
     near = beside < radius
+    if not near.any():
+        allowed = f"needs more than the {1e3 * beside.min():.3g} mm to the nearest node of the boundary"
+        raise InputError("radius", f"got {1e3 * radius:.3g} mm", allowed, "refine the mesh there, or give a centre")
     lowest = float(np.min(height[near] - np.sqrt(radius**2 - beside[near] ** 2)))
     return tuple(float(value) for value in middle + lowest * normal)

@@ -97,3 +97,11 @@ def test_axes_and_centres_have_to_fit():
     for axis in (None, (0.0, 0.0, 1.0), (1.0, 0.0)):
         with pytest.raises(InputError, match="axis"):
             Cylinder(1.0, (0.0, 0.0, 1.0), axis=axis)
+
+
+@pytest.mark.parametrize("counterface", [Cylinder(0.4e-3, (0.0, 1.0)), Sphere(0.4e-3, (0.0, 0.0, 1.0))])
+def test_a_round_body_between_all_nodes_is_refused(counterface):
+    points = np.zeros((2, counterface.dim))
+    points[:, 0] = (0.0, 1e-3)
+    with pytest.raises(InputError, match=r"radius: got 0.4 mm, needs more than the 0.5 mm to the nearest node"):
+        counterface.placed(points)
