@@ -8,6 +8,9 @@ import sys
 
 import lazy_loader
 
+from fingerslip.installation import use_writable_cache
+
+use_writable_cache()
 _load, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 

@@ -1,4 +1,4 @@
-"""Check the system libraries that Gmsh and VTK load on Linux, and say what to install.
+"""What the machine must offer: system libraries that Gmsh and VTK load on Linux, and a folder for compiled functions.
 
 Run as ``python src/fingerslip/installation.py`` before anything is installed: it needs the standard library alone.
 """
@@ -6,10 +6,14 @@ Run as ``python src/fingerslip/installation.py`` before anything is installed: i
 from __future__ import annotations
 
 import ctypes
+import os
 import sys
+import tempfile
+from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
-__all__ = ["Library", "install_line", "missing_libraries"]
+__all__ = ["Library", "install_line", "missing_libraries", "use_writable_cache"]
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,24 @@ def install_line(missing: tuple[Library, ...]) -> str:
 def _loads(file: str) -> bool:
     try:
         ctypes.CDLL(file)
+    except OSError:
+        return False
+    return True
+
+
+def use_writable_cache(folders: Iterable[Path] = ()) -> None:
+    """Have Numba keep compiled functions in the temporary folder where it can write neither beside them nor at home."""
+    beside = Path(__file__).with_name("__pycache__")
+    home = Path(os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache"), "numba")  # noqa: PTH111  no error
+    if "NUMBA_CACHE_DIR" not in os.environ and not any(map(_is_writable, folders or (beside, home))):
+        user = os.getuid() if hasattr(os, "getuid") else "user"
+        os.environ["NUMBA_CACHE_DIR"] = str(Path(tempfile.gettempdir(), f"fingerslip-{user}"))
+
+
+def _is_writable(folder: Path) -> bool:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        tempfile.TemporaryFile(dir=folder).close()
     except OSError:
         return False
     return True

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+import tempfile
+from pathlib import Path
 
 import pytest
 
 from fingerslip import installation
-from fingerslip.installation import Library, install_line, main, missing_libraries
+from fingerslip.installation import Library, install_line, main, missing_libraries, use_writable_cache
 from places import ROOT
 
 LIBRARIES = (Library("liba.so.1", "liba1", "a-libs"), Library("libb.so.2", "libb2", "b-libs"))
@@ -85,3 +88,15 @@ def test_set_up_calls_the_file_itself(caller: str) -> None:
     text = (ROOT / caller).read_text(encoding="utf-8")
     assert "src/fingerslip/installation.py" in text
     assert "-m fingerslip" not in text
+
+
+@pytest.mark.skipif(not Path("/proc").is_dir(), reason="needs folders that nobody can write")
+def test_compiled_functions_go_where_they_can_be_written(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
+    use_writable_cache((Path("/proc/a"), tmp_path))
+    assert "NUMBA_CACHE_DIR" not in os.environ
+    use_writable_cache((Path("/proc/a"), Path("/proc/b")))
+    assert Path(os.environ["NUMBA_CACHE_DIR"]).parent == Path(tempfile.gettempdir())
+    monkeypatch.setenv("NUMBA_CACHE_DIR", "mine")
+    use_writable_cache((Path("/proc/a"),))
+    assert os.environ["NUMBA_CACHE_DIR"] == "mine"
