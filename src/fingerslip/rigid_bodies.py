@@ -1,8 +1,8 @@
 """Rigid bodies: what counterfaces are fixed to, with a mass where they are free to move.
 
 A rigid body is prescribed in all directions but those in which it is free. In these it has inertia, and weight, loads,
-springs and dampers to the ground, and contact act on it. Rotations are taken as small: the body turns about its centre,
-and lever arms are those at the start.
+springs and dampers to the ground, and contact act on it. The body turns about its centre, wherever that has moved: by
+any angle about one axis; about several axes rotations are taken as small.
 """
 
 from __future__ import annotations

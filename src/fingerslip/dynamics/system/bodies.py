@@ -1,10 +1,9 @@
 """The free directions of rigid bodies, each of them an unknown of the system, and what is wrong with bodies.
 
-A driven counterface is one, too: a body that is free along its normal. Small rotations make all motions of a body
-linear in its unknowns: with the displacement q_k of its centre in the direction e_k, or a turn q_k about it, a point x
-that is fixed to the body moves by ::
+A driven counterface is one, too: a body that is free along its normal. With the velocity q_k' of
+its centre in the direction e_k, or the rate q_k' of a turn about it, a point of the body that is at x now moves by ::
 
-    sum over k of q_k d_k(x),    d_k = e_k, or e_k x (x - centre) for a turn
+    sum over k of q_k' d_k(x),    d_k = e_k, or e_k x (x - present centre) for a turn
 """
 
 from __future__ import annotations

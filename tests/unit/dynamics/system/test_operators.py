@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from fingerslip.dynamics.system.operators import NodalComponents, Unknowns, relative_operator
+import fingerslip as fs
+from fingerslip.dynamics.system.bodies import rigid_freedoms
+from fingerslip.dynamics.system.operators import NodalComponents, Unknowns, relative_operator, rotations_of
 from fingerslip.fe.space import build_space
+from problems.held import held
 from problems.pushed import pad
 from unit.dynamics.bodies import driven
 
@@ -48,3 +52,19 @@ def test_components_of_nodes_are_taken_from_the_unknowns_and_held_ones_are_zero(
         [0.0, 15.0, 10.0, 0.0],
         [0.0, 30.0, 20.0, 0.0],
     ]
+
+
+@pytest.mark.parametrize("element", ["Q4", "H8"])
+def test_arms_are_how_far_a_turn_of_the_body_moves_the_nodes_that_it_sees(element):
+    """Of a body that has turned by 1 rad; on one that does not turn nodes stay where they are."""
+    dim = 2 if element == "Q4" else 3
+    about = "rz" if dim == 2 else "ry"
+    body = fs.RigidBody(1.0, free=("x", about), centre=(0.3, 0.2, 0.1)[:dim], inertia=(1.0,) * (1 if dim == 2 else 3))
+    model = held(element, body=body)
+    rotations = rotations_of(rigid_freedoms(model), np.array([7, 8]), 3)
+    points, counterface = np.random.default_rng(0).normal(size=(4, dim)), np.array([0, 1, 2, 0])
+    start, after = (rotations.pose(np.array([angle]), points, counterface) for angle in (1.0, 1.0 + 1e-6))
+    moved = np.einsum("cij,cj->ci", start.turned, after.points - start.points) / 1e-6
+    assert rotations.at.tolist() == [8]
+    np.testing.assert_allclose(start.columns[:, 0].reshape(-1, dim), moved, atol=1e-5)
+    np.testing.assert_array_equal(start.points[2], points[2])
