@@ -39,13 +39,7 @@ def shortened(text: str) -> str:
 
 
 def warn_renamed(old: str, new: str) -> None:
-    """Warn that a public name has a new one, at the line that calls the caller.
-
-    Parameters
-    ----------
-    old, new : str
-        The names.
-    """
+    """Warn that a public name has a new one, at the line that calls the caller."""
     warnings.warn(f"'{old}' is now '{new}'; the old name goes with the next version", FutureWarning, stacklevel=3)
 
 
@@ -118,13 +112,7 @@ class InputError(FingerslipError, ValueError):
 
 
 class InputErrors(InputError):  # noqa: N818  it holds several
-    """Several mistakes in one input; the four parts are those of the first.
-
-    Parameters
-    ----------
-    mistakes : sequence of InputError
-        The mistakes, in the order in which they are shown, a line each.
-    """
+    """Several mistakes in one input; the four parts are those of the first."""
 
     def __init__(self, mistakes: Sequence[InputError]) -> None:
         self._all = tuple(mistakes)
@@ -147,11 +135,6 @@ class InputErrors(InputError):  # noqa: N818  it holds several
 
 class Mistakes:
     """Mistakes of several checks that are raised together, one that was found twice once.
-
-    Parameters
-    ----------
-    found : iterable of InputError, optional
-        What is known already.
 
     Examples
     --------
@@ -273,17 +256,7 @@ class ResultError(FingerslipError):
 
 
 class DamagedError(ResultError):
-    """A file of a result that is not as it was written.
-
-    Parameters
-    ----------
-    file : str
-        The file.
-    found : str
-        What is wrong with it, such as ``is empty``.
-    repair : str
-        What to do.
-    """
+    """A file of a result that is not as it was written."""
 
     def __init__(self, file: str, found: str, repair: str) -> None:
         self.file, self.found, self.repair = file, found, repair

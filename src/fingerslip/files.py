@@ -71,13 +71,7 @@ _FORMULA = re.compile(r"'*[=+\-@\t\r]")
 
 @contextlib.contextmanager
 def writing(path: Path) -> Iterator[None]:
-    """Turn the operating system's refusals to write into errors that say what to do.
-
-    Raises
-    ------
-    ResultError
-        Where the disk is full or nothing may be written at `path`.
-    """
+    """Turn the operating system's refusals to write into errors that say what to do."""
     try:
         yield
     except OSError as error:
@@ -90,13 +84,7 @@ def writing(path: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def new_file(final: Path) -> Iterator[Path]:
-    """Give a temporary file name that becomes `final` when the block ends; nothing is left when it fails.
-
-    Raises
-    ------
-    ResultError
-        Where the file cannot be written or renamed.
-    """
+    """Give a temporary file name that becomes `final` when the block ends; nothing is left when it fails."""
     with _partial(final, final.suffix) as partial, writing(final):
         yield partial
         partial.replace(final)
@@ -107,11 +95,6 @@ def new_files(final: Path) -> Iterator[Path]:
     """Give a temporary name in a folder of its own; the files written there move beside `final` when the block ends.
 
     For formats that come in several files, such as XDMF, whose files name each other.
-
-    Raises
-    ------
-    ResultError
-        Where a file cannot be written or moved.
     """
     with _partial(final) as partial, writing(final):
         partial.mkdir()
@@ -125,11 +108,6 @@ def new_folder(final: Path) -> Iterator[Path]:
     """Give a temporary folder that takes the name `final` when the block ends, and is removed when it fails.
 
     What was there under that name is replaced only when the new folder is whole.
-
-    Raises
-    ------
-    ResultError
-        Where the folder cannot be made or renamed.
     """
     with writing(final.parent):
         final.parent.mkdir(parents=True, exist_ok=True)
@@ -192,20 +170,7 @@ def _unlock(mark: Path, file: BinaryIO | None) -> None:
 
 
 def check_replaceable(folder: Path, mark: str) -> None:
-    """Refuse a folder for results that holds something else, or is a file, which would be lost.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder that is to be written.
-    mark : str
-        The file that says that what is there may be replaced.
-
-    Raises
-    ------
-    InputError
-        Where the folder holds files, but not that one, and where it is a file.
-    """
+    """Refuse a folder for results that holds something else, or is a file, which would be lost."""
     check_folder(folder)
     if folder.is_dir() and any(folder.iterdir()) and not (folder / mark).is_file():
         found, allowed = f"holds files, but no {mark}", "needs a new folder, or one of the same kind to replace"
@@ -213,25 +178,13 @@ def check_replaceable(folder: Path, mark: str) -> None:
 
 
 def check_folder(folder: Path) -> None:
-    """Refuse a file where a folder is to be written, before anything is computed for it.
-
-    Raises
-    ------
-    InputError
-        Where it is a file.
-    """
+    """Refuse a file where a folder is to be written, before anything is computed for it."""
     if folder.exists() and not folder.is_dir():
         raise InputError(str(folder), "is a file", "needs a folder", "give another name")
 
 
 def check_empty(folder: Path) -> None:
-    """Refuse a folder that holds anything, or is a file: for forms in which others keep recordings of their own.
-
-    Raises
-    ------
-    InputError
-        Where it holds files or is one.
-    """
+    """Refuse a folder that holds anything, or is a file: for forms in which others keep recordings of their own."""
     check_folder(folder)
     if folder.is_dir() and any(folder.iterdir()):
         raise InputError(str(folder), "holds files", "needs a new or an empty folder", "give another name")
@@ -289,22 +242,7 @@ def write_json(path: Path, values: Mapping[str, Any]) -> None:
 
 
 def read_json(path: Path, repair: str) -> dict[str, Any]:
-    """Read back what :func:`write_json` wrote, without its checksum.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    repair : str
-        What to do about a damaged file, such as ``run the study again``.
-
-    Raises
-    ------
-    FileNotFoundError
-        Where there is no such file.
-    DamagedError
-        Where it cannot be read, is no JSON, or is not what was written.
-    """
+    """Read back what :func:`write_json` wrote, without its checksum."""
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError:
@@ -323,15 +261,7 @@ def read_json(path: Path, repair: str) -> dict[str, Any]:
 
 
 def clean_stale(folder: Path, name: str | None = None) -> None:
-    """Remove what was left unfinished in `folder` by writers that are gone, and put back what they had moved away.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder; nothing is done where it is not there.
-    name : str, optional
-        Only what was to have this name.
-    """
+    """Remove what was left unfinished in `folder` by writers that are gone, and put back what they had moved away."""
     pattern = ".*" if name is None else f".{glob.escape(name)}.*"
     matches = [_TEMPORARY.fullmatch(path.name) for path in folder.glob(pattern)]
     for stem, final in {(match["stem"], match["name"]) for match in matches if match and name in (None, match["name"])}:

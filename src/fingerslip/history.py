@@ -174,25 +174,7 @@ _RENAMED = {
 
 
 def make_history(values: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr.Dataset:
-    """Label arrays as a history.
-
-    Parameters
-    ----------
-    values : mapping of str to array
-        Arrays under the names of :data:`COORDINATES` and :data:`VARIABLES`, with their dimensions.
-    attributes : mapping
-        Provenance, plain text and numbers.
-
-    Returns
-    -------
-    xarray.Dataset
-        The history; every variable carries `units` and `long_name`.
-
-    Raises
-    ------
-    KeyError
-        For a name that is neither a coordinate nor a variable of a history.
-    """
+    """Label arrays as a history."""
     import xarray as xr
 
     def labelled(table: Mapping[str, Variable]) -> dict[str, xr.Variable]:
@@ -280,13 +262,7 @@ def phase_times(history: xr.Dataset, kind: str) -> list[tuple[float, float]]:
 
 
 def stored_phases(path: str | Path, kind: str) -> list[tuple[float, float]]:
-    """Return start and end [s] of every phase of one kind, reading nothing else of a file.
-
-    Raises
-    ------
-    ResultError
-        Where the file is missing or is no history.
-    """
+    """Return start and end [s] of every phase of one kind, reading nothing else of a file."""
     import h5py
 
     try:
@@ -314,13 +290,7 @@ def sites_of_kinds(history: xr.Dataset, kinds: Sequence[str]) -> NDArray[np.intp
 
 
 def site_rows(history: xr.Dataset, names: Sequence[str]) -> NDArray[np.intp]:
-    """Return the rows of recorded sites by name, shape (n_names,).
-
-    Raises
-    ------
-    KeyError
-        For a name that no recorded site has.
-    """
+    """Return the rows of recorded sites by name, shape (n_names,)."""
     known = {str(name): row for row, name in enumerate(history["site"].values)} if "site" in history.coords else {}
     return np.array([known[name] for name in names], dtype=np.intp)
 

@@ -18,19 +18,11 @@ __all__ = ["Library", "install_line", "missing_libraries", "use_writable_cache"]
 
 @dataclass(frozen=True)
 class Library:
-    """A shared library and the packages that bring it.
+    """A shared library and the packages that bring it."""
 
-    Parameters
-    ----------
-    file : str
-        Name that the loader looks for.
-    debian, fedora : str
-        Package on Debian and Ubuntu, and on Fedora and its relatives.
-    """
-
-    file: str
-    debian: str
-    fedora: str
+    file: str  # name that the loader looks for
+    debian: str  # package on Debian and Ubuntu, and on Fedora and its relatives
+    fedora: str  # package on Debian and Ubuntu, and on Fedora and its relatives
 
 
 _NEEDED = (

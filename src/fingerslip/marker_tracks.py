@@ -75,24 +75,7 @@ def filmed_tracks(history: xr.Dataset, kind: str, rest: float = 0.0) -> xr.Datas
     The internal camera is fixed to what holds the sensor, which is at rest in a history whose supports do not move.
     The external one stands below the plate and goes with it: a marker that sticks stays where it is.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with markers.
-    kind : {'internal', 'external'}
-        Which markers are filmed.
-    rest : float, optional
-        For how long before the history everything rests [s]; times begin at its negative.
-
-    Returns
-    -------
-    xarray.Dataset
-        Tracks [m]; of external markers relative to the first counterface.
-
-    Raises
-    ------
-    InputError
-        Where no such marker was recorded.
+    Units: rest [s]; returns [m].
     """
     import xarray as xr
 
@@ -108,17 +91,7 @@ def filmed_tracks(history: xr.Dataset, kind: str, rest: float = 0.0) -> xr.Datas
 def seen_with_plate(tracks: xr.Dataset, movement: Floats) -> xr.Dataset:
     """Return tracks as the cameras have them before them, of which the external one goes with the plate.
 
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        Tracks [m] of internal or external markers or both.
-    movement : (n_times, n_axes) array
-        How far the external camera has moved [m].
-
-    Returns
-    -------
-    xarray.Dataset
-        The tracks [m]; of external markers relative to the camera's movement.
+    Arrays: tracks [m]; movement (n_times, n_axes) [m]; returns [m].
     """
     outside = (tracks["kind"].values == "external")[:, None]
     relative = tracks["position"].values - np.where(outside, movement[:, None], 0.0)

@@ -37,13 +37,6 @@ _OF_THE_FORMAT = frozenset(
 def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> bytes:
     """Return the content of a netCDF-4 file.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        The dataset. Attributes are text, numbers or lists of these.
-    compressed : iterable of str, optional
-        Names of the variables that are compressed, losslessly.
-
     Examples
     --------
     >>> import io
@@ -75,23 +68,7 @@ def netcdf_bytes(dataset: xr.Dataset, compressed: Iterable[Hashable] = ()) -> by
 
 
 def read_netcdf(path: str | Path) -> xr.Dataset:
-    """Read a netCDF-4 file of labelled datasets without groups, with arrays in memory.
-
-    Parameters
-    ----------
-    path : path
-        The file. Every variable in it has named dimensions.
-
-    Returns
-    -------
-    xarray.Dataset
-        What ``xarray.open_dataset`` reads of it; times and durations stay numbers.
-
-    Raises
-    ------
-    Exception
-        Of any kind, where the file is damaged or of another format: the HDF5 library has many.
-    """
+    """Read a netCDF-4 file of labelled datasets without groups, with arrays in memory."""
     import h5py
     import xarray as xr
 

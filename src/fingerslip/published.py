@@ -23,56 +23,23 @@ Kind = Literal["published", "derived", "qualitative"]
 
 @dataclass(frozen=True)
 class PublishedValue:
-    """One published value or statement.
+    """One published value or statement."""
 
-    Parameters
-    ----------
-    id : str
-        Its name within the paper's file.
-    quantity : str
-        What it is: the event's name, or another quantity.
-    kind : {'published', 'derived', 'qualitative'}
-        Printed in the paper, arithmetic on printed values, or a statement in words.
-    source : str
-        Key of the reference, and the table, figure or section of it.
-    unit : str
-        SI unit of the values; empty for a statement.
-    value : float or None
-        The value; the middle of `span` where a range is published, None for a statement.
-    span : tuple of float or None
-        Smallest and largest published value; None for a single one.
-    reading : str
-        How the paper reads the event: 'slip', 'displacement' or 'acceleration'; empty where that is not said.
-    conditions : mapping of str to object
-        Dotted paths of a study, and the values for which it holds; quantities as text with units.
-    programme : mapping of str to object
-        The same for what all runs of the paper have in common: how the plate moves, and how the finger is held.
-    statement : str
-        The statement in words.
-    check : str
-        The number that the statement is compared with.
-    note : str
-        What else is known of it.
-    otherwise : str
-        Why the time from accumulated slip is another quantity than the paper's; empty where it is the same.
-    calibrated : mapping of str to object
-        Dotted paths of a study, and the values that were chosen so that it comes out; empty where none was.
-    """
-
-    id: str
-    quantity: str
-    kind: Kind
-    source: str
-    unit: str = ""
-    value: float | None = None
-    span: tuple[float, float] | None = None
+    id: str  # its name within the paper's file
+    quantity: str  # what it is: the event's name, or another quantity
+    kind: Kind  # printed in the paper, arithmetic on printed values, or a statement in words
+    source: str  # key of the reference, and the table, figure or section of it
+    unit: str = ""  # SI unit of the values
+    value: float | None = None  # the value
+    span: tuple[float, float] | None = None  # smallest and largest published value
+    # how the paper reads the event: 'slip', 'displacement' or 'acceleration'; empty where that is not said
     reading: str = ""
     conditions: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
     programme: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
-    statement: str = ""
-    check: str = ""
-    note: str = ""
-    otherwise: str = ""
+    statement: str = ""  # the statement in words
+    check: str = ""  # the number that the statement is compared with
+    note: str = ""  # what else is known of it
+    otherwise: str = ""  # why the time from accumulated slip is another quantity than the paper's
     calibrated: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
@@ -96,27 +63,13 @@ class PublishedValue:
 
 @dataclass(frozen=True)
 class PublishedSet:
-    """Published values under one title.
+    """Published values under one title."""
 
-    Parameters
-    ----------
-    name : str
-        The name that a study's `compare` uses, such as ``wang2014-table2``.
-    title : str
-        What they are.
-    citation : str
-        The paper.
-    note : str
-        What to know before comparing.
-    values : tuple of PublishedValue
-        The values.
-    """
-
-    name: str
-    title: str
-    citation: str
-    note: str
-    values: tuple[PublishedValue, ...]
+    name: str  # the name that a study's `compare` uses, such as ``wang2014-table2``
+    title: str  # what they are
+    citation: str  # the paper
+    note: str  # what to know before comparing
+    values: tuple[PublishedValue, ...]  # the values
 
 
 def published_names() -> tuple[str, ...]:

@@ -41,51 +41,19 @@ _EMPTY: Mapping[str, Any] = MappingProxyType({})
 class RunResult:
     """The result of one run of a study.
 
-    Parameters
-    ----------
-    name : str
-        Name of the run and of its folder.
-    swept : mapping of str to object
-        The swept values by dotted path, as the study file writes them; the number of a sample under ``sample``.
-    events : Events
-        Its slip events.
-    peaks : tuple of Peak
-        Its acceleration peaks, in order of time.
-    numbers : mapping of str to float, int or None
-        Its measures [SI] by key (:data:`~fingerslip.slip.MEASURES`); None for one that does not exist.
-    edge : EdgeContact, optional
-        Contact that came close to a free edge of its boundary; None where it kept away.
-    identity : str
-        Hash of its inputs.
-    mesh_hash : str
-        Hash of the mesh.
-    mesh_size : float
-        Representative element size N^(-1/dim) of a mesh of N cells [-].
-    seconds : float
-        Wall time of the simulation [s].
-    versions : mapping of str to str
-        Versions of the programs that made it.
-    values : mapping of str to object
-        All values of its ``run.yaml`` by dotted path (see :func:`~fingerslip.parameters.dotted.flatten`).
-    uncertainty : mapping of str to float
-        Numerical uncertainty of its times and numbers [SI], as far as it was studied, by key: ``slip.overall``, or the
-        key of a measure.
-    sampled : mapping of str to object
-        The values of its sample or of its repeat by dotted path; empty in a study without them.
-    derived : mapping of str to Quantity
-        Derived quantities by name, as the study file defines them.
+    Arrays: numbers  [SI]; uncertainty  [SI].
     """
 
-    name: str
-    swept: Mapping[str, Any]
-    events: Events
-    peaks: tuple[Peak, ...] = ()
+    name: str  # name of the run and of its folder
+    swept: Mapping[str, Any]  # the swept values by dotted path, as the study file writes them
+    events: Events  # its slip events
+    peaks: tuple[Peak, ...] = ()  # its acceleration peaks, in order of time
     numbers: Mapping[str, Number] = field(default_factory=lambda: _EMPTY)
-    edge: EdgeContact | None = None
-    identity: str = ""
-    mesh_hash: str = ""
-    mesh_size: float = 0.0
-    seconds: float = 0.0
+    edge: EdgeContact | None = None  # contact that came close to a free edge of its boundary
+    identity: str = ""  # hash of its inputs
+    mesh_hash: str = ""  # hash of the mesh
+    mesh_size: float = 0.0  # representative element size N^(-1/dim) of a mesh of N cells [-]
+    seconds: float = 0.0  # wall time of the simulation [s]
     versions: Mapping[str, str] = field(default_factory=lambda: _EMPTY)
     values: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
     uncertainty: Mapping[str, float] = field(default_factory=lambda: _EMPTY)
@@ -105,17 +73,7 @@ class RunResult:
 
 
 def result_of(history: xr.Dataset, name: str, swept: Mapping[str, Any]) -> RunResult:
-    """Read off a history what is stored beside it.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        What ``simulate`` returned.
-    name : str
-        Name of the run.
-    swept : mapping of str to object
-        The swept values by dotted path.
-    """
+    """Read off a history what is stored beside it."""
     # What is read off is looked up many times, each time with all coordinates that fit: without any that is faster.
     history = history.reset_coords()
     found = find_slip(history)
@@ -131,22 +89,12 @@ def result_of(history: xr.Dataset, name: str, swept: Mapping[str, Any]) -> RunRe
 
 @dataclass(frozen=True)
 class RefusedRun:
-    """A sample whose values do not fit together, so that it was not computed.
+    """A sample whose values do not fit together, so that it was not computed."""
 
-    Parameters
-    ----------
-    name : str
-        Name of the run.
-    swept, sampled : mapping of str to object
-        Its values by dotted path, as those of a :class:`RunResult`.
-    reason : str
-        What is wrong.
-    """
-
-    name: str
-    swept: Mapping[str, Any]
-    sampled: Mapping[str, Any]
-    reason: str
+    name: str  # name of the run
+    swept: Mapping[str, Any]  # its values by dotted path, as those of a :class:`RunResult`
+    sampled: Mapping[str, Any]  # its values by dotted path, as those of a :class:`RunResult`
+    reason: str  # what is wrong
 
 
 @dataclass(frozen=True)
@@ -187,36 +135,15 @@ class StudyResult:
 
 @dataclass(frozen=True)
 class Quantity:
-    """One number of a run.
+    """One number of a run."""
 
-    Parameters
-    ----------
-    label : str
-        Its name in words.
-    unit : str
-        SI unit; empty for a pure number.
-    value : float or None
-        The number; None for one that does not exist.
-    """
-
-    label: str
-    unit: str
-    value: float | None
+    label: str  # its name in words
+    unit: str  # SI unit
+    value: float | None  # the number
 
 
 def quantities(result: RunResult) -> dict[str, Quantity]:
-    """Return the numbers of mechanics of a run, whose convergence is studied.
-
-    Parameters
-    ----------
-    result : RunResult
-        The run.
-
-    Returns
-    -------
-    dict
-        The times of every recorded reading by ``reading.event``, such as ``slip.overall``, and the measures by key.
-    """
+    """Return the numbers of mechanics of a run, whose convergence is studied."""
     times = {
         f"{reading}.{time}": Quantity(f"{event_label(time)} ({words})", "s", result.events.reading(reading).time(time))
         for reading, words in READINGS.items()

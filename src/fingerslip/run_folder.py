@@ -55,13 +55,7 @@ def result_mapping(result: RunResult) -> dict[str, Any]:
 
 
 def result_from_mapping(values: Mapping[str, Any]) -> RunResult:
-    """Read a result back from plain data: the inverse of :func:`result_mapping`.
-
-    Raises
-    ------
-    KeyError, TypeError
-        Where something is missing, or of another kind.
-    """
+    """Read a result back from plain data: the inverse of :func:`result_mapping`."""
     peaks = tuple(
         Peak(peak["time_s"], peak["height_m_per_s2"], peak["prominence_m_per_s2"])
         for peak in values["acceleration_peaks"]
@@ -83,20 +77,7 @@ def result_from_mapping(values: Mapping[str, Any]) -> RunResult:
 
 
 def read_result(folder: Path, *, is_whole: bool = False) -> RunResult | None:
-    """Read the result of a finished run from its folder, without its values and uncertainties.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of a run.
-    is_whole : bool, optional
-        Whether its files are known to be as they were written, and are not read through again.
-
-    Returns
-    -------
-    RunResult or None
-        None where there is no finished run: no history beside the result, or a result that is damaged or incomplete.
-    """
+    """Read the result of a finished run from its folder, without its values and uncertainties."""
     try:
         return unchecked_result(folder) if is_whole else stored_result(folder)
     except ResultError:
@@ -104,20 +85,7 @@ def read_result(folder: Path, *, is_whole: bool = False) -> RunResult | None:
 
 
 def stored_result(folder: Path) -> RunResult:
-    """Read the result of a finished run as :func:`read_result` does, and say what is wrong with a damaged one.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of a run.
-
-    Raises
-    ------
-    DamagedError
-        Where one of its files is not as it was written.
-    ResultError
-        Where there is no finished run.
-    """
+    """Read the result of a finished run as :func:`read_result` does, and say what is wrong with a damaged one."""
     result, digests = _stored(folder)
     for name, written in digests.items():
         _check_file(folder / name, written)
@@ -125,20 +93,7 @@ def stored_result(folder: Path) -> RunResult:
 
 
 def unchecked_result(folder: Path) -> RunResult:
-    """Read the result of a finished run without looking into its other files.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of a run.
-
-    Raises
-    ------
-    DamagedError
-        Where the file of its events is not as it was written.
-    ResultError
-        Where there is no finished run.
-    """
+    """Read the result of a finished run without looking into its other files."""
     return _stored(folder)[0]
 
 
@@ -159,13 +114,7 @@ def _stored(folder: Path) -> tuple[RunResult, dict[str, str]]:
 
 
 def write_result(result: RunResult, folder: Path) -> None:
-    """Write a result into the folder of its run, with the checksums of the files that are there already.
-
-    Raises
-    ------
-    ResultError
-        Where the file cannot be written.
-    """
+    """Write a result into the folder of its run, with the checksums of the files that are there already."""
     # The log is written until the end.
     own = (file for file in sorted(folder.rglob("*")) if file.is_file() and file.name not in (RESULT, LOG))
     digests = {file.relative_to(folder).as_posix(): file_digest(file) for file in own}

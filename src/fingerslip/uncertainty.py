@@ -23,21 +23,11 @@ Behaviour = Literal["monotone", "slow", "oscillatory", "divergent", "unchanged",
 
 @dataclass(frozen=True)
 class Setting:
-    """A numerical setting that is varied to find the uncertainty of a number.
+    """A numerical setting that is varied to find the uncertainty of a number."""
 
-    Parameters
-    ----------
-    name : str
-        Its name in files and tables.
-    label : str
-        What its sizes are, for axes.
-    order : float or None
-        Largest order of convergence; None for a setting that is a choice and has no limit.
-    """
-
-    name: str
-    label: str
-    order: float | None
+    name: str  # its name in files and tables
+    label: str  # what its sizes are, for axes
+    order: float | None  # largest order of convergence
 
 
 #: The settings in the order of tables. Bilinear elements and the HHT scheme are of second order, the penalties of first
@@ -62,48 +52,22 @@ _SETTLED = 2e-3
 
 @dataclass(frozen=True)
 class Series:
-    """One number computed with several values of one setting.
+    """One number computed with several values of one setting."""
 
-    Parameters
-    ----------
-    setting : {'mesh', 'step', 'penalty', 'alpha'}
-        What was varied.
-    sizes : tuple of float
-        Element size, time step or contact compliance of each computation, in any unit; for alpha the values
-        themselves. The first is the one in use.
-    values : tuple of float or None
-        The number from each computation; None where the event did not happen.
-    """
-
-    setting: str
-    sizes: tuple[float, ...]
-    values: tuple[float | None, ...]
+    setting: str  # what was varied
+    sizes: tuple[float, ...]  # element size, time step or contact compliance of each computation, in any unit
+    values: tuple[float | None, ...]  # the number from each computation
 
 
 @dataclass(frozen=True)
 class Refinement:
-    """How a number depends on one setting.
+    """How a number depends on one setting."""
 
-    Parameters
-    ----------
-    behaviour : {'monotone', 'slow', 'oscillatory', 'divergent', 'unchanged', 'missing'}
-        Approaches a limit; approaches it with less than half an order; oscillates; diverges; does not change; does
-        not exist at every level.
-    uncertainty : float or None
-        Of the value in use, in its unit; None where the number is missing at a level.
-    order : float or None
-        Observed order of convergence, where the values approach a limit.
-    limit : float or None
-        Extrapolated value, where an order of at least one half was observed.
-    settled : bool
-        Whether the number moves by no more than 0.2 % of itself over all levels.
-    """
-
-    behaviour: Behaviour
-    uncertainty: float | None = None
-    order: float | None = None
-    limit: float | None = None
-    settled: bool = False
+    behaviour: Behaviour  # approaches a limit
+    uncertainty: float | None = None  # of the value in use, in its unit
+    order: float | None = None  # observed order of convergence, where the values approach a limit
+    limit: float | None = None  # extrapolated value, where an order of at least one half was observed
+    settled: bool = False  # whether the number moves by no more than 0.2 % of itself over all levels
 
     @property
     def converges(self) -> bool:
@@ -113,24 +77,12 @@ class Refinement:
 
 @dataclass(frozen=True)
 class Convergence:
-    """Everything known about the numerical uncertainty of one number.
+    """Everything known about the numerical uncertainty of one number."""
 
-    Parameters
-    ----------
-    quantity : str
-        Its name.
-    unit : str
-        Its unit.
-    value : float or None
-        The value in use; None for an event that did not happen.
-    sources : mapping of str to Series
-        The computations by what was varied.
-    """
-
-    quantity: str
-    unit: str
-    value: float | None
-    sources: Mapping[str, Series]
+    quantity: str  # its name
+    unit: str  # its unit
+    value: float | None  # the value in use
+    sources: Mapping[str, Series]  # the computations by what was varied
 
     @property
     def refinements(self) -> dict[str, Refinement]:
@@ -150,19 +102,6 @@ class Convergence:
 
 def refine(series: Series, formal_order: float | None) -> Refinement:
     """Find the behaviour of a number under refinement.
-
-    Parameters
-    ----------
-    series : Series
-        Three computations, or two and more for a setting that has no limit.
-    formal_order : float or None
-        Order that can be reached at most; a higher observed one is not trusted in the extrapolation. None for a
-        setting that is a choice rather than a refinement: its uncertainty is the largest change from the value in use.
-
-    Returns
-    -------
-    Refinement
-        Behaviour, uncertainty, order and limit.
 
     Examples
     --------

@@ -138,27 +138,6 @@ def metres(unit: str) -> float:
 def parse_quantity(text: str, si: str, *, example: str = "", where: str = "quantity") -> float:
     """Read a quantity with its unit into an SI float.
 
-    Parameters
-    ----------
-    text : str
-        A number and a unit, such as ``'1.5 mm'``.
-    si : str
-        The SI unit of the result, such as ``'m'``.
-    example : str, optional
-        A unit for the error message; `si` without one.
-    where : str, optional
-        What an error puts first.
-
-    Returns
-    -------
-    float
-        The value in `si`.
-
-    Raises
-    ------
-    InputError
-        Where the number, the unit or its dimension is wrong.
-
     Examples
     --------
     >>> parse_quantity("1.5 mm", "m")

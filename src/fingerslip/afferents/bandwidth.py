@@ -60,19 +60,7 @@ def mesh_bandwidth(model: Model) -> dict[str, float]:
 def warn_beyond(history: xr.Dataset, highest: float, what: str) -> None:
     """Warn where a question asks for more than the records resolve.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history, or anything else with a coordinate time.
-    highest : float
-        Highest frequency that matters [Hz].
-    what : str
-        What asks for it, as the start of the message.
-
-    Warns
-    -----
-    BandwidthWarning
-        Where `highest` is above :func:`record_bandwidth`.
+    Units: highest [Hz].
     """
     known = record_bandwidth(history)
     if highest > known:

@@ -116,15 +116,7 @@ def print_tables(tables: Iterable[Table], as_json: bool = False) -> None:
 
 
 def print_results(results: Iterable[StudyResult], as_json: bool = False) -> None:
-    """Print the slip events of studies and where their reports are.
-
-    Parameters
-    ----------
-    results : iterable of StudyResult
-        The results; a study without finished runs prints nothing.
-    as_json : bool, optional
-        Whether the tables of all studies are printed as one JSON list, and nothing else.
-    """
+    """Print the slip events of studies and where their reports are."""
     from fingerslip.study.storage.reporting import study_tables
 
     finished = [result for result in results if result.runs]
@@ -154,13 +146,7 @@ def stop_on_termination() -> None:
 
 
 def print_error(message: str) -> None:
-    """Print a message on standard error, as it is and on one line.
-
-    Parameters
-    ----------
-    message : str
-        The message.
-    """
+    """Print a message on standard error, as it is and on one line."""
     Console(stderr=True).print(message, style="red", markup=False, highlight=False, soft_wrap=True)
 
 

@@ -34,28 +34,14 @@ _PENALTY_RATIO = 10.0
 
 @dataclass(frozen=True)
 class Candidates:
-    """Nodes that may touch counterfaces; the arrays have one entry per node.
+    """Nodes that may touch counterfaces; the arrays have one entry per node."""
 
-    Parameters
-    ----------
-    nodes : (n_c,) array
-        Mesh nodes.
-    counterface : (n_c,) array
-        Index of the counterface that each may touch.
-    positions : (n_c, dim) array
-        Reference positions [m].
-    area : (n_c,) array
-        Tributary areas [m^2].
-    normal_stiffness, tangential_stiffness : (n_c,) array
-        Penalties times areas [N/m].
-    """
-
-    nodes: Indices
-    counterface: Indices
-    positions: Array
-    area: Array
-    normal_stiffness: Array
-    tangential_stiffness: Array
+    nodes: Indices  # (n_c,), mesh nodes
+    counterface: Indices  # (n_c,), index of the counterface that each may touch
+    positions: Array  # (n_c, dim), reference positions [m]
+    area: Array  # (n_c,), tributary areas [m^2]
+    normal_stiffness: Array  # (n_c,), penalties times areas [N/m]
+    tangential_stiffness: Array  # (n_c,), penalties times areas [N/m]
 
     @property
     def dim(self) -> int:
@@ -69,17 +55,10 @@ class Counterfaces:
 
     In the methods, `points` (n, dim) [m] are positions relative to where the counterfaces started, and `counterface`
     (n,) holds the index of the counterface that each point belongs to.
-
-    Parameters
-    ----------
-    shapes : tuple of Counterface
-        The counterfaces, placed.
-    friction : tuple of FrictionLaw
-        The friction law on each.
     """
 
-    shapes: tuple[Counterface, ...]
-    friction: tuple[FrictionLaw, ...]
+    shapes: tuple[Counterface, ...]  # the counterfaces, placed
+    friction: tuple[FrictionLaw, ...]  # the friction law on each
 
     @property
     def are_flat(self) -> bool:
@@ -152,29 +131,7 @@ def find_candidates(
 ) -> Candidates:
     """Choose the nodes of a boundary that a counterface may touch.
 
-    Parameters
-    ----------
-    shape : Counterface
-        The counterface, placed at its start.
-    positions : (n_nodes, dim) array
-        Positions of all nodes [m].
-    nodes : (n,) array
-        Nodes of the boundary.
-    areas : (n_nodes,) array
-        Tributary areas of all nodes [m^2].
-    counterface : int
-        Index of the counterface.
-    search_distance : float
-        Nodes with a larger initial gap are left out [m].
-    penalties : tuple of float
-        Normal and tangential penalty [Pa/m].
-    where : str
-        What errors name.
-
-    Raises
-    ------
-    InputError
-        Where the counterface starts inside the deformable body, or too far away to touch it.
+    Arrays: positions (n_nodes, dim) [m]; nodes (n,); areas (n_nodes,) [m^2]; search_distance [m]; penalties [Pa/m].
     """
     gap = shape.gap(positions[nodes])
     if gap.min() < -1e-9 * float(np.ptp(positions, axis=0).max()):
@@ -214,21 +171,7 @@ def join_candidates(parts: list[Candidates], dim: int) -> Candidates:
 def check_outsiders(gaps: Array, nodes: Indices, positions: Array, time: float) -> None:
     """Refuse penetration by a boundary node that is no candidate.
 
-    Parameters
-    ----------
-    gaps : (n,) array
-        Present gaps of the boundary's other nodes [m].
-    nodes : (n,) array
-        Their mesh nodes.
-    positions : (n, dim) array
-        Their reference positions [m].
-    time : float
-        Present time [s].
-
-    Raises
-    ------
-    SlipOutsideContactError
-        Where a gap is negative.
+    Arrays: gaps (n,) [m]; nodes (n,); positions (n, dim) [m]; time [s].
     """
     if gaps.size and gaps.min() < 0.0:
         worst = int(np.argmin(gaps))

@@ -13,18 +13,7 @@ Array = NDArray[np.float64]
 def contact_frames(normals: Array, direction: Array) -> Array:
     """Return orthonormal frames with the normal in the first row.
 
-    Parameters
-    ----------
-    normals : (n, dim) array
-        Unit normals [-].
-    direction : (dim,) array
-        In space, the first tangent is as near to this direction as the surface allows [-]. In the plane the tangent
-        is the normal rotated clockwise: (1, 0) for the normal (0, 1).
-
-    Returns
-    -------
-    (n, dim, dim) array
-        Rows normal, first tangent and, in space, second tangent [-].
+    Arrays: normals (n, dim) [-]; direction (dim,) [-]; returns (n, dim, dim) [-].
     """
     if normals.shape[1] == 2:
         return np.stack([normals, np.column_stack([normals[:, 1], -normals[:, 0]])], axis=1)
@@ -72,12 +61,7 @@ def sliding_direction(normal: Array) -> Array:
 def rotate_compliance(compliance: Array, frames: Array) -> Array:
     """Return a compliance in the nodes' frames, shape (n * dim, n * dim) [m/N].
 
-    Parameters
-    ----------
-    compliance : (n * dim, n * dim) array
-        Compliance in global components [m/N].
-    frames : (n, dim, dim) array
-        Frames of the nodes [-].
+    Arrays: compliance (n * dim, n * dim) [m/N]; frames (n, dim, dim) [-].
     """
     count, dim = frames.shape[:2]
     blocks = compliance.reshape(count, dim, count, dim)

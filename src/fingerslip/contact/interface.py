@@ -44,55 +44,25 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class InterfaceState:
-    """The contact candidates at one time.
+    """The contact candidates at one time."""
 
-    Parameters
-    ----------
-    forces : (n_c, dim) array
-        Nodal forces of the counterface on the deformable body in the nodes' frames, the normal one first [N].
-    relative : (n_c, dim) array
-        Gap, and tangential displacement relative to the counterface [m].
-    slip_distance : (n_c,) array
-        Slip accumulated over the whole motion [m].
-    slip_since_contact : (n_c,) array
-        Slip accumulated since the node came into contact [m]; zero while it is open.
-    slip : (n_c,) array
-        Slip of the last step [m].
-    state : (n_c,) array of int
-        :data:`~fingerslip.contact.states.OPEN`, STICK or SLIP; without friction every closed node slips.
-    limit : (n_c,) array
-        Largest friction force that the node bears, in the direction of that which acts on it [N].
-    """
-
-    forces: Array
-    relative: Array
-    slip_distance: Array
-    slip_since_contact: Array
-    slip: Array
-    state: NDArray[np.int8]
-    limit: Array
+    forces: Array  # (n_c, dim) [N]
+    relative: Array  # (n_c, dim), gap, and tangential displacement relative to the counterface [m]
+    slip_distance: Array  # (n_c,), slip accumulated over the whole motion [m]
+    slip_since_contact: Array  # (n_c,), slip accumulated since the node came into contact [m]
+    slip: Array  # (n_c,), slip of the last step [m]
+    state: NDArray[np.int8]  # (n_c,)
+    limit: Array  # (n_c,), largest friction force that the node bears, in the direction of that which acts on it [N]
 
 
 @dataclass(frozen=True)
 class StepOutcome:
-    """What a step did to the interface.
+    """What a step did to the interface."""
 
-    Parameters
-    ----------
-    state : InterfaceState
-        The interface at the end of the step.
-    stored : float
-        Energy in the penalty springs at the end [J].
-    friction : float
-        Energy that friction dissipated in the step [J].
-    numerical : float
-        Energy that the implicit step of the contact law lost [J].
-    """
-
-    state: InterfaceState
-    stored: float
-    friction: float
-    numerical: float
+    state: InterfaceState  # the interface at the end of the step
+    stored: float  # energy in the penalty springs at the end [J]
+    friction: float  # energy that friction dissipated in the step [J]
+    numerical: float  # energy that the implicit step of the contact law lost [J]
 
 
 def rest_state(candidates: Candidates, gaps: Array) -> InterfaceState:
@@ -125,17 +95,8 @@ def conditions(candidates: Candidates, before: InterfaceState, step: float, time
 def contact_problem(candidates: Candidates, before: InterfaceState, free_relative: Array) -> Array:
     """Return q of :mod:`fingerslip.contact.solve.newton`, shape (n_c, dim) [m].
 
-    Parameters
-    ----------
-    candidates : Candidates
-        The candidates.
-    before : InterfaceState
-        The interface at the start of the step.
-    free_relative : (n_c, dim) array
-        Gap and relative tangential displacement at the end of the step, without contact forces [m].
+    Arrays: free_relative (n_c, dim) [m].
 
-    Notes
-    -----
     The normal part is the gap. The tangential part is the motion of the step, less the elastic slip at its start.
     """
     found: Array = _problem(free_relative, before.forces, before.relative, candidates.tangential_stiffness)
@@ -155,16 +116,7 @@ def _problem(free_relative, forces, relative, stiffness):  # type: ignore[no-unt
 def flat_motion(frames, gaps, before, moved_before, moved):  # type: ignore[no-untyped-def]
     """Return gap and relative tangential displacement (n_c, dim) [m] on flat counterfaces.
 
-    Parameters
-    ----------
-    frames : (n_c, dim, dim) array
-        Frames of the candidates, which never turn [-].
-    gaps : (n_c,) array
-        Gaps of the reference positions [m].
-    before : (n_c, dim) array
-        Gap and relative tangential displacement at the start of the step [m].
-    moved_before, moved : (n_c, dim) array
-        Displacement relative to the counterfaces at the start and at the end of the step [m].
+    Arrays: frames (n_c, dim, dim) [-]; gaps (n_c,) [m]; before (n_c, dim) [m]; moved_before, moved (n_c, dim) [m].
     """
     found = np.empty_like(moved)
     for i in range(len(moved)):
@@ -204,22 +156,8 @@ def settle(
 ) -> StepOutcome:
     """Update states, slip and energies with the contact forces of a step.
 
-    Parameters
-    ----------
-    candidates : Candidates
-        The candidates.
-    before : InterfaceState
-        The interface at the start of the step.
-    forces : (n_c, dim) array
-        Forces at the end of the step [N].
-    relative : (n_c, dim) array
-        Gap and relative tangential displacement at the end of the step [m].
-    friction_coefficient : (n_c,) array
-        Friction coefficient of the step [-].
-    stretch : (n_c, dim - 1) array
-        Length of the frames' tangents [-]: 1 but for anisotropic friction.
-    work : float
-        Work done on the interface in the step, by the mean of the forces over it [J].
+    Arrays: forces (n_c, dim) [N]; relative (n_c, dim) [m]; friction_coefficient (n_c,) [-]; stretch (n_c, dim - 1)
+    [-]; work [J].
 
     Examples
     --------

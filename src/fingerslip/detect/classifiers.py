@@ -39,37 +39,18 @@ _GRID_TRIALS, _COMPONENTS = 24, 200
 
 @dataclass(frozen=True)
 class Candidate:
-    """A classifier and what it sees.
+    """A classifier and what it sees."""
 
-    Parameters
-    ----------
-    name : str
-        Its name.
-    sets : tuple of str
-        Its sets of features.
-    note : str
-        What it is, for tables.
-    make : callable
-        From a seed to an estimator that is not fitted.
-    grid : callable or None
-        From the number of features to the parameters to choose from.
-    """
-
-    name: str
-    sets: tuple[str, ...]
-    note: str
-    make: Callable[[int], Any]
+    name: str  # its name
+    sets: tuple[str, ...]  # its sets of features
+    note: str  # what it is, for tables
+    make: Callable[[int], Any]  # from a seed to an estimator that is not fitted
+    # from the number of features to the parameters to choose from
     grid: Callable[[int], Mapping[str, Sequence[float]]] | None = None
 
 
 def columns_of(names: Sequence[str], sets: Sequence[str]) -> NDArray[np.intp]:
-    """Return the columns of some sets of features, by the names of all features.
-
-    Raises
-    ------
-    InputError
-        Where a set has no column.
-    """
+    """Return the columns of some sets of features, by the names of all features."""
     found = [np.flatnonzero([name.split("/")[0] == one for name in names]) for one in sets]
     for one, columns in zip(sets, found, strict=True):
         if columns.size == 0:
@@ -99,23 +80,7 @@ def fit(
 ) -> Any:
     """Return a classifier that is fitted.
 
-    Parameters
-    ----------
-    candidate : Candidate
-        What to fit.
-    values : (n_samples, n_features) array
-        Its features, in the order of its sets.
-    classes, groups : (n_samples,) array of int
-        Class and trial of each sample.
-    seed : int, optional
-        Seed of what is random.
-    workers : int, optional
-        Cores for what can be done at once.
-
-    Raises
-    ------
-    InputError
-        Where a class is missing among the samples, or a feature is not finite.
+    Arrays: values (n_samples, n_features); classes, groups (n_samples,).
     """
     found = np.unique(classes)
     if len(found) < 3:

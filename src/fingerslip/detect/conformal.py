@@ -27,20 +27,7 @@ def least_trials(share: float) -> int:
 
 
 def false_alarm_threshold(maxima: Sequence[float], share: float = 0.05) -> float:
-    """Return the threshold that the largest score of a new no-slip trial exceeds in at most a share of them.
-
-    Parameters
-    ----------
-    maxima : sequence of float
-        Largest score of each no-slip trial that nothing was learned from.
-    share : float, optional
-        Share of the no-slip trials that may raise a false alarm.
-
-    Raises
-    ------
-    InputError
-        Where there are too few trials, or the share is not between 0 and 1.
-    """
+    """Return the threshold that the largest score of a new no-slip trial exceeds in at most a share of them."""
     _check_count(len(maxima), share)
     rank = math.ceil((len(maxima) + 1) * (1.0 - share) - 1e-9)
     return float(sorted(maxima)[rank - 1])
@@ -49,22 +36,7 @@ def false_alarm_threshold(maxima: Sequence[float], share: float = 0.05) -> float
 def lead_bound(leads: Sequence[float | None], share: float = 0.05) -> float | None:
     """Return the lead before gross slip that a new trial has in at least 1 - share of them [s].
 
-    Parameters
-    ----------
-    leads : sequence of float or None
-        Lead of each trial that nothing was learned from [s], None where slip was not detected.
-    share : float, optional
-        Share of the trials whose lead may be shorter.
-
-    Returns
-    -------
-    float or None
-        The bound; None where too many were not detected for one.
-
-    Raises
-    ------
-    InputError
-        Where there are too few trials, or the share is not between 0 and 1.
+    Units: leads [s].
     """
     _check_count(len(leads), share)
     rank = math.floor((len(leads) + 1) * share + 1e-9)

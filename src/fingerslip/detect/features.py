@@ -35,22 +35,9 @@ _SECTORS = 8
 
 @dataclass(frozen=True)
 class FeatureSettings:
-    """Which features are made, and of what motion.
+    """Which features are made, and of what motion."""
 
-    Parameters
-    ----------
-    sets : tuple of str
-        Names in :data:`FEATURE_SETS`.
-    motion : MotionSettings
-        How motion is read from tracks.
-
-    Raises
-    ------
-    InputError
-        Where a set is unknown, none is given, or one stands twice.
-    """
-
-    sets: tuple[str, ...] = PUBLISHED
+    sets: tuple[str, ...] = PUBLISHED  # names in :data:`FEATURE_SETS`
     motion: MotionSettings = field(default_factory=MotionSettings)
 
     def __post_init__(self) -> None:
@@ -62,28 +49,15 @@ class FeatureSettings:
 
 @dataclass(frozen=True)
 class FeatureSet:
-    """One set of features.
+    """One set of features."""
 
-    Parameters
-    ----------
-    meaning : str
-        What they are, with their unit; positions count in the unit of the tracks.
-    columns : callable
-        From a motion to columns of shape (n_times,) or (n_times, n_markers), by name.
-    """
-
-    meaning: str
+    meaning: str  # what they are, with their unit
+    # from a motion to columns of shape (n_times,) or (n_times, n_markers), by name
     columns: Callable[[Motion], Columns]
 
 
 def features_of(motion: Motion, settings: FeatureSettings) -> NDArray[np.float32]:
-    """Return the features of every frame, shape (n_times, n_features), in the order of :func:`feature_names`.
-
-    Raises
-    ------
-    InputError
-        Where a feature is not finite.
-    """
+    """Return the features of every frame, shape (n_times, n_features), in the order of :func:`feature_names`."""
     blocks = [
         np.reshape(block, (len(motion.time), -1))
         for name in settings.sets

@@ -19,12 +19,7 @@ def rigid_residual(rest: Floats, displacement: Floats) -> Floats:
 
     A contact that sticks moves its markers like a rigid body, one that slips in part does not: Dong et al. 2019.
 
-    Parameters
-    ----------
-    rest : (n_markers, 2) array
-        Positions at rest, two at least.
-    displacement : (n_times, n_markers, 2) array
-        Displacements without gaps.
+    Arrays: rest (n_markers, 2); displacement (n_times, n_markers, 2).
     """
     return fit_rigid_motions(rest, rest + displacement).residual
 
@@ -63,12 +58,7 @@ def entropy(displacement: Floats, bins: int = 16) -> Floats:
 
     It is 0 where all markers move alike, log2(bins) where their shares of the largest are even.
 
-    Parameters
-    ----------
-    displacement : (n_times, n_markers, 2) array
-        Displacements.
-    bins : int, optional
-        Equal parts of the largest length into which the lengths are counted.
+    Arrays: displacement (n_times, n_markers, 2).
     """
     length = np.linalg.norm(displacement, axis=2)
     largest = length.max(axis=1, keepdims=True)

@@ -47,31 +47,15 @@ _OUTSIDE = "external_markers"
 
 @dataclass(frozen=True)
 class Levels:
-    """Disturbances that are tried, as the command line writes them: numbers with commas between them.
+    """Disturbances that are tried, as the command line writes them: numbers with commas between them."""
 
-    Parameters
-    ----------
-    lost : str
-        Shares of positions that are not seen.
-    noise : str
-        Standard deviations of noise that is added, in the unit of the tracks.
-    slower : str
-        Every so manieth frame.
-    """
-
-    lost: str = "0,0.1,0.2,0.3,0.4,0.5"
-    noise: str = "0,0.02,0.05,0.1,0.2,0.5"
-    slower: str = "1,2,4,8"
+    lost: str = "0,0.1,0.2,0.3,0.4,0.5"  # shares of positions that are not seen
+    noise: str = "0,0.02,0.05,0.1,0.2,0.5"  # standard deviations of noise that is added, in the unit of the tracks
+    slower: str = "1,2,4,8"  # every so manieth frame
 
     @property
     def pairs(self) -> list[tuple[str, float]]:
-        """The disturbances and their amounts.
-
-        Raises
-        ------
-        InputError
-            Where a text is no list of numbers.
-        """
+        """The disturbances and their amounts."""
         return [(name, amount) for name, text in vars(self).items() for amount in _numbers(f"--{name}", text)]
 
 
@@ -85,17 +69,9 @@ def _numbers(where: str, text: str) -> list[float]:
 
 @dataclass(frozen=True)
 class Inquiry:
-    """The answers.
+    """The answers."""
 
-    Parameters
-    ----------
-    tables : mapping of str to Table
-        By the name of their file.
-    figures : mapping of str to Figure
-        By the same names.
-    """
-
-    tables: Mapping[str, Table]
+    tables: Mapping[str, Table]  # by the name of their file
     figures: Mapping[str, Figure] = field(repr=False)
 
 
@@ -275,13 +251,7 @@ def _varied(
 
 
 def write_inquiry(inquiry: Inquiry, folder: Path) -> None:
-    """Write the tables as CSV files and the figures beside them; other files of the folder stay.
-
-    Raises
-    ------
-    ResultError
-        Where the folder cannot be written.
-    """
+    """Write the tables as CSV files and the figures beside them; other files of the folder stay."""
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
     for name, table in inquiry.tables.items():

@@ -73,21 +73,7 @@ class LabelSettings:
 
 
 def labels_from_external_markers(tracks: xr.Dataset, settings: LabelSettings | None = None) -> Onsets:
-    """Return the onsets that external markers show, seen by a camera that moves with the plate.
-
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        Tracks with external markers. The one closest to the middle of them all at rest is the central one. Markers that
-        are never seen at rest, because they do not touch the plate there, do not count.
-    settings : LabelSettings, optional
-        Thresholds.
-
-    Raises
-    ------
-    InputError
-        Where there are fewer than two external markers, or tracks and thresholds have different units.
-    """
+    """Return the onsets that external markers show, seen by a camera that moves with the plate."""
     settings = settings or LabelSettings()
     moved, rest = _travel(tracks, settings)
     if len(rest) < 2:
@@ -105,20 +91,6 @@ def labels_from_plate(tracks: xr.Dataset, plate: xr.Dataset, settings: LabelSett
 
     In the pouring task of Cordova Bulens et al. 2023 a marker on the plate is compared with the central external one.
     The plate moving with the skin is called incipient there; it is shear of the whole contact, not partial slip.
-
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        Tracks with external markers; those that are never seen at rest do not count.
-    plate : xarray.Dataset
-        Track of one marker on the plate, at the same times and in the same unit.
-    settings : LabelSettings, optional
-        Thresholds.
-
-    Raises
-    ------
-    InputError
-        Where the times differ, the plate has more than one marker, no external one is seen, or units do not fit.
     """
     settings = settings or LabelSettings()
     if plate.sizes["marker"] != 1 or not np.array_equal(plate["time"].values, tracks["time"].values):
@@ -140,23 +112,7 @@ def labels_from_contact(
 ) -> Onsets:
     """Return the onsets that the stick ratio of a simulated contact shows.
 
-    Parameters
-    ----------
-    time : (n_times,) array
-        Times [s].
-    stick_ratio : (n_times,) array
-        Sticking over contact area [-], NaN while nothing touches.
-    slipping : float, optional
-        Incipient slip is where at least this share of the contact slips; assumed.
-    overall : float, optional
-        Gross slip is where the stick ratio is at most this.
-    sustained : int, optional
-        Records in a row for which that has to last, so that a jerk of the plate does not count.
-
-    Raises
-    ------
-    InputError
-        Where the arrays do not fit together, or a ratio is outside 0 to 1.
+    Arrays: time (n_times,) [s]; stick_ratio (n_times,) [-].
     """
     times, ratio = np.asarray(time, dtype=float), np.asarray(stick_ratio, dtype=float)
     if times.ndim != 1 or times.shape != ratio.shape:
@@ -207,27 +163,13 @@ def _difference_row(
 
 
 def write_labels(labels: Mapping[str, Onsets], path: str | Path) -> None:
-    """Write the labels of a trial as CSV, a row for each source: ``source``, ``incipient_s``, ``gross_s``.
-
-    Raises
-    ------
-    ResultError
-        Where the file cannot be written.
-    """
+    """Write the labels of a trial as CSV, a row for each source: ``source``, ``incipient_s``, ``gross_s``."""
     rows = [[source, one.incipient, one.gross] for source, one in labels.items()]
     write_text(Path(path), csv_text([("source", "incipient_s", "gross_s"), *rows]))
 
 
 def read_labels(path: str | Path) -> dict[str, Onsets]:
-    """Read the labels of a trial back.
-
-    Raises
-    ------
-    ResultError
-        Where the file is missing.
-    InputError
-        Where it has other columns, or a time is no number.
-    """
+    """Read the labels of a trial back."""
     try:
         rows = list(csv.reader(io.StringIO(Path(path).read_text(encoding="utf-8"))))
     except (OSError, UnicodeDecodeError) as error:

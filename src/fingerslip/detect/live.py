@@ -56,25 +56,13 @@ class Frame:
 
 @dataclass(frozen=True)
 class Finding:
-    """What a detector says at one time.
+    """What a detector says at one time."""
 
-    Parameters
-    ----------
-    time : float
-        Time of the frame [s].
-    slip, gross : float
-        Log odds of any slip, and of gross slip.
-    onsets : Onsets
-        When each began, as far as it has.
-    seconds : float
-        How long the frame took [s].
-    """
-
-    time: float
-    slip: float
-    gross: float
-    onsets: Onsets
-    seconds: float
+    time: float  # time of the frame [s]
+    slip: float  # log odds of any slip, and of gross slip
+    gross: float  # log odds of any slip, and of gross slip
+    onsets: Onsets  # when each began, as far as it has
+    seconds: float  # how long the frame took [s]
 
 
 class LiveDetector:
@@ -82,12 +70,7 @@ class LiveDetector:
 
     The frames at rest are kept until all are there; then they are worked off at once, so slip at rest is reported late.
 
-    Parameters
-    ----------
-    detector : Detector
-        The detector.
-    ring : (n_markers,) array of int, optional
-        Ring of each marker; 0 for all without it.
+    Arrays: ring (n_markers,).
     """
 
     def __init__(self, detector: Detector, ring: NDArray[np.intp] | None = None) -> None:
@@ -210,13 +193,7 @@ def run_live(detector: Detector, frames: Iterable[Frame], ring: NDArray[np.intp]
 
 
 def run_on_tracks(detector: Detector, tracks: xr.Dataset) -> Iterator[Finding]:
-    """Yield what a detector finds in tracks, frame by frame.
-
-    Raises
-    ------
-    InputError
-        Where the tracks have other markers than those that it learned.
-    """
+    """Yield what a detector finds in tracks, frame by frame."""
     check_tracks_fit(detector, tracks)
     inside = markers_of(tracks, "internal")
     ring = inside["ring"].values.astype(np.intp) if "ring" in inside.variables else None
@@ -224,13 +201,7 @@ def run_on_tracks(detector: Detector, tracks: xr.Dataset) -> Iterator[Finding]:
 
 
 def run_on_markers(detector: Detector, stream: MarkerStream) -> Iterator[Finding]:
-    """Yield what a detector finds in a video, frame by frame; the time of a frame is that of tracker and detector.
-
-    Raises
-    ------
-    InputError
-        Where the video has other markers than those that the detector learned.
-    """
+    """Yield what a detector finds in a video, frame by frame; the time of a frame is that of tracker and detector."""
     check_tracks_fit(detector, stream.at_rest)
     live, start = LiveDetector(detector, stream.reference.ring), clock.perf_counter()
     for seen in stream:
@@ -242,22 +213,12 @@ def run_on_markers(detector: Detector, stream: MarkerStream) -> Iterator[Finding
 
 @dataclass(frozen=True)
 class Latency:
-    """How long frames took.
+    """How long frames took."""
 
-    Parameters
-    ----------
-    frames : int
-        Number of frames.
-    median, late : float
-        Median, and time that 95 % of the frames kept below [s].
-    rate : float
-        Frames a second that can be kept up.
-    """
-
-    frames: int
-    median: float
-    late: float
-    rate: float
+    frames: int  # number of frames
+    median: float  # median, and time that 95 % of the frames kept below [s]
+    late: float  # median, and time that 95 % of the frames kept below [s]
+    rate: float  # frames a second that can be kept up
 
 
 def latency_of(findings: list[Finding]) -> Latency:

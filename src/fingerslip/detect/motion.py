@@ -55,33 +55,15 @@ class MotionSettings:
 
 @dataclass(frozen=True)
 class Motion:
-    """Markers over time.
+    """Markers over time."""
 
-    Parameters
-    ----------
-    time : (n_times,) array
-        Times [s].
-    rest : (n_markers, 2) array
-        Positions at rest, in the unit of the tracks.
-    displacement : (n_times, n_markers, 2) array
-        Displacement since rest; of a marker that is not seen, the weighted mean of those that are.
-    velocity : (n_times, n_markers, 2) array
-        Slope of the displacement over the last frames, per second.
-    ring : (n_markers,) array of int
-        Ring of each marker, 0 in the centre; 0 for all where the tracks have none.
-    seen : (n_times, n_markers) array of bool
-        Which were seen.
-    usable : (n_times,) array of bool
-        Frames in which enough of them were seen.
-    """
-
-    time: Floats
-    rest: Floats
-    displacement: Floats
-    velocity: Floats
-    ring: NDArray[np.intp]
-    seen: Bools
-    usable: Bools
+    time: Floats  # (n_times,), times [s]
+    rest: Floats  # (n_markers, 2), positions at rest, in the unit of the tracks
+    displacement: Floats  # (n_times, n_markers, 2), displacement since rest
+    velocity: Floats  # (n_times, n_markers, 2), slope of the displacement over the last frames, per second
+    ring: NDArray[np.intp]  # (n_markers,), ring of each marker, 0 in the centre
+    seen: Bools  # (n_times, n_markers), which were seen
+    usable: Bools  # (n_times,), frames in which enough of them were seen
 
     @property
     def filled(self) -> int:
@@ -90,13 +72,7 @@ class Motion:
 
 
 def markers_of(tracks: xr.Dataset, kind: str) -> xr.Dataset:
-    """Return the markers of one kind, ``internal`` or ``external``, seen in the plane of the first two axes.
-
-    Raises
-    ------
-    InputError
-        Where there are none.
-    """
+    """Return the markers of one kind, ``internal`` or ``external``, seen in the plane of the first two axes."""
     chosen = np.flatnonzero(tracks["kind"].values.astype(str) == kind)
     if chosen.size == 0:
         raise InputError("tracks", f"have no {kind} markers", f"needs {kind} markers", "track them too")
@@ -104,13 +80,7 @@ def markers_of(tracks: xr.Dataset, kind: str) -> xr.Dataset:
 
 
 def rest_positions(tracks: xr.Dataset, rest_frames: int) -> Floats:
-    """Return the mean position of each marker in the first frames, shape (n_markers, 2).
-
-    Raises
-    ------
-    InputError
-        Where there are fewer frames, or a marker is seen in none of them.
-    """
+    """Return the mean position of each marker in the first frames, shape (n_markers, 2)."""
     if tracks.sizes["time"] < rest_frames:
         found = f"have {tracks.sizes['time']} frames"
         raise InputError("tracks", found, f"needs the {rest_frames} at rest", "give a smaller rest_frames")
@@ -129,13 +99,7 @@ def rest_positions(tracks: xr.Dataset, rest_frames: int) -> Floats:
 
 
 def motion_of(tracks: xr.Dataset, settings: MotionSettings | None = None, kind: str = "internal") -> Motion:
-    """Return how the markers of one kind moved since rest.
-
-    Raises
-    ------
-    InputError
-        Where there are none of them, too few frames, or a marker has no rest position.
-    """
+    """Return how the markers of one kind moved since rest."""
     settings = settings or MotionSettings()
     chosen = markers_of(tracks, kind)
     rest = rest_positions(chosen, settings.rest_frames)
@@ -162,14 +126,7 @@ def neighbour_weights(rest: Floats) -> Floats:
 def filled(displacement: Floats, visible: Bools, weights: Floats) -> Floats:
     """Return displacements with those of unseen markers from the seen ones of the same frame; 0 where none is seen.
 
-    Parameters
-    ----------
-    displacement : (n_times, n_markers, 2) array
-        NaN where not seen.
-    visible : (n_times, n_markers) array of bool
-        Which were seen.
-    weights : (n_markers, n_markers) array
-        See :func:`neighbour_weights`.
+    Arrays: displacement (n_times, n_markers, 2); visible (n_times, n_markers); weights (n_markers, n_markers).
     """
     if visible.all():
         return displacement
@@ -186,16 +143,7 @@ def velocities(time: Floats, displacement: Floats, visible: Bools, window: int) 
     A marker's line goes through the frames of the window in which it was seen. With fewer than two of them, as in the
     first frame, its velocity is the mean of the others', and 0 where there are none.
 
-    Parameters
-    ----------
-    time : (n_times,) array
-        Times [s]; need not be even.
-    displacement : (n_times, n_markers, 2) array
-        Displacements without gaps.
-    visible : (n_times, n_markers) array of bool
-        Which were seen.
-    window : int
-        Number of frames.
+    Arrays: time (n_times,) [s]; displacement (n_times, n_markers, 2); visible (n_times, n_markers).
     """
     count = visible.astype(np.float64)
     sums = [np.zeros_like(count) for _ in range(3)]

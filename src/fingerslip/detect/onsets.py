@@ -36,23 +36,10 @@ _COLUMNS = ("trial", "incipient_s", "gross_s")
 
 @dataclass(frozen=True)
 class Onsets:
-    """When slip begins in a trial.
+    """When slip begins in a trial."""
 
-    Parameters
-    ----------
-    incipient : float or None
-        When part of the contact begins to slip [s]; None where it never does.
-    gross : float or None
-        When all of it slips [s]; None where it never does.
-
-    Raises
-    ------
-    InputError
-        Where a time is not finite.
-    """
-
-    incipient: float | None
-    gross: float | None
+    incipient: float | None  # when part of the contact begins to slip [s]
+    gross: float | None  # when all of it slips [s]
 
     def __post_init__(self) -> None:
         for name, time in (("incipient", self.incipient), ("gross", self.gross)):
@@ -96,13 +83,7 @@ def write_onsets(onsets: Mapping[str, Onsets], path: str | Path) -> None:
 
 
 def read_onsets(path: str | Path) -> dict[str, Onsets]:
-    """Read the onsets of trials from a CSV file as :func:`write_onsets` writes it; ``gross_s`` may be missing.
-
-    Raises
-    ------
-    InputError
-        Where the file is missing, a column is missing or unknown, a time is no number, or a trial stands twice.
-    """
+    """Read the onsets of trials from a CSV file as :func:`write_onsets` writes it; ``gross_s`` may be missing."""
     rows = _rows(Path(path))
     found: dict[str, Onsets] = {}
     for line, row in enumerate(rows, start=2):

@@ -11,13 +11,7 @@ __all__ = ["optional"]
 
 
 def optional(module: str) -> Any:
-    """Return a module of an optional dependency, such as ``sklearn.svm``.
-
-    Raises
-    ------
-    InputError
-        Where it is not installed.
-    """
+    """Return a module of an optional dependency, such as ``sklearn.svm``."""
     try:
         return importlib.import_module(module)
     except ImportError as error:

@@ -47,23 +47,7 @@ def read_any_tracks(path: Path) -> xr.Dataset:
 def read_conditions(path: str | Path) -> dict[str, dict[str, Any]]:
     """Read the conditions of trials from a CSV file.
 
-    Parameters
-    ----------
-    path : path
-        A column ``file`` with the names of the recordings, and one for each condition, such as ``indentation [mm]``
-        or ``surface``; ``external`` names the recording of a camera that sees the skin through the plate. A condition
-        of :data:`fingerslip.detect.trials.CONDITIONS` needs its unit; others are numbers or text as they stand. Empty
-        cells are left out.
-
-    Returns
-    -------
-    dict of str to dict
-        For each file its conditions in SI units.
-
-    Raises
-    ------
-    InputError
-        Where the file is no such table, names a recording twice, or a unit is missing or wrong.
+    Units: path [mm].
     """
     try:
         rows = list(csv.DictReader(io.StringIO(Path(path).read_text(encoding="utf-8-sig")), strict=True))
@@ -117,29 +101,7 @@ def recorded_trials(
     read: Callable[[Path], xr.Dataset] = read_any_tracks,
     read_external: Callable[[Path], xr.Dataset] = read_any_tracks,
 ) -> Iterator[Trial]:
-    """Yield a trial for each recording, for :func:`fingerslip.detect.trial_set.write_trials`.
-
-    Parameters
-    ----------
-    folder : path
-        Folder of the recordings.
-    conditions : path
-        CSV file of :func:`read_conditions`; it says which recordings are taken.
-    onsets : mapping of str to Onsets, optional
-        Labels of a user's own, by the name of the file without its ending; they are the source ``user``.
-    settings : LabelSettings, optional
-        Thresholds of the labels from external markers, for tracks that have them.
-    read : callable, optional
-        From the path of a recording to tracks: files of tracks as they are, or videos with a tracker, see
-        :func:`fingerslip.detect.videos.readers`.
-    read_external : callable, optional
-        The same for the recordings of an outer camera, which the column ``external`` names.
-
-    Raises
-    ------
-    InputError
-        Where a recording is missing, or has neither external markers nor a label of the user's.
-    """
+    """Yield a trial for each recording, for :func:`fingerslip.detect.trial_set.write_trials`."""
     table = read_conditions(conditions)
     # All names are checked first: tracking the others takes long.
     for file, values in table.items():
@@ -160,18 +122,6 @@ def with_external(tracks: xr.Dataset, outer: xr.Dataset, where: str = "external"
     """Return the tracks of both cameras of a sensor in one dataset, at the times of the inner one.
 
     Both recordings have to begin together; their rates may differ.
-
-    Parameters
-    ----------
-    tracks, outer : xarray.Dataset
-        Tracks of the internal and of the external markers, in one unit. All markers of `outer` count as external.
-    where : str, optional
-        What errors call the recording of the outer camera.
-
-    Raises
-    ------
-    InputError
-        Where the recordings do not end together, or their units differ.
     """
     time, other = tracks["time"].values, outer["time"].values
     if abs((time[-1] - time[0]) - (other[-1] - other[0])) > _APART:

@@ -59,42 +59,18 @@ PUBLISHED_SAMPLING = Sampling()
 
 @dataclass(frozen=True)
 class Samples:
-    """Sampled frames of many trials.
+    """Sampled frames of many trials."""
 
-    Parameters
-    ----------
-    values : (n_samples, n_features) array of float32
-        Features.
-    classes : (n_samples,) array of int
-        Class of each.
-    trial : (n_samples,) array of int
-        Number of its trial in `trials`.
-    time : (n_samples,) array
-        Its time [s].
-    names : tuple of str
-        Names of the features.
-    trials : tuple of str
-        Names of the trials.
-    ring : (n_markers,) array of int
-        Ring of each internal marker.
-    rest_end : (n_trials,) array
-        Time of the last frame at rest of each trial [s].
-    filled : int
-        Positions that were not seen in these trials, and filled.
-    unusable : int
-        Frames with too few markers, which are not sampled.
-    """
-
-    values: NDArray[np.float32]
-    classes: NDArray[np.int8]
-    trial: NDArray[np.intp]
-    time: NDArray[np.float64]
-    names: tuple[str, ...]
-    trials: tuple[str, ...]
-    ring: NDArray[np.intp]
-    rest_end: NDArray[np.float64]
-    filled: int = 0
-    unusable: int = 0
+    values: NDArray[np.float32]  # (n_samples, n_features), features
+    classes: NDArray[np.int8]  # (n_samples,), class of each
+    trial: NDArray[np.intp]  # (n_samples,), number of its trial in `trials`
+    time: NDArray[np.float64]  # (n_samples,), its time [s]
+    names: tuple[str, ...]  # names of the features
+    trials: tuple[str, ...]  # names of the trials
+    ring: NDArray[np.intp]  # (n_markers,), ring of each internal marker
+    rest_end: NDArray[np.float64]  # (n_trials,), time of the last frame at rest of each trial [s]
+    filled: int = 0  # positions that were not seen in these trials, and filled
+    unusable: int = 0  # frames with too few markers, which are not sampled
 
 
 def samples_of(
@@ -105,26 +81,7 @@ def samples_of(
     *,
     names: Sequence[str] | None = None,
 ) -> Samples:
-    """Return the sampled frames of trials with their features.
-
-    Parameters
-    ----------
-    trials : TrialSet
-        The data set.
-    onsets : mapping of str to Onsets
-        Label of each trial.
-    features : FeatureSettings, optional
-        The features; the published ones without it.
-    sampling : Sampling, optional
-        How many frames of each class.
-    names : sequence of str, optional
-        The trials to take; all without it.
-
-    Raises
-    ------
-    InputError
-        Where a trial lacks a label, or has fewer frames of a class than are asked for.
-    """
+    """Return the sampled frames of trials with their features."""
     settings, chosen = features or FeatureSettings(), tuple(trials.names if names is None else names)
     check_labels(onsets, chosen)
     return joined_samples(
@@ -137,49 +94,23 @@ def samples_of(
 
 @dataclass(frozen=True)
 class TrialSample:
-    """Sampled frames of one trial.
+    """Sampled frames of one trial."""
 
-    Parameters
-    ----------
-    name : str
-        Its name.
-    values : (n_samples, n_features) array of float32
-        Features.
-    classes : (n_samples,) array of int
-        Class of each.
-    time : (n_samples,) array
-        Its time [s].
-    names : tuple of str
-        Names of the features.
-    ring : (n_markers,) array of int
-        Ring of each internal marker.
-    rest_end : float
-        Time of the last frame at rest [s].
-    filled, unusable : int
-        Positions that were not seen in the trial, and frames with too few markers.
-    """
-
-    name: str
-    values: NDArray[np.float32]
-    classes: NDArray[np.int8]
-    time: NDArray[np.float64]
-    names: tuple[str, ...]
-    ring: NDArray[np.intp]
-    rest_end: float
-    filled: int
-    unusable: int
+    name: str  # its name
+    values: NDArray[np.float32]  # (n_samples, n_features), features
+    classes: NDArray[np.int8]  # (n_samples,), class of each
+    time: NDArray[np.float64]  # (n_samples,), its time [s]
+    names: tuple[str, ...]  # names of the features
+    ring: NDArray[np.intp]  # (n_markers,), ring of each internal marker
+    rest_end: float  # time of the last frame at rest [s]
+    filled: int  # positions that were not seen in the trial, and frames with too few markers
+    unusable: int  # positions that were not seen in the trial, and frames with too few markers
 
 
 def trial_sample(
     name: str, motion: Motion, onsets: Onsets, settings: FeatureSettings, sampling: Sampling
 ) -> TrialSample:
-    """Return the sampled frames of one trial.
-
-    Raises
-    ------
-    InputError
-        Where it has fewer frames of a class than are asked for.
-    """
+    """Return the sampled frames of one trial."""
     classes = classes_at(onsets, motion.time)
     frames = chosen_frames(classes, motion.usable, sampling, name)
     return TrialSample(
@@ -222,21 +153,7 @@ def chosen_frames(
 ) -> NDArray[np.intp]:
     """Return the frames that are sampled, in order of time.
 
-    Parameters
-    ----------
-    classes : (n_times,) array of int
-        Class of each frame.
-    usable : (n_times,) array of bool
-        Frames in which enough markers were seen.
-    sampling : Sampling
-        How many of each class.
-    trial : str
-        Name of the trial.
-
-    Raises
-    ------
-    InputError
-        Where there are fewer frames of a class.
+    Arrays: classes (n_times,); usable (n_times,).
     """
     draw = np.random.default_rng([sampling.seed, zlib.crc32(trial.encode())])
     incipient = np.flatnonzero((classes == INCIPIENT) & usable)

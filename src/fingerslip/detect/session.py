@@ -60,29 +60,15 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Choices:
-    """What may be chosen for training and evaluation.
+    """What may be chosen for training and evaluation."""
 
-    Parameters
-    ----------
-    labels : str
-        Source of the labels in the trials, or a CSV file of onset times.
-    rest_frames, window : int
-        Frames at rest, and in a velocity.
-    samples : str
-        Frames a trial: no slip, first and more incipient ones, gross, with commas.
-    seed, workers : int
-        Seed of what is random, and cores.
-    least : float
-        Share of these frames that a trial needs at least.
-    """
-
-    labels: str = "external_markers"
-    rest_frames: int = 100
-    window: int = 11
-    samples: str = "50,50,50,50"
-    seed: int = 0
-    workers: int = 1
-    least: float = 1.0
+    labels: str = "external_markers"  # source of the labels in the trials, or a CSV file of onset times
+    rest_frames: int = 100  # frames at rest, and in a velocity
+    window: int = 11  # frames at rest, and in a velocity
+    samples: str = "50,50,50,50"  # frames a trial: no slip, first and more incipient ones, gross, with commas
+    seed: int = 0  # seed of what is random, and cores
+    workers: int = 1  # seed of what is random, and cores
+    least: float = 1.0  # share of these frames that a trial needs at least
 
     @property
     def motion(self) -> MotionSettings:
@@ -126,23 +112,7 @@ def collect_trials(
     markers: tuple[int | None, int | None] = (None, None),
     layout: LayoutName = "rings",
 ) -> str:
-    """Write a data set of recordings and return what was done, and what is wrong with videos.
-
-    Parameters
-    ----------
-    folder, conditions, output : path
-        Folder of the recordings, table that names them, and folder of the data set.
-    labels : path or None
-        Onset times of a user's own.
-    title : str
-        What the data card says first.
-    rest_frames : int
-        Frames at rest.
-    markers : (int or None, int or None), optional
-        Internal and external markers that the videos show; None to find out.
-    layout : {'rings', 'hex', 'free'}, optional
-        Arrangement of the internal markers.
-    """
+    """Write a data set of recordings and return what was done, and what is wrong with videos."""
     own = {} if labels is None else read_onsets(labels)
     settings = LabelSettings(rest_frames=rest_frames)
     inner, outer = readers(*markers, rest_frames, layout)
@@ -188,31 +158,7 @@ def evaluate_classifiers(
     leave_out: Sequence[str] = (),
     output: Path | None = None,
 ) -> list[Table]:
-    """Return the tables of an evaluation: frames, calibration, events, and accuracies with a condition left out.
-
-    Parameters
-    ----------
-    dataset : path
-        Folder of the trials.
-    classifiers : sequence of str
-        Names of the classifiers; all where there are none.
-    choices : Choices
-        Labels, sampling and seed.
-    folds : int, optional
-        Folds, grouped by trial.
-    leave_out : sequence of str, optional
-        Conditions that are left out too.
-    output : path, optional
-        Folder to which the tables are written. What is finished is kept in ``OUTPUT.unfinished`` until they are there,
-        and an interrupted evaluation goes on with it.
-
-    Raises
-    ------
-    InputError
-        For mistakes in the data set or the choices, before anything is fitted or written.
-    ResultError
-        Where the folder cannot be written.
-    """
+    """Return the tables of an evaluation: frames, calibration, events, and accuracies with a condition left out."""
     trials = open_trials(dataset)
     onsets = choices.onsets(trials)
     candidates = [candidate_named(name) for name in classifiers or CLASSIFIERS]
@@ -287,19 +233,7 @@ def _accuracy(begun: Evaluation, parts: Sequence[FoldFrames]) -> Estimate:
 
 
 def run_detector(detector: Path, source: Path, n_markers: int | None = None, layout: LayoutName = "rings") -> Table:
-    """Return what a detector finds in a file of tracks or in a video, frame by frame, and its latency.
-
-    Parameters
-    ----------
-    detector : Path
-        Folder of the detector.
-    source : Path
-        Tracks, netCDF or CSV, or a video or folder of images, whose internal markers are then followed.
-    n_markers : int, optional
-        How many markers the video shows; without it, the number at which its first frames are clearest.
-    layout : {'rings', 'hex', 'free'}, optional
-        Arrangement of the markers of a video, as of those that the detector learned from.
-    """
+    """Return what a detector finds in a file of tracks or in a video, frame by frame, and its latency."""
     made = read_detector(detector)
     # The tracker is slow to load, and nothing else here needs it.
     from fingerslip.detect.live import run_on_markers, run_on_tracks

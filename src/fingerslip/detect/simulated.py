@@ -52,22 +52,11 @@ def _cameras() -> CameraPair:
 
 @dataclass(frozen=True)
 class Filming:
-    """How a run is filmed and labelled.
-
-    Parameters
-    ----------
-    cameras : CameraPair
-        Both cameras, whose places are assumed, as the paper prints none. The outer one counts heights from the plate.
-        Their seed is not used: each trial has one of its own.
-    labels : LabelSettings
-        Thresholds of the labels, in pixels of the outer camera.
-    travel : float
-        How far a plate that falls is filmed [m]: as far as plates slide in the paper.
-    """
+    """How a run is filmed and labelled."""
 
     cameras: CameraPair = field(default_factory=_cameras)
     labels: LabelSettings = field(default_factory=LabelSettings)
-    travel: float = 14e-3
+    travel: float = 14e-3  # how far a plate that falls is filmed [m]: as far as plates slide in the paper
 
 
 def slide_trial(
@@ -82,24 +71,6 @@ def slide_trial(
 
     Labels are those of the external markers that touch the plate at rest, of all external markers (the paper does not
     say which of the two it takes), and of the contact.
-
-    Parameters
-    ----------
-    name : str
-        Name of the trial.
-    history : xarray.Dataset
-        A history with internal and external markers, a hold and a slide.
-    filming : Filming, optional
-        Cameras and thresholds.
-    seed : int, optional
-        Seed of the cameras' errors.
-    conditions : mapping, optional
-        More conditions.
-
-    Raises
-    ------
-    InputError
-        Where the history has no such markers or no hold.
     """
     filming = filming or Filming()
     shown, plate = _after_press(history)
@@ -127,24 +98,6 @@ def pouring_trial(
 
     Labels are those of a marker on the plate beside the central external marker, and of the contact. The trial ends
     once the plate has fallen far enough.
-
-    Parameters
-    ----------
-    name : str
-        Name of the trial.
-    history : xarray.Dataset
-        A history with internal and external markers, a hold, and one free rigid body.
-    filming : Filming, optional
-        Cameras and thresholds.
-    seed : int, optional
-        Seed of the cameras' errors.
-    conditions : mapping, optional
-        More conditions.
-
-    Raises
-    ------
-    InputError
-        Where the history has no such markers, no hold or no rigid body.
     """
     filming = filming or Filming()
     if not history.sizes.get("rigid_body", 0):
@@ -169,26 +122,7 @@ def pouring_trial(
 def film_results(
     folder: str | Path, filming: Filming | None = None, *, seed: int = 0, names: Sequence[str] | None = None
 ) -> Iterator[Trial]:
-    """Yield the trial of every finished run of a study: of pouring where it has a rigid body, else of a slide.
-
-    Parameters
-    ----------
-    folder : path
-        Folder of the results of a study.
-    filming : Filming, optional
-        Cameras and thresholds.
-    seed : int, optional
-        Seed of the cameras' errors; every trial has one of its own, made of this one and its name.
-    names : sequence of str, optional
-        Runs to take; all without it.
-
-    Raises
-    ------
-    InputError
-        Where there are no finished runs, or a run has no markers.
-    ResultError
-        Where a run is damaged.
-    """
+    """Yield the trial of every finished run of a study: of pouring where it has a rigid body, else of a slide."""
     found = sorted(path.parent for path in Path(folder).glob(f"*/{RESULT}"))
     chosen = [path for path in found if names is None or path.name in names]
     if not chosen:

@@ -52,25 +52,11 @@ class Smoother(Protocol):
 
 @dataclass(frozen=True)
 class ForwardFilter:
-    """The forward recursion of a hidden Markov model: no slip, then incipient, then gross slip (Rabiner 1989).
+    """The forward recursion of a hidden Markov model: no slip, then incipient, then gross slip (Rabiner 1989)."""
 
-    Parameters
-    ----------
-    dwell : (float, float)
-        Mean time without slip, and of incipient slip [s].
-    prior : (float, float, float)
-        Shares of the classes among the samples that the classifier learned from.
-    weight : float
-        How much a frame counts: 1 for independent frames, 1 / window for velocities that share their frames.
-
-    Raises
-    ------
-    InputError
-        Where a number is not above 0.
-    """
-
-    dwell: tuple[float, float]
-    prior: tuple[float, float, float]
+    dwell: tuple[float, float]  # (float, float), mean time without slip, and of incipient slip [s]
+    prior: tuple[float, float, float]  # (float, float, float)
+    # how much a frame counts: 1 for independent frames, 1 / window for velocities that share their frames
     weight: float
 
     def __post_init__(self) -> None:
@@ -96,20 +82,9 @@ class ForwardFilter:
 
 @dataclass(frozen=True)
 class Hysteresis:
-    """Slip counts once it is likely in several frames in a row.
+    """Slip counts once it is likely in several frames in a row."""
 
-    Parameters
-    ----------
-    frames : int
-        How many; a frame that could not be classified says nothing, and has the score of the one before.
-
-    Raises
-    ------
-    InputError
-        Where it is below 1.
-    """
-
-    frames: int = 5
+    frames: int = 5  # how many
 
     def __post_init__(self) -> None:
         if self.frames < 1:
@@ -131,16 +106,10 @@ class Hysteresis:
 
 @dataclass(frozen=True)
 class Thresholds:
-    """Log odds beyond which slip has begun; 0 is as likely as not.
+    """Log odds beyond which slip has begun; 0 is as likely as not."""
 
-    Parameters
-    ----------
-    slip, gross : float
-        For any slip, and for gross slip.
-    """
-
-    slip: float = 0.0
-    gross: float = 0.0
+    slip: float = 0.0  # for any slip, and for gross slip
+    gross: float = 0.0  # for any slip, and for gross slip
 
 
 def onsets_from(time: Floats, scores: Floats, thresholds: Thresholds | None = None) -> Onsets:

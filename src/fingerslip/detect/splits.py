@@ -18,26 +18,14 @@ _VALUES, _RANGES = 8, 4
 
 
 def held_out(names: Sequence[str], count: int, seed: int) -> tuple[str, ...]:
-    """Return some trials, chosen by hashes of their names: the same on every machine and in every order of the names.
-
-    Raises
-    ------
-    InputError
-        Where fewer trials are there.
-    """
+    """Return some trials, chosen by hashes of their names: the same on every machine and in every order."""
     if not 0 <= count <= len(names):
         raise InputError("trials", f"got {len(names)}", f"needs at least {count}")
     return tuple(sorted(names, key=lambda name: hashlib.sha256(f"{seed}:{name}".encode()).hexdigest())[:count])
 
 
 def grouped_folds(names: Sequence[str], folds: int, seed: int) -> list[tuple[str, ...]]:
-    """Return the test trials of each fold; every trial is in one of them.
-
-    Raises
-    ------
-    InputError
-        Where there are fewer than two folds, or fewer trials than folds.
-    """
+    """Return the test trials of each fold; every trial is in one of them."""
     if not 2 <= folds <= len(names):
         raise InputError("folds", f"got {folds}", f"needs 2 to {len(names)}, the number of trials")
     order = held_out(names, len(names), seed)
@@ -68,13 +56,7 @@ def sample_split(count: int, seed: int, share: float = 0.1) -> NDArray[np.bool_]
 
 
 def left_out(conditions: Mapping[str, Mapping[str, Any]], key: str) -> dict[str, tuple[str, ...]]:
-    """Return the trials of each value of a condition; of each quarter of its range where it has many values.
-
-    Raises
-    ------
-    InputError
-        Where a trial lacks the condition, or all have one value.
-    """
+    """Return the trials of each value of a condition; of each quarter of its range where it has many values."""
     for name, values in conditions.items():
         if key not in values:
             raise InputError(f"trial {name}", f"has no condition {key!r}", "needs it to be left out by it")

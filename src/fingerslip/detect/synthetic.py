@@ -62,33 +62,15 @@ class SyntheticSensor:
 
 @dataclass(frozen=True)
 class SyntheticSlide:
-    """What happens in a trial.
+    """What happens in a trial."""
 
-    Parameters
-    ----------
-    indentation : float
-        How deep the dome is pressed [m].
-    direction : float
-        Direction of the slide [rad].
-    friction_coefficient : float
-        Static friction coefficient.
-    seed : int
-        Seed of noise and of the unevenness of friction.
-    travel : float
-        Length of the slide [m]; a short one never slips.
-    speed : float
-        Its speed [m/s].
-    repeat : int
-        Number of the repeat.
-    """
-
-    indentation: float = 3e-3
-    direction: float = 0.0
-    friction_coefficient: float = 0.8
-    seed: int = 0
-    travel: float = 10e-3
-    speed: float = 1e-3
-    repeat: int = 0
+    indentation: float = 3e-3  # how deep the dome is pressed [m]
+    direction: float = 0.0  # direction of the slide [rad]
+    friction_coefficient: float = 0.8  # static friction coefficient
+    seed: int = 0  # seed of noise and of the unevenness of friction
+    travel: float = 10e-3  # length of the slide [m]
+    speed: float = 1e-3  # its speed [m/s]
+    repeat: int = 0  # number of the repeat
 
 
 #: Share of its shear that a point keeps when it slips; of its static limit that it may reach in the centre.

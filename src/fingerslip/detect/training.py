@@ -43,74 +43,31 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Calibration:
-    """What the threshold of a detector guarantees.
+    """What the threshold of a detector guarantees."""
 
-    Parameters
-    ----------
-    trials : int
-        Trials from which it was set, none of them learned from; 0 where it is not guaranteed.
-    share : float
-        Share of the no-slip trials that may raise a false alarm.
-    """
-
-    trials: int = 0
-    share: float = 0.05
+    trials: int = 0  # trials from which it was set, none of them learned from
+    share: float = 0.05  # share of the no-slip trials that may raise a false alarm
 
 
 @dataclass(frozen=True)
 class Detector:
-    """What finds slip in tracks.
+    """What finds slip in tracks."""
 
-    Parameters
-    ----------
-    classifier : str
-        Name in :data:`fingerslip.detect.classifiers.CLASSIFIERS`.
-    estimator : object
-        The fitted pipeline.
-    features : FeatureSettings
-        What it sees.
-    names : tuple of str
-        Names of its features.
-    layout, layout_in_words : str
-        Hash of the internal markers that it was made for, and what they are.
-    smoother : Smoother
-        From frames to scores.
-    thresholds : Thresholds
-        From scores to events.
-    calibration : Calibration
-        What the threshold of slip guarantees.
-    data : str
-        Hash of the data set that it learned from.
-    provenance : mapping
-        Where it comes from, as plain data.
-    """
-
-    classifier: str
-    estimator: Any
-    features: FeatureSettings
-    names: tuple[str, ...]
-    layout: str
-    layout_in_words: str
-    smoother: Smoother
+    classifier: str  # name in :data:`fingerslip.detect.classifiers.CLASSIFIERS`
+    estimator: Any  # the fitted pipeline
+    features: FeatureSettings  # what it sees
+    names: tuple[str, ...]  # names of its features
+    layout: str  # hash of the internal markers that it was made for, and what they are
+    layout_in_words: str  # hash of the internal markers that it was made for, and what they are
+    smoother: Smoother  # from frames to scores
     thresholds: Thresholds = field(default_factory=Thresholds)
     calibration: Calibration = field(default_factory=Calibration)
-    data: str = ""
+    data: str = ""  # hash of the data set that it learned from
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
 
 def candidate_named(name: str) -> Candidate:
     """Return a classifier by its name, on the features that it has by default or on others.
-
-    Parameters
-    ----------
-    name : str
-        Name in :data:`fingerslip.detect.classifiers.CLASSIFIERS`; behind a colon sets of features, joined by plus
-        signs, such as ``forest:sliding`` or ``logistic:displacement+strain``.
-
-    Raises
-    ------
-    InputError
-        Where there is no such classifier or set of features.
 
     Examples
     --------
@@ -207,19 +164,7 @@ def fit_detector(candidate: Candidate, samples: Samples, rows: NDArray[np.intp],
 def forward_filter(
     samples: Samples, onsets: Mapping[str, Onsets], window: int, rows: NDArray[np.intp] | None = None
 ) -> ForwardFilter:
-    """Return the smoother whose times and shares are those of training trials.
-
-    Parameters
-    ----------
-    samples : Samples
-        The samples.
-    onsets : mapping of str to Onsets
-        Labels.
-    window : int
-        Frames that share in one velocity; so many count as one independent frame.
-    rows : array of int, optional
-        Rows of the training trials; all without it.
-    """
+    """Return the smoother whose times and shares are those of training trials."""
     used = np.arange(len(samples.classes)) if rows is None else rows
     counts = np.bincount(samples.classes[used], minlength=3)
     waits, partial = [], []
@@ -279,13 +224,7 @@ def detect(detector: Detector, tracks: xr.Dataset) -> tuple[Floats, Floats, Onse
 
 
 def check_tracks_fit(detector: Detector, tracks: xr.Dataset) -> None:
-    """Check that tracks have the markers that a detector was made for.
-
-    Raises
-    ------
-    InputError
-        Where they have others.
-    """
+    """Check that tracks have the markers that a detector was made for."""
     inside = markers_of(tracks, "internal")
     if layout_digest(inside) != detector.layout:
         raise InputError(

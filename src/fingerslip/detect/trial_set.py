@@ -39,30 +39,14 @@ _REPAIR = "write the data set again"
 
 @dataclass(frozen=True)
 class TrialSet:
-    """A data set that is open: what its manifest says, and trials that are read when they are asked for.
+    """A data set that is open: what its manifest says, and trials that are read when they are asked for."""
 
-    Parameters
-    ----------
-    folder : Path
-        Its folder.
-    names : tuple of str
-        Names of its trials, sorted.
-    conditions : mapping of str to mapping
-        Conditions of every trial.
-    layout : str
-        Hash of the markers' layout.
-    digest : str
-        Hash of all of its files.
-    title : str
-        What it is.
-    """
-
-    folder: Path
-    names: tuple[str, ...]
-    conditions: Mapping[str, Mapping[str, Any]]
-    layout: str
-    digest: str
-    title: str
+    folder: Path  # its folder
+    names: tuple[str, ...]  # names of its trials, sorted
+    conditions: Mapping[str, Mapping[str, Any]]  # conditions of every trial
+    layout: str  # hash of the markers' layout
+    digest: str  # hash of all of its files
+    title: str  # what it is
 
     def trial(self, name: str) -> Trial:
         """Read a trial."""
@@ -122,20 +106,7 @@ def write_trials(trials: Iterable[Trial], folder: str | Path, title: str, notes:
 
 
 def gather_trials(folders: Sequence[Path], folder: str | Path, title: str, notes: str = "") -> TrialSet:
-    """Make a data set of trials that are written already, whole or not at all; their own folders stay.
-
-    Parameters
-    ----------
-    folders : sequence of path
-        Folder of each trial, as :func:`fingerslip.detect.trials.write_trial` fills it.
-    folder, title, notes
-        As for :func:`write_trials`.
-
-    Raises
-    ------
-    InputError, ResultError
-        As for :func:`write_trials`, and where a trial is damaged.
-    """
+    """Make a data set of trials that are written already, whole or not at all; their own folders stay."""
     final = Path(folder)
     check_replaceable(final, MANIFEST)
     with new_folder(final) as partial:
@@ -204,13 +175,7 @@ def _entry(trial: Trial, folder: Path) -> dict[str, Any]:
 
 
 def common_layout(first: str, own: xr.Dataset, second: str, other: xr.Dataset) -> None:
-    """Check that two trials have one layout.
-
-    Raises
-    ------
-    InputError
-        Where they have not.
-    """
+    """Check that two trials have one layout."""
     if layout_digest(own) != layout_digest(other):
         found = f"has {layout_text(other)}" if layout_text(other) != layout_text(own) else "has other markers or rings"
         repair = "make a data set for each layout"
@@ -218,15 +183,7 @@ def common_layout(first: str, own: xr.Dataset, second: str, other: xr.Dataset) -
 
 
 def open_trials(folder: str | Path) -> TrialSet:
-    """Open a data set; its trials are read when they are asked for.
-
-    Raises
-    ------
-    InputError
-        Where there is no data set in the folder.
-    ResultError
-        Where the manifest is damaged, or files are missing, changed, or not in the manifest.
-    """
+    """Open a data set; its trials are read when they are asked for."""
     path = Path(folder)
     try:
         manifest = read_json(path / MANIFEST, _REPAIR)
@@ -263,13 +220,7 @@ def _digest(path: Path) -> str:
 def check_labels(
     onsets: Mapping[str, Onsets], names: Sequence[str], needed: Sequence[str] = ("incipient", "gross")
 ) -> None:
-    """Check that trials have the labels that learning needs.
-
-    Raises
-    ------
-    InputError
-        Where a trial has no labels, or one of them never comes.
-    """
+    """Check that trials have the labels that learning needs."""
     for name in names:
         if name not in onsets:
             raise InputError("labels", f"have no trial {name}", "needs every trial of the data set")

@@ -72,30 +72,11 @@ _REPAIR = "write the trial again"
 
 @dataclass(frozen=True)
 class Trial:
-    """One trial.
+    """One trial."""
 
-    Parameters
-    ----------
-    name : str
-        Name of its folder: letters, digits, ``.``, ``_`` and ``-``.
-    tracks : xarray.Dataset
-        Its marker tracks.
-    labels : mapping of str to Onsets
-        When it slips, by the source of the label.
-    conditions : mapping, optional
-        Plain values in SI units; :data:`CONDITIONS` have a fixed meaning.
-    provenance : mapping, optional
-        Where it comes from, as plain data.
-
-    Raises
-    ------
-    InputError
-        Where the name is no name of a folder, or tracks or conditions are none.
-    """
-
-    name: str
-    tracks: xr.Dataset
-    labels: Mapping[str, Onsets]
+    name: str  # name of its folder: letters, digits, ``.``, ``_`` and ``-``
+    tracks: xr.Dataset  # its marker tracks
+    labels: Mapping[str, Onsets]  # when it slips, by the source of the label
     conditions: Mapping[str, Any] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
 
@@ -107,13 +88,7 @@ class Trial:
 
 
 def check_conditions(conditions: Mapping[str, Any], where: str) -> None:
-    """Check that conditions are plain values, those with a unit numbers.
-
-    Raises
-    ------
-    InputError
-        Where they are not.
-    """
+    """Check that conditions are plain values, those with a unit numbers."""
     for name, value in conditions.items():
         number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
         if not (number or (isinstance(value, str | bool | None) and not CONDITIONS.get(name, ("", ""))[0])):
@@ -125,11 +100,6 @@ def check_conditions(conditions: Mapping[str, Any], where: str) -> None:
 
 def condition_text(name: str, value: str) -> str:
     """Return a condition in words, with its unit where that is known.
-
-    Parameters
-    ----------
-    name, value : str
-        Name of the condition, and a value or range of it in SI units.
 
     Examples
     --------
@@ -161,13 +131,7 @@ def layout_text(tracks: xr.Dataset) -> str:
 
 
 def write_trial(trial: Trial, folder: Path) -> None:
-    """Write the files of a trial into a folder that exists.
-
-    Raises
-    ------
-    ResultError
-        Where a file cannot be written.
-    """
+    """Write the files of a trial into a folder that exists."""
     write_tracks(trial.tracks, folder / "tracks.nc")
     write_labels(trial.labels, folder / "labels.csv")
     write_json(folder / "conditions.json", trial.conditions)
@@ -175,13 +139,7 @@ def write_trial(trial: Trial, folder: Path) -> None:
 
 
 def read_trial(folder: Path) -> Trial:
-    """Read a trial back.
-
-    Raises
-    ------
-    ResultError
-        Where a file is missing or damaged.
-    """
+    """Read a trial back."""
     conditions, provenance = (read_json(folder / name, _REPAIR) for name in FILES[2:])
     labels = read_labels(folder / "labels.csv")
     return Trial(folder.name, read_tracks(folder / "tracks.nc"), labels, conditions, provenance)

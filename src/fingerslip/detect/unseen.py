@@ -32,42 +32,15 @@ _SINGLE = Hysteresis(1)
 
 @dataclass(frozen=True)
 class Unseen:
-    """What a detector finds in trials that it did not learn from.
+    """What a detector finds in trials that it did not learn from."""
 
-    Parameters
-    ----------
-    found : mapping of str to mapping of str to Onsets
-        Onsets of every trial, by reading.
-    scores : mapping of str to EventScores
-        Their scores, by reading.
-    matrices : (n_trials, 3, 3) array of int
-        All frames of every trial by true class (rows) and the most likely one.
-    """
-
-    found: Mapping[str, Mapping[str, Onsets]]
-    scores: Mapping[str, EventScores]
-    matrices: NDArray[np.intp]
+    found: Mapping[str, Mapping[str, Onsets]]  # onsets of every trial, by reading
+    scores: Mapping[str, EventScores]  # their scores, by reading
+    matrices: NDArray[np.intp]  # (n_trials, 3, 3)
 
 
 def on_unseen(detector: Detector, trials: TrialSet, onsets: Mapping[str, Onsets], *, seed: int = 0) -> Unseen:
-    """Return what a detector finds in all trials of a data set that it did not learn from.
-
-    Parameters
-    ----------
-    detector : Detector
-        The detector.
-    trials : TrialSet
-        The data set.
-    onsets : mapping of str to Onsets
-        Its labels; trials whose slip never comes count as such.
-    seed : int, optional
-        Seed of the intervals.
-
-    Raises
-    ------
-    InputError
-        Where the detector learned from this data set, a trial has no labels or other markers.
-    """
+    """Return what a detector finds in all trials of a data set that it did not learn from."""
     if detector.data == trials.digest:
         repair = "fingerslip detect evaluate leaves trials out in turn"
         raise InputError(str(trials.folder), "is what the detector learned from", "needs another data set", repair)

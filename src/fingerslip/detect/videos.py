@@ -25,22 +25,6 @@ def read_recording(
     """Return the tracks of a recording: read where it is a file of tracks, else followed through the video.
 
     What is wrong with a video stands in the attribute ``warnings`` of its tracks.
-
-    Parameters
-    ----------
-    path : path
-        Tracks (netCDF or CSV), a video file or a folder of images.
-    n_markers : int, optional
-        How many markers the video shows; without it, the number at which its first frames are clearest.
-    rest_frames : int, optional
-        Frames at rest at the beginning.
-    layout : {'rings', 'hex', 'free'}, optional
-        Arrangement of the markers.
-
-    Raises
-    ------
-    InputError
-        Where the recording cannot be read, or shows no or too few markers.
     """
     if path.suffix in TRACK_FILES:
         return read_any_tracks(path)

@@ -24,33 +24,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Motions:
-    """Models that share a matrix, and how to march them.
+    """Models that share a matrix, and how to march them."""
 
-    Parameters
-    ----------
-    models : tuple of Model
-        The models.
-    systems : tuple of System
-        Their systems on the mesh.
-    times : tuple of (n_times,) array
-        Times of their steps [s].
-    solver : LinearSolver
-        What factorises.
-    watch : Stopwatch
-        Takes the times.
-    progress : callable, optional
-        Called after every step with the fraction that is done.
-    threads : int
-        Threads that solve contacts side by side.
-    """
-
-    models: tuple[Model, ...]
-    systems: tuple[System, ...]
-    times: tuple[Array, ...]
-    solver: LinearSolver
-    watch: Stopwatch
-    progress: Callable[[float], None] | None
-    threads: int
+    models: tuple[Model, ...]  # the models
+    systems: tuple[System, ...]  # their systems on the mesh
+    times: tuple[Array, ...]  # (n_times,), times of their steps [s]
+    solver: LinearSolver  # what factorises
+    watch: Stopwatch  # takes the times
+    progress: Callable[[float], None] | None  # called after every step with the fraction that is done
+    threads: int  # threads that solve contacts side by side
 
     @property
     def first(self) -> Motions:
@@ -60,39 +42,17 @@ class Motions:
 
 @dataclass(frozen=True)
 class Marched:
-    """Motions that are computed.
+    """Motions that are computed."""
 
-    Parameters
-    ----------
-    steppers : tuple of Stepper
-        What stayed the same in each.
-    recorders : tuple of Recorder
-        What was recorded of each.
-    basis : mapping of str to object
-        What histories say of the basis.
-    """
-
-    steppers: tuple[Stepper, ...]
-    recorders: tuple[Recorder, ...]
-    basis: Mapping[str, object]
+    steppers: tuple[Stepper, ...]  # what stayed the same in each
+    recorders: tuple[Recorder, ...]  # what was recorded of each
+    basis: Mapping[str, object]  # what histories say of the basis
 
 
 def march_motions(
     motions: Motions, systems: Sequence[System], basis: Mapping[str, object], inspect: Inspect | None = None
 ) -> Marched:
-    """Compute motions.
-
-    Parameters
-    ----------
-    motions : Motions
-        What to compute.
-    systems : sequence of System
-        Their systems, on the mesh or reduced.
-    basis : mapping of str to object
-        What histories say of the basis.
-    inspect : callable, optional
-        As for :func:`fingerslip.dynamics.march.march`.
-    """
+    """Compute motions."""
     watch, first = motions.watch, motions.models[0]
     with watch.part("assembly"):
         recoveries = Recoveries(systems[0])

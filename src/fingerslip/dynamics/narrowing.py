@@ -25,13 +25,7 @@ _NEAR = 1.25
 
 
 def narrowed(model: Model) -> Model:
-    """Return a model in space whose automatic search for candidates is short; any other model as it is.
-
-    Parameters
-    ----------
-    model : Model
-        The model. Given search distances stay; loads and free bodies may bring any node to a counterface.
-    """
+    """Return a model in space whose automatic search for candidates is short; any other model as it is."""
     if model.mesh.dim() == 2 or model.is_loaded:
         return model
     contacts = tuple(_narrowed(model, number) for number in range(len(model.contacts)))

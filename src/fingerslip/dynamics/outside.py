@@ -21,13 +21,7 @@ Array = NDArray[np.float64]
 
 
 class OutsideCheck:
-    """Looks at every state of a motion, at several at once: each look costs, whatever it looks at.
-
-    Parameters
-    ----------
-    system : System
-        The discrete system.
-    """
+    """Looks at every state of a motion, at several at once: each look costs, whatever it looks at."""
 
     def __init__(self, system: System) -> None:
         numbered = enumerate(zip(system.outsiders, system.counterfaces.shapes, strict=True))
@@ -63,30 +57,14 @@ class OutsideCheck:
 
 @dataclass(frozen=True)
 class _Beside:
-    """Nodes beside the candidates of a counterface.
+    """Nodes beside the candidates of a counterface."""
 
-    Parameters
-    ----------
-    outsiders : Outsiders
-        The k nodes.
-    shape : Counterface
-        The counterface.
-    columns : (m,) array
-        The unknowns that their displacement depends on.
-    moved : matrix, shape (k * dim, m), or (k, m) where the counterface is flat and does not turn
-        Map from these to their displacement, or to that along the normal.
-    number : int
-        Which of the counterfaces it is.
-    rotations : Rotations or None
-        The rotations of rigid bodies, whose unknowns are the last columns; None where it does not turn.
-    """
-
-    outsiders: Outsiders
-    shape: Counterface
-    columns: NDArray[np.integer]
-    moved: Array | sparse.csr_matrix
-    number: int
-    rotations: Rotations | None
+    outsiders: Outsiders  # the k nodes
+    shape: Counterface  # the counterface
+    columns: NDArray[np.integer]  # (m,), the unknowns that their displacement depends on
+    moved: Array | sparse.csr_matrix  # map from these to their displacement, or to that along the normal
+    number: int  # which of the counterfaces it is
+    rotations: Rotations | None  # the rotations of rigid bodies, whose unknowns are the last columns
 
     def gaps(self, fields: Array, travel: Array) -> Array:
         """Return the gaps, shape (n, k) [m], for unknowns (n, m) and displacements (n, dim) of the counterface [m]."""

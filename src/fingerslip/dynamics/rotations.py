@@ -21,13 +21,7 @@ _logger = logging.getLogger("fingerslip.dynamics")
 
 
 class RotationCheck:
-    """Looks at the rotations of those of a motion's rigid bodies that are free about several axes.
-
-    Parameters
-    ----------
-    system : System
-        The discrete system.
-    """
+    """Looks at the rotations of those of a motion's rigid bodies that are free about several axes."""
 
     def __init__(self, system: System) -> None:
         rigid = [own for own in zip(system.coordinates.rigid, system.unknowns.rigid, strict=True) if own[1].turns]

@@ -52,15 +52,7 @@ class Course(Protocol):
 
 
 class SmallCourse:
-    """One motion at small strain; see :class:`Course`.
-
-    Parameters
-    ----------
-    stepper : Stepper
-        What stays the same.
-    watch : Stopwatch
-        Takes the times.
-    """
+    """One motion at small strain; see :class:`Course`."""
 
     def __init__(self, stepper: Stepper, watch: Stopwatch) -> None:
         self._steppers, self._watch = [stepper], watch
@@ -94,18 +86,7 @@ class SmallCourse:
 def make_course(model: Model, system: System, solver: LinearSolver, watch: Stopwatch, reserved_bytes: int) -> Course:
     """Return what takes the steps of a model.
 
-    Parameters
-    ----------
-    model : Model
-        What is computed.
-    system : System
-        Its discrete system.
-    solver : LinearSolver
-        What factorises.
-    watch : Stopwatch
-        Takes the times.
-    reserved_bytes : int
-        Memory that must stay free for the history [bytes].
+    Units: reserved_bytes [bytes].
     """
     if model.is_finite:
         return FiniteCourse(model, system, solver, watch, reserved_bytes)
@@ -117,18 +98,7 @@ def make_course(model: Model, system: System, solver: LinearSolver, watch: Stopw
 class Stepwise:
     """One motion with its records and checks.
 
-    Parameters
-    ----------
-    course : Course
-        What takes the steps.
-    recorder : Recorder
-        Takes the states.
-    system : System
-        The discrete system.
-    times : (n_times,) array
-        Times of the steps, the start included [s].
-    watch : Stopwatch
-        Takes the times.
+    Arrays: times (n_times,) [s].
     """
 
     def __init__(self, course: Course, recorder: Recorder, system: System, times: Array, watch: Stopwatch) -> None:

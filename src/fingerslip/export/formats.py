@@ -93,29 +93,7 @@ def export_history(history: xr.Dataset, folder: str | Path, kind: str) -> Path:
 
 
 def export_tables(tables: Mapping[str, pd.DataFrame], folder: str | Path, kind: str) -> Path:
-    """Write tables for other programs, whole or not at all.
-
-    Parameters
-    ----------
-    tables : mapping of str to pandas.DataFrame
-        The tables by the names of their files.
-    folder : path
-        The folder that is made; an export that is there is replaced.
-    kind : {'csv', 'json', 'mat', 'parquet'}
-        The format.
-
-    Returns
-    -------
-    Path
-        The folder.
-
-    Raises
-    ------
-    InputError
-        For another format, and for one whose package is not installed; where the folder holds something else.
-    ResultError
-        Where the files cannot be written.
-    """
+    """Write tables for other programs, whole or not at all."""
     if kind not in _OF_TABLES:
         raise InputError("format", f"got '{kind}'", f"needs one of {', '.join(_OF_TABLES)}")
     with _export(Path(folder), kind) as partial:

@@ -25,18 +25,6 @@ def write_history_mat(history: xr.Dataset, folder: Path) -> None:
     Its fields are the arrays under their names, ``attributes``, and the structures ``units``, ``dimensions`` and
     ``meaning`` with a field for each array. Dimensions keep their order: ``history.displacement(i, j, 1)`` is the first
     component of site j at time i. Names and kinds are cell arrays of text; indices of nodes and cells count from zero.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history.
-    folder : Path
-        A folder that is there.
-
-    Raises
-    ------
-    ResultError
-        Where the file cannot be written.
     """
     variables = {str(name): variable for name, variable in history.variables.items()}
     fields: dict[str, Any] = {name: _array(variable.values) for name, variable in variables.items()}
@@ -51,18 +39,6 @@ def write_tables_mat(tables: Mapping[str, pd.DataFrame], folder: Path) -> None:
     """Write each table as a structure with a field for each column, and ``units``, into a file of its name.
 
     In MATLAB ``struct2table(rmfield(runs, 'units'))`` makes a table of it.
-
-    Parameters
-    ----------
-    tables : mapping of str to pandas.DataFrame
-        The tables.
-    folder : Path
-        A folder that is there.
-
-    Raises
-    ------
-    ResultError
-        Where a file cannot be written.
     """
     for name, frame in tables.items():
         columns = {_field(str(column)): _array(frame[column].to_numpy()) for column in frame.columns}

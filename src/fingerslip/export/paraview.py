@@ -48,18 +48,6 @@ def write_paraview(history: xr.Dataset, folder: Path) -> None:
     are in ``regions.csv``. ``counterfaces.pvd`` has the flat counterfaces, ``sites.pvd`` the recorded sites with the
     number of their kind. ``show.py``, loaded by File > Load State, shows all of them. Lengths are in metres, points are
     reference positions, and the script warps them by `displacement`.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    folder : Path
-        A folder that is there.
-
-    Raises
-    ------
-    ResultError
-        For a history without snapshots, and where a file cannot be written.
     """
     numbers = range(history.sizes.get("snapshot_time", 0))
     if not numbers:
@@ -79,14 +67,7 @@ def write_paraview(history: xr.Dataset, folder: Path) -> None:
 def write_series(folder: Path, name: str, meshes: Iterable[tuple[float, meshio.Mesh]]) -> None:
     """Write meshes over time as a collection ``names.pvd`` and a numbered file ``name_0000.vtu`` for each.
 
-    Parameters
-    ----------
-    folder : Path
-        A folder that is there.
-    name : str
-        What the collection is called; its files are called by the singular.
-    meshes : iterable of (float, meshio.Mesh)
-        Times [s] and meshes.
+    Units: meshes [s].
     """
     entries, one = [], name.removesuffix("s")
     for number, (time, mesh) in enumerate(meshes):
@@ -102,17 +83,7 @@ def snapshot_mesh(
     more: Mapping[str, Floats] | None = None,
     of_cells: Mapping[str, Floats] | None = None,
 ) -> meshio.Mesh:
-    """Return a snapshot as a mesh with its fields.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    number : int
-        Number of the snapshot.
-    more, of_cells : mapping of str to array, optional
-        Further fields on the points, and in the cells.
-    """
+    """Return a snapshot as a mesh with its fields."""
     snapshot = read_snapshot(history, number)
     return meshio.Mesh(
         snapshot.points,

@@ -22,18 +22,7 @@ _STORED: Mapping[str, str] = MappingProxyType({"stress": "snapshot_stress", "str
 def cell_tensors(history: xr.Dataset, number: int) -> dict[str, NDArray[np.float64]]:
     """Return the recorded tensors of all cells in a snapshot.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots; those of old versions hold no tensors.
-    number : int
-        Number of the snapshot.
-
-    Returns
-    -------
-    dict of str to (n_cells, 3, 3) array
-        Of `stress` (Cauchy's) [Pa] and `strain` (small, or logarithmic at large strain) [-] those that are recorded;
-        symmetric, with the shear strains of the tensor, half the engineering ones.
+    Arrays: returns (n_cells, 3, 3) [Pa].
     """
     return {
         name: full_tensors(history[stored][number].astype(np.float64))

@@ -28,21 +28,11 @@ _LOCKING = {
 
 @dataclass(frozen=True)
 class CellMaterials(Generic[Law]):
-    """The material of every cell.
+    """The material of every cell."""
 
-    Parameters
-    ----------
-    materials : tuple of Material
-        The materials of the regions.
-    number : (n_cells,) array
-        Index of each cell's material among them.
-    formulation : {'plane_strain', 'plane_stress', 'solid'}
-        The two-dimensional assumption, or `solid`.
-    """
-
-    materials: tuple[Law, ...]
-    number: NDArray[np.int64]
-    formulation: Formulation
+    materials: tuple[Law, ...]  # the materials of the regions
+    number: NDArray[np.int64]  # (n_cells,), index of each cell's material among them
+    formulation: Formulation  # the two-dimensional assumption, or `solid`
 
     def __iter__(self) -> Iterator[tuple[Law, NDArray[np.int64]]]:
         """Yield every material with its cells (k,)."""
@@ -58,24 +48,7 @@ class CellMaterials(Generic[Law]):
 def cell_materials(
     space: Space, materials: Mapping[str, AnyMaterial], formulation: Formulation
 ) -> CellMaterials[Material]:
-    """Find the small-strain material of every cell; laws of large strain are taken at rest.
-
-    Parameters
-    ----------
-    space : Space
-        Displacement space.
-    materials : mapping of str to Material or FiniteMaterial
-        The material of every region.
-    formulation : {'plane_strain', 'plane_stress', 'solid'}
-        The two-dimensional assumption, or `solid`.
-
-    Raises
-    ------
-    InputError
-        For a formulation of the wrong dimension, a region without material, a material without region, cells in
-        no or in several regions, and materials that cannot represent themselves in the formulation, such as
-        incompressible ones in solids and plane strain.
-    """
+    """Find the small-strain material of every cell; laws of large strain are taken at rest."""
     _check_dimension(space, formulation)
     small = {name: small_strain_law(material) for name, material in materials.items()}
     for name, material in small.items():
@@ -86,13 +59,7 @@ def cell_materials(
 def finite_cell_materials(
     space: Space, materials: Mapping[str, AnyMaterial], formulation: Formulation
 ) -> CellMaterials[FiniteMaterial]:
-    """Find the material of every cell at large strain; see :func:`cell_materials`.
-
-    Raises
-    ------
-    InputError
-        As :func:`cell_materials`, and for laws of small strain.
-    """
+    """Find the material of every cell at large strain; see :func:`cell_materials`."""
     _check_dimension(space, formulation)
     found = {}
     for name, material in materials.items():

@@ -18,19 +18,7 @@ __all__ = ["free_edge_distances", "free_edge_nodes"]
 def free_edge_nodes(space: Space, boundary: str, held: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Return the nodes of a boundary that also lie on another outer facet that is free.
 
-    Parameters
-    ----------
-    space : Space
-        The displacement space.
-    boundary : str
-        Name of the boundary.
-    held : (n_nodes, dim) array of bool
-        Displacement components that supports fix. A facet is free unless one component is fixed at all its corners.
-
-    Returns
-    -------
-    (n,) array
-        Sorted nodes; none for a boundary that is closed, or that ends where the body is held.
+    Arrays: held (n_nodes, dim); returns (n,).
     """
     own = np.asarray(space.mesh.boundaries[boundary])
     others = np.setdiff1d(space.mesh.boundary_facets(), own)
@@ -46,21 +34,7 @@ def free_edge_distances(
 ) -> NDArray[np.float64]:
     """Return how far nodes are from the nearest free edge of a boundary.
 
-    Parameters
-    ----------
-    space : Space
-        The displacement space.
-    boundary : str
-        Name of the boundary.
-    held : (n_nodes, dim) array of bool
-        Displacement components that supports fix.
-    nodes : (n,) array
-        Nodes of the mesh.
-
-    Returns
-    -------
-    (n,) array
-        Straight distances to the nearest node of the edge [m]; infinite where the boundary has no free edge.
+    Arrays: held (n_nodes, dim); nodes (n,); returns (n,) [m].
     """
     edge = free_edge_nodes(space, boundary, held)
     if not edge.size:

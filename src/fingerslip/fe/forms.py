@@ -36,26 +36,7 @@ def stiffness_matrix(
     'nodal': from the mean dilatation of the cells around each node, material by material, so that linear
     triangles and tetrahedra do not lock either (Bonet & Burton 1998).
 
-    Parameters
-    ----------
-    space : Space
-        Displacement space.
-    materials : CellMaterials
-        Material of every cell.
-    depth : float
-        Out-of-plane depth [m].
-    integration : {'selective', 'full', 'nodal'}
-        How the dilatational part is integrated.
-
-    Returns
-    -------
-    sparse matrix, shape (n_dofs, n_dofs)
-        Stiffness [N/m].
-
-    Raises
-    ------
-    InputError
-        For nodal integration of cells that are no linear triangles or tetrahedra.
+    Units: depth [m]; returns [N/m].
     """
     check_integration(space.element, integration)
     everywhere = np.arange(space.mesh.nelements)
@@ -89,21 +70,7 @@ def shear_matrices(
 
     The first less a third of the second belongs to the deviator of the strain.
 
-    Parameters
-    ----------
-    space : Space
-        Displacement space.
-    moduli : (n_cells,) array
-        2 G of every cell [Pa]; 0 in those that do not count.
-    depth : float
-        Out-of-plane depth [m].
-    integration : {'selective', 'full', 'nodal'}
-        How the dilatational part is integrated, as in :func:`stiffness_matrix`.
-
-    Returns
-    -------
-    tuple of two sparse matrices, shape (n_dofs, n_dofs)
-        Both parts [N/m].
+    Arrays: moduli (n_cells,) [Pa]; depth [m]; returns [N/m].
     """
     own, components = np.flatnonzero(moduli), STRAIN_COMPONENTS[space.dim]
     unit, dilatation = hooke_tangent(components, 0.0, 0.5), hooke_tangent(components, 1.0, 0.0)
@@ -187,19 +154,7 @@ def _divergence_of_cells(space: Space) -> sparse.csr_matrix:
 def mass_matrix(space: Space, materials: CellMaterials[Law], depth: float) -> sparse.csr_matrix:
     """Assemble the consistent mass matrix.
 
-    Parameters
-    ----------
-    space : Space
-        Displacement space.
-    materials : CellMaterials
-        Material of every cell.
-    depth : float
-        Out-of-plane depth [m].
-
-    Returns
-    -------
-    sparse matrix, shape (n_dofs, n_dofs)
-        Mass [kg].
+    Units: depth [m]; returns [kg].
     """
     basis = space.mass
     shapes = np.stack([np.asarray(basis.basis[node][0])[0] for node in range(basis.Nbfun)], axis=-1)
@@ -220,24 +175,7 @@ def _summed(matrices: Array, dofs: NDArray[np.int32], size: int) -> sparse.csr_m
 def traction_load(space: Space, tractions: Mapping[str, tuple[float, ...]], depth: float) -> Array:
     """Return the nodal forces of uniform tractions on named boundaries.
 
-    Parameters
-    ----------
-    space : Space
-        Displacement space.
-    tractions : mapping of str to tuple of float
-        Traction on each boundary [Pa], one value per component.
-    depth : float
-        Out-of-plane depth [m].
-
-    Returns
-    -------
-    (n_dofs,) array
-        Forces [N].
-
-    Raises
-    ------
-    InputError
-        For a traction with the wrong number of components.
+    Arrays: tractions [Pa]; depth [m]; returns (n_dofs,) [N].
     """
     load = np.zeros((space.positions.shape[0], space.dim))
     for name, traction in tractions.items():

@@ -22,13 +22,7 @@ def is_mean_of_cell(element: str, integration: Integration) -> bool:
 
 
 def check_integration(element: str, integration: Integration) -> None:
-    """Refuse nodal integration of an element that is no linear triangle or tetrahedron.
-
-    Raises
-    ------
-    InputError
-        That says what to write instead.
-    """
+    """Refuse nodal integration of an element that is no linear triangle or tetrahedron."""
     if integration == "nodal" and element not in _LINEAR_SIMPLICES:
         allowed = "needs linear triangles or tetrahedra"
         raise InputError("integration", f"got 'nodal' for {element}", allowed, "write 'selective'")

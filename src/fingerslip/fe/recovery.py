@@ -45,21 +45,11 @@ def stress_components(dim: int) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Share(Generic[Law]):
-    """The share of one material in the points of a recovery.
+    """The share of one material in the points of a recovery."""
 
-    Parameters
-    ----------
-    material : Material
-        The material.
-    points : (k,) array
-        Numbers of the points that have it.
-    weights : (k,) array
-        Its share at each [-]; the shares of all materials at a point add up to one.
-    """
-
-    material: Law
-    points: Integers
-    weights: Array
+    material: Law  # the material
+    points: Integers  # (k,), numbers of the points that have it
+    weights: Array  # (k,), its share at each [-]
 
     @cached_property
     def is_alone(self) -> bool:
@@ -75,24 +65,12 @@ class Share(Generic[Law]):
 
 @dataclass(frozen=True)
 class Recovery:
-    """The strain at some points as a linear map of the displacement, with the materials there.
+    """The strain at some points as a linear map of the displacement, with the materials there."""
 
-    Parameters
-    ----------
-    strain : sparse matrix, shape (m * n_points, n_dofs)
-        Rows of the first point, then of the second, and so on [1/m]; m = 3 strain components in the plane, 6 in space.
-    shares : tuple of Share
-        The materials at the points.
-    formulation : {'plane_strain', 'plane_stress', 'solid'}
-        The two-dimensional assumption, or `solid`.
-    relax : callable, optional
-        Gives the dashpots of materials with Prony terms; without it they are taken as they are at once.
-    """
-
-    strain: sparse.csr_matrix
-    shares: tuple[Share[Material], ...]
-    formulation: Formulation
-    relax: Relax | None = None
+    strain: sparse.csr_matrix  # rows of the first point, then of the second, and so on [1/m]
+    shares: tuple[Share[Material], ...]  # the materials at the points
+    formulation: Formulation  # the two-dimensional assumption, or `solid`
+    relax: Relax | None = None  # gives the dashpots of materials with Prony terms
 
     @property
     def dim(self) -> int:
@@ -187,16 +165,7 @@ def mean_of_shares(
 ) -> Array:
     """Return the mean of what a law gives, shape (..., n_points, components), over the materials at each point.
 
-    Parameters
-    ----------
-    shares : sequence of Share
-        The materials at the points.
-    strains : (..., n_points, m) array
-        Strains [-].
-    components : int
-        How many numbers the law gives.
-    law : callable
-        Takes a material and strains (k, m); gives (k, components).
+    Arrays: strains (..., n_points, m) [-].
     """
     # Laws work on components: where each is a row in memory, they take a fraction of the time.
     mean = np.zeros((components, *strains.shape[:-1]))
@@ -211,15 +180,7 @@ def mean_of_shares(
 
 
 def cell_recovery(space: Space, materials: CellMaterials[Material]) -> Recovery:
-    """Recover at the centres of all cells, where low-order elements are most accurate.
-
-    Parameters
-    ----------
-    space : Space
-        Displacement space.
-    materials : CellMaterials
-        Material of every cell.
-    """
+    """Recover at the centres of all cells, where low-order elements are most accurate."""
     every = np.arange(space.mesh.nelements)
     shares = tuple(Share(material, cells, np.ones(len(cells))) for material, cells in materials)
     return Recovery(_strain_map(space, every), shares, materials.formulation)
@@ -230,21 +191,7 @@ def site_recovery(
 ) -> Recovery:
     """Recover at nodes: the mean strain of the cells around each, weighted by size, on the given region's side.
 
-    Parameters
-    ----------
-    space : Space
-        Displacement space.
-    materials : CellMaterials
-        Material of every cell.
-    nodes : (n_sites,) array
-        Mesh node of every site.
-    regions : sequence of str or None
-        Region in which to recover; None takes all cells around the node, and the mean over their materials.
-
-    Raises
-    ------
-    MeshError
-        Where no cell of the region touches the node.
+    Arrays: nodes (n_sites,).
     """
     around = cells_around(space, nodes, regions)
     chosen = np.unique(around.indices).astype(np.int64)
@@ -275,19 +222,7 @@ def _strain_map(space: Space, cells: Integers) -> sparse.csr_matrix:
 def cells_around(space: Space, nodes: Integers, regions: Sequence[str | None]) -> sparse.csr_matrix:
     """Return the weights (n_sites, n_cells) of the cells around each site, each row summing to one.
 
-    Parameters
-    ----------
-    space : Space
-        Displacement space.
-    nodes : (n_sites,) array
-        Mesh node of every site.
-    regions : sequence of str or None
-        Region of the cells that count; None for all.
-
-    Raises
-    ------
-    MeshError
-        Where no cell of the region touches the node.
+    Arrays: nodes (n_sites,).
     """
     cells = sparse.csr_matrix(_incidence(space)[np.asarray(nodes, dtype=np.int64)])
     for region in {own for own in regions if own is not None}:

@@ -25,34 +25,16 @@ _ROTATIONS = {2: (((0, 1), "z"),), 3: (((1, 2), "x"), ((2, 0), "y"), ((0, 1), "z
 
 @dataclass(frozen=True)
 class FreePiece:
-    """A connected piece of a mesh that can move as a rigid body.
+    """A connected piece of a mesh that can move as a rigid body."""
 
-    Parameters
-    ----------
-    nodes : (k,) array
-        Its nodes.
-    motions : tuple of str
-        The free motions, such as ``translation along x`` or ``rotation about z``.
-    """
-
-    nodes: Indices
-    motions: tuple[str, ...]
+    nodes: Indices  # (k,), its nodes
+    motions: tuple[str, ...]  # the free motions, such as ``translation along x`` or ``rotation about z``
 
 
 def free_pieces(space: Space, free: Indices) -> tuple[FreePiece, ...]:
     """Return the pieces of a mesh that supports do not hold, with the motions that they leave free.
 
-    Parameters
-    ----------
-    space : Space
-        Displacement space.
-    free : (n_free,) array
-        Degrees of freedom that are not supported.
-
-    Returns
-    -------
-    tuple of FreePiece
-        None where every piece is held. Displacements are taken as small: a rotation moves nodes along tangents.
+    Arrays: free (n_free,).
     """
     held = np.ones(space.n_dofs, dtype=bool)
     held[free] = False

@@ -60,30 +60,14 @@ _VTK_HEXAHEDRON = [0, 3, 6, 2, 1, 5, 7, 4]
 
 @dataclass(frozen=True)
 class Space:
-    """Displacement space.
+    """Displacement space."""
 
-    Parameters
-    ----------
-    mesh : skfem.Mesh
-        The mesh.
-    element : str
-        Q4, T3 or T6 in the plane, H8, T4 or T10 in space.
-    full, centre, mass : skfem.CellBasis
-        Bases of one displacement component, whose degrees of freedom are the nodes: with full quadrature, with the
-        cell centre alone, and with the quadrature of the mass.
-    positions : (n_nodes, dim) array
-        Reference positions of the nodes [m].
-    known_nodes, known_lengths : dict
-        The nodes of boundaries and the integrals of the shape functions over them, by their names: all motions of a
-        body ask for them.
-    """
-
-    mesh: Any
-    element: str
+    mesh: Any  # the mesh
+    element: str  # Q4, T3 or T6 in the plane, H8, T4 or T10 in space
     full: skfem.CellBasis
     centre: skfem.CellBasis
     mass: skfem.CellBasis
-    positions: NDArray[np.float64]
+    positions: NDArray[np.float64]  # (n_nodes, dim), reference positions of the nodes [m]
     known_nodes: dict[str, NDArray[np.int64]] = field(default_factory=dict, init=False, repr=False, compare=False)
     known_lengths: dict[str, NDArray[np.float64]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
@@ -104,20 +88,7 @@ class Space:
 
 
 def build_space(mesh: Any) -> Space:
-    """Make the displacement space of a mesh.
-
-    Parameters
-    ----------
-    mesh : skfem.MeshQuad1, MeshTri1, MeshTri2, MeshHex1, MeshTet1 or MeshTet2
-        Quadrilaterals (Q4), linear (T3) or quadratic triangles (T6), hexahedra (H8), linear (T4) or quadratic
-        tetrahedra (T10).
-
-    Raises
-    ------
-    MeshError
-        For any other mesh, for nodes whose coordinates are no finite numbers, for inverted or flat cells, and for cells
-        that fold over their neighbours.
-    """
+    """Make the displacement space of a mesh."""
     if type(mesh) not in _TECHNOLOGIES:
         known = ", ".join(kind.__name__ for kind in _TECHNOLOGIES)
         raise MeshError("mesh", f"got a {type(mesh).__name__}", f"needs one of {known}")
@@ -164,13 +135,7 @@ def cell_nodes(space: Space) -> NDArray[np.int32]:
 
 
 def boundary_nodes(space: Space, name: str) -> NDArray[np.int64]:
-    """Return the sorted nodes of a named boundary, shape (k,).
-
-    Raises
-    ------
-    MeshError
-        Where the mesh has no such boundary, or an empty one.
-    """
+    """Return the sorted nodes of a named boundary, shape (k,)."""
     if name not in space.known_nodes:
         facets = _named(space.mesh.boundaries, name, "boundary")
         space.known_nodes[name] = np.unique(space.full.get_dofs(facets=np.asarray(facets)).all()).astype(np.int64)

@@ -18,18 +18,7 @@ Cells = NDArray[np.int64]
 def strain_operator(basis: skfem.CellBasis, cells: Cells) -> Array:
     """Return the strains at the quadrature points of cells for unit displacements of their nodes.
 
-    Parameters
-    ----------
-    basis : skfem.CellBasis
-        Basis of one displacement component, with the quadrature points.
-    cells : (k,) array
-        Numbers of the cells.
-
-    Returns
-    -------
-    (k, n_points, m, n_local) array
-        Strains [1/m], components as :class:`~fingerslip.materials.material.Material` orders them; columns as
-        :func:`cell_dofs` orders the degrees of freedom.
+    Arrays: cells (k,); returns (k, n_points, m, n_local) [1/m].
     """
     gradients = shape_gradients(basis, cells)
     count, points, nodes, dim = gradients.shape

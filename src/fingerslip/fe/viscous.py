@@ -35,24 +35,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Relaxing:
-    """The matrices of layers that relax alike.
+    """The matrices of layers that relax alike."""
 
-    Parameters
-    ----------
-    prony : tuple of PronyTerm
-        Their terms.
-    shape : sparse matrix, shape (n, n)
-        S [N/m].
-    thickness : sparse matrix, shape (n, n), or None
-        T [N/m]; None where there is no plane stress.
-    across : Across or None
-        Of plane stress.
-    """
-
-    prony: Prony
-    shape: sparse.csr_matrix
-    thickness: sparse.csr_matrix | None = None
-    across: Across | None = None
+    prony: Prony  # their terms
+    shape: sparse.csr_matrix  # S [N/m]
+    thickness: sparse.csr_matrix | None = None  # T [N/m]
+    across: Across | None = None  # of plane stress
 
     def belongs_to(self, material: Elastic) -> bool:
         """Tell whether layers of a material are among these."""
@@ -70,21 +58,7 @@ def relaxing_layers(
 ) -> tuple[Relaxing, ...]:
     """Assemble the matrices of all layers that relax.
 
-    Parameters
-    ----------
-    space : Space
-        Displacement space.
-    materials : CellMaterials
-        Material of every cell.
-    depth : float
-        Out-of-plane depth [m].
-    integration : {'selective', 'full', 'nodal'}
-        How the dilatational part is integrated.
-
-    Returns
-    -------
-    tuple of Relaxing
-        None where all materials are elastic.
+    Units: depth [m].
     """
     in_plane = materials.formulation == "plane_stress"
     groups: dict[tuple[Prony, float | None], Array] = {}

@@ -48,22 +48,12 @@ _NOTHING_NEW = 1e-6
 
 @dataclass(frozen=True)
 class StaticResponses:
-    """A body and what it does when its interface is moved, statically.
+    """A body and what it does when its interface is moved, statically."""
 
-    Parameters
-    ----------
-    stiffness, mass : sparse matrix, shape (n, n)
-        K [N/m] and M [kg].
-    interface : (p,) array
-        The unknowns of the interface, ascending.
-    solver : LinearSolver
-        What factorises.
-    """
-
-    stiffness: sparse.csr_matrix
-    mass: sparse.csr_matrix
-    interface: Indices
-    solver: LinearSolver
+    stiffness: sparse.csr_matrix  # K [N/m] and M [kg]
+    mass: sparse.csr_matrix  # K [N/m] and M [kg]
+    interface: Indices  # (p,), the unknowns of the interface, ascending
+    solver: LinearSolver  # what factorises
 
     @cached_property
     def _factorised(self) -> tuple[SchurFactor, Array]:
@@ -123,39 +113,17 @@ def static_responses(
 
 @dataclass(frozen=True)
 class Vibrations:
-    """Vibrations of a body while its interface is held, the slow ones of them as they are, the fast ones about so.
+    """Vibrations of a body while its interface is held, the slow ones of them as they are, the fast ones about so."""
 
-    Parameters
-    ----------
-    frequencies : (s,) array
-        Angular frequencies, ascending [rad/s].
-    shapes : (n, s) array
-        Their shapes, orthonormal in the mass, zero at the interface [kg^-1/2].
-    following : (n, k) array
-        What the motions excite next, likewise [kg^-1/2].
-    """
-
-    frequencies: Array
-    shapes: Array
-    following: Array
+    frequencies: Array  # (s,), angular frequencies, ascending [rad/s]
+    shapes: Array  # (n, s), their shapes, orthonormal in the mass, zero at the interface [kg^-1/2]
+    following: Array  # (n, k), what the motions excite next, likewise [kg^-1/2]
 
 
 def slow_motions(body: StaticResponses, mass: Array, count: int) -> Array:
     """Return the slowest motions of a body whose inside follows its interface, as displacements of all unknowns.
 
-    Parameters
-    ----------
-    body : StaticResponses
-        The body and its interface.
-    mass : (p, p) array
-        The mass of its static responses [kg].
-    count : int
-        How many; less where the interface has fewer unknowns.
-
-    Returns
-    -------
-    (n, k) array
-        [kg^-1/2].
+    Arrays: mass (p, p) [kg]; returns (n, k) [kg^-1/2].
     """
     last = min(count, body.interface.size) - 1
     _, vectors = linalg.eigh(body.schur, mass, subset_by_index=[0, last], check_finite=False)
@@ -168,16 +136,7 @@ def vibrations(body: StaticResponses, start: Array, count: int, following: int =
     Static displacement under the inertia of a motion is the first correction of one whose inside followed statically,
     and that under the inertia of the correction the next one.
 
-    Parameters
-    ----------
-    body : StaticResponses
-        The body and its interface.
-    start : (n, k) array
-        The motions; their size does not count.
-    count : int
-        How many vibrations; less where the motions excite fewer.
-    following : int, optional
-        How many shapes beyond them.
+    Arrays: start (n, k).
     """
     shapes, excited = np.zeros((body.stiffness.shape[0], 0), order="F"), start
     while excited.shape[1] and shapes.shape[1] < count + following:
@@ -212,46 +171,20 @@ def _added(body: StaticResponses, fields: Array, shapes: Array) -> Array:
 
 @dataclass(frozen=True)
 class CraigBampton:
-    """The reduced body in its own coordinates z, of which there are m.
+    """The reduced body in its own coordinates z, of which there are m."""
 
-    Parameters
-    ----------
-    eigenvalues : (m,) array
-        Stiffness over mass, ascending [1/s^2]; the mass is one.
-    interface : (p,) array
-        The unknowns of the interface.
-    at_interface : (p, m) array
-        Displacement of the interface per coordinate [kg^-1/2].
-    rows : (r,) array
-        Further unknowns, ascending, whose displacement is known without that of all others.
-    at_rows : (r, m) array
-        Displacement of these per coordinate [kg^-1/2].
-    shapes : (n, s) array
-        V.
-    of_shapes : (s, m) array
-        q per coordinate.
-    frequencies : (s',) array
-        Angular frequencies of the vibrations among the shapes [rad/s].
-    following : (n, k) array
-        Shapes W that are not in the basis, orthonormal to it inside, zero at the interface [kg^-1/2].
-    following_squares : (k,) array
-        Their stiffness W^T K W, which is diagonal [1/s^2].
-    following_mass, following_stiffness : (k, m) array
-        Their mass [-] and stiffness [1/s^2] with each coordinate.
-    """
-
-    eigenvalues: Array
-    interface: Indices
-    at_interface: Array
-    rows: Indices
-    at_rows: Array
-    shapes: Array
-    of_shapes: Array
-    frequencies: Array
-    following: Array
-    following_squares: Array
-    following_mass: Array
-    following_stiffness: Array
+    eigenvalues: Array  # (m,), stiffness over mass, ascending [1/s^2]
+    interface: Indices  # (p,), the unknowns of the interface
+    at_interface: Array  # (p, m), displacement of the interface per coordinate [kg^-1/2]
+    rows: Indices  # (r,), further unknowns, ascending, whose displacement is known without that of all others
+    at_rows: Array  # (r, m), displacement of these per coordinate [kg^-1/2]
+    shapes: Array  # (n, s), V
+    of_shapes: Array  # (s, m), q per coordinate
+    frequencies: Array  # (s',), angular frequencies of the vibrations among the shapes [rad/s]
+    following: Array  # (n, k) [kg^-1/2]
+    following_squares: Array  # (k,), their stiffness W^T K W, which is diagonal [1/s^2]
+    following_mass: Array  # (k, m), their mass [-] and stiffness [1/s^2] with each coordinate
+    following_stiffness: Array  # (k, m), their mass [-] and stiffness [1/s^2] with each coordinate
 
     def field(self, body: StaticResponses, coordinates: Array) -> Array:
         """Return the displacement of all unknowns, (n,) or (n, k) [m], for coordinates z, (m,) or (m, k)."""

@@ -24,15 +24,7 @@ def available_memory() -> int | None:
 def require_memory(parts: Mapping[str, int]) -> None:
     """Refuse a computation that needs more memory than is available.
 
-    Parameters
-    ----------
-    parts : mapping of str to int
-        What needs memory, and how much [bytes].
-
-    Raises
-    ------
-    InputError
-        With the estimate, its parts and what helps.
+    Units: parts [bytes].
     """
     available, needed = available_memory(), sum(parts.values())
     if available is None or needed <= available:

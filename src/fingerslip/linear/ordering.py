@@ -22,15 +22,7 @@ _LEAF = 60
 def nested_dissection(matrix: sparse.csr_matrix) -> Indices:
     """Order the unknowns of a matrix with symmetric pattern.
 
-    Parameters
-    ----------
-    matrix : scipy.sparse.csr_matrix
-        The matrix, shape (n, n).
-
-    Returns
-    -------
-    (n,) array of int
-        The unknown that is eliminated first, second and so on.
+    Arrays: returns (n,).
     """
     groups, members = _groups(matrix)
     order = np.zeros(groups.shape[0], dtype=np.int64)

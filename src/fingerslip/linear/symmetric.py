@@ -46,10 +46,7 @@ def symmetric_products(matrix: NDArray[Any], columns: NDArray[Any]) -> NDArray[A
 def write_symmetric_product(matrix, vector, found):  # type: ignore[no-untyped-def]
     """Write a symmetric matrix times a vector (n,) into `found` (n,), of the same precision as the vector.
 
-    Parameters
-    ----------
-    matrix : (m, m) array, m >= n
-        Its leading n rows and columns are multiplied; what is above the diagonal is not read.
+    Arrays: matrix (m, m).
     """
     size, zero = vector.size, vector.dtype.type(0)
     found.fill(zero)

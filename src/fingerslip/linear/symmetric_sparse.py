@@ -22,21 +22,11 @@ Array = NDArray[np.float64]
 
 
 class SymmetricMatrix(NamedTuple):
-    """A sparse symmetric matrix (n, n) for compiled code.
+    """A sparse symmetric matrix (n, n) for compiled code."""
 
-    Parameters
-    ----------
-    whole : tuple of arrays
-        All of it, as :func:`fingerslip.linear.products.compiled_parts` gives it.
-    above : tuple of arrays
-        What is above the diagonal.
-    diagonal : (n,) array
-        The diagonal.
-    """
-
-    whole: CompiledMatrix
-    above: CompiledMatrix
-    diagonal: Array
+    whole: CompiledMatrix  # all of it, as :func:`fingerslip.linear.products.compiled_parts` gives it
+    above: CompiledMatrix  # what is above the diagonal
+    diagonal: Array  # (n,), the diagonal
 
 
 def symmetric_parts(matrix: sparse.csr_matrix) -> SymmetricMatrix:

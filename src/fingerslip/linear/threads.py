@@ -55,18 +55,7 @@ def usable_cores() -> int:
 
 
 def allowed_threads(threads: int | None = None) -> int:
-    """Return how many threads a simulation may use.
-
-    Parameters
-    ----------
-    threads : int, optional
-        Upper limit; without it the number of cores that this process may use, which is never exceeded.
-
-    Raises
-    ------
-    InputError
-        For a limit that is no whole number, or below one.
-    """
+    """Return how many threads a simulation may use."""
     if threads is not None and not (isinstance(threads, Integral) and threads >= 1):
         raise InputError("threads", f"got {threads!r}", "needs a whole number >= 1")
     cores = usable_cores()
@@ -74,17 +63,7 @@ def allowed_threads(threads: int | None = None) -> int:
 
 
 def suitable_threads(n_dofs: int, allowed: int, dim: int) -> int:
-    """Return how many of the allowed threads the algebra of a system should use.
-
-    Parameters
-    ----------
-    n_dofs : int
-        Its degrees of freedom.
-    allowed : int
-        Threads that are allowed.
-    dim : int
-        Dimension of space.
-    """
+    """Return how many of the allowed threads the algebra of a system should use."""
     return 1 if n_dofs < _WORTH_THREADS[dim] else allowed
 
 

@@ -60,13 +60,6 @@ def kept_values(values: Mapping[str, Any], changes: Mapping[str, Any]) -> Mappin
 
     None are left by a material that starts from another one that ships.
 
-    Parameters
-    ----------
-    values : mapping of str to object
-        Values of the material, or of any other group of a preset, which no `law` changes.
-    changes : mapping of str to object
-        Other values of the material, with the name of its `law` where that is another one.
-
     Examples
     --------
     >>> kept_values({"youngs_modulus": "34 kPa", "poisson_ratio": 0.48, "density": "1 kg/m^3"}, {"law": "ogden"})
@@ -116,13 +109,7 @@ def _check_preset(values: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def conforming_law(value: Any) -> AnyMaterial:
-    """Return a material law, also one that a user wrote; refuse any other object.
-
-    Raises
-    ------
-    InputError
-        For an object that lacks members of the protocol that it is nearest to, which are named.
-    """
+    """Return a material law, also one that a user wrote; refuse any other object."""
     if isinstance(value, Material | FiniteMaterial) and not isinstance(value, type):
         return value
     laws = ", ".join(law.__name__ for law in LAWS)
@@ -135,16 +122,6 @@ def conforming_law(value: Any) -> AnyMaterial:
 
 def material_of(entry: AnyMaterial | Mapping[str, Any]) -> AnyMaterial:
     """Return the material that an entry of a study means.
-
-    Parameters
-    ----------
-    entry : material, or mapping of str to object
-        A material, or `preset` and the values that differ from it.
-
-    Raises
-    ------
-    InputError
-        For an unknown preset or key, or a value that does not fit.
 
     Examples
     --------

@@ -103,17 +103,7 @@ class Elastic:
 def hooke_energy(strain: Array, first_lame: float, shear_modulus: float) -> Array:
     """Return the strain energy density of Hooke's law.
 
-    Parameters
-    ----------
-    strain : (n, m) array
-        Strains [-], components as :class:`~fingerslip.materials.material.Material` orders them.
-    first_lame, shear_modulus : float
-        Factor of the dilatation in the stress, and G [Pa].
-
-    Returns
-    -------
-    (n,) array
-        Energy densities [J/m^3].
+    Arrays: strain (n, m) [-]; first_lame, shear_modulus [Pa]; returns (n,) [J/m^3].
     """
     dim = _DIMENSIONS[strain.shape[1]]
     normal, shear = strain[:, :dim], strain[:, dim:]

@@ -57,10 +57,7 @@ def deviator(values: Array) -> Array:
 def isochoric_tangent(rates: Array) -> Array:
     """Return the derivative of the deviator of stresses by the logarithmic strains [Pa], shape (n, 3, 3).
 
-    Parameters
-    ----------
-    rates : (n, 3) array
-        Derivative of each stress by its own isochoric strain [Pa].
+    Arrays: rates (n, 3) [Pa].
     """
     tangent = (rates[:, :, None] + rates[:, None, :]) / -3.0
     tangent += (summed(rates) / 9.0)[:, None, None]
@@ -78,19 +75,7 @@ def volumetric_energy(bulk_modulus: float, log_volume: Array) -> tuple[Array, Ar
 def chosen_bulk_modulus(shear_modulus: float, bulk_modulus: float | None, poisson_ratio: float | None) -> float:
     """Return the bulk modulus [Pa], of which either itself or Poisson's ratio is given.
 
-    Parameters
-    ----------
-    shear_modulus : float
-        Shear modulus at rest [Pa].
-    bulk_modulus : float or None
-        Bulk modulus [Pa].
-    poisson_ratio : float or None
-        Poisson's ratio at rest [-].
-
-    Raises
-    ------
-    InputError
-        Where none or both are given, and for a bulk modulus below 2/3 of the shear modulus.
+    Units: shear_modulus [Pa]; bulk_modulus [Pa]; poisson_ratio [-].
     """
     if bulk_modulus is None and poisson_ratio is None:
         raise InputError("bulk_modulus", "is missing", "needs a value", "or give poisson_ratio")
@@ -123,17 +108,7 @@ def check_stability(tangent: Callable[[Array], Array], stretches: tuple[float, f
     it is enough to look at changes of shape, in the uniaxial, equibiaxial and planar test of the incompressible
     material.
 
-    Parameters
-    ----------
-    tangent : callable
-        Derivative of the Kirchhoff stresses by the logarithmic strains, of (n, 3) logarithmic strains.
-    stretches : tuple of float
-        The lowest and the highest stretch in each test [-], below and above 1.
-
-    Raises
-    ------
-    InputError
-        That names the tests and the stretches nearest to 1 in each at which the law is not stable.
+    Units: stretches [-].
     """
     low, high = stretches
     if not 0.0 < low < 1.0 < high:

@@ -51,15 +51,7 @@ class PowersOfStretches:
             """The powers of the stretches."""
 
     def check_stable(self) -> None:
-        """Refuse moduli with which the law is not stable, and terms by which it cannot relax.
-
-        Raises
-        ------
-        InputError
-            See :func:`~fingerslip.materials.isochoric.check_stability` and
-            :func:`~fingerslip.materials.prony.check_prony`; also for a bulk modulus that is missing, given twice or
-            too small.
-        """
+        """Refuse moduli with which the law is not stable, and terms by which it cannot relax."""
         check_stability(self.kirchhoff_tangent, self.stable_between)
         check_prony(self.prony)
 

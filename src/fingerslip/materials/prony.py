@@ -57,20 +57,12 @@ Prony = tuple[PronyTerm, ...]
 
 @dataclass(frozen=True)
 class Recurrence:
-    """How dashpots follow strain over a step, a number for each of t terms.
+    """How dashpots follow strain over a step, a number for each of t terms."""
 
-    Parameters
-    ----------
-    shares : (t,) array
-        Shares of the shear modulus [-].
-    decay, end, start : (t,) array
-        Weights of the dashpot at the start, and of the strain at the end and at the start [-].
-    """
-
-    shares: Array
-    decay: Array
-    end: Array
-    start: Array
+    shares: Array  # (t,), shares of the shear modulus [-]
+    decay: Array  # (t,), weights of the dashpot at the start, and of the strain at the end and at the start [-]
+    end: Array  # (t,), weights of the dashpot at the start, and of the strain at the end and at the start [-]
+    start: Array  # (t,), weights of the dashpot at the start, and of the strain at the end and at the start [-]
 
     def followed(self, strains: Array) -> Array:
         """Return the dashpots, shape (t, n_times, ...), of strains (n_times, ...) [-] at equal steps from rest."""
@@ -83,13 +75,7 @@ class Recurrence:
 
 
 def check_prony(terms: Prony) -> None:
-    """Refuse terms that would leave no stiffness.
-
-    Raises
-    ------
-    InputError
-        Where the shares have a sum of 1 or more.
-    """
+    """Refuse terms that would leave no stiffness."""
     total = sum(term.share for term in terms)
     if total >= 1.0:
         raise InputError("prony", f"has shares with a sum of {total:.6g}", "needs a sum < 1, the rest stays elastic")
@@ -100,22 +86,7 @@ def recurrence(
 ) -> Recurrence:
     """Return how dashpots follow strain over a step.
 
-    Parameters
-    ----------
-    terms : sequence of PronyTerm
-        The terms.
-    step : float
-        Time step [s].
-    where : str, optional
-        What errors name.
-    controlled : bool, optional
-        Whether something else watches what strain that is no line within the step leaves, so that it may be long.
-
-    Raises
-    ------
-    InputError
-        For a relaxation time below half the step: strain is taken as linear within a step, which hides what relaxes
-        much faster.
+    Units: step [s].
     """
     times = np.array([term.time for term in terms])
     if not controlled and times.min(initial=np.inf) < _SHORTEST * step * (1.0 - 1e-9):

@@ -33,22 +33,12 @@ _LIMIT, _LAST, _LARGEST = 60, 1e-7, 0.5
 
 @dataclass(frozen=True)
 class Constants:
-    """Constants at rest of a law that may relax.
+    """Constants at rest of a law that may relax."""
 
-    Parameters
-    ----------
-    shear_modulus, bulk_modulus : float
-        [Pa].
-    poisson_ratio : float
-        [-].
-    prony : tuple of PronyTerm
-        Its terms; none where it is elastic.
-    """
-
-    shear_modulus: float
-    bulk_modulus: float
-    poisson_ratio: float
-    prony: Prony
+    shear_modulus: float  # [Pa]
+    bulk_modulus: float  # [Pa]
+    poisson_ratio: float  # [-]
+    prony: Prony  # its terms
 
 
 def constants_of(material: FiniteMaterial) -> Constants:
@@ -83,21 +73,11 @@ def shape_stress(material: FiniteMaterial, log_strain: Array) -> Array:
 
 @dataclass(frozen=True)
 class StepLaw:
-    """The part of a law at the end of a step that has the principal directions of the strain.
+    """The part of a law at the end of a step that has the principal directions of the strain."""
 
-    Parameters
-    ----------
-    material : FiniteMaterial
-        The law at once.
-    share : float
-        Share of the strain at the end of the step that the dashpots have taken by then, times the terms' shares [-].
-    pressure : (n,) array
-        What the start of the step takes from the pressure of the shape [Pa].
-    """
-
-    material: FiniteMaterial
-    share: float
-    pressure: Array
+    material: FiniteMaterial  # the law at once
+    share: float  # [-]
+    pressure: Array  # (n,), what the start of the step takes from the pressure of the shape [Pa]
 
     def kirchhoff_stress(self, log_strain: Array) -> Array:
         """Return the principal Kirchhoff stresses [Pa], shape (n, 3), at logarithmic strains (n, 3)."""
@@ -117,21 +97,7 @@ class StepLaw:
 def spring_strain(material: FiniteMaterial, stress: Array, log_volume: Array, guess: Array) -> Array:
     """Return the logarithmic strains (n, 3) [-] of springs that obey a law, from the deviator of their stress.
 
-    Parameters
-    ----------
-    material : FiniteMaterial
-        The law.
-    stress : (n, 3) array
-        Principal Kirchhoff stresses without their mean [Pa].
-    log_volume : (n,) array
-        ln J, that of the body [-].
-    guess : (n, 3) array
-        Logarithmic strains from which they are searched [-].
-
-    Raises
-    ------
-    FingerslipError
-        Where the law has no such strain, which happens where it is not stable.
+    Arrays: stress (n, 3) [Pa]; log_volume (n,) [-]; guess (n, 3) [-].
     """
     found = deviator(guess) + log_volume[:, None] / 3.0
     for _ in range(_LIMIT):

@@ -30,28 +30,16 @@ class Across:
     strain that strain less sum s_i times its dashpots ::
 
         k (u - w) = (2 G/3) R[u + 2 w]    or    w = c u + d sum s_i (z_i + 2 q_i)
-
-    Parameters
-    ----------
-    along : float
-        c [-].
-    relaxed : float
-        d [-].
-    bulk : float
-        Bulk modulus over 2 G [-].
     """
 
-    along: float
-    relaxed: float
-    bulk: float
+    along: float  # c [-]
+    relaxed: float  # d [-]
+    bulk: float  # bulk modulus over 2 G [-]
 
     def of_step(self, share: float) -> tuple[float, float]:
         """Return the parts in w at the end of a step of u there, and of the dashpots that its start gives [-].
 
-        Parameters
-        ----------
-        share : float
-            Share of a strain at the end of the step that the dashpots have taken by then [-].
+        Units: share [-].
         """
         whole = 1.0 - 2.0 * self.relaxed * share
         return (self.along + self.relaxed * share) / whole, self.relaxed / whole
@@ -59,18 +47,10 @@ class Across:
 
 @dataclass(frozen=True)
 class Relaxed:
-    """Strains and dashpots with all normal components, in the order xx, yy, zz, xy and in space yz, xz.
+    """Strains and dashpots with all normal components, in the order xx, yy, zz, xy and in space yz, xz."""
 
-    Parameters
-    ----------
-    strains : (..., k) array
-        Strains [-].
-    dashpots : (t, ..., k) array
-        Dashpots of t terms [-].
-    """
-
-    strains: Array
-    dashpots: Array
+    strains: Array  # (..., k), strains [-]
+    dashpots: Array  # (t, ..., k), dashpots of t terms [-]
 
 
 def across_of(poisson_ratio: float) -> Across:
@@ -99,16 +79,7 @@ def in_space(strains: Array, across: Array | float = 0.0) -> Array:
 def followed(material: Elastic, strains: Array, formulation: Formulation, step: float) -> Relaxed:
     """Return strains that start from rest, with their dashpots.
 
-    Parameters
-    ----------
-    material : Elastic
-        The law, with Prony terms.
-    strains : (n_times, ..., m) array
-        Strains at equal steps [-].
-    formulation : {'plane_strain', 'plane_stress', 'solid'}
-        The two-dimensional assumption, or `solid`.
-    step : float
-        The step [s].
+    Arrays: strains (n_times, ..., m) [-]; step [s].
     """
     follow = recurrence(material.prony, step)
     dashpots = follow.followed(strains)

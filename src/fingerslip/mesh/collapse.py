@@ -61,12 +61,7 @@ def repaired(found: Fragments, kept: Floats) -> Fragments:
     the cell. A node on the border of regions, on the outside or on the plane z = 0 gives way only to one that lies on
     all of these, and regions keep their volumes but for a tenth of that around the node.
 
-    Parameters
-    ----------
-    found : Fragments
-        Tetrahedra.
-    kept : (k, 3) array
-        Points whose nodes stay [m].
+    Arrays: kept (k, 3) [m].
     """
     state = _Cells(
         found.points.copy(), found.cells.copy(), found.region, np.ones(len(found.cells), dtype=bool), _places(found)

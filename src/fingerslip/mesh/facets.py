@@ -19,19 +19,7 @@ Integers = NDArray[np.integer]
 def facets_between(mesh: skfem.Mesh, region: Integers, first: int, second: int) -> NDArray[np.int32]:
     """Return the facets between cells of two regions.
 
-    Parameters
-    ----------
-    mesh : skfem.Mesh
-        The mesh.
-    region : (n_cells,) array
-        Number of the region of every cell.
-    first, second : int
-        The two regions.
-
-    Returns
-    -------
-    (k,) array
-        Numbers of the facets, ascending.
+    Arrays: region (n_cells,); returns (k,).
     """
     one, other = mesh.f2t
     pair = np.where(other >= 0, np.sort([region[one], region[other]], axis=0), -1)
@@ -42,19 +30,7 @@ def facets_between(mesh: skfem.Mesh, region: Integers, first: int, second: int) 
 def outward_normals(mesh: skfem.Mesh, facets: Integers, inside: Integers) -> Floats:
     """Return the unit normals of facets, as if they were flat, away from a cell of each.
 
-    Parameters
-    ----------
-    mesh : skfem.Mesh
-        A mesh of straight lines in the plane or flat triangles in space, or curved ones of which the corners count.
-    facets : (k,) array
-        Numbers of the facets.
-    inside : (k,) array
-        The cell of each that lies behind it.
-
-    Returns
-    -------
-    (dim, k) array
-        Unit normals [-].
+    Arrays: facets (k,); inside (k,); returns (dim, k) [-].
     """
     corners = mesh.p[:, mesh.facets[:, facets]]
     along = corners[:, 1] - corners[:, 0]

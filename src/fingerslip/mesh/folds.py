@@ -25,15 +25,7 @@ _SHOWN = 3
 def turned_cells(mesh: skfem.Mesh) -> Booleans:
     """Return which cells are mirror images of their reference cell, by the edges of their first corner.
 
-    Parameters
-    ----------
-    mesh : skfem.Mesh
-        The mesh; of curved cells the corners count.
-
-    Returns
-    -------
-    (n_cells,) array
-        True where the determinant of these edges has the other sign than in the reference cell.
+    Arrays: returns (n_cells,).
     """
     reference = mesh.elem.refdom.p
     beside = np.flatnonzero(np.isclose(np.linalg.norm(reference - reference[:, :1], axis=0), 1.0))
@@ -48,19 +40,7 @@ def check_folds(mesh: skfem.Mesh, turned: Booleans, where: str = "mesh") -> None
 
     Facets of one cell alone, such as those of the outside and of a crack, have nothing to fold over.
 
-    Parameters
-    ----------
-    mesh : skfem.Mesh
-        The mesh.
-    turned : (n_cells,) array
-        Which cells are mirror images of their reference cell; see :func:`turned_cells`.
-    where : str, optional
-        What the error names.
-
-    Raises
-    ------
-    MeshError
-        That names the cells and their places.
+    Arrays: turned (n_cells,).
     """
     sides = 2 * mesh.t2f + _is_in_front(mesh, turned)
     shared = np.flatnonzero(np.bincount(sides.ravel()) > 1)

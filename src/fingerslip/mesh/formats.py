@@ -34,20 +34,7 @@ _OPTIONS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
 
 
 def read_file(file: Path, needed: str) -> meshio.Mesh:
-    """Read a file.
-
-    Parameters
-    ----------
-    file : Path
-        The file.
-    needed : str
-        What errors say is needed, such as ``needs a mesh file``.
-
-    Raises
-    ------
-    MeshError
-        Where the file is missing or cannot be read, or its numbers do not fit together.
-    """
+    """Read a file."""
     if not file.is_file():
         raise MeshError(str(file), "no such file", needed)
     if not file.stat().st_size:
@@ -67,22 +54,6 @@ def write_file(file: Path, data: meshio.Mesh, suffixes: str) -> None:
     """Write a file, whole or not at all, in the format that its suffix names.
 
     ``.msh`` is Gmsh's of version 2.2, ``.stl`` is binary.
-
-    Parameters
-    ----------
-    file : Path
-        The file.
-    data : meshio.Mesh
-        What is written.
-    suffixes : str
-        Suffixes that errors name, such as ``.msh, .vtu``.
-
-    Raises
-    ------
-    MeshError
-        Where the suffix is unknown or the folder does not exist.
-    ResultError
-        Where nothing may be written there, or the disk is full.
     """
     import meshio
 

@@ -34,44 +34,17 @@ _FRONTAL, _DELAUNAY = 6, 5
 
 @dataclass(frozen=True)
 class Fragments:
-    """Cells of the regions of a mesh.
+    """Cells of the regions of a mesh."""
 
-    Parameters
-    ----------
-    points : (n, dim) array
-        Node positions [m].
-    cells : (m, corners) array
-        Nodes of all cells, region after region.
-    region : (m,) array
-        Number of the region of each cell, in the order in which they were named.
-    """
-
-    points: Floats
-    cells: Integers
-    region: Integers
+    points: Floats  # (n, dim), node positions [m]
+    cells: Integers  # (m, corners), nodes of all cells, region after region
+    region: Integers  # (m,), number of the region of each cell, in the order in which they were named
 
 
 def fragmented(shapes: Mapping[str, Sequence[int]], points: Floats, dim: int) -> dict[str, list[int]]:
     """Cut shapes of Gmsh's OpenCASCADE kernel along each other.
 
-    Parameters
-    ----------
-    shapes : mapping of str to sequence of int
-        Tags of the surfaces or volumes of each region; where regions overlap, the later one keeps what they share.
-    points : (k, dim) array
-        Points at which the mesh gets nodes [m].
-    dim : int
-        2 for surfaces, 3 for volumes.
-
-    Returns
-    -------
-    dict
-        Tags of the pieces of each region.
-
-    Raises
-    ------
-    MeshError
-        Where Gmsh cannot cut them, or nothing is left of a region.
+    Arrays: points (k, dim) [m].
     """
     nodes = [(0, gmsh.model.occ.addPoint(*_three(point * MILLIMETRES))) for point in points]
     drawn = {name: [(dim, tag) for tag in tags] for name, tags in shapes.items()}
@@ -134,21 +107,7 @@ def _without_overlap(shapes: Mapping[str, list[_Entity]]) -> dict[str, list[_Ent
 def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False, segments: float = _SEGMENTS_OF_A_CIRCLE) -> None:
     """Mesh what was cut, with element sizes given point by point.
 
-    Parameters
-    ----------
-    dim : int
-        2 or 3.
-    size : callable
-        Wanted size [m] at x, y, z [m].
-    quadrilaterals : bool, optional
-        Whether surfaces get quadrilaterals only.
-    segments : float, optional
-        Straight edges in place of a circle, at least.
-
-    Raises
-    ------
-    MeshError
-        Where Gmsh fails.
+    Units: size [m].
     """
     # Gmsh passes the size that bends need.
     gmsh.model.mesh.setSizeCallback(
@@ -169,20 +128,7 @@ def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False, segments: 
 
 
 def read_fragments(pieces: Mapping[str, Sequence[int]], dim: int, corners: int) -> Fragments:
-    """Read the cells of all regions out of Gmsh, and the points that they use.
-
-    Parameters
-    ----------
-    pieces : mapping of str to sequence of int
-        Tags of the pieces of each region, as of :func:`fragmented`.
-    dim, corners : int
-        Dimension and corners of the cells.
-
-    Raises
-    ------
-    MeshError
-        Where a region has no such cells.
-    """
+    """Read the cells of all regions out of Gmsh, and the points that they use."""
     kind = _KINDS[dim, corners]
     tags, positions, _ = gmsh.model.mesh.getNodes()
     order = np.argsort(tags)

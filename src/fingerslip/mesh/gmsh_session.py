@@ -41,13 +41,7 @@ class _QuietGeometry(pygmsh.geo.Geometry):  # type: ignore[misc]
 
 @contextmanager
 def gmsh_session() -> Iterator[pygmsh.geo.Geometry]:
-    """Open Gmsh for one mesh, one at a time, and close it whatever happens.
-
-    Raises
-    ------
-    MeshError
-        Where somebody else has opened Gmsh in this process.
-    """
+    """Open Gmsh for one mesh, one at a time, and close it whatever happens."""
     with _GMSH_IN_USE, _broken_pipes_as_before():
         if gmsh.isInitialized():
             raise MeshError("gmsh", "is already initialised", "needs a Gmsh of its own", "call gmsh.finalize() first")

@@ -18,17 +18,7 @@ _MIRRORED = {4: [1, 0, 2, 3], 10: [1, 0, 2, 3, 4, 6, 5, 8, 7, 9]}
 def positive_tetrahedra(points: NDArray[np.float64], cells: Nodes) -> Nodes:
     """Return tetrahedra whose corners are in the order of positive volume.
 
-    Parameters
-    ----------
-    points : (n, 3) array
-        Positions.
-    cells : (m, 4) or (m, 10) array
-        Nodes of linear or quadratic tetrahedra, corners first.
-
-    Returns
-    -------
-    (m, 4) or (m, 10) array
-        The same cells; those of negative volume are mirrored.
+    Arrays: points (n, 3); cells (m, 4); returns (m, 4).
     """
     corners = points[cells[:, :4]]
     mirrored = np.linalg.det(corners[:, 1:] - corners[:, :1]) < 0.0

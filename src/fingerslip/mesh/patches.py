@@ -23,18 +23,10 @@ _FRONTAL = 6
 
 @dataclass(frozen=True)
 class Triangulation:
-    """Triangles on a surface in space.
+    """Triangles on a surface in space."""
 
-    Parameters
-    ----------
-    points : (n, 3) array
-        Node positions [m].
-    triangles : (m, 3) array
-        Nodes of the triangles, counter-clockwise as seen from outside.
-    """
-
-    points: Floats
-    triangles: Integers
+    points: Floats  # (n, 3), node positions [m]
+    triangles: Integers  # (m, 3), nodes of the triangles, counter-clockwise as seen from outside
 
 
 def mesh_surface(grid: Floats, is_open: bool, divide_at: int, sizes: Floats) -> Triangulation:
@@ -42,22 +34,7 @@ def mesh_surface(grid: Floats, is_open: bool, divide_at: int, sizes: Floats) -> 
 
     The quarters, divided at one row, are the patches that Gmsh parametrises and meshes.
 
-    Parameters
-    ----------
-    grid : (rows, columns, 3) array
-        Points of the surface [m], columns clockwise as seen from the last row; a multiple of four of them.
-        All points of the last row are one place.
-    is_open : bool
-        Whether the first row is an open rim; else its points are one place too.
-    divide_at : int
-        The row along which nodes are wanted.
-    sizes : (rows, columns) array
-        Wanted sizes of the triangles [m].
-
-    Raises
-    ------
-    MeshError
-        Where Gmsh fails.
+    Arrays: grid (rows, columns, 3) [m]; sizes (rows, columns) [m].
     """
     number, unit = _numbers(grid, is_open), length_unit(float(sizes.max()))
     with gmsh_session():

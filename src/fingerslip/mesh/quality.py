@@ -22,48 +22,24 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class QualityRow:
-    """Quality of the cells of one region.
+    """Quality of the cells of one region."""
 
-    Parameters
-    ----------
-    region : str
-        Name of the region; `mesh` for all cells of a mesh without regions.
-    cells : int
-        Number of cells.
-    scaled_jacobian : float
-        Least scaled Jacobian [-]: 1 for a rectangle or an equilateral triangle, <= 0 where inverted.
-    smallest_angle, largest_angle : float
-        Extreme angles between edges [rad].
-    aspect_ratio : float
-        Largest ratio of longest to shortest edge of a cell [-].
-    """
-
-    region: str
-    cells: int
-    scaled_jacobian: float
-    smallest_angle: float
-    largest_angle: float
-    aspect_ratio: float
+    region: str  # name of the region
+    cells: int  # number of cells
+    scaled_jacobian: float  # [-]
+    smallest_angle: float  # extreme angles between edges [rad]
+    largest_angle: float  # extreme angles between edges [rad]
+    aspect_ratio: float  # largest ratio of longest to shortest edge of a cell [-]
 
 
 @dataclass(frozen=True)
 class QualityLimits:
-    """What every cell of a built mesh keeps.
+    """What every cell of a built mesh keeps."""
 
-    Parameters
-    ----------
-    scaled_jacobian : float
-        Least scaled Jacobian [-].
-    smallest_angle, largest_angle : float
-        Extreme angles between edges [rad].
-    aspect_ratio : float
-        Largest ratio of longest to shortest edge [-].
-    """
-
-    scaled_jacobian: float
-    smallest_angle: float
-    largest_angle: float
-    aspect_ratio: float
+    scaled_jacobian: float  # least scaled Jacobian [-]
+    smallest_angle: float  # extreme angles between edges [rad]
+    largest_angle: float  # extreme angles between edges [rad]
+    aspect_ratio: float  # largest ratio of longest to shortest edge [-]
 
 
 _QUADRILATERALS = QualityLimits(0.25, np.radians(15.0), np.radians(165.0), 10.0)
@@ -103,13 +79,7 @@ def quality_table(mesh: skfem.Mesh2D) -> tuple[QualityRow, ...]:
 
 
 def check_quality(mesh: skfem.Mesh2D) -> None:
-    """Refuse a mesh with a cell outside the limits.
-
-    Raises
-    ------
-    MeshError
-        That names the worst cell, its region and its place.
-    """
+    """Refuse a mesh with a cell outside the limits."""
     quality, limits = _cell_quality(mesh), quality_limits(mesh)
     _check_above(mesh, "scaled Jacobian", quality.scaled_jacobian, limits.scaled_jacobian)
     _check_above(
@@ -122,15 +92,7 @@ def check_quality(mesh: skfem.Mesh2D) -> None:
 def tetrahedron_margins(corners: Floats) -> Floats:
     """Return how far tetrahedra are inside the limits of built meshes: above 1 inside, up to 1 refused, 0 where flat.
 
-    Parameters
-    ----------
-    corners : (m, 4, 3) array
-        Their corners [m].
-
-    Returns
-    -------
-    (m,) array
-        The least ratio of the four measures to their limits [-].
+    Arrays: corners (m, 4, 3) [m]; returns (m,) [-].
     """
     own, limits = _tetrahedra(corners), _TETRAHEDRA
     straight = (np.pi - own.largest_angle) / (np.pi - limits.largest_angle)

@@ -25,22 +25,7 @@ _REPAIRS = {
 def site_nodes(mesh: skfem.Mesh2D, sites: Sequence[Site]) -> NDArray[np.int64]:
     """Return for each site the nearest mesh node of its region.
 
-    Parameters
-    ----------
-    mesh : skfem.Mesh2D
-        Mesh [m]; a site's region must be one of its named regions.
-    sites : sequence of Site
-        The sites.
-
-    Returns
-    -------
-    (sites,) array
-        Vertex numbers.
-
-    Raises
-    ------
-    InputError
-        Where a site's region is not in the mesh, or the site is further from its region than one element.
+    Arrays: mesh [m]; returns (sites,).
     """
     nodes = np.empty(len(sites), dtype=np.int64)
     for region in {site.region for site in sites}:

@@ -46,15 +46,7 @@ class ElementSizes(Protocol):
 def check_sizes(contact_size: float, bulk_size: float) -> None:
     """Refuse a bulk that is finer than the contact.
 
-    Parameters
-    ----------
-    contact_size, bulk_size : float
-        Element sizes [m].
-
-    Raises
-    ------
-    InputError
-        That names `bulk_size`.
+    Units: contact_size, bulk_size [m].
     """
     if bulk_size < contact_size:
         found = f"got {millimetres(bulk_size)}"
@@ -64,17 +56,7 @@ def check_sizes(contact_size: float, bulk_size: float) -> None:
 def graded(positions: Floats, sizes: Floats) -> Floats:
     """Divide a length into an even number of parts of the wanted sizes.
 
-    Parameters
-    ----------
-    positions : (n,) array
-        Increasing positions along the length [m].
-    sizes : (n,) array
-        Wanted sizes at these positions [m]; their growth is limited.
-
-    Returns
-    -------
-    (m,) array
-        Increasing positions from the first to the last one.
+    Arrays: positions (n,) [m]; sizes (n,) [m]; returns (m,).
     """
     density = 1.0 / _graded_along(np.diff(positions), sizes)
     count = np.concatenate([[0.0], np.cumsum((density[1:] + density[:-1]) / 2 * np.diff(positions))])
@@ -85,21 +67,7 @@ def graded(positions: Floats, sizes: Floats) -> Floats:
 def size_at(points: Floats, sources: Floats, source_sizes: Floats, bulk_size: float) -> Floats:
     """Return the element sizes wanted at points: sizes at sources that grow with distance, up to `bulk_size`.
 
-    Parameters
-    ----------
-    points : (n, 2) array
-        Positions [m].
-    sources : (m, 2) array
-        Positions at which sizes are given [m].
-    source_sizes : (m,) array
-        Sizes there [m].
-    bulk_size : float
-        Largest size [m].
-
-    Returns
-    -------
-    (n,) array
-        Sizes [m].
+    Arrays: points (n, 2) [m]; sources (m, 2) [m]; source_sizes (m,) [m]; bulk_size [m]; returns (n,) [m].
     """
     distance = np.linalg.norm(points[:, None, :] - sources[None, :, :], axis=2)
     size: Floats = np.minimum(bulk_size, (source_sizes + GROWTH * distance).min(axis=1))
@@ -109,19 +77,7 @@ def size_at(points: Floats, sources: Floats, source_sizes: Floats, bulk_size: fl
 def subdivide(curve: Floats, sizes: Floats, turn: float) -> Floats:
     """Divide a finely sampled curve into parts of the wanted sizes, with nodes on its corners.
 
-    Parameters
-    ----------
-    curve : (n, 2) array
-        Points of the curve [m].
-    sizes : (n,) array
-        Wanted sizes at these points [m]; they are reduced in bends and change gradually.
-    turn : float
-        Largest angle by which a part may turn [rad].
-
-    Returns
-    -------
-    (m, 2) array
-        Nodes from the first to the last point of the curve.
+    Arrays: curve (n, 2) [m]; sizes (n,) [m]; turn [rad]; returns (m, 2).
     """
     step = np.linalg.norm(np.diff(curve, axis=0), axis=1)
     angle = _turns(curve)

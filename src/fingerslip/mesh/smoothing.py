@@ -18,17 +18,7 @@ _GOOD_ENOUGH = 0.7
 def scaled_jacobians(points: Floats, cells: Integers) -> Floats:
     """Return the least scaled Jacobian [-] of the corners of each cell, negative where inverted.
 
-    Parameters
-    ----------
-    points : (n, 2) array
-        Node positions.
-    cells : (m, 3) or (m, 4) array
-        Nodes of the cells, counter-clockwise.
-
-    Returns
-    -------
-    (m,) array
-        1 for rectangles; sqrt(3)/2 for equilateral triangles.
+    Arrays: points (n, 2); cells (m, 3); returns (m,).
     """
     corners = points[cells]
     ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
@@ -44,19 +34,7 @@ def smoothed(points: Floats, cells: Integers, fixed: Flags) -> Floats:
     Each sweep moves the free nodes of badly shaped cells half way to the mean of their neighbours, and takes back
     every move that makes the worst cell at a node worse.
 
-    Parameters
-    ----------
-    points : (n, 2) array
-        Node positions [m].
-    cells : (m, 4) array
-        Nodes of the cells, counter-clockwise.
-    fixed : (n,) array
-        Which nodes stay.
-
-    Returns
-    -------
-    (n, 2) array
-        New positions [m].
+    Arrays: points (n, 2) [m]; cells (m, 4); fixed (n,); returns (n, 2) [m].
     """
     before = points
     for _ in range(_SWEEPS):

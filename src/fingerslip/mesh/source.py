@@ -24,43 +24,21 @@ Cell = str | float | int
 
 @dataclass(frozen=True)
 class MeshTable:
-    """What is worth knowing of a mesh, as a table.
+    """What is worth knowing of a mesh, as a table."""
 
-    Parameters
-    ----------
-    columns : tuple of (str, str, int or None)
-        Name, unit and digits after the point of each column.
-    rows : tuple of tuple
-        The cells, in the units of their columns.
-    title : str
-        Its title; without one it is that of the mesh.
-    note : str
-        What stands below it.
-    """
-
-    columns: tuple[tuple[str, str, int | None], ...]
-    rows: tuple[tuple[Cell, ...], ...]
-    title: str = ""
-    note: str = ""
+    columns: tuple[tuple[str, str, int | None], ...]  # name, unit and digits after the point of each column
+    rows: tuple[tuple[Cell, ...], ...]  # the cells, in the units of their columns
+    title: str = ""  # its title
+    note: str = ""  # what stands below it
 
 
 @dataclass(frozen=True)
 class InspectedMesh:
-    """A mesh with what is worth knowing of it.
+    """A mesh with what is worth knowing of it."""
 
-    Parameters
-    ----------
-    mesh : skfem.Mesh
-        The mesh [m].
-    tables : tuple of MeshTable
-        First the quality of its cells.
-    suffix : str
-        Suffix of the file that it is best written to, where nothing else is said.
-    """
-
-    mesh: skfem.Mesh
-    tables: tuple[MeshTable, ...]
-    suffix: str = ".msh"
+    mesh: skfem.Mesh  # the mesh [m]
+    tables: tuple[MeshTable, ...]  # first the quality of its cells
+    suffix: str = ".msh"  # suffix of the file that it is best written to, where nothing else is said
 
 
 def inspected(mesh: skfem.Mesh) -> InspectedMesh:

@@ -183,20 +183,7 @@ def from_mapping(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
 
 
 def valid_fields(cls: type, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fields of a file's mapping that are right on their own, and the defaults of those that it leaves out.
-
-    Parameters
-    ----------
-    cls : type
-        A class made with :func:`parameters`.
-    values : mapping
-        Nested plain data, as YAML gives it.
-
-    Returns
-    -------
-    dict
-        Values by field; wrong fields are left out, and missing ones without a default.
-    """
+    """Return the fields of a file's mapping that are right on their own, with defaults for what it leaves out."""
     found: dict[str, Any] = {}
     for name, field in cls.__pydantic_fields__.items():  # type: ignore[attr-defined]
         if name not in values:
@@ -227,15 +214,7 @@ def as_mapping(instance: object) -> Any:
 
 
 def plain_fields(cls: type, values: Mapping[str, Any]) -> dict[str, Any]:
-    """Turn values of fields of a parameter set into plain data, quantities as text with units.
-
-    Parameters
-    ----------
-    cls : type
-        A class made with :func:`parameters`.
-    values : mapping
-        Values by field, such as :func:`valid_fields` gives them.
-    """
+    """Turn values of fields of a parameter set into plain data, quantities as text with units."""
     return {name: _plain(value, unit_of(cls, name)) for name, value in values.items()}
 
 
@@ -252,34 +231,16 @@ def _plain(value: object, unit: Unit | None) -> Any:
 
 @dataclasses.dataclass(frozen=True)
 class Leaf:
-    """A single value of a parameter set.
+    """A single value of a parameter set."""
 
-    Parameters
-    ----------
-    path : str
-        Its dotted path; items of lists by their number.
-    value : object
-        The value, quantities in SI units.
-    unit : Unit or None
-        The unit mark of its field.
-    is_default : bool
-        Whether it is the default of its field.
-    """
-
-    path: str
-    value: Any
-    unit: Unit | None
-    is_default: bool
+    path: str  # its dotted path
+    value: Any  # the value, quantities in SI units
+    unit: Unit | None  # the unit mark of its field
+    is_default: bool  # whether it is the default of its field
 
 
 def walk_values(instance: object) -> Iterator[Leaf]:
-    """Yield every single value of a parameter set, in the order of its fields; what is empty is left out.
-
-    Parameters
-    ----------
-    instance : object
-        An instance of a class made with :func:`parameters`.
-    """
+    """Yield every single value of a parameter set, in the order of its fields; what is empty is left out."""
     yield from _leaves(instance, "", dataclasses.MISSING)
 
 

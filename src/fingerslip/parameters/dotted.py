@@ -34,13 +34,6 @@ def is_below(path: str, group: str) -> bool:
 def walk(values: object, path: str = "") -> Iterator[str]:
     """Yield the path of every value inside nested mappings and lists, groups before what they hold.
 
-    Parameters
-    ----------
-    values : mapping, list or scalar
-        Plain data; a scalar holds nothing.
-    path : str, optional
-        Its own path, which is put in front.
-
     Examples
     --------
     >>> list(walk({"a": {"b": [1]}}))
@@ -81,20 +74,6 @@ def nearest(path: str, known: Sequence[str]) -> str | None:
 
 def assign(values: dict[str, Any], path: str, value: object) -> None:
     """Put a value into nested plain data, in place; groups that are missing on the way are made.
-
-    Parameters
-    ----------
-    values : dict
-        Nested dictionaries and lists.
-    path : str
-        Dotted path; an item of a list by its number.
-    value : object
-        The value.
-
-    Raises
-    ------
-    LookupError
-        Where the path leads through a scalar, or to an item that a list does not have.
 
     Examples
     --------

@@ -17,21 +17,11 @@ __all__ = ["Location", "current_path", "locate", "type_hints", "unit_of"]
 
 @dataclasses.dataclass(frozen=True)
 class Location:
-    """Where in a parameter set a mistake is.
+    """Where in a parameter set a mistake is."""
 
-    Parameters
-    ----------
-    path : tuple of str
-        Keys and numbers of items that lead to it.
-    owner : type or None
-        The parameter set whose field the last key names; None where it is an item of a list or a mapping.
-    unit : Unit or None
-        The unit of the quantity that stands there; None for anything else.
-    """
-
-    path: tuple[str, ...] = ()
-    owner: type | None = None
-    unit: Unit | None = None
+    path: tuple[str, ...] = ()  # keys and numbers of items that lead to it
+    owner: type | None = None  # the parameter set whose field the last key names
+    unit: Unit | None = None  # the unit of the quantity that stands there
 
 
 @functools.cache
@@ -50,13 +40,6 @@ def locate(cls: type, parts: Sequence[int | str]) -> Location:
 
     Such a location has the keys that lead to the mistake, and between them the tags of union members, which no user
     wrote. What is which follows from the annotations, so a key may have any name.
-
-    Parameters
-    ----------
-    cls : type
-        The parameter set that was validated.
-    parts : sequence of int or str
-        The location; a number stands for a positional argument or an item of a list.
     """
     hint: Any = cls
     owner: type | None = None
@@ -72,15 +55,7 @@ def locate(cls: type, parts: Sequence[int | str]) -> Location:
 
 
 def current_path(cls: type, path: str) -> str:
-    """Return a dotted path in a parameter set with the new names of fields that were renamed.
-
-    Parameters
-    ----------
-    cls : type
-        The parameter set.
-    path : str
-        Dotted path, such as ``contacts.0.reach``; what it does not know is kept.
-    """
+    """Return a dotted path in a parameter set with the new names of fields that were renamed."""
     hint: Any = cls
     parts: list[str] = []
     for part in path.split("."):

@@ -52,21 +52,7 @@ _Detail = Mapping[str, Any]
 
 
 def mistakes_in(error: pydantic.ValidationError, cls: type) -> tuple[InputError, ...]:
-    """Return everything that pydantic found wrong.
-
-    Parameters
-    ----------
-    error : pydantic.ValidationError
-        What validating raised.
-    cls : type
-        The parameter set that was validated.
-
-    Returns
-    -------
-    tuple of InputError
-        Each mistake once; its location is the dotted path inside the parameter set. A key that is missing because it
-        is misspelt is one mistake.
-    """
+    """Return everything that pydantic found wrong."""
     details = [(detail, locate(cls, detail["loc"])) for detail in error.errors(include_url=False)]
     misspelt = {
         joined(*place.path[:-1], near)
@@ -83,17 +69,7 @@ def mistakes_in(error: pydantic.ValidationError, cls: type) -> tuple[InputError,
 
 
 def in_order(mistakes: Iterable[InputError], paths: Iterable[str], front: str = "") -> list[InputError]:
-    """Return mistakes in the order in which a file holds the values that they are about.
-
-    Parameters
-    ----------
-    mistakes : iterable of InputError
-        Mistakes whose locations are `front` and a dotted path.
-    paths : iterable of str
-        The paths of all values in the file, in its order. What is missing comes after the rest of its group.
-    front : str, optional
-        What stands before the paths, such as ``x.yaml: ``.
-    """
+    """Return mistakes in the order in which a file holds the values that they are about."""
     order = {path: number for number, path in enumerate(paths)}
 
     def position(mistake: InputError) -> tuple[int, bool]:

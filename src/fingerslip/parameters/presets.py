@@ -32,24 +32,12 @@ def _everything(group: _Group, _: _Group) -> _Group:
 
 @dataclass(frozen=True)
 class PresetValue:
-    """One value of a preset and where it comes from.
+    """One value of a preset and where it comes from."""
 
-    Parameters
-    ----------
-    path : str
-        Dotted path in the parameter set, such as ``layers.skin_thickness``.
-    value : str
-        The value as the file writes it, with its unit.
-    source : str
-        Key of the reference, or ``assumed``.
-    note : str
-        What the value rests on, and its range.
-    """
-
-    path: str
-    value: str
-    source: str
-    note: str
+    path: str  # dotted path in the parameter set, such as ``layers.skin_thickness``
+    value: str  # the value as the file writes it, with its unit
+    source: str  # key of the reference, or ``assumed``
+    note: str  # what the value rests on, and its range
 
 
 @dataclass(frozen=True)

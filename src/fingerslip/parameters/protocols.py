@@ -24,24 +24,7 @@ def describe(value: object) -> str:
 
 
 def require(value: Any, protocol: type[T], needs: str, where: str = "") -> T:
-    """Return a value that has all members of a protocol; refuse any other.
-
-    Parameters
-    ----------
-    value : object
-        What was given.
-    protocol : type
-        The protocol, without bases of its own.
-    needs : str
-        What errors ask for, such as ``a counterface: Plane, Cylinder, Sphere``.
-    where : str, optional
-        What errors name.
-
-    Raises
-    ------
-    InputError
-        For a value that lacks members, and for a class where an object is needed.
-    """
+    """Return a value that has all members of a protocol; refuse any other."""
     members = [name for name in vars(protocol) if not name.startswith("_")]
     missing = [name for name in members if not hasattr(value, name)]
     if isinstance(value, type):
@@ -53,24 +36,7 @@ def require(value: Any, protocol: type[T], needs: str, where: str = "") -> T:
 
 
 def require_kind(value: Any, kind: type[T] | tuple[type, ...], needs: str, where: str) -> T:
-    """Return a value of a class; refuse any other.
-
-    Parameters
-    ----------
-    value : object
-        What was given.
-    kind : type or tuple of type
-        The classes.
-    needs : str
-        What errors ask for, such as ``a fingertip, such as preset('wang2014-2d')``.
-    where : str
-        What errors name.
-
-    Raises
-    ------
-    InputError
-        For a value of another class.
-    """
+    """Return a value of a class; refuse any other."""
     if not isinstance(value, kind):
         raise InputError(where, f"got {describe(value)}", f"needs {needs}")
     return value  # type: ignore[return-value]

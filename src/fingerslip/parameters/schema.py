@@ -24,22 +24,12 @@ def json_schema(cls: type) -> dict[str, Any]:
     """Return the JSON Schema of a parameter set, for editors.
 
     Every key has the words of its docstring with the unit, and the default as a file writes it.
-
-    Parameters
-    ----------
-    cls : type
-        A class made with :func:`~fingerslip.parameters.parameters`.
     """
     return TypeAdapter(cls).json_schema(schema_generator=_ForEditors)
 
 
 def field_words(cls: type) -> dict[str, str]:
     """Return what the docstring of a class says of each of its parameters.
-
-    Parameters
-    ----------
-    cls : type
-        A class with a docstring in the form of numpydoc; those of its bases count too.
 
     Examples
     --------

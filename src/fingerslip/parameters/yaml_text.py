@@ -107,40 +107,15 @@ for _tag, _kind in _KINDS.items():
 
 @dataclass(frozen=True)
 class Document:
-    """A YAML document.
+    """A YAML document."""
 
-    Parameters
-    ----------
-    content : object
-        Dictionaries with text keys, lists, text, numbers, booleans and None.
-    lines : mapping of str to int
-        Line of every value by its dotted path, such as ``programme.0.press``, in the order of the text.
-    """
-
-    content: Any
+    content: Any  # dictionaries with text keys, lists, text, numbers, booleans and None
+    # line of every value by its dotted path, such as ``programme.0.press``, in the order of the text
     lines: Mapping[str, int]
 
 
 def parse_document(text: str, where: str) -> Document:
     r"""Read YAML text.
-
-    Parameters
-    ----------
-    text : str
-        One document.
-    where : str
-        What errors put first, such as the name of the file.
-
-    Returns
-    -------
-    Document
-        Its content as plain data, with lines.
-
-    Raises
-    ------
-    InputError
-        Where the text is no YAML, has a key twice, a key that is not text, a tag beyond the core schema, or is nested
-        too deep or too large with its aliases written out.
 
     Examples
     --------

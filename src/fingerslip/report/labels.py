@@ -83,13 +83,6 @@ def swept_text(value: object) -> str | float | int | bool | None:
 def run_title(result: RunResult, study: str) -> str:
     """Return the title of a run: its swept values, or the title of the study where nothing is swept.
 
-    Parameters
-    ----------
-    result : RunResult
-        The run.
-    study : str
-        The title of the study.
-
     Examples
     --------
     >>> from fingerslip.slip import Events

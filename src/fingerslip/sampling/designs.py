@@ -31,21 +31,7 @@ _WITH_POWERS = ("sobol", "saltelli")
 def draw_shares(method: Method, count: int, dim: int, seed: int) -> Array:
     """Draw the points of a design.
 
-    Parameters
-    ----------
-    method : str
-        Name of the method, one of :data:`METHODS`.
-    count : int
-        Points, or blocks where the design has blocks.
-    dim : int
-        Number of values.
-    seed : int
-        Seed of the random numbers: the same arguments give the same points.
-
-    Returns
-    -------
-    (n, dim) array
-        Shares from 0 to 1, with n as :func:`design_size` says.
+    Arrays: returns (n, dim).
 
     Examples
     --------

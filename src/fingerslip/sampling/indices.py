@@ -39,81 +39,39 @@ _SEED = 1
 
 @dataclass(frozen=True)
 class Index:
-    """What one value does to an output.
+    """What one value does to an output."""
 
-    Parameters
-    ----------
-    path : str
-        Dotted path of the value.
-    size, size_error : float
-        How much it matters, with half the width of the 95 % interval: the total Sobol index [-], or the mean size of
-        the elementary effects, in the unit of the output.
-    other, other_error : float
-        The first-order Sobol index [-]; or the standard deviation of the elementary effects, without an interval.
-    mean : float
-        The mean of the elementary effects with their signs; 0 for Sobol indices.
-    """
-
-    path: str
-    size: float
-    size_error: float
-    other: float
-    other_error: float = 0.0
-    mean: float = 0.0
+    path: str  # dotted path of the value
+    size: float  # [-]
+    size_error: float  # [-]
+    other: float  # the first-order Sobol index [-]
+    other_error: float = 0.0  # the first-order Sobol index [-]
+    mean: float = 0.0  # the mean of the elementary effects with their signs
 
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """What moves one output in runs that differ in sampled values alone.
+    """What moves one output in runs that differ in sampled values alone."""
 
-    Parameters
-    ----------
-    method : {'sobol', 'morris'}
-        What the numbers are.
-    output, label, unit : str
-        Name of the output, its name in words, and its unit.
-    group : mapping of str to object
-        The swept values that the runs have in common.
-    indices : tuple of Index
-        One for each value, the one that matters most first.
-    mean, deviation : float
-        Mean and standard deviation of the output over the runs.
-    runs, blocks, left_out : int
-        Runs that were used, blocks of the design that were, and blocks with a run without the output, which were not.
-    surrogate : Validation, optional
-        How good the surrogate is on which the indices were computed; None where they come from the runs themselves.
-    """
-
-    method: str
-    output: str
-    label: str
-    unit: str
-    group: Mapping[str, Any]
-    indices: tuple[Index, ...]
-    mean: float
-    deviation: float
+    method: str  # what the numbers are
+    output: str  # name of the output, its name in words, and its unit
+    label: str  # name of the output, its name in words, and its unit
+    unit: str  # name of the output, its name in words, and its unit
+    group: Mapping[str, Any]  # the swept values that the runs have in common
+    indices: tuple[Index, ...]  # one for each value, the one that matters most first
+    mean: float  # mean and standard deviation of the output over the runs
+    deviation: float  # mean and standard deviation of the output over the runs
+    # runs that were used, blocks of the design that were, and blocks with a run without the output, which were not
     runs: int
+    # runs that were used, blocks of the design that were, and blocks with a run without the output, which were not
     blocks: int = 0
+    # runs that were used, blocks of the design that were, and blocks with a run without the output, which were not
     left_out: int = 0
-    surrogate: Validation | None = None
+    surrogate: Validation | None = None  # how good the surrogate is on which the indices were computed
 
 
 def sobol_indices(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
-    """Return the Sobol indices of an output, computed from the runs, for each combination of swept values.
-
-    Parameters
-    ----------
-    study : StudyResult
-        A study with samples of a ``saltelli`` design.
-    output : str
-        Name of the output, as in :func:`~fingerslip.sampling.outputs.output_of`.
-
-    Raises
-    ------
-    InputError
-        For another design, an output that is unknown or the same in all runs, for too few runs, and where SALib is not
-        installed.
-    """
+    """Return the Sobol indices of an output, computed from the runs, for each combination of swept values."""
     _require_design(study, "saltelli")
     return tuple(_sobol_of_runs(study, group, runs, output) for group, runs in groups_of(study.runs))
 
@@ -122,38 +80,13 @@ def surrogate_indices(study: StudyResult, output: str) -> tuple[Sensitivity, ...
     """Return the Sobol indices of a surrogate of the output, for each combination of swept values.
 
     Their intervals are those of the indices of the surrogate; how far it is from the runs its validation says.
-
-    Parameters
-    ----------
-    study : StudyResult
-        A study with samples of any design.
-    output : str
-        Name of the output, as in :func:`~fingerslip.sampling.outputs.output_of`.
-
-    Raises
-    ------
-    InputError
-        For a study without samples, an unknown output or too few runs, and where SALib or scikit-learn is missing.
     """
     _require_samples(study)
     return tuple(_sobol_of_surrogate(group, runs, output) for group, runs in groups_of(study.runs))
 
 
 def morris_effects(study: StudyResult, output: str) -> tuple[Sensitivity, ...]:
-    """Return the elementary effects on an output for each combination of swept values.
-
-    Parameters
-    ----------
-    study : StudyResult
-        A study with samples of a ``morris`` design.
-    output : str
-        Name of the output, as in :func:`~fingerslip.sampling.outputs.output_of`.
-
-    Raises
-    ------
-    InputError
-        For another design, an unknown output or too few runs, and where SALib is not installed.
-    """
+    """Return the elementary effects on an output for each combination of swept values."""
     _require_design(study, "morris")
     return tuple(_morris_of_runs(study, group, runs, output) for group, runs in groups_of(study.runs))
 

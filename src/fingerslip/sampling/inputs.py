@@ -20,25 +20,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Input:
-    """A value that differs between runs.
+    """A value that differs between runs."""
 
-    Parameters
-    ----------
-    path : str
-        Its dotted path.
-    unit : str
-        Its SI unit; empty for pure numbers and for choices.
-    low, high : float
-        Smallest and largest value [SI]; not of choices.
-    choices : tuple
-        The values without order; empty for numbers.
-    """
-
-    path: str
-    unit: str = ""
-    low: float = 0.0
-    high: float = 0.0
-    choices: tuple[Any, ...] = ()
+    path: str  # its dotted path
+    unit: str = ""  # its SI unit
+    low: float = 0.0  # smallest and largest value [SI]
+    high: float = 0.0  # smallest and largest value [SI]
+    choices: tuple[Any, ...] = ()  # the values without order
 
     def columns(self, value: Any) -> tuple[float, ...]:
         """Return a value in columns from 0 to 1.
@@ -78,13 +66,7 @@ def varied(run: RunResult) -> dict[str, Any]:
 
 
 def inputs_of(runs: Sequence[RunResult]) -> tuple[Input, ...]:
-    """Return what differs between runs, in the order of their values.
-
-    Raises
-    ------
-    InputError
-        Where nothing differs.
-    """
+    """Return what differs between runs, in the order of their values."""
     paths = dict.fromkeys(path for run in runs for path in varied(run))
     found = tuple(_inputs(paths, [varied(run) for run in runs]))
     if not found:
@@ -93,13 +75,7 @@ def inputs_of(runs: Sequence[RunResult]) -> tuple[Input, ...]:
 
 
 def encoded(inputs: Sequence[Input], values: Mapping[str, Any]) -> Array:
-    """Return the columns of a run or of what is to be predicted.
-
-    Raises
-    ------
-    InputError
-        For a value that is missing or that no run is near.
-    """
+    """Return the columns of a run or of what is to be predicted."""
     missing = [one.path for one in inputs if one.path not in values]
     if missing:
         raise InputError(missing[0], "has no value", f"needs values of {', '.join(one.path for one in inputs)}")

@@ -19,18 +19,10 @@ _LIKELY_READINGS = ("slip", "acceleration")
 
 @dataclass(frozen=True)
 class Interval:
-    """Numbers of samples, from the smallest to the largest.
+    """Numbers of samples, from the smallest to the largest."""
 
-    Parameters
-    ----------
-    values : tuple of float
-        The numbers in ascending order.
-    missing : int
-        Samples without it: the event did not happen.
-    """
-
-    values: tuple[float, ...]
-    missing: int = 0
+    values: tuple[float, ...]  # the numbers in ascending order
+    missing: int = 0  # samples without it: the event did not happen
 
     @property
     def smallest(self) -> float:
@@ -49,24 +41,12 @@ class Interval:
 
 @dataclass(frozen=True)
 class PublishedInterval:
-    """A published time, and the interval of ours.
+    """A published time, and the interval of ours."""
 
-    Parameters
-    ----------
-    value : PublishedValue
-        The published time.
-    reading : str
-        How ours was read.
-    interval : Interval or None
-        Ours over the samples; None where the event happened in none.
-    samples : int
-        Samples that were computed.
-    """
-
-    value: PublishedValue
-    reading: str
-    interval: Interval | None
-    samples: int
+    value: PublishedValue  # the published time
+    reading: str  # how ours was read
+    interval: Interval | None  # ours over the samples
+    samples: int  # samples that were computed
 
     @property
     def where(self) -> str:
@@ -111,15 +91,7 @@ def position(span: tuple[float, float], interval: Interval) -> str:
 
 
 def published_intervals(runs: Sequence[RunResult], references: Sequence[PublishedSet]) -> tuple[PublishedInterval, ...]:
-    """Return the interval over samples for every published time, in the reading of the paper or the likely ones.
-
-    Parameters
-    ----------
-    runs : sequence of RunResult
-        The samples; `values` has to hold what the conditions of the published times name.
-    references : sequence of PublishedSet
-        Published values; what is no time, or holds for none of the runs whatever was sampled, is left out.
-    """
+    """Return the interval over samples for every published time, in the reading of the paper or the likely ones."""
     found: dict[tuple[object, ...], PublishedInterval] = {}
     for value in (value for reference in references for value in reference.values):
         for one in _intervals(runs, value):

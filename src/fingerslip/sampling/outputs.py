@@ -14,21 +14,7 @@ __all__ = ["output_names", "output_of", "required_output"]
 
 
 def output_of(run: RunResult, name: str) -> Quantity | None:
-    """Return a number of a run by its name; None where nothing has it.
-
-    Parameters
-    ----------
-    run : RunResult
-        The run.
-    name : str
-        An event of accumulated slip (``overall_slip``, ``latency``) or of another reading
-        (``overall_slip_acceleration``), a measure without its unit (``contact_area_max``), or a derived quantity.
-
-    Returns
-    -------
-    Quantity or None
-        Without a value where the event did not happen or was not recorded.
-    """
+    """Return a number of a run by its name; None where nothing has it."""
     if name in run.derived:
         return run.derived[name]
     if name in _EVENTS:
@@ -42,13 +28,7 @@ def output_of(run: RunResult, name: str) -> Quantity | None:
 
 
 def required_output(run: RunResult, name: str) -> Quantity:
-    """Return a number of a run by its name as :func:`output_of`.
-
-    Raises
-    ------
-    InputError
-        For a name that nothing has.
-    """
+    """Return a number of a run by its name as :func:`output_of`."""
     found = output_of(run, name)
     if found is None:
         raise InputError("of", f"'{name}' is not known", f"needs one of {', '.join(output_names(run))}")

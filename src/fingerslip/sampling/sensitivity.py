@@ -32,32 +32,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Effect:
-    """What one sampled value does to a slip time.
+    """What one sampled value does to a slip time."""
 
-    Parameters
-    ----------
-    path : str
-        Dotted path of the value.
-    unit : str
-        Its unit; empty for a plain number.
-    low, high : float
-        Ends of its range, in its unit.
-    slope, error : float
-        Partial derivative of the time and its standard error [s per unit].
-    standardised : float
-        Slope times the standard deviation of the value over that of the time [-].
-    rank : float
-        Rank correlation of value and time (Spearman) [-].
-    """
-
-    path: str
-    unit: str
-    low: float
-    high: float
-    slope: float
-    error: float
-    standardised: float
-    rank: float
+    path: str  # dotted path of the value
+    unit: str  # its unit
+    low: float  # ends of its range, in its unit
+    high: float  # ends of its range, in its unit
+    slope: float  # partial derivative of the time and its standard error [s per unit]
+    error: float  # partial derivative of the time and its standard error [s per unit]
+    standardised: float  # slope times the standard deviation of the value over that of the time [-]
+    rank: float  # rank correlation of value and time (Spearman) [-]
 
     @property
     def change(self) -> float:
@@ -72,35 +56,17 @@ class Effect:
 
 @dataclass(frozen=True)
 class Fit:
-    """The linear fit of one slip time over the samples.
+    """The linear fit of one slip time over the samples."""
 
-    Parameters
-    ----------
-    group : mapping of str to object
-        What the samples have in common: their swept values by dotted path.
-    reading, time : str
-        Which time, in which reading.
-    middle : float
-        Fitted time in the middle of all ranges [s].
-    residual : float
-        Standard deviation of the samples from the fit [s].
-    determination, predicted : float
-        R^2 and predicted R^2 [-].
-    interval : Interval
-        The times of the samples [s].
-    effects : tuple of Effect
-        The effect of each value, the largest change first.
-    """
-
-    group: Mapping[str, Any]
-    reading: str
-    time: str
-    middle: float
-    residual: float
-    determination: float
-    predicted: float
-    interval: Interval
-    effects: tuple[Effect, ...]
+    group: Mapping[str, Any]  # what the samples have in common: their swept values by dotted path
+    reading: str  # which time, in which reading
+    time: str  # which time, in which reading
+    middle: float  # fitted time in the middle of all ranges [s]
+    residual: float  # standard deviation of the samples from the fit [s]
+    determination: float  # R^2 and predicted R^2 [-]
+    predicted: float  # R^2 and predicted R^2 [-]
+    interval: Interval  # the times of the samples [s]
+    effects: tuple[Effect, ...]  # the effect of each value, the largest change first
 
 
 def groups_of(runs: Sequence[RunResult]) -> tuple[tuple[Mapping[str, Any], tuple[RunResult, ...]], ...]:
@@ -131,25 +97,7 @@ def fit_samples(
     time: str,
     group: Mapping[str, Any] | None = None,
 ) -> Fit | None:
-    """Fit one slip time as a linear function of the sampled values.
-
-    Parameters
-    ----------
-    runs : sequence of RunResult
-        The samples; those in which the event did not happen are left out.
-    ranges : mapping of str to sequence
-        Smallest and largest value by dotted path, as the study file writes them.
-    reading, time : str
-        Which time, in which reading.
-    group : mapping of str to object, optional
-        What the samples have in common.
-
-    Returns
-    -------
-    Fit or None
-        None where there are too few samples for so many values (two more than values are needed), or all times are the
-        same.
-    """
+    """Fit one slip time as a linear function of the sampled values."""
     # scipy.stats is slow to import, and needed here alone.
     from scipy.stats import rankdata
 

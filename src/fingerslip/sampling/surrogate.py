@@ -32,33 +32,15 @@ _LIKELY = 1.959963984540054  # standard deviations that hold 95 % of a normal di
 
 @dataclass(frozen=True)
 class Validation:
-    """How well a surrogate predicts runs that it has not seen.
+    """How well a surrogate predicts runs that it has not seen."""
 
-    Parameters
-    ----------
-    error : float
-        Root mean square of the errors, in the unit of the output.
-    largest : float
-        Largest error.
-    explained : float
-        Share of the variance that is predicted (Q2) [-].
-    covered : float
-        Share of the runs inside the predicted 95 % interval [-].
-    runs : int
-        Runs that the surrogate was fitted to: those with a value, each combination of inputs once.
-    repeated : int, optional
-        Runs with a value that were left out because another one has the same inputs.
-    missing : int, optional
-        Runs without a value.
-    """
-
-    error: float
-    largest: float
-    explained: float
-    covered: float
-    runs: int
-    repeated: int = 0
-    missing: int = 0
+    error: float  # root mean square of the errors, in the unit of the output
+    largest: float  # largest error
+    explained: float  # share of the variance that is predicted (Q2) [-]
+    covered: float  # share of the runs inside the predicted 95 % interval [-]
+    runs: int  # runs that the surrogate was fitted to: those with a value, each combination of inputs once
+    repeated: int = 0  # runs with a value that were left out because another one has the same inputs
+    missing: int = 0  # runs without a value
 
 
 @dataclass(frozen=True)
@@ -72,27 +54,13 @@ class Prediction:
 
 @dataclass(frozen=True, repr=False)
 class Surrogate:
-    """A fitted surrogate of one output.
+    """A fitted surrogate of one output."""
 
-    Parameters
-    ----------
-    output : str
-        Name of the output, as in :func:`~fingerslip.sampling.outputs.output_of`.
-    unit : str
-        Its SI unit.
-    inputs : tuple of Input
-        What may differ.
-    validation : Validation
-        How good it is.
-    process : sklearn.gaussian_process.GaussianProcessRegressor
-        The fitted process.
-    """
-
-    output: str
-    unit: str
-    inputs: tuple[Input, ...]
-    validation: Validation
-    process: Any
+    output: str  # name of the output, as in :func:`~fingerslip.sampling.outputs.output_of`
+    unit: str  # its SI unit
+    inputs: tuple[Input, ...]  # what may differ
+    validation: Validation  # how good it is
+    process: Any  # the fitted process
 
     def predict(self, values: Mapping[str, Any]) -> Prediction:
         """Predict the output.

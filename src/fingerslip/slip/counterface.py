@@ -18,18 +18,10 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ContactForces:
-    """The force of a counterface on the body over time, split along the counterface's normal.
+    """The force of a counterface on the body over time, split along the counterface's normal."""
 
-    Parameters
-    ----------
-    normal : (n_times,) array
-        Normal force, positive in compression [N].
-    tangential : (n_times, dim) array
-        Tangential force, a vector in the surface of the counterface [N].
-    """
-
-    normal: Floats
-    tangential: Floats
+    normal: Floats  # (n_times,), normal force, positive in compression [N]
+    tangential: Floats  # (n_times, dim), tangential force, a vector in the surface of the counterface [N]
 
     @property
     def friction(self) -> Floats:
@@ -50,15 +42,7 @@ class ContactForces:
 
 
 def contact_forces(history: xr.Dataset, counterface: int = 0) -> ContactForces:
-    """Return the force of a counterface on the body over time, split into its normal and tangential parts.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with contact.
-    counterface : int, optional
-        The counterface.
-    """
+    """Return the force of a counterface on the body over time, split into its normal and tangential parts."""
     force = np.asarray(history.variables["counterface_force"].values[:, counterface], dtype=float)
     return ContactForces(*split_along(force, counterface_normal(history, counterface)))
 
@@ -87,17 +71,7 @@ def slide_tangent(history: xr.Dataset, counterface: int = 0) -> Floats:
 def split_along(vectors: Floats, normals: Floats) -> tuple[Floats, Floats]:
     """Split vectors into their components along unit normals and what is left of them.
 
-    Parameters
-    ----------
-    vectors : (..., dim) array
-        Vectors, in any unit.
-    normals : (..., dim) array
-        Unit normals; they are broadcast against `vectors`.
-
-    Returns
-    -------
-    (...,) array, (..., dim) array
-        Normal components and tangential vectors, in the unit of `vectors`.
+    Arrays: vectors (..., dim); normals (..., dim); returns (...,).
 
     Examples
     --------

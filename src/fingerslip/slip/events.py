@@ -142,20 +142,6 @@ def slip_events(history: xr.Dataset, settings: EventSettings, slide: int = 0) ->
     stays at or above the event's fraction for the time `sustained`, or up to the end of the slide. The fraction steps
     from node to node, so each event is the time at which a node slips, or lifts off: where its slip distance passes the
     tolerance, interpolated between two records.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history.
-    settings : EventSettings
-        Tolerance, fractions and how long they have to last.
-    slide : int, optional
-        Which of the slides, from 0.
-
-    Returns
-    -------
-    SlipEvents
-        The events.
     """
     window = slide_window(history, slide)
     if window is None:
@@ -170,20 +156,6 @@ def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int
 
     The nodes in contact at the start of the slide count alike; one that lifts off before it lags the plate does not
     count.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history.
-    settings : EventSettings
-        Tolerance, fractions and how long a node has to lag the plate.
-    slide : int, optional
-        Which of the slides, from 0.
-
-    Returns
-    -------
-    SlipEvents
-        When the first node, 48 % of them, three quarters and the last one lagged the plate.
     """
     window = slide_window(history, slide)
     if window is None:
@@ -194,12 +166,7 @@ def displacement_events(history: xr.Dataset, settings: EventSettings, slide: int
 def events_of_leaving(leaving: Sequence[float | None], settings: EventSettings) -> SlipEvents:
     """Rank the times at which points left the plate's line: the first, 48 %, three quarters and the last of them.
 
-    Parameters
-    ----------
-    leaving : sequence of float or None
-        A time for each point [s]; None for one that never left.
-    settings : EventSettings
-        The shares that count.
+    Units: leaving [s].
     """
     finite = sorted(time for time in leaving if time is not None)
     shares = (0.0, settings.noticed_fraction, settings.three_quarter_fraction, 1.0)
@@ -213,44 +180,13 @@ def acceleration_events(history: xr.Dataset, settings: PeakSettings | None = Non
     Overall slip is the most prominent peak after the press-to-slide transition, provided that the skin
     no longer follows the plate afterwards. Incipient slip is the first peak that exceeds the noise before it,
     three-quarter slip the most prominent one between these two.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with receptors, or with the sites that `settings` name.
-    settings : PeakSettings, optional
-        What is read, and how peaks are distinguished from noise.
-    slide : int, optional
-        Which of the slides, from 0.
-
-    Returns
-    -------
-    SlipEvents
-        `noticed` is always None: no peak belongs to it. A history without such receptors has no recorded events.
     """
     settings = settings or PeakSettings()
     return events_of_peaks(history, acceleration_peaks(history, settings, slide), settings, slide)
 
 
 def events_of_peaks(history: xr.Dataset, table: PeakTable, settings: PeakSettings, slide: int) -> SlipEvents:
-    """Return the events among the peaks of a slide.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history.
-    table : PeakTable
-        Its peaks.
-    settings : PeakSettings
-        What they were found with.
-    slide : int
-        Which of the slides, from 0.
-
-    Returns
-    -------
-    SlipEvents
-        As :func:`acceleration_events` says.
-    """
+    """Return the events among the peaks of a slide."""
     if not has_receptors(history, settings):
         return SlipEvents(recorded=False)
     window, largest = slide_window(history, slide), table.largest
@@ -265,10 +201,7 @@ def events_of_peaks(history: xr.Dataset, table: PeakTable, settings: PeakSetting
 def events_mapping(events: Events) -> dict[str, dict[str, float | bool | None]]:
     """Turn events into plain data for JSON.
 
-    Returns
-    -------
-    dict
-        By reading: whether it is ``recorded``, and the events and the ``latency`` [s], None where there is none.
+    Units: returns [s].
     """
     return {
         name: {"recorded": reading.recorded, **{time: reading.time(time) for time in TIMES}}
@@ -278,13 +211,7 @@ def events_mapping(events: Events) -> dict[str, dict[str, float | bool | None]]:
 
 
 def events_from_mapping(values: Mapping[str, Mapping[str, Any]]) -> Events:
-    """Read events back from plain data: the inverse of :func:`events_mapping`.
-
-    Raises
-    ------
-    KeyError
-        Where a reading or an event is missing.
-    """
+    """Read events back from plain data: the inverse of :func:`events_mapping`."""
     names = ("recorded", *EVENTS)
     return Events(**{reading: SlipEvents(**{name: values[reading][name] for name in names}) for reading in READINGS})
 

@@ -18,15 +18,7 @@ __all__ = ["Found", "find_events", "find_slip"]
 
 @dataclass(frozen=True)
 class Found:
-    """What is found in a history once, and needed by all that is read off it.
-
-    Parameters
-    ----------
-    events : Events
-        Its slip events.
-    peaks : PeakTable
-        The acceleration peaks that the events from acceleration are among.
-    """
+    """What is found in a history once, and needed by all that is read off it."""
 
     events: Events = field(default_factory=Events)
     peaks: PeakTable = field(default_factory=PeakTable)
@@ -58,13 +50,7 @@ def find_events(history: xr.Dataset, settings: EventSettings | None = None, slid
 
 
 def find_slip(history: xr.Dataset, settings: EventSettings | None = None, slide: int = 0) -> Found:
-    """Find the slip events of a slide as :func:`find_events` does, and the acceleration peaks of it.
-
-    Raises
-    ------
-    InputError
-        Where there are slides, but not that one.
-    """
+    """Find the slip events of a slide as :func:`find_events` does, and the acceleration peaks of it."""
     import xarray as xr
 
     require_kind(history, xr.Dataset, "a history, which simulate returns", "history")

@@ -34,16 +34,7 @@ def contact_area(history: xr.Dataset) -> xr.DataArray:
 def slipping_fraction(history: xr.Dataset) -> xr.DataArray:
     """Return the area fraction of the contact that slips at each time.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history.
-
-    Returns
-    -------
-    xarray.DataArray
-        Dimension time; area of the nodes in state slip over that of all nodes in contact [-], NaN
-        (missing) while nothing touches.
+    Units: returns [-].
     """
     state = history["contact_state"].values
     fraction = area_fraction(state == SLIP, state != OPEN, history["contact_area"].values)
@@ -61,19 +52,7 @@ def slipped_fraction(history: xr.Dataset, window: SlideWindow, tolerance: float)
     Only nodes that were in contact when the slide began, and still are, are weighed: skin that rolls
     onto the plate during the slide is new there and could not slip yet.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history.
-    window : SlideWindow
-        The slide.
-    tolerance : float
-        Accumulated slip from which a node counts as slipped [m].
-
-    Returns
-    -------
-    xarray.DataArray
-        Dimension time (the slide's records) [-]; missing while no such node touches.
+    Units: tolerance [m]; returns [-].
     """
     touching = history["contact_state"].values[window.records] != OPEN
     counted = touching & touching[0]
@@ -123,18 +102,7 @@ def accumulated_slip(history: xr.Dataset, window: SlideWindow) -> NDArray[np.flo
 def relative_displacement(history: xr.Dataset, window: SlideWindow) -> NDArray[np.float64]:
     """Return how far every contact node has moved relative to the plate since the slide began.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history.
-    window : SlideWindow
-        The slide.
-
-    Returns
-    -------
-    (n_times, n_nodes) array
-        Length of the part along the plate of the node's displacement less the plate's, both since
-        the start of the slide [m].
+    Arrays: returns (n_times, n_nodes) [m].
     """
     counterface = history["contact_counterface"].values
     node = history["contact_displacement"].values[window.records]
@@ -147,12 +115,7 @@ def relative_displacement(history: xr.Dataset, window: SlideWindow) -> NDArray[n
 def area_fraction(part: NDArray[np.bool_], whole: NDArray[np.bool_], areas: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the area of `part` over that of `whole` at each time, NaN where `whole` is empty.
 
-    Parameters
-    ----------
-    part, whole : (n_times, n_nodes) array of bool
-        Nodes, `part` within `whole`.
-    areas : (n_nodes,) array
-        Tributary areas [m^2].
+    Arrays: part, whole (n_times, n_nodes); areas (n_nodes,) [m^2].
     """
     total = whole @ areas
     fraction = np.full(total.shape, np.nan)

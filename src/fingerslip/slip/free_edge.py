@@ -24,21 +24,11 @@ _QUADRATIC = {"T6", "T10"}
 
 @dataclass(frozen=True)
 class EdgeContact:
-    """Contact that came close to a free edge of its boundary.
+    """Contact that came close to a free edge of its boundary."""
 
-    Parameters
-    ----------
-    boundary : str
-        The boundary that touches.
-    time : float
-        When the contact first came that close [s].
-    distance : float
-        Smallest distance between the contact and the edge [m].
-    """
-
-    boundary: str
-    time: float
-    distance: float
+    boundary: str  # the boundary that touches
+    time: float  # when the contact first came that close [s]
+    distance: float  # smallest distance between the contact and the edge [m]
 
 
 def edge_contact(history: xr.Dataset) -> EdgeContact | None:
@@ -77,13 +67,7 @@ def edge_distance(history: xr.Dataset) -> float | None:
 
 
 def edge_warning(found: Mapping[str, EdgeContact | None]) -> str:
-    """Return a warning about the runs whose contact came close to a free edge; empty where none did.
-
-    Parameters
-    ----------
-    found : mapping of str to EdgeContact or None
-        What :func:`edge_contact` found, by the title of the run.
-    """
+    """Return a warning about the runs whose contact came close to a free edge; empty where none did."""
     cases = [
         f"{title} ('{edge.boundary}' from {edge.time:.3g} s on, smallest distance {1e3 * edge.distance:.3g} mm)"
         for title, edge in found.items()

@@ -27,24 +27,12 @@ _STRAINS = ("along", "across", "shear")
 
 @dataclass(frozen=True)
 class Patch:
-    """The contact candidates of a plate, joined by triangles.
+    """The contact candidates of a plate, joined by triangles."""
 
-    Parameters
-    ----------
-    nodes : (n,) array of int
-        Rows of the contact candidates in the history.
-    points : (n, 2) array
-        Reference coordinates along and across the slide [m].
-    triangles : (m, 3) array of int
-        Corners as rows of `points`.
-    axes : (2, 3) array
-        Unit vectors along and across the slide, in the plate.
-    """
-
-    nodes: NDArray[np.int64]
-    points: Floats
-    triangles: NDArray[np.int64]
-    axes: Floats
+    nodes: NDArray[np.int64]  # (n,), rows of the contact candidates in the history
+    points: Floats  # (n, 2), reference coordinates along and across the slide [m]
+    triangles: NDArray[np.int64]  # (m, 3), corners as rows of `points`
+    axes: Floats  # (2, 3), unit vectors along and across the slide, in the plate
 
     @property
     def places(self) -> Floats:

@@ -37,49 +37,23 @@ _FIRST_PEAK_WITHIN = 0.05
 
 @dataclass(frozen=True)
 class Peak:
-    """One acceleration peak.
+    """One acceleration peak."""
 
-    Parameters
-    ----------
-    time : float
-        Time of the peak [s].
-    height : float
-        Largest tangential acceleration over the receptors, as mean over a time step [m/s^2].
-    prominence : float
-        Height above the higher of the two valleys beside it [m/s^2].
-    """
-
-    time: float
-    height: float
-    prominence: float
+    time: float  # time of the peak [s]
+    height: float  # largest tangential acceleration over the receptors, as mean over a time step [m/s^2]
+    prominence: float  # height above the higher of the two valleys beside it [m/s^2]
 
 
 @dataclass(frozen=True)
 class PeakTable:
-    """The acceleration peaks of a slide.
+    """The acceleration peaks of a slide."""
 
-    Parameters
-    ----------
-    peaks : tuple of Peak
-        Every peak that stands out of the noise, in order of time.
-    noise_floor : float
-        Median of the signal between the transition and the largest peak [m/s^2].
-    noise_spread : float
-        Its scaled median absolute deviation [m/s^2].
-    threshold : float
-        Prominence, and height over the floor, that a peak needed [m/s^2].
-    transition : Peak or None
-        The peak of the press-to-slide change; it is no slip event.
-    transition_end : float or None
-        When the transient of that change was over [s]; None where it never was.
-    """
-
-    peaks: tuple[Peak, ...] = ()
-    noise_floor: float = 0.0
-    noise_spread: float = 0.0
-    threshold: float = 0.0
-    transition: Peak | None = None
-    transition_end: float | None = None
+    peaks: tuple[Peak, ...] = ()  # every peak that stands out of the noise, in order of time
+    noise_floor: float = 0.0  # median of the signal between the transition and the largest peak [m/s^2]
+    noise_spread: float = 0.0  # its scaled median absolute deviation [m/s^2]
+    threshold: float = 0.0  # prominence, and height over the floor, that a peak needed [m/s^2]
+    transition: Peak | None = None  # the peak of the press-to-slide change
+    transition_end: float | None = None  # when the transient of that change was over [s]
 
     @property
     def largest(self) -> Peak | None:
@@ -120,20 +94,7 @@ def acceleration_peaks(history: xr.Dataset, settings: PeakSettings | None = None
 def peak_signal(history: xr.Dataset, settings: PeakSettings, slide: int = 0) -> xr.DataArray | None:
     """Return the signal that peaks are looked for in.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A two-dimensional history.
-    settings : PeakSettings
-        Which receptors are read.
-    slide : int, optional
-        Which of the slides, from 0.
-
-    Returns
-    -------
-    xarray.DataArray or None
-        Largest tangential acceleration (absolute value) over the receptors during the slide, dimension time
-        [m/s^2]; None where there is no slide or no such receptor.
+    Units: returns [m/s^2].
     """
     import xarray as xr
 
@@ -168,16 +129,7 @@ def slide_receptors(history: xr.Dataset, window: SlideWindow, settings: PeakSett
 def followed_share(history: xr.Dataset, window: SlideWindow, rows: NDArray[np.intp], time: float) -> float:
     """Return the mean displacement of sites over that of the plate, from a time to the end of the slide [-].
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with sites.
-    window : SlideWindow
-        The slide.
-    rows : (n_sites,) array of int
-        Rows of the sites.
-    time : float
-        Start [s].
+    Arrays: rows (n_sites,); time [s].
     """
     tangent = slide_tangent(history)
     start = int(np.searchsorted(history["time"].values, time))
@@ -203,20 +155,7 @@ def transition_end(
     taken between there and the largest value after it. Exactly, the transient is over where the signal stays within
     that noise (floor and `over_noise` spreads), or below `over_largest` of that value, for the time `quiet`.
 
-    Parameters
-    ----------
-    times : (n_times,) array
-        Times of the slide [s].
-    signal : (n_times,) array
-        The signal, not negative [m/s^2].
-    settings : PeakSettings
-        How peaks are distinguished from noise.
-
-    Returns
-    -------
-    tuple of int or None
-        Index of the rough and of the exact end; the exact one is that of the largest value after the rough one
-        where it never gets quiet before. None where there is not even a rough end.
+    Arrays: times (n_times,) [s]; signal (n_times,) [m/s^2].
     """
     width = _records(times, settings.quiet)
     top = int(np.argmax(signal[: _records(times, _FIRST_PEAK_WITHIN) + 1]))

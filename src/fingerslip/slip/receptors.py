@@ -37,21 +37,7 @@ AREAS = ("A", "B")
 def contact_edges(history: xr.Dataset, time: float | None = None, counterface: int = 0) -> tuple[float, float] | None:
     """Return where the contact ends on both sides.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A two-dimensional history.
-    time : float, optional
-        Time at which to look (the last record at or before it) [s]; without it the start of the first
-        slide, or the last record where there is no slide.
-    counterface : int, optional
-        The counterface.
-
-    Returns
-    -------
-    tuple of float or None
-        Smallest and largest reference coordinate along the counterface's tangent of the nodes in contact [m];
-        None where nothing touches.
+    Units: time [s]; returns [m].
     """
     row = history["contact_state"].values[_record(history, time)]
     touching = (row != OPEN) & (history["contact_counterface"].values == counterface)
@@ -68,22 +54,7 @@ def receptors_in_areas(
 
     Every receptor belongs to the nearer edge; of those the nearest `per_area` are taken.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A two-dimensional history.
-    per_area : int, optional
-        How many per type and area.
-    kinds : sequence of str, optional
-        Receptor types.
-    time : float, optional
-        Time at which the edges are taken [s]; without it the start of the first slide.
-
-    Returns
-    -------
-    mapping of (kind, area) to tuple of str
-        Names of sites, nearest to the edge first. Pairs without a receptor are left out; the mapping is empty where
-        nothing touches or no site is recorded.
+    Units: time [s].
     """
     known = site_kinds(history)
     edges = contact_edges(history, time) if known.size else None
@@ -104,19 +75,7 @@ def receptors_in_areas(
 def receptor_signals(history: xr.Dataset, per_area: int = 5) -> xr.Dataset:
     """Average the signals of the receptors around each edge of the contact.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A two-dimensional history.
-    per_area : int, optional
-        How many receptors per type and area.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``acceleration`` (along the plate, mean of the sites and over each step) [m/s^2] and
-        ``strain_energy_density`` (mean of the sites) [J/m^3], dimensions (kind, area, time); coordinate
-        ``receptor_count`` (kind, area). Where there is no receptor the signal is missing and the count 0.
+    Units: returns [m/s^2].
     """
     chosen = receptors_in_areas(history, per_area)
     times = history["time"].values
@@ -170,17 +129,7 @@ def tangential_acceleration(history: xr.Dataset, rows: NDArray[np.intp]) -> NDAr
     more times as large as the change of velocity over a step; the mean of both ends of a step leaves that out. Of steps
     that control their own error it is the mean since the record before.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A two-dimensional history.
-    rows : (n_sites,) array of int
-        Rows of the sites.
-
-    Returns
-    -------
-    (n_times, n_sites) array
-        Acceleration [m/s^2]; the first record has no step before it and stands as it is.
+    Arrays: rows (n_sites,); returns (n_times, n_sites) [m/s^2].
     """
     at_records = np.asarray(history["acceleration"].values[:, rows] @ slide_tangent(history), dtype=float)
     over_steps = at_records.copy()

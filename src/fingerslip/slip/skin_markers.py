@@ -37,39 +37,15 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class MarkerSlips:
-    """When the markers of the skin that touch at the start of a slide begin to slip.
+    """When the markers of the skin that touch at the start of a slide begin to slip."""
 
-    Parameters
-    ----------
-    names : tuple of str
-        Names of their sites.
-    distance : (n,) array
-        Distance from the one in the middle at rest [m].
-    time : (n,) array
-        Time from which a marker has lagged the counterface by more than the tolerance, for as long as an event has to
-        be sustained [s]; NaN for one that does not slip.
-    """
-
-    names: tuple[str, ...]
-    distance: Floats
-    time: Floats
+    names: tuple[str, ...]  # names of their sites
+    distance: Floats  # (n,), distance from the one in the middle at rest [m]
+    time: Floats  # (n,) [s]
 
 
 def skin_marker_slips(history: xr.Dataset, settings: EventSettings | None = None) -> MarkerSlips | None:
-    """Return when the touching markers of the skin begin to slip in the first slide.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with recorded sites of the kind ``external marker``.
-    settings : EventSettings, optional
-        `displacement_tolerance` and `sustained` count.
-
-    Returns
-    -------
-    MarkerSlips or None
-        None where there is no slide or no such marker.
-    """
+    """Return when the touching markers of the skin begin to slip in the first slide."""
     settings, window = settings or EventSettings(), slide_window(history)
     rows = sites_of_kinds(history, [EXTERNAL])
     if window is None or not rows.size or not history.sizes.get("contact_node", 0):
@@ -87,13 +63,7 @@ def skin_marker_slips(history: xr.Dataset, settings: EventSettings | None = None
 
 
 def touching_markers(history: xr.Dataset) -> NDArray[np.bool_]:
-    """Tell of each marker of the skin, in the order of the sites, whether it touches when the first slide begins.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with recorded sites of the kind ``external marker``.
-    """
+    """Tell of each marker of the skin, in the order of the sites, whether it touches when the first slide begins."""
     rows, window = sites_of_kinds(history, [EXTERNAL]), slide_window(history)
     if window is None or not rows.size or not history.sizes.get("contact_node", 0):
         return np.zeros(rows.size, dtype=bool)

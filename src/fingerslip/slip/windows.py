@@ -19,21 +19,12 @@ __all__ = ["SlideWindow", "slide_window", "sustained_crossing", "sustained_cross
 
 @dataclass(frozen=True)
 class SlideWindow:
-    """The records of one slide phase.
+    """The records of one slide phase."""
 
-    Parameters
-    ----------
-    start, end : float
-        Time of the phase [s].
-    first, last : int
-        First and last record of the slide, both included; the first is the last record at or before
-        `start`, which is the state that slip is measured from.
-    """
-
-    start: float
-    end: float
-    first: int
-    last: int
+    start: float  # time of the phase [s]
+    end: float  # time of the phase [s]
+    first: int  # first and last record of the slide, both included
+    last: int  # first and last record of the slide, both included
 
     @property
     def records(self) -> slice:
@@ -42,25 +33,7 @@ class SlideWindow:
 
 
 def slide_window(history: xr.Dataset, slide: int = 0) -> SlideWindow | None:
-    """Find the records of a slide. Slide phases that follow each other are one, up to where the plate turns back.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history.
-    slide : int, optional
-        Which of the slides, from 0.
-
-    Returns
-    -------
-    SlideWindow or None
-        None where the programme has no slide, or none that was recorded.
-
-    Raises
-    ------
-    InputError
-        Where there are slides, but not that one.
-    """
+    """Find the records of a slide. Slide phases that follow each other are one, up to where the plate turns back."""
     slides = _slides(history)
     if not slides and slide == 0:
         return None
@@ -101,22 +74,7 @@ def sustained_crossing(
 ) -> float | None:
     """Return when `values` first reach `level` and stay there.
 
-    Parameters
-    ----------
-    times : (n_times,) array
-        Times [s], rising.
-    values : (n_times,) array
-        The signal; NaN counts as below the level.
-    level : float
-        The level, in the signal's unit.
-    sustained : float
-        How long the signal must stay at or above the level [s]; staying there up to the last time
-        is enough.
-
-    Returns
-    -------
-    float or None
-        The time of the crossing, interpolated linearly between two records [s].
+    Arrays: times (n_times,) [s]; values (n_times,); sustained [s]; returns [s].
 
     Examples
     --------
@@ -132,21 +90,7 @@ def sustained_crossings(
 ) -> list[float | None]:
     """Return when each of several signals first reaches `level` and stays there; see :func:`sustained_crossing`.
 
-    Parameters
-    ----------
-    times : (n_times,) array
-        Times [s], rising.
-    values : (n_times, n) array
-        The signals.
-    level : float
-        The level, in the signals' unit.
-    sustained : float
-        How long a signal must stay at or above the level [s].
-
-    Returns
-    -------
-    list of n float or None
-        The times of the crossings [s].
+    Arrays: times (n_times,) [s]; values (n_times, n); sustained [s]; returns [s].
     """
     above = np.zeros((values.shape[1], times.size + 2), dtype=np.int8)
     above[:, 1:-1] = (values >= level).T

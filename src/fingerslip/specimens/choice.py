@@ -77,18 +77,7 @@ class SpecimenChoice:
 
 
 def given_specimen(fields: Mapping[str, Any]) -> str | None:
-    """Return the key of the specimen that is given; None without one.
-
-    Parameters
-    ----------
-    fields : mapping of str to object
-        Values of the fields of a :class:`SpecimenChoice`, among others.
-
-    Raises
-    ------
-    InputError
-        For two specimens.
-    """
+    """Return the key of the specimen that is given; None without one."""
     given = [key for key in SPECIMENS if fields[key] is not None]
     if len(given) > 1:
         raise InputError(given[1], f"is given with {given[0]}", "needs one of the two")
@@ -96,20 +85,7 @@ def given_specimen(fields: Mapping[str, Any]) -> str | None:
 
 
 def check_mesh(specimen: str | None, mesh: MeshSource) -> None:
-    """Refuse a mesh source that needs a specimen of another kind, or any at all.
-
-    Parameters
-    ----------
-    specimen : str or None
-        Key of the specimen that is given.
-    mesh : MeshSource
-        Where the mesh comes from.
-
-    Raises
-    ------
-    InputError
-        That says what is needed.
-    """
+    """Refuse a mesh source that needs a specimen of another kind, or any at all."""
     if not mesh.needs_specimen:
         return
     if specimen is None:
@@ -130,13 +106,7 @@ def preset_names() -> tuple[str, ...]:
 
 
 def presets_of(name: str) -> Presets[Any]:
-    """Return the presets that hold the one of a name.
-
-    Raises
-    ------
-    InputError
-        Where there is none.
-    """
+    """Return the presets that hold the one of a name."""
     found = next((presets for presets in SPECIMENS.values() if name in presets.names), None)
     if found is None:
         raise InputError("preset", f"'{name}' is not known", f"needs one of {', '.join(preset_names())}")

@@ -16,24 +16,12 @@ __all__ = ["ModelUse", "Specimen"]
 
 @dataclass(frozen=True)
 class ModelUse:
-    """What a model takes from a specimen besides its materials.
+    """What a model takes from a specimen besides its materials."""
 
-    Parameters
-    ----------
-    dim : {2, 3}
-        Dimension of space, 2 for a section.
-    meshed : bool
-        Whether the mesh is made of the specimen, rather than read from a file.
-    held : bool
-        Whether the specimen says what is held.
-    groups : frozenset of str
-        The groups of sites that are recorded; see :meth:`Specimen.sites`.
-    """
-
-    dim: Literal[2, 3]
-    meshed: bool = True
-    held: bool = True
-    groups: frozenset[str] = frozenset()
+    dim: Literal[2, 3]  # dimension of space, 2 for a section
+    meshed: bool = True  # whether the mesh is made of the specimen, rather than read from a file
+    held: bool = True  # whether the specimen says what is held
+    groups: frozenset[str] = frozenset()  # the groups of sites that are recorded
 
 
 class Specimen(Protocol):

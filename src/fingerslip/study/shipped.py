@@ -69,25 +69,7 @@ def _title(file: Traversable) -> str:
 
 
 def copy_example(name: str, folder: Path) -> Path:
-    """Copy a shipped study, the studies that it is based on, and the schema by which editors check it.
-
-    Parameters
-    ----------
-    name : str
-        Name of the study.
-    folder : Path
-        Where to.
-
-    Returns
-    -------
-    Path
-        The study file.
-
-    Raises
-    ------
-    InputError
-        For a study that does not ship, and where a file of its name is there.
-    """
+    """Copy a shipped study, the studies that it is based on, and the schema by which editors check it."""
     shipped = examples()
     path = _write(_chosen("study", name, shipped), folder / f"{name}.yaml")
     while base := _BASE.search(shipped[name].read_text(encoding="utf-8")):
@@ -98,25 +80,7 @@ def copy_example(name: str, folder: Path) -> Path:
 
 
 def new_study(path: Path, template: str) -> Path:
-    """Write a study file to start from, and the schema by which editors check it.
-
-    Parameters
-    ----------
-    path : Path
-        The file; ``.yaml`` is added where it has no ending.
-    template : str
-        One of :data:`TEMPLATES`.
-
-    Returns
-    -------
-    Path
-        The study file.
-
-    Raises
-    ------
-    InputError
-        For a template that is not known, and where the file is there.
-    """
+    """Write a study file to start from, and the schema by which editors check it."""
     return _write(_chosen("template", template, TEMPLATES), path if path.suffix else path.with_suffix(".yaml"))
 
 

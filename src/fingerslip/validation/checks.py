@@ -30,21 +30,11 @@ _LARGER_IN_B = ("FA-I", "FA-II", "SA-II")
 
 @dataclass(frozen=True)
 class Finding:
-    """What a check found.
+    """What a check found."""
 
-    Parameters
-    ----------
-    number : float or None
-        The number that the statement is compared with; None where an event that it needs did not happen.
-    holds : bool or None
-        Whether the statement holds; None where there is no number.
-    comparable : bool
-        Whether the number is of the same quantity as the statement.
-    """
-
-    number: float | None = None
-    holds: bool | None = None
-    comparable: bool = True
+    number: float | None = None  # the number that the statement is compared with
+    holds: bool | None = None  # whether the statement holds
+    comparable: bool = True  # whether the number is of the same quantity as the statement
 
 
 def overall_order(evidence: Evidence) -> Finding:

@@ -32,21 +32,11 @@ _ROWS: Mapping[str, Callable[..., Stored[Row]]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Comparison:
-    """Published values beside ours.
+    """Published values beside ours."""
 
-    Parameters
-    ----------
-    rows : tuple of Row
-        The rows.
-    origins : tuple of str
-        Where those come from that were stored, in sentences.
-    geometry : Stored of GeometryRow, optional
-        What the unknown geometry of the finger allows; None where fingers are left out.
-    """
-
-    rows: tuple[Row, ...]
-    origins: tuple[str, ...] = ()
-    geometry: Stored[GeometryRow] | None = None
+    rows: tuple[Row, ...]  # the rows
+    origins: tuple[str, ...] = ()  # where those come from that were stored, in sentences
+    geometry: Stored[GeometryRow] | None = None  # what the unknown geometry of the finger allows
 
     @property
     def tables(self) -> list[Table]:

@@ -75,20 +75,10 @@ _ACCURACIES = ("forest-accuracy", "svm-accuracy")
 
 @dataclass(frozen=True)
 class Detection:
-    """Scores on single frames, by name of the classifier.
+    """Scores on single frames, by name of the classifier."""
 
-    Parameters
-    ----------
-    by_sample : mapping of str to FrameScores
-        With frames split 90 to 10 whatever their trial.
-    by_trial : mapping of str to FrameScores
-        On trials that were not seen, in five folds.
-    left_out : mapping of str to mapping of str to FrameScores, optional
-        On trials of which not one with the same value of a condition was seen, by what is left out.
-    """
-
-    by_sample: Mapping[str, FrameScores]
-    by_trial: Mapping[str, FrameScores]
+    by_sample: Mapping[str, FrameScores]  # with frames split 90 to 10 whatever their trial
+    by_trial: Mapping[str, FrameScores]  # on trials that were not seen, in five folds
     left_out: Mapping[str, Mapping[str, FrameScores]] = field(default_factory=dict)
 
 
@@ -100,28 +90,7 @@ def detection_rows(
     *,
     compute: bool = False,
 ) -> Stored[Row]:
-    """Return the rows of the detectors: computed and stored, or those that were stored last.
-
-    Parameters
-    ----------
-    studies, results : path, optional
-        Folder of the study files, and of the results, to which data set and ``detection.json`` are written.
-    workers : int, optional
-        Cores.
-    progress : StudyProgress, optional
-        Receives the progress.
-    compute : bool, optional
-        Whether to make the data set, train and test; else stored rows are read.
-
-    Raises
-    ------
-    InputError
-        Where the study file is missing or wrong.
-    TrialsFailedError
-        Where trials could not be simulated.
-    ResultError
-        Where results cannot be written or read back.
-    """
+    """Return the rows of the detectors: computed and stored, or those that were stored last."""
     output = Path(results) / "detection"
 
     def computed() -> tuple[Row, ...]:
@@ -140,17 +109,7 @@ def detection_rows(
 
 
 def begun_detection(trials: TrialSet, workers: int = 2, output: Path | None = None) -> Evaluation:
-    """Sample the frames of the data set as published.
-
-    Parameters
-    ----------
-    trials : TrialSet
-        The data set.
-    workers : int, optional
-        Cores.
-    output : Path, optional
-        Finished fits are kept in a folder beside that, ``OUTPUT.unfinished``; nowhere without it.
-    """
+    """Sample the frames of the data set as published."""
     from fingerslip.detect.classifiers import CLASSIFIERS
     from fingerslip.detect.evaluation.evaluate import begun_evaluation
     from fingerslip.detect.motion import MotionSettings
@@ -163,13 +122,7 @@ def begun_detection(trials: TrialSet, workers: int = 2, output: Path | None = No
 
 
 def detection_of(begun: Evaluation) -> Detection:
-    """Fit the forest and both support vector machines as published, the other two beside them, and score them.
-
-    Parameters
-    ----------
-    begun : Evaluation
-        Frames of the data set; see :func:`begun_detection`.
-    """
+    """Fit the forest and both support vector machines as published, the other two beside them, and score them."""
     from fingerslip.detect.classifiers import CLASSIFIERS
     from fingerslip.detect.evaluation.confusion import frame_scores_of
     from fingerslip.detect.evaluation.crossval import joined_folds

@@ -64,24 +64,13 @@ VARIANTS = ("original", "flattened", "scaled")
 
 @dataclass(frozen=True)
 class Evidence:
-    """The numbers of the runs of the studies.
+    """The numbers of the runs of the studies."""
 
-    Parameters
-    ----------
-    measured : mapping of str to tuple of Measures
-        The runs by name of the study.
-    refined : tuple of tuple of Measures
-        The runs of Table 2 once more, with another mesh, step, contact stiffness or numerical damping in each tuple.
-    refined_solid : tuple of Measures
-        The same for the fingertip in space.
-    refined_large_strain : tuple of tuple of Measures
-        The same for the section of Table 2 at large strain.
-    """
-
-    measured: Mapping[str, tuple[Measures, ...]]
+    measured: Mapping[str, tuple[Measures, ...]]  # the runs by name of the study
+    # the runs of Table 2 once more, with another mesh, step, contact stiffness or numerical damping in each tuple
     refined: tuple[tuple[Measures, ...], ...] = ()
-    refined_solid: tuple[Measures, ...] = ()
-    refined_large_strain: tuple[tuple[Measures, ...], ...] = ()
+    refined_solid: tuple[Measures, ...] = ()  # the same for the fingertip in space
+    refined_large_strain: tuple[tuple[Measures, ...], ...] = ()  # the same for the section of Table 2 at large strain
 
     def select(self, study: str, conditions: Mapping[str, object]) -> tuple[Measures, ...]:
         """Return the runs of a study whose values, by dotted path, are these."""
@@ -124,28 +113,7 @@ def gather(
     workers: int = 2,
     progress: StudyProgress | None = None,
 ) -> Evidence:
-    """Run and refine the shipped studies, as far as they are not finished, and measure all runs.
-
-    Parameters
-    ----------
-    studies : path, optional
-        Folder of the study files.
-    results : path, optional
-        Folder of the results.
-    workers : int, optional
-        How many runs are computed at once.
-    progress : StudyProgress, optional
-        Receives the progress.
-
-    Raises
-    ------
-    InputError
-        Where a study file is missing or wrong.
-    StudyFailedError
-        Where runs failed.
-    ResultError
-        Where results cannot be written or read back.
-    """
+    """Run and refine the shipped studies, as far as they are not finished, and measure all runs."""
     paths = {name: _study_file(Path(studies), name) for name in STUDIES}
     for name, conditions in REFINED.items():
         chosen = [run.name for run in plan_study(paths[name], results).runs if _meets(run.swept, conditions)]

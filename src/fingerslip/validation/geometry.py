@@ -43,31 +43,15 @@ _NOTE = (
 
 @dataclass(frozen=True)
 class GeometryRow:
-    """One published time, and the interval of ours over the unknown geometry.
+    """One published time, and the interval of ours over the unknown geometry."""
 
-    Parameters
-    ----------
-    quantity : str
-        What it is, of which model, and how ours is read.
-    source : str
-        The paper, and the table, figure or section of it.
-    published : float or tuple of float
-        The published time or range [s].
-    interval : tuple of float or None
-        Smallest time of the samples, percentiles 5, 50 and 95, and the largest [s]; None where none has the event.
-    where : str
-        Where the published time lies: 'within, at 34 %', 'below all', 'above all'; empty without an interval.
-    found, samples : int
-        Samples with the event, and all that were computed.
-    """
-
-    quantity: str
-    source: str
-    published: float | tuple[float, float]
-    interval: tuple[float, ...] | None
-    where: str
-    found: int
-    samples: int
+    quantity: str  # what it is, of which model, and how ours is read
+    source: str  # the paper, and the table, figure or section of it
+    published: float | tuple[float, float]  # the published time or range [s]
+    interval: tuple[float, ...] | None  # smallest time of the samples, percentiles 5, 50 and 95, and the largest [s]
+    where: str  # where the published time lies: 'within, at 34 %', 'below all', 'above all'; empty without an interval
+    found: int  # samples with the event, and all that were computed
+    samples: int  # samples with the event, and all that were computed
 
 
 #: Where their intervals are stored.
@@ -95,30 +79,7 @@ def allowed_geometry(
     *,
     compute: bool = False,
 ) -> Stored[GeometryRow]:
-    """Return what the unknown geometry allows: computed and stored, or as it was stored last.
-
-    Parameters
-    ----------
-    studies : path, optional
-        Folder of the study files.
-    results : path, optional
-        Folder of the results, to which ``geometry.json`` is written.
-    workers : int, optional
-        How many runs are computed at once.
-    progress : StudyProgress, optional
-        Receives the progress.
-    compute : bool, optional
-        Whether to run the geometry studies as far as they are not finished; else stored intervals are read.
-
-    Raises
-    ------
-    InputError
-        Where a study file is missing or wrong.
-    StudyFailedError
-        Where runs failed.
-    ResultError
-        Where results cannot be written or read back.
-    """
+    """Return what the unknown geometry allows: computed and stored, or as it was stored last."""
 
     def computed() -> list[GeometryRow]:
         paths = [Path(studies) / f"{name}.yaml" for name in GEOMETRY]
@@ -137,15 +98,7 @@ def geometry_rows(study: StudyResult) -> tuple[GeometryRow, ...]:
 
 
 def geometry_table(rows: tuple[GeometryRow, ...], origin: str = "") -> Table:
-    """Put the rows into one table.
-
-    Parameters
-    ----------
-    rows : tuple of GeometryRow
-        The rows.
-    origin : str, optional
-        Where they come from, in a sentence.
-    """
+    """Put the rows into one table."""
     columns = (
         *(Column(name) for name in ("quantity", "source", "published [s]")),
         *INTERVAL_COLUMNS,

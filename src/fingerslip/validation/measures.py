@@ -72,55 +72,27 @@ _VIBRATION = 0.1
 
 @dataclass(frozen=True)
 class Densities:
-    """Strain energy density at the receptors around the edges of the contact, by type and edge.
+    """Strain energy density at the receptors around the edges of the contact, by type and edge."""
 
-    Parameters
-    ----------
-    growth : mapping of (str, str) to float
-        At overall slip over that at the start of the slide [-].
-    range_after : mapping of (str, str) to float
-        Largest less smallest after overall slip, over the mean there [-].
-    mean_after : mapping of (str, str) to float
-        Mean after overall slip [J/m^3].
-    """
-
-    growth: Mapping[tuple[str, str], float]
-    range_after: Mapping[tuple[str, str], float]
-    mean_after: Mapping[tuple[str, str], float]
+    growth: Mapping[tuple[str, str], float]  # at overall slip over that at the start of the slide [-]
+    range_after: Mapping[tuple[str, str], float]  # largest less smallest after overall slip, over the mean there [-]
+    mean_after: Mapping[tuple[str, str], float]  # mean after overall slip [J/m^3]
 
 
 @dataclass(frozen=True)
 class Measures:
     """The numbers of one run.
 
-    Parameters
-    ----------
-    run : RunResult
-        The run with its events and values.
-    peaks : PeakTable
-        Its acceleration peaks.
-    largest_acceleration : mapping of str to float
-        Largest tangential acceleration after the press-to-slide transition by receptor type [m/s^2].
-    centre_after_edge : float or None
-        How much later the inner quarter of the contact begins to lag the plate than the outer one [s].
-    densities : Densities or None
-        Strain energy density; None without overall slip.
-    rms_after : float or None
-        Root mean square acceleration in the 0.1 s after overall slip and its release [m/s^2].
-    travel : float or None
-        Travel of the plate at overall slip over friction coefficient times indentation [-].
-    node_tolerances : mapping of float to SlipEvents
-        Events of the reference nodes of a fingertip in space by the distance from which a node has left the plate's
-        line [m], the one in use among them; empty for a section.
+    Arrays: largest_acceleration  [m/s^2]; node_tolerances  [m].
     """
 
-    run: RunResult
+    run: RunResult  # the run with its events and values
     peaks: PeakTable = field(default_factory=PeakTable)
     largest_acceleration: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
-    centre_after_edge: float | None = None
-    densities: Densities | None = None
-    rms_after: float | None = None
-    travel: float | None = None
+    centre_after_edge: float | None = None  # [s]
+    densities: Densities | None = None  # strain energy density
+    rms_after: float | None = None  # [m/s^2]
+    travel: float | None = None  # travel of the plate at overall slip over friction coefficient times indentation [-]
     node_tolerances: Mapping[float, SlipEvents] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
@@ -181,15 +153,7 @@ def measure(run: RunResult, history: xr.Dataset) -> Measures:
 
 
 def measure_in_space(run: RunResult, history: xr.Dataset) -> Measures:
-    """Read the numbers of a run in space, whose displacements and accelerations the paper reads at reference nodes.
-
-    Parameters
-    ----------
-    run : RunResult
-        The run.
-    history : xarray.Dataset
-        Its history, which records the reference nodes.
-    """
+    """Read the numbers of a run in space, whose displacements and accelerations the paper reads at reference nodes."""
     readings = {
         tolerance: reference_events(history, REFERENCE_NODES, EventSettings(displacement_tolerance=tolerance))
         for tolerance in NODE_TOLERANCES
@@ -216,10 +180,7 @@ def centre_after_edge(history: xr.Dataset, window: SlideWindow, settings: EventS
     The nodes in contact at the start of the slide are ranked by their distance from the middle of the contact.
     Medians are taken; a node that never lags counts as lagging from the end of the slide on.
 
-    Returns
-    -------
-    float or None
-        Difference of the medians [s]; None for fewer than four nodes.
+    Units: returns [s].
     """
     touching = np.flatnonzero(history["contact_state"].values[window.first] != OPEN)
     if touching.size < 4:

@@ -66,28 +66,7 @@ def pouring_rows(
     *,
     compute: bool = False,
 ) -> Stored[Row]:
-    """Return the rows of the pouring task: computed and stored, or those that were stored last.
-
-    Parameters
-    ----------
-    studies, results : path, optional
-        Folder of the study files, and of the results, to which ``pouring.json`` is written.
-    workers : int, optional
-        How many runs are computed at once.
-    progress : StudyProgress, optional
-        Receives the progress.
-    compute : bool, optional
-        Whether to run what is not finished, train and test; else stored rows are read.
-
-    Raises
-    ------
-    InputError
-        Where a study file is missing or wrong.
-    StudyFailedError, TrialsFailedError
-        Where runs or trials failed.
-    ResultError
-        Where results cannot be written or read back.
-    """
+    """Return the rows of the pouring task: computed and stored, or those that were stored last."""
 
     def computed() -> tuple[Row, ...]:
         from fingerslip.study.running.runner import run_studies
@@ -105,13 +84,6 @@ def pouring_of(results: Path, workers: int = 2) -> Unseen:
     """Film the runs of both studies, train the forest on the slides and return what it finds while rice is poured.
 
     The trials that the benchmark keeps for tests are not learned from. Both data sets are written beside the results.
-
-    Parameters
-    ----------
-    results : Path
-        Folder of the results of both studies.
-    workers : int, optional
-        Cores.
     """
     from fingerslip.detect.simulated import film_results
     from fingerslip.detect.trial_set import write_trials
@@ -127,15 +99,6 @@ def pouring_in_space(studies: Path, results: Path, workers: int = 2, progress: S
     """Make both data sets in space, train the forest on the slides and return what it finds while rice is poured.
 
     Data sets that are whole are read back; trials are learned from as in :func:`pouring_of`.
-
-    Parameters
-    ----------
-    studies, results : Path
-        Folder of the study files, and of the results, in which the data sets are written.
-    workers : int, optional
-        Cores.
-    progress : StudyProgress, optional
-        Receives the progress.
     """
     from fingerslip.study.trials.simulate import simulate_trials
 

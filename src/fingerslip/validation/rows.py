@@ -47,45 +47,18 @@ _NOTE = (
 
 @dataclass(frozen=True)
 class Row:
-    """One published number or statement, and our number beside it.
+    """One published number or statement, and our number beside it."""
 
-    Parameters
-    ----------
-    quantity : str
-        What is compared, and how it is read; of a statement the number that it is compared with.
-    source : str
-        The paper, and the table, figure or section of it.
-    published : float or tuple of float or None
-        The published value or range; None for a statement.
-    ours : float or None
-        Our value; None where the event did not happen.
-    difference : float or None
-        Ours less published; from the nearer end of a range, 0 within it.
-    uncertainty : float or None
-        Numerical uncertainty of ours, for a statement its range over the refinements; None where it was not measured,
-        or the event did not happen in all of these runs.
-    verdict : {'agrees', 'misses', 'not found', 'not judged', 'not comparable', 'holds', 'fails'}
-        Verdict by the rule in the note of the table; 'not found' where the event did not happen here, 'not comparable'
-        where ours is another quantity than the published one.
-    basis : {'calibrated', 'predicted', 'large strain'}
-        Whether the geometry was calibrated on this value; 'large strain' for a prediction with geometrical
-        nonlinearity, which the paper switched off.
-    unit : str
-        Unit of all the numbers.
-    statement : str
-        The published statement in words; empty for a number.
-    """
-
-    quantity: str
-    source: str
-    published: float | tuple[float, float] | None
-    ours: float | None
-    difference: float | None
-    uncertainty: float | None
-    verdict: Verdict
-    basis: Basis
-    unit: str = ""
-    statement: str = ""
+    quantity: str  # what is compared, and how it is read
+    source: str  # the paper, and the table, figure or section of it
+    published: float | tuple[float, float] | None  # the published value or range
+    ours: float | None  # our value
+    difference: float | None  # ours less published
+    uncertainty: float | None  # numerical uncertainty of ours, for a statement its range over the refinements
+    verdict: Verdict  # verdict by the rule in the note of the table
+    basis: Basis  # whether the geometry was calibrated on this value
+    unit: str = ""  # unit of all the numbers
+    statement: str = ""  # the published statement in words
 
 
 def number_row(
@@ -98,23 +71,7 @@ def number_row(
     basis: Basis = "predicted",
     comparable: bool = True,
 ) -> Row:
-    """Compare a number with the published one.
-
-    Parameters
-    ----------
-    quantity : str
-        What it is, and how it is read.
-    value : PublishedValue
-        A published value or range.
-    ours, uncertainty : float or None
-        Our value and its numerical uncertainty, in the published unit.
-    resolution : float or None
-        Resolution of the published value; None for one that is not judged.
-    basis : {'calibrated', 'predicted', 'large strain'}, optional
-        Whether the geometry was calibrated on it, or the kinematics are not those of the paper.
-    comparable : bool, optional
-        Whether ours is the same quantity as the published one.
-    """
+    """Compare a number with the published one."""
     if value.value is None:
         raise ValueError(f"{value.id} is no number")
     difference = None if ours is None else difference_from(ours, value.span or (value.value, value.value))
@@ -160,15 +117,7 @@ def _plain(value: Any) -> Any:
 
 
 def rows_table(rows: Sequence[Row], *origins: str) -> Table:
-    """Put the rows into one table.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        The rows.
-    *origins : str
-        Where those that were not computed now come from, in sentences; empty ones are left out.
-    """
+    """Put the rows into one table."""
     columns = (
         Column("quantity"),
         Column("source"),

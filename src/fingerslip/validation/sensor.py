@@ -44,42 +44,18 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SensorMeasures:
-    """What the statements are compared with, of one run.
+    """What the statements are compared with, of one run."""
 
-    Parameters
-    ----------
-    ridged : bool
-        Whether the skin has ridges.
-    depth : str
-        Indentation, as the study writes it.
-    before_centre : float or None
-        Share of the touching outer markers of the skin that slip before the central one [-].
-    cycles : int or None
-        Stick-slip cycles in the slide.
-    ahead : float or None
-        Displacement of the central internal marker over the mean of the outermost ring at overall slip [-].
-    spread : float or None
-        Change of the largest less the smallest displacement of internal markers from incipient to overall slip [m].
-    """
-
-    ridged: bool
-    depth: str
-    before_centre: float | None
-    cycles: int | None
-    ahead: float | None
-    spread: float | None
+    ridged: bool  # whether the skin has ridges
+    depth: str  # indentation, as the study writes it
+    before_centre: float | None  # share of the touching outer markers of the skin that slip before the central one [-]
+    cycles: int | None  # stick-slip cycles in the slide
+    ahead: float | None  # [-]
+    spread: float | None  # [m]
 
 
 def measure_sensor(run: RunResult, history: xr.Dataset) -> SensorMeasures:
-    """Measure a run of a sensor with recorded markers.
-
-    Parameters
-    ----------
-    run : RunResult
-        The run; events are those from accumulated slip.
-    history : xarray.Dataset
-        Its history.
-    """
+    """Measure a run of a sensor with recorded markers."""
     slips, slip = skin_marker_slips(history), run.events.slip
     along, rings = _along_slide(history)
     times = history["time"].values
@@ -124,17 +100,7 @@ def sensor_rows(
     workers: int = 2,
     progress: StudyProgress | None = None,
 ) -> tuple[Row, ...]:
-    """Run the study of the sensor, as far as it is not finished, and return its rows; see :func:`rows_of_sensor`.
-
-    Raises
-    ------
-    InputError
-        Where the study is missing or wrong.
-    StudyFailedError
-        Where runs failed.
-    ResultError
-        Where results cannot be written or read back.
-    """
+    """Run the study of the sensor, as far as it is not finished, and return its rows; see :func:`rows_of_sensor`."""
     path = Path(studies) / f"{SENSOR}.yaml"
     if not path.is_file():
         repair = "name the folder of the shipped studies, or run in the folder of the project"
@@ -148,15 +114,7 @@ def _measured(study: StudyResult) -> tuple[SensorMeasures, ...]:
 
 
 def rows_of_sensor(measured: Sequence[SensorMeasures], basis: Basis = "predicted") -> tuple[Row, ...]:
-    """Return a row for each statement on the mechanics of the sensor, and one for the number of cycles.
-
-    Parameters
-    ----------
-    measured : sequence of SensorMeasures
-        Runs with both skins at the same indentations.
-    basis : {'predicted', 'large strain'}, optional
-        The kinematics of the runs.
-    """
+    """Return a row for each statement on the mechanics of the sensor, and one for the number of cycles."""
     statements = (
         statement_row(value, found.number, None, found.holds, basis=basis)
         for value in published("bulens2023-mechanics").values

@@ -22,51 +22,23 @@ _READING = "reading"
 
 @dataclass(frozen=True)
 class Stored(Generic[R]):
-    """Rows, and where they come from.
+    """Rows, and where they come from."""
 
-    Parameters
-    ----------
-    rows : tuple
-        The rows; empty where nothing is stored.
-    origin : str
-        Where they come from, in a sentence; empty where they were computed.
-    computed : bool
-        Whether they were computed, or read back.
-    """
-
-    rows: tuple[R, ...]
-    origin: str = ""
-    computed: bool = False
+    rows: tuple[R, ...]  # the rows
+    origin: str = ""  # where they come from, in a sentence
+    computed: bool = False  # whether they were computed, or read back
 
 
 @dataclass(frozen=True)
 class RowFile(Generic[R]):
-    """Where rows of one kind are stored, and what makes them.
+    """Where rows of one kind are stored, and what makes them."""
 
-    Parameters
-    ----------
-    name : str
-        Name of the file, in the folder of all results or in its folder `reference`.
-    kind : str
-        What the rows are called, such as 'intervals'.
-    command : str
-        The command that computes them.
-    effort : str
-        How long that takes, in words.
-    studies : tuple of str
-        Names of the studies that they are computed from.
-    row : type
-        Dataclass of a row.
-    reading : mapping of str to plain data, optional
-        How numbers are read from the runs, as far as the rows depend on it.
-    """
-
-    name: str
-    kind: str
-    command: str
-    effort: str
-    studies: tuple[str, ...]
-    row: Callable[..., R]
+    name: str  # name of the file, in the folder of all results or in its folder `reference`
+    kind: str  # what the rows are called, such as 'intervals'
+    command: str  # the command that computes them
+    effort: str  # how long that takes, in words
+    studies: tuple[str, ...]  # names of the studies that they are computed from
+    row: Callable[..., R]  # dataclass of a row
     reading: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -76,22 +48,7 @@ def stored_rows(
     results: str | Path,
     compute: Callable[[], Sequence[R]] | None = None,
 ) -> Stored[R]:
-    """Return rows that are computed and stored, or else those that were stored last, or else those that ship.
-
-    Parameters
-    ----------
-    file : RowFile
-        What the rows are.
-    studies, results : path
-        Folder of the study files, and of the results.
-    compute : callable, optional
-        Computes the rows; without it they are read.
-
-    Raises
-    ------
-    ResultError
-        Where stored rows are damaged or of another version, or rows cannot be written.
-    """
+    """Return rows that are computed and stored, or else those that were stored last, or else those that ship."""
     if compute is not None:
         rows = tuple(compute())
         made = {"command": file.command, "version": versions()["fingerslip"], "inputs": _inputs(file, Path(studies))}

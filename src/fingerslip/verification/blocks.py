@@ -116,21 +116,11 @@ def _drag() -> tuple[Check, ...]:
 
 @dataclass(frozen=True)
 class Spring:
-    """A stiff block on a soft bar that pulls it back, pressed on a plate.
+    """A stiff block on a soft bar that pulls it back, pressed on a plate."""
 
-    Parameters
-    ----------
-    stiffness : float
-        Of the bar [N/m].
-    mass : float
-        Of the block and a third of the bar [kg].
-    load : float
-        Normal force [N].
-    """
-
-    stiffness: float = 100.0
-    mass: float = 1.0
-    load: float = 1.0
+    stiffness: float = 100.0  # of the bar [N/m]
+    mass: float = 1.0  # of the block and a third of the bar [kg]
+    load: float = 1.0  # normal force [N]
 
     @property
     def rotation(self) -> float:

@@ -138,13 +138,7 @@ def known_names() -> tuple[str, ...]:
 
 
 def choose(names: Sequence[str]) -> tuple[str, ...]:
-    """Return names of problems as they are given, or those of all problems where there are none.
-
-    Raises
-    ------
-    InputError
-        For a name that no problem has.
-    """
+    """Return names of problems as they are given, or those of all problems where there are none."""
     known = known_names()
     for name in names:
         if name not in known:

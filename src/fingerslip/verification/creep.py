@@ -39,27 +39,13 @@ _HEAVY = 2e9
 
 @dataclass(frozen=True)
 class _Block:
-    """A block and how it is loaded.
+    """A block and how it is loaded."""
 
-    Parameters
-    ----------
-    element : {'Q4', 'H8'}
-        In the plane or in space.
-    programme : tuple of Press, Hold or Slide
-        Motion of the plate under it; where it has no slide, a load on the upper side pulls the block.
-    supports : mapping of str to tuple of {'x', 'y', 'z'}
-        What is held.
-    density : float
-        [kg/m^3].
-    alpha : float
-        Numerical damping.
-    """
-
-    element: str
-    programme: tuple[Phase, ...]
-    supports: Mapping[str, tuple[Component, ...]]
-    density: float = 1000.0
-    alpha: float = -0.05
+    element: str  # in the plane or in space
+    programme: tuple[Phase, ...]  # motion of the plate under it
+    supports: Mapping[str, tuple[Component, ...]]  # what is held
+    density: float = 1000.0  # [kg/m^3]
+    alpha: float = -0.05  # numerical damping
 
     @property
     def normal(self) -> Array:

@@ -38,19 +38,11 @@ _OURS = 0.009
 
 @dataclass(frozen=True)
 class SplitNeoHookean:
-    """The law ``G/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2`` of CalculiX's manual, section "Hyperelastic and hyperfoam".
+    """The law ``G/2 (J^(-2/3) tr C - 3) + K/2 (J - 1)^2`` of CalculiX's manual, "Hyperelastic and hyperfoam"."""
 
-    Parameters
-    ----------
-    shear_modulus, bulk_modulus : float
-        G and K at rest [Pa].
-    density : float
-        Mass density in the reference state [kg/m^3].
-    """
-
-    shear_modulus: float
-    bulk_modulus: float
-    density: float = 1000.0
+    shear_modulus: float  # G and K at rest [Pa]
+    bulk_modulus: float  # G and K at rest [Pa]
+    density: float = 1000.0  # mass density in the reference state [kg/m^3]
 
     @property
     def stiffness(self) -> float:
@@ -98,10 +90,7 @@ def calculix_forces() -> tuple[Array, Array]:
     :mod:`fingerslip.uncertainty` has it: the meshes are those with 40 increments, the increments those with the
     middle mesh.
 
-    Returns
-    -------
-    tuple of (8, 2) array
-        Along the slide and across it [N/m], for quarters of the press and of the slide.
+    Arrays: returns (8, 2) [N/m].
     """
     runs = calculix_runs()
     meshes = [(cells, runs[cells, _STEPS, _FRICTION]) for cells in (_FINE, _MIDDLE, _COARSE)]

@@ -233,17 +233,7 @@ def _cook() -> tuple[Check, ...]:
 
 
 def cook_tip(element: str, integration: Integration, cells: int) -> float:
-    """Return how far the upper right corner of Cook's panel rises, in the unit of its length of 48.
-
-    Parameters
-    ----------
-    element : str
-        As :func:`fingerslip.verification.meshes.box` takes it, in the plane.
-    integration : {'selective', 'full', 'nodal'}
-        As a model takes it.
-    cells : int
-        Cells along each side.
-    """
+    """Return how far the upper right corner of Cook's panel rises, in the unit of its length of 48."""
     grid = np.linspace(0.0, 1.0, cells + 1)
     history = _loaded(
         box(element, grid, grid, shift=_panel),
@@ -270,10 +260,7 @@ _SLENDER = 100.0
 def elastica_tip(load: float) -> tuple[float, float]:
     """Return how far the tip of a cantilever moves along and across it, over its length.
 
-    Parameters
-    ----------
-    load : float
-        Dead load across its end, over E I / L^2 [-].
+    Units: load [-].
     """
     root = float(np.sqrt(load))
 

@@ -46,18 +46,7 @@ def dragged_cylinder(
 ) -> xr.Dataset:
     """Return the history of a block, clamped at its bottom, under a cylinder that is pressed in and dragged.
 
-    Parameters
-    ----------
-    cells : int
-        Cells along half of the width, and along the height.
-    steps : int
-        Steps of the press, and of the slide.
-    material : FiniteMaterial, optional
-        That of the block.
-    penalty : float, optional
-        Stiffness of contact along and across [Pa/m].
-    friction : float, optional
-        Friction coefficient [-].
+    Units: penalty [Pa/m]; friction [-].
     """
     side = np.linspace(0.0, 1.0, cells + 1)
     half = 0.5 * _WIDTH * (0.5 * side + 0.5 * side**3)

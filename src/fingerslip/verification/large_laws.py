@@ -38,18 +38,10 @@ _RAMP = Ramp((0.0, 1.0), (0.0, 1.0))
 
 @dataclass(frozen=True)
 class Case:
-    """A law, and its energy as its source prints it.
+    """A law, and its energy as its source prints it."""
 
-    Parameters
-    ----------
-    law : FiniteMaterial
-        The law.
-    energy : callable
-        Strain energy per reference volume [J/m^3] of the three principal stretches.
-    """
-
-    law: FiniteMaterial
-    energy: Energy
+    law: FiniteMaterial  # the law
+    energy: Energy  # strain energy per reference volume [J/m^3] of the three principal stretches
 
     @property
     def name(self) -> str:
@@ -104,21 +96,11 @@ CASES = (
 
 @dataclass(frozen=True)
 class Body:
-    """A kind of element, how it is integrated, and the formulation.
+    """A kind of element, how it is integrated, and the formulation."""
 
-    Parameters
-    ----------
-    element : str
-        As :func:`fingerslip.verification.meshes.box` takes it.
-    integration : {'selective', 'full', 'nodal'}
-        As a model takes it.
-    formulation : {'plane_strain', 'plane_stress', 'solid'}
-        As a model takes it.
-    """
-
-    element: str
-    integration: Integration
-    formulation: Formulation
+    element: str  # as :func:`fingerslip.verification.meshes.box` takes it
+    integration: Integration  # as a model takes it
+    formulation: Formulation  # as a model takes it
 
     @property
     def dim(self) -> int:

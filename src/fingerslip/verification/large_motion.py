@@ -66,15 +66,7 @@ _TUMBLE_STEP, _PUSHED = 2e-4, 0.02
 
 
 def tumbled(alpha: float, steps: int) -> tuple[Model, xr.Dataset]:
-    """Return a free block that dead loads on its ends push and turn for 0.02 s, and its history.
-
-    Parameters
-    ----------
-    alpha : float
-        Numerical damping.
-    steps : int
-        Number of time steps.
-    """
+    """Return a free block that dead loads on its ends push and turn for 0.02 s, and its history."""
     ramp = Ramp((0.0, 0.5 * _PUSHED, _PUSHED), (0.0, 1.0, 0.0))
     model = Model(
         mesh=box("Q4", np.linspace(0.0, 2.0 * _LENGTH, 5), np.linspace(0.0, _LENGTH, 3)),

@@ -37,21 +37,11 @@ _INNER, _OUTER, _PRESSURE, _MODULUS, _THICKNESS = 1.0, 2.0, 1e-3, 1.0, 0.5
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of element and how it is integrated.
+    """A kind of element and how it is integrated."""
 
-    Parameters
-    ----------
-    element : str
-        As :func:`fingerslip.verification.meshes.box` takes it.
-    integration : {'selective', 'full', 'nodal'}
-        As a model takes it.
-    cells : tuple of int
-        Cells through the wall, level by level.
-    """
-
-    element: str
-    integration: Integration
-    cells: tuple[int, ...]
+    element: str  # as :func:`fingerslip.verification.meshes.box` takes it
+    integration: Integration  # as a model takes it
+    cells: tuple[int, ...]  # cells through the wall, level by level
 
     @property
     def name(self) -> str:
@@ -85,18 +75,10 @@ KINDS = (
 
 @dataclass(frozen=True)
 class Level:
-    """The error on one mesh.
+    """The error on one mesh."""
 
-    Parameters
-    ----------
-    unknowns : int
-        Free degrees of freedom.
-    error : float
-        Error of the displacement in L2 over the displacement [-].
-    """
-
-    unknowns: int
-    error: float
+    unknowns: int  # free degrees of freedom
+    error: float  # error of the displacement in L2 over the displacement [-]
 
 
 def _ring(points: Array) -> Array:

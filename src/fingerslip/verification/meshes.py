@@ -71,14 +71,7 @@ def box(
 def split_boundary(mesh: Any, name: str) -> tuple[Any, tuple[str, ...], Array]:
     """Name every facet of a boundary by itself, so that each can carry its own traction.
 
-    Returns
-    -------
-    skfem.Mesh
-        The mesh with the new boundaries.
-    tuple of str
-        Their names.
-    (n, dim) array
-        Outward unit normals, flat facets taken.
+    Arrays: returns (n, dim).
     """
     facets = np.asarray(mesh.boundaries[name])
     names = tuple(f"{name}-{number}" for number in range(facets.size))
@@ -104,16 +97,7 @@ def jiggled(amount: float) -> Shift:
 def graded(fine: float, size: float, outer: float, ratio: float) -> Array:
     """Return coordinates (n,) [m] from 0, uniform within the fine zone and growing geometrically up to `outer`.
 
-    Parameters
-    ----------
-    fine : float
-        Width of the fine zone [m].
-    size : float
-        Cell size in it [m].
-    outer : float
-        Last coordinate [m].
-    ratio : float
-        Growth from cell to cell [-].
+    Units: fine [m]; size [m]; outer [m]; ratio [-].
     """
     inner = np.linspace(0.0, fine, round(fine / size) + 1)
     reach = np.cumsum(size * ratio ** np.arange(1, 200))

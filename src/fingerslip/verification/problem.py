@@ -36,24 +36,13 @@ class VerificationError(FingerslipError):
 
 @dataclass(frozen=True)
 class Check:
-    """One number held against its closed form.
+    """One number held against its closed form."""
 
-    Parameters
-    ----------
-    quantity : str
-        What it is, with its unit.
-    expected, got : float
-        The closed form's value and the computed one.
-    allowed : float
-        Largest error.
-    kind : {'relative', 'absolute'}
-        Whether the error is the difference over the expected value, or the difference itself.
-    """
-
-    quantity: str
-    expected: float
-    got: float
-    allowed: float
+    quantity: str  # what it is, with its unit
+    expected: float  # the closed form's value and the computed one
+    got: float  # the closed form's value and the computed one
+    allowed: float  # largest error
+    # whether the error is the difference over the expected value, or the difference itself
     kind: Literal["relative", "absolute"]
 
     @property
@@ -70,46 +59,22 @@ class Check:
 
 @dataclass(frozen=True)
 class Problem:
-    """A problem with a known answer.
+    """A problem with a known answer."""
 
-    Parameters
-    ----------
-    name : str
-        Short name, as ``--only`` takes it.
-    title : str
-        What it is about.
-    source : str
-        Where the known answer is from.
-    slow : bool
-        Whether it takes more than about ten seconds.
-    compute : callable
-        Computes it and returns its checks.
-    """
-
-    name: str
-    title: str
-    source: str
-    slow: bool
-    compute: Callable[[], tuple[Check, ...]]
+    name: str  # short name, as ``--only`` takes it
+    title: str  # what it is about
+    source: str  # where the known answer is from
+    slow: bool  # whether it takes more than about ten seconds
+    compute: Callable[[], tuple[Check, ...]]  # computes it and returns its checks
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """A problem and what came of it.
+    """A problem and what came of it."""
 
-    Parameters
-    ----------
-    problem : Problem
-        The problem.
-    checks : tuple of Check
-        Its checks; one that fails where it could not be computed.
-    trouble : str
-        Why it could not be computed; empty where it could.
-    """
-
-    problem: Problem
-    checks: tuple[Check, ...]
-    trouble: str = ""
+    problem: Problem  # the problem
+    checks: tuple[Check, ...]  # its checks
+    trouble: str = ""  # why it could not be computed
 
     @property
     def passed(self) -> bool:
@@ -142,19 +107,7 @@ def run(problem: Problem) -> Outcome:
 def solved(model: Model, penetration: float | None = None) -> xr.Dataset:
     """Simulate a model and hold its history against what every history has to keep.
 
-    Parameters
-    ----------
-    model : Model
-        The model.
-    penetration : float, optional
-        Largest penetration that the problem can bear [m].
-
-    Raises
-    ------
-    VerificationError
-        Where a node goes in deeper, where friction is asked for and never acts, and where energy is lost or made.
-    ConvergenceError
-        Where a step was not solved.
+    Units: penetration [m].
     """
     # Slow to import, and some problems solve no motion.
     from fingerslip.dynamics.simulation import simulate

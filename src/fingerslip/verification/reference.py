@@ -37,61 +37,30 @@ _TOLERANCE = 1e-11
 
 @dataclass(frozen=True)
 class FullMotion:
-    """The motion at one time.
+    """The motion at one time."""
 
-    Parameters
-    ----------
-    displacement, velocity, acceleration : (n_dofs,) array
-        [m], [m/s], [m/s^2].
-    forces, pushes : (n_c, dim) array
-        Contact forces on the boundary's nodes in global components, and with what they count at the start of the next
-        step [N].
-    fading : (n_c, dim) array
-        Part of `pushes` that is left of dropped forces [N].
-    """
-
-    displacement: Array
-    velocity: Array
-    acceleration: Array
-    forces: Array
-    pushes: Array
-    fading: Array
+    displacement: Array  # (n_dofs,), [m], [m/s], [m/s^2]
+    velocity: Array  # (n_dofs,), [m], [m/s], [m/s^2]
+    acceleration: Array  # (n_dofs,), [m], [m/s], [m/s^2]
+    forces: Array  # (n_c, dim) [N]
+    pushes: Array  # (n_c, dim) [N]
+    fading: Array  # (n_c, dim), part of `pushes` that is left of dropped forces [N]
 
 
 @dataclass(frozen=True)
 class FullSystem:
-    """A model at full size.
+    """A model at full size."""
 
-    Parameters
-    ----------
-    mass, damping, stiffness : (n_dofs, n_dofs) array
-        [kg], [N s/m], [N/m].
-    free : (n_free,) array
-        Degrees of freedom that are not supported.
-    nodes : (n_c,) array
-        Nodes of the contact boundary.
-    dofs : (n_c, dim) array
-        Their degrees of freedom, the normal one last.
-    gaps : (n_c,) array
-        Their gaps at the start [m].
-    springs : (n_c, 2) array
-        Normal and tangential penalty stiffness of each [N/m].
-    friction : float
-        Friction coefficient [-].
-    time : TimeStepping
-        The step [s] and alpha [-].
-    """
-
-    mass: Array
-    damping: Array
-    stiffness: Array
-    free: Indices
-    nodes: Indices
-    dofs: Indices
-    gaps: Array
-    springs: Array
-    friction: float
-    time: TimeStepping
+    mass: Array  # (n_dofs, n_dofs), [kg], [N s/m], [N/m]
+    damping: Array  # (n_dofs, n_dofs), [kg], [N s/m], [N/m]
+    stiffness: Array  # (n_dofs, n_dofs), [kg], [N s/m], [N/m]
+    free: Indices  # (n_free,), degrees of freedom that are not supported
+    nodes: Indices  # (n_c,), nodes of the contact boundary
+    dofs: Indices  # (n_c, dim), their degrees of freedom, the normal one last
+    gaps: Array  # (n_c,), their gaps at the start [m]
+    springs: Array  # (n_c, 2), normal and tangential penalty stiffness of each [N/m]
+    friction: float  # friction coefficient [-]
+    time: TimeStepping  # the step [s] and alpha [-]
 
     @property
     def beta(self) -> float:

@@ -14,15 +14,9 @@ __all__ = ["Verification", "verify"]
 
 @dataclass(frozen=True)
 class Verification:
-    """The outcomes of verification problems.
+    """The outcomes of verification problems."""
 
-    Parameters
-    ----------
-    outcomes : tuple of Outcome
-        One for each problem.
-    """
-
-    outcomes: tuple[Outcome, ...]
+    outcomes: tuple[Outcome, ...]  # one for each problem
 
     @property
     def passed(self) -> bool:

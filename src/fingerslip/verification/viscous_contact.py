@@ -49,15 +49,9 @@ _PRESS, _HOLD, _LIFT = 1.0, 0.5, 1.0
 
 @dataclass(frozen=True)
 class Pressed:
-    """A press, a hold and a lift at the same speed.
+    """A press, a hold and a lift at the same speed."""
 
-    Parameters
-    ----------
-    depth : float
-        Largest approach [m].
-    """
-
-    depth: float
+    depth: float  # largest approach [m]
 
     @property
     def programme(self) -> tuple[Phase, ...]:

@@ -23,50 +23,18 @@ _FAR = 1e6
 
 @dataclass(frozen=True)
 class TrackErrors:
-    """How tracks compare with the truth, over all frames and all markers that were in the image.
+    """How tracks compare with the truth, over all frames and all markers that were in the image."""
 
-    Parameters
-    ----------
-    frames, markers : int
-        How many there are.
-    rms : float or None
-        Root mean square along an axis of the errors of what was kept [px]; None where nothing was.
-    largest : float or None
-        Largest distance of a position from the truth [px].
-    kept : float
-        Share of the marker-frames with a position within 1 px of the truth [-].
-    swapped : int
-        Marker-frames with a position nearer to another marker.
-    """
-
-    frames: int
-    markers: int
-    rms: float | None
-    largest: float | None
-    kept: float
-    swapped: int
+    frames: int  # how many there are
+    markers: int  # how many there are
+    rms: float | None  # root mean square along an axis of the errors of what was kept [px]
+    largest: float | None  # largest distance of a position from the truth [px]
+    kept: float  # share of the marker-frames with a position within 1 px of the truth [-]
+    swapped: int  # marker-frames with a position nearer to another marker
 
 
 def matched_tracks(tracks: xr.Dataset, truth: xr.Dataset) -> xr.Dataset:
-    """Return tracks with the markers and times of the truth, matched one to one where they were first seen.
-
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        Tracks in pixels; frame by frame those of the truth, perhaps fewer where a video was cut off.
-    truth : xarray.Dataset
-        Tracks in pixels, such as :func:`~fingerslip.vision.cameras.camera.true_tracks`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Tracks with the numbers, rings and angles of the truth; a marker that was never found is NaN.
-
-    Raises
-    ------
-    InputError
-        Where there are more frames than in the truth.
-    """
+    """Return tracks with the markers and times of the truth, matched one to one where they were first seen."""
     found, known = tracks["position"].values, truth["position"].values
     if len(found) > len(known):
         raise InputError("tracks", f"has {len(found)} frames", f"needs at most {len(known)}, as the truth has")
@@ -99,19 +67,7 @@ def _pairs(found: Floats, known: Floats) -> tuple[NDArray[np.intp], NDArray[np.i
 
 
 def track_errors(tracks: xr.Dataset, truth: xr.Dataset) -> TrackErrors:
-    """Compare tracks with the truth.
-
-    Parameters
-    ----------
-    tracks, truth : xarray.Dataset
-        Tracks in pixels with the same times and markers; see :func:`matched_tracks`. Markers that are NaN in the truth,
-        outside the image, do not count.
-
-    Raises
-    ------
-    InputError
-        Where times or markers differ.
-    """
+    """Compare tracks with the truth."""
     found, known = tracks["position"].values, truth["position"].values
     if found.shape != known.shape or (tracks["marker"].values != truth["marker"].values).any():
         raise InputError("tracks, truth", f"got {found.shape} beside {known.shape}", "needs the same times and markers")

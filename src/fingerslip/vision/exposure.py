@@ -24,18 +24,10 @@ _SATURATED_MORE = 0.4
 
 @dataclass(frozen=True)
 class Exposure:
-    """How bright the rest frames are.
+    """How bright the rest frames are."""
 
-    Parameters
-    ----------
-    mean : float
-        Mean grey level.
-    saturated : float
-        Share of pixels that are saturated.
-    """
-
-    mean: float
-    saturated: float
+    mean: float  # mean grey level
+    saturated: float  # share of pixels that are saturated
 
 
 def rest_exposure(frame: Frame) -> Exposure:

@@ -47,27 +47,7 @@ _REFERENCE_HEIGHT = 480.0  # px, of a frame in which a line of one pixel is righ
 def write_overlay(
     frames: Iterable[Frame], tracks: xr.Dataset, path: str | Path, *, arrows: Floats | None = None, stretch: float = 1.0
 ) -> int:
-    """Write frames with their markers and arrows as a video, whole or not at all.
-
-    Parameters
-    ----------
-    frames, tracks, arrows, stretch
-        As for :func:`overlay_frames`. The tracks must say their ``frame_rate``.
-    path : path
-        A video file or a folder; see :func:`~fingerslip.vision.video.write_video`.
-
-    Returns
-    -------
-    int
-        Number of frames.
-
-    Raises
-    ------
-    InputError
-        Where the tracks do not fit, say no frame rate, or there are less frames than times.
-    ResultError
-        Where the file cannot be written.
-    """
+    """Write frames with their markers and arrows as a video, whole or not at all."""
     rate = tracks.attrs.get("frame_rate")
     if rate is None:
         raise InputError("tracks: frame_rate", "is not there", "needs the frames a second", "set it in tracks.attrs")
@@ -82,27 +62,7 @@ def overlay_frames(
     Circles of markers whose quality is below 0.6 are thin. What tracks say of a frame (`frame_state`) is written, and
     the size of circles is that of the markers (`radius`) where tracks have them, as those of a video do.
 
-    Parameters
-    ----------
-    frames : iterable of (height, width) or (height, width, 3) arrays of uint8
-        Frames, as many as the tracks have times.
-    tracks : xarray.Dataset
-        Tracks in pixels.
-    arrows : (n_times, n_markers, 2) array, optional
-        Vectors to be drawn [px], or of another unit with a fitting `stretch`. Without it the displacement since each
-        marker was first seen.
-    stretch : float, optional
-        How much longer arrows are drawn than they are.
-
-    Yields
-    ------
-    (height, width, 3) array of uint8
-        Each frame, blue first.
-
-    Raises
-    ------
-    InputError
-        Where the tracks are not in pixels, the arrows have another shape, or there are less frames than times.
+    Arrays: frames (height, width); arrows (n_times, n_markers, 2) [px]; returns (height, width, 3).
     """
     check_tracks(tracks)
     position = tracks["position"].values
@@ -154,21 +114,11 @@ def _state(tracks: xr.Dataset, number: int) -> str:
 
 @dataclass(frozen=True)
 class Pen:
-    """What draws on a picture.
+    """What draws on a picture."""
 
-    Parameters
-    ----------
-    cv2 : module
-        OpenCV.
-    picture : (height, width, 3) array of uint8
-        What is drawn on, in place.
-    line : int
-        Width of a thin line [px].
-    """
-
-    cv2: ModuleType
-    picture: Frame
-    line: int
+    cv2: ModuleType  # openCV
+    picture: Frame  # (height, width, 3), what is drawn on, in place
+    line: int  # width of a thin line [px]
 
     def circle(self, place: Floats, radius: float, colour: Colour, bold: int = 1) -> None:
         """Draw a circle of a radius [px], lines `bold` times as wide as thin ones."""

@@ -22,19 +22,7 @@ _OPTIONAL = {"ring": "ring", "angle": "angle_rad"}
 
 
 def tracks_table(tracks: xr.Dataset) -> pd.DataFrame:
-    """Return tracks as a table, sorted by time and then as the markers are.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Columns ``time_s``, ``marker``, ``x_px`` and ``y_px`` (or ``x_m``, ``y_m`` and in space ``z_m``), ``quality``,
-        ``kind``, and ``ring`` and ``angle_rad`` where the tracks have them. Attributes are not in it.
-
-    Raises
-    ------
-    InputError
-        Where the dataset is no tracks.
-    """
+    """Return tracks as a table, sorted by time and then as the markers are."""
     import pandas as pd
 
     check_tracks(tracks)
@@ -55,21 +43,7 @@ def tracks_table(tracks: xr.Dataset) -> pd.DataFrame:
 
 
 def tracks_from_table(table: pd.DataFrame, where: str = "table") -> xr.Dataset:
-    """Return the tracks of a table as :func:`tracks_table` makes it.
-
-    Parameters
-    ----------
-    table : pandas.DataFrame
-        The table. Rows may be in any order; a marker without a row at some time was not seen then. The column
-        ``quality`` may be missing, and ``kind``, which is then ``internal``.
-    where : str, optional
-        What an error puts first, such as the name of a file.
-
-    Raises
-    ------
-    InputError
-        Where a column is missing, a number is none, or a marker has two rows at one time.
-    """
+    """Return the tracks of a table as :func:`tracks_table` makes it."""
     unit = next((unit for unit in UNITS if f"x_{unit}" in table.columns), None)
     if unit is None or not {"time_s", "marker", f"y_{unit}"} <= set(table.columns):
         found = f"has the columns {', '.join(map(str, table.columns))}"

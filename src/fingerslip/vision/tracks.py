@@ -157,22 +157,7 @@ def _labelled(given: Mapping[str, NDArray[Any]], units: str, attributes: Mapping
 
 
 def check_tracks(tracks: xr.Dataset, where: str = "tracks") -> xr.Dataset:
-    """Return tracks that are as all users of them take them to be.
-
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        What may be tracks.
-    where : str, optional
-        What an error puts first, such as the name of a file.
-
-    Raises
-    ------
-    InputError
-        Where a variable is missing or has other dimensions; where a unit, a kind or an attribute is another than
-        allowed; where times do not rise; where a number stands twice; where a position is infinite or known along one
-        axis only; where a quality is outside 0 to 1, or above 0 for a marker that was not seen.
-    """
+    """Return tracks that are as all users of them take them to be."""
     for check in (_check_names, _check_units, _check_labels, _check_values, _check_attributes):
         check(tracks, where)
     return tracks
@@ -273,17 +258,7 @@ def seen(tracks: xr.Dataset) -> NDArray[np.bool_]:
 def tracks_in_metres(tracks: xr.Dataset, metres_per_pixel: tuple[float, float] | None = None) -> xr.Dataset:
     """Return tracks in metres; those that are in metres already as they are.
 
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        The tracks. The axes stay as they are: y of an image points down.
-    metres_per_pixel : (float, float), optional
-        Length of a pixel along x and y [m]; the attributes ``metres_per_pixel_x`` and ``_y`` without it.
-
-    Raises
-    ------
-    InputError
-        Where the tracks are in pixels and nothing says how long a pixel is.
+    Arrays: metres_per_pixel (float, float) [m].
     """
     if tracks["position"].attrs["units"] == "m":
         return tracks

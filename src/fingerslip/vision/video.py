@@ -34,52 +34,23 @@ _MISSING_FRAMES, _MISSING_SHARE = 2, 0.01
 
 @dataclass(frozen=True)
 class VideoInfo:
-    """What a video says of itself.
+    """What a video says of itself."""
 
-    Parameters
-    ----------
-    path : str
-        The file or folder.
-    width, height : int
-        Size of the frames [px].
-    frame_rate : float or None
-        Frames a second [1/s]; None where the video does not say.
-    frame_count : int or None
-        How many frames there should be; None where the video does not say.
-    """
-
-    path: str
-    width: int
-    height: int
-    frame_rate: float | None
-    frame_count: int | None
+    path: str  # the file or folder
+    width: int  # size of the frames [px]
+    height: int  # size of the frames [px]
+    frame_rate: float | None  # frames a second [1/s]
+    frame_count: int | None  # how many frames there should be
 
 
 def video_info(path: str | Path) -> VideoInfo:
-    """Return size, rate and length of a video.
-
-    Parameters
-    ----------
-    path : path
-        A video file, or a folder of images that sort by the numbers in their names.
-
-    Raises
-    ------
-    InputError
-        Where there is no such file or folder, or nothing in it can be read as frames.
-    """
+    """Return size, rate and length of a video."""
     path = Path(path)
     return _folder_info(path) if path.is_dir() else _file_info(path)
 
 
 def frame_rate_of(info: VideoInfo, given: float | None = None) -> float:
-    """Return the frames a second [1/s] of a video: those given, else those that it states.
-
-    Raises
-    ------
-    InputError
-        Where neither is a rate.
-    """
+    """Return the frames a second [1/s] of a video: those given, else those that it states."""
     rate = info.frame_rate if given is None else given
     if rate is None:
         raise InputError(info.path, "states no frame rate", "needs one", "give the frames a second, such as 30")

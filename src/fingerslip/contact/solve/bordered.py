@@ -27,21 +27,8 @@ __all__ = ["add_borders", "missing_borders", "piece_matrix", "solve_bordered"]
 def piece_matrix(compliance, states, slopes):  # type: ignore[no-untyped-def]
     """Return the matrix of a piece (n, n) [m/N], its unknowns among the components of all nodes, and their places.
 
-    Parameters
-    ----------
-    compliance : (n_c * 2, n_c * 2) array
-        W [m/N].
-    states, slopes : (n_c,) array
-        The piece.
-
-    Returns
-    -------
-    matrix : (n, n) array
-        The matrix [m/N].
-    unknowns : (n,) array
-        Components that the piece leaves unknown.
-    places : (n_c * 2,) array
-        The number of each component among them; -1 for those that are none.
+    Arrays: compliance (n_c * 2, n_c * 2) [m/N]; states, slopes (n_c,); returns matrix (n, n) [m/N]; unknowns (n,);
+    places (n_c * 2,).
     """
     unknowns, places = np.empty(2 * states.size, dtype=np.int64), np.full(2 * states.size, -1)
     size = 0
@@ -88,18 +75,7 @@ def missing_borders(base_states, base_slopes, components, states, slopes):  # ty
 def add_borders(compliance, base, components, borders, missing):  # type: ignore[no-untyped-def]
     """Return components (r,) and borders (2, r, n) with those of further components.
 
-    Parameters
-    ----------
-    compliance : (n_c * 2, n_c * 2) array
-        W [m/N].
-    base : tuple of arrays
-        States and slopes of the base, its unknowns and their places, and factors and pivots of its matrix.
-    components : (r,) array
-        Components that have a border.
-    borders : (2, r, n) array
-        Z, and the equations of the components in the unknowns of the base, over their own compliance.
-    missing : (k,) array
-        Components that get a border.
+    Arrays: compliance (n_c * 2, n_c * 2) [m/N]; components (r,); borders (2, r, n); missing (k,).
     """
     _, base_slopes, unknowns, places, factors, pivots = base
     count = components.size
@@ -122,18 +98,7 @@ def add_borders(compliance, base, components, borders, missing):  # type: ignore
 def solve_bordered(compliance, free, base, start, components, borders, states, slopes):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Return the forces of a piece, shape (n_c, 2) [N].
 
-    Parameters
-    ----------
-    compliance : (n_c * 2, n_c * 2) array
-        W [m/N].
-    free : (n_c, 2) array
-        q [m].
-    base, components, borders
-        As of :func:`add_borders`, of which none is missing.
-    start : (n,) array
-        x_0, the unknowns of the base without borders [N].
-    states, slopes : (n_c,) array
-        The piece.
+    Arrays: compliance (n_c * 2, n_c * 2) [m/N]; free (n_c, 2) [m]; start (n,) [N]; states, slopes (n_c,).
     """
     base_states, base_slopes, unknowns, places, _, _ = base
     given = start.copy()

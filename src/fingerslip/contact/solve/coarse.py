@@ -26,18 +26,10 @@ _LEAST, _MOST, _GROUPS = 10, 50, 12
 
 @dataclass(frozen=True)
 class CoarseSpace:
-    """Forces on groups of k nodes, and what the compliance does to them.
+    """Forces on groups of k nodes, and what the compliance does to them."""
 
-    Parameters
-    ----------
-    columns : (k * dim,) array of int
-        For each component of each node, which of the q unit forces Z it belongs to: one for each group and axis.
-    moved : (k * dim, q) array
-        rho W Z, in single precision.
-    """
-
-    columns: Indices
-    moved: Single
+    columns: Indices  # (k * dim,)
+    moved: Single  # (k * dim, q), rho W Z, in single precision
 
 
 def groups(body: Reals, nodes: Indices, dim: int) -> Indices:
@@ -85,12 +77,7 @@ def unit_forces(columns: Indices) -> Single:
 def images_of(slopes, columns, moved):  # type: ignore[no-untyped-def]
     """Return J Z = (I - G (I - rho W)) Z of k nodes, shape (k * dim, q).
 
-    Parameters
-    ----------
-    slopes : (k, dim, dim) array
-        G, the derivative of the projection [-], in single precision.
-    columns, moved : (n,) array of int, (n, q) array
-        Those of a :class:`CoarseSpace` of the k nodes or of more.
+    Arrays: slopes (k, dim, dim) [-]; columns, moved (n,).
     """
     count, dim = slopes.shape[:2]
     out = np.zeros((count * dim, moved.shape[1]), moved.dtype)

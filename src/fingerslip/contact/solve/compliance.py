@@ -24,28 +24,12 @@ _MOSTLY = 0.3
 
 @dataclass(frozen=True)
 class Compliance:
-    """W of :mod:`fingerslip.contact.solve.newton`: the body's compliance, with that of the penalties on its diagonal.
+    """W of :mod:`fingerslip.contact.solve.newton`: the body's compliance, those of the penalties on its diagonal."""
 
-    Parameters
-    ----------
-    body : (n_c * dim, n_c * dim) array
-        Symmetric, node by node; `factor` times it is the compliance of the body [m/N]. Where it is of single precision,
-        its entries are the compliance, and all that is computed with them is of double precision.
-    penalty : (n_c, dim) array
-        Compliance of the contact penalties in the nodes' frames [m/N].
-    frames : (n_c, dim, dim) array, optional
-        Frames of the nodes [-] where `body` is in global components; without them `body` is in the frames already.
-    factor : float
-        What makes a compliance of `body`, which large matrices share.
-    edition : tuple
-        Tells compliances of one motion apart that are made of different factors: what was kept of one does not serve
-        another.
-    """
-
-    body: NDArray[np.floating[Any]]
-    penalty: Array
-    frames: Array | None = None
-    factor: float = 1.0
+    body: NDArray[np.floating[Any]]  # (n_c * dim, n_c * dim), symmetric, node by node
+    penalty: Array  # (n_c, dim), compliance of the contact penalties in the nodes' frames [m/N]
+    frames: Array | None = None  # (n_c, dim, dim), frames of the nodes [-] where `body` is in global components
+    factor: float = 1.0  # what makes a compliance of `body`, which large matrices share
     edition: tuple[float, ...] = ()
 
     @property
@@ -105,12 +89,7 @@ class Compliance:
 def active_product(matrix, forces):  # type: ignore[no-untyped-def]
     """Return matrix @ forces, shape (n_c, dim), without reading the columns of nodes that carry no force.
 
-    Parameters
-    ----------
-    matrix : (n_c * dim, n_c * dim) array
-        Symmetric, so that its contiguous rows serve as columns [m/N].
-    forces : (n_c, dim) array
-        Nodal forces [N].
+    Arrays: matrix (n_c * dim, n_c * dim) [m/N]; forces (n_c, dim) [N].
     """
     count, dim = forces.shape
     out = np.zeros(count * dim)

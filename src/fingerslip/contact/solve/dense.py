@@ -42,10 +42,7 @@ class DenseFactor:
 def factorise_dense(matrix: Array) -> DenseFactor:
     """Factorise a matrix in its own memory.
 
-    Parameters
-    ----------
-    matrix : (n, n) array
-        The matrix in C order; its memory then holds the factors.
+    Arrays: matrix (n, n).
     """
     pivots = np.zeros(len(matrix), dtype=np.int32)
     size, stride, failed = ctypes.c_int(len(matrix)), ctypes.c_int(max(1, len(matrix))), ctypes.c_int(0)
@@ -62,12 +59,7 @@ def factorise_dense(matrix: Array) -> DenseFactor:
 def solve_factorised(factors, pivots, found):  # type: ignore[no-untyped-def]
     """Replace a right-hand side by the solution in compiled code, for small matrices: a call of LAPACK costs more.
 
-    Parameters
-    ----------
-    factors, pivots : (n, n) array, (n,) array of int
-        Those of a :class:`DenseFactor`.
-    found : (n,) array
-        The right-hand side, then the solution.
+    Arrays: factors, pivots (n, n); found (n,).
     """
     # The rows of the factors of the transpose are columns of its triangles: U^T from the first row on, then L^T.
     for i in range(found.size):

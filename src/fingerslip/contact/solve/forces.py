@@ -51,29 +51,8 @@ def solve_contact(
 ) -> tuple[ContactSolution, WorkingSet | Piece | None]:
     """Find the contact forces of one step.
 
-    Parameters
-    ----------
-    compliance : Compliance
-        W of the n_c candidates.
-    free : (n_c, dim) array
-        q, gap and slip without contact forces [m].
-    friction_coefficient : (n_c,) array
-        Friction coefficients [-].
-    start : (n_c, dim) array
-        First guess of the forces, best those of the last step [N].
-    tolerance : float
-        Relative residual at which to stop, over all candidates [-].
-    working_set : WorkingSet or Piece, optional
-        What the last step left.
-    origin : (n_c, dim) array, optional
-        Forces at the start of the step where `start` is an earlier solution of the step itself [N].
-
-    Returns
-    -------
-    solution : ContactSolution
-        The best forces found; the caller compares their residual with the tolerance.
-    working_set : WorkingSet, Piece or None
-        For the next step: the working set, or the piece in the plane where all candidates were solved together.
+    Arrays: free (n_c, dim) [m]; friction_coefficient (n_c,) [-]; start (n_c, dim) [N]; tolerance [-]; origin (n_c,
+    dim) [N].
     """
     if free.size > _FEW:
         old = working_set if isinstance(working_set, WorkingSet) else None

@@ -28,22 +28,12 @@ _NO_NEW_DIRECTION = 1e-6
 
 
 class ScaledCompliance(NamedTuple):
-    """rho W of k nodes, in single or in double precision.
+    """rho W of k nodes, in single or in double precision."""
 
-    Parameters
-    ----------
-    body : (m * dim, m * dim) array, m >= k
-        The body's compliance in global components, of any unit; its lower triangle among the first k nodes is read.
-    frames : (k, dim, dim) array
-        Frames of the nodes [-].
-    of_body, of_penalty : (k, dim) array
-        The weights of the body's response and of the force itself.
-    """
-
-    body: Single
-    frames: Reals
-    of_body: Reals
-    of_penalty: Reals
+    body: Single  # (m * dim, m * dim), the body's compliance in global components, of any unit
+    frames: Reals  # (k, dim, dim), frames of the nodes [-]
+    of_body: Reals  # (k, dim), the weights of the body's response and of the force itself
+    of_penalty: Reals  # (k, dim), the weights of the body's response and of the force itself
 
     @classmethod
     def of(cls, working_set: WorkingSet, precision: type[np.floating[Any]]) -> ScaledCompliance:
@@ -59,27 +49,13 @@ class ScaledCompliance(NamedTuple):
 
 
 class Preconditioner(NamedTuple):
-    """What solves roughly with J.
+    """What solves roughly with J."""
 
-    Parameters
-    ----------
-    columns : (k * dim,) array of int
-        Which of q unit forces Z each component belongs to.
-    images : (k * dim, q) array
-        J Z.
-    inverse : (q, q) array
-        Of Z^T J Z.
-    near : (k, m) array of int
-        The nodes of each local matrix.
-    rows : (k, dim, m * dim) array
-        Rows of the local inverses.
-    """
-
-    columns: NDArray[Any]
-    images: Single
-    inverse: Single
-    near: NDArray[Any]
-    rows: Single
+    columns: NDArray[Any]  # (k * dim,), which of q unit forces Z each component belongs to
+    images: Single  # (k * dim, q), J Z
+    inverse: Single  # (q, q), of Z^T J Z
+    near: NDArray[Any]  # (k, m), the nodes of each local matrix
+    rows: Single  # (k, dim, m * dim), rows of the local inverses
 
     @classmethod
     def of(cls, slopes: Single, coarse: CoarseSpace, local: LocalInverse) -> Preconditioner:

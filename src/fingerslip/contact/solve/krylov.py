@@ -37,51 +37,19 @@ _SAFETY = 0.3
 
 @dataclass(frozen=True)
 class Start:
-    """Where Newton's method begins and when it ends.
+    """Where Newton's method begins and when it ends."""
 
-    Parameters
-    ----------
-    forces : (k, dim) array
-        First guess of the contact forces [N].
-    trial : (k, dim) array
-        Trial forces z = r - rho y of that guess [N].
-    goal : float
-        Residual at which to stop, relative to the largest force [-].
-    least : float
-        Lower bound of the largest force in that ratio [N].
-    roughest : float
-        Relative residual of the first direction [-].
-    """
-
-    forces: Array
-    trial: Array
-    goal: float
-    least: float = 0.0
-    roughest: float = _ROUGHEST
+    forces: Array  # (k, dim), first guess of the contact forces [N]
+    trial: Array  # (k, dim), trial forces z = r - rho y of that guess [N]
+    goal: float  # residual at which to stop, relative to the largest force [-]
+    least: float = 0.0  # lower bound of the largest force in that ratio [N]
+    roughest: float = _ROUGHEST  # relative residual of the first direction [-]
 
 
 def newton_krylov(working_set: WorkingSet, friction: Array, start: Start) -> tuple[Array, WorkingSet, bool, int]:
     """Iterate until the residual is small enough, single precision allows no more, or the line search stalls.
 
-    Parameters
-    ----------
-    working_set : WorkingSet
-        The k nodes to solve on.
-    friction : (k,) array
-        Friction coefficients [-].
-    start : Start
-        Where to begin.
-
-    Returns
-    -------
-    forces : (k, dim) array
-        Contact forces [N].
-    working_set : WorkingSet
-        The same nodes with the newest preconditioner.
-    solved : bool
-        Whether the residual became small enough, as far as it is known.
-    iterations : int
-        Newton iterations.
+    Arrays: friction (k,) [-]; returns forces (k, dim) [N].
     """
     nodes, inverse = _Nodes.of(working_set, friction), working_set.inverse.copy()
     forces, solved, iterations = _iterate(nodes, inverse, start)
@@ -90,25 +58,13 @@ def newton_krylov(working_set: WorkingSet, friction: Array, start: Start) -> tup
 
 @dataclass(frozen=True)
 class _Nodes:
-    """What stays the same for k nodes.
+    """What stays the same for k nodes."""
 
-    Parameters
-    ----------
-    working_set : WorkingSet
-        Compliance and coarse space.
-    friction : (k,) array
-        Friction coefficients [-].
-    exact, rough : ScaledCompliance
-        rho W in double and in single precision.
-    space : Space
-        Memory of GMRES.
-    """
-
-    working_set: WorkingSet
-    friction: Array
-    exact: ScaledCompliance
-    rough: ScaledCompliance
-    space: Space
+    working_set: WorkingSet  # compliance and coarse space
+    friction: Array  # (k,), friction coefficients [-]
+    exact: ScaledCompliance  # rho W in double and in single precision
+    rough: ScaledCompliance  # rho W in double and in single precision
+    space: Space  # memory of GMRES
 
     @classmethod
     def of(cls, working_set: WorkingSet, friction: Array) -> _Nodes:
@@ -120,22 +76,14 @@ class _Nodes:
 
 @dataclass(frozen=True)
 class _Iterate:
-    """Forces on the way to the solution, all of shape (k, dim) [N].
+    """Forces on the way to the solution, all of shape (k, dim) [N]."""
 
-    Parameters
-    ----------
-    forces, trial : array
-        The contact forces, and the trial forces z = r - rho y.
-    residual : array
-        The forces less the projection of the trial forces.
-    owed, assumed : array
-        Directions since the last product in double precision, and what they are taken to do by single precision.
-    """
-
-    forces: Array
-    trial: Array
-    residual: Array
+    forces: Array  # the contact forces, and the trial forces z = r - rho y
+    trial: Array  # the contact forces, and the trial forces z = r - rho y
+    residual: Array  # the forces less the projection of the trial forces
+    # directions since the last product in double precision, and what they are taken to do by single precision
     owed: Array
+    # directions since the last product in double precision, and what they are taken to do by single precision
     assumed: Array
 
     @property

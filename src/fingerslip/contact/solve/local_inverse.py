@@ -32,18 +32,10 @@ _NO_PIVOT = 1e-5
 
 @dataclass(frozen=True)
 class Coupled:
-    """For each of n_c nodes, those to which a compliance couples it most.
+    """For each of n_c nodes, those to which a compliance couples it most."""
 
-    Parameters
-    ----------
-    near : (n_c, m) array of int
-        These nodes, itself first.
-    body : (n_c, m * dim, m * dim) array
-        The compliance among them in global components, of any unit, in single precision.
-    """
-
-    near: Indices
-    body: Single
+    near: Indices  # (n_c, m), these nodes, itself first
+    body: Single  # (n_c, m * dim, m * dim)
 
     @classmethod
     def of(cls, body: NDArray[np.floating[Any]], count: int) -> Coupled:
@@ -58,21 +50,11 @@ class Coupled:
 
 @dataclass(frozen=True)
 class LocalInverse:
-    """Rows of local inverses, one for each of k nodes.
+    """Rows of local inverses, one for each of k nodes."""
 
-    Parameters
-    ----------
-    near : (k, m) array of int
-        The nodes of each local matrix among the k, itself first; -1 for one that is not among them.
-    rows : (k, dim, m * dim) array
-        Rows of the inverses, in single precision [-].
-    marks : (k, 2 * dim, dim) array
-        What the rows were made for, slopes and frames; no numbers where they were not made yet.
-    """
-
-    near: Indices
-    rows: Single
-    marks: Array
+    near: Indices  # (k, m), the nodes of each local matrix among the k, itself first
+    rows: Single  # (k, dim, m * dim), rows of the inverses, in single precision [-]
+    marks: Array  # (k, 2 * dim, dim), what the rows were made for, slopes and frames
 
     @classmethod
     def empty(cls, near: Indices, dim: int) -> LocalInverse:
@@ -139,25 +121,8 @@ def write_local_product(near, rows, vector, found):  # type: ignore[no-untyped-d
 def renew_rows(near, rows, marks, slopes, frames, weights, local, nodes):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Make the rows of nodes that have changed again, and those of the nodes most coupled to them, in place.
 
-    Parameters
-    ----------
-    near, rows, marks : array
-        Those of a :class:`LocalInverse`; the last two are overwritten.
-    slopes : (k, dim, dim) array
-        G, the derivative of the projection [-].
-    frames : (k, dim, dim) array
-        Frames of the nodes [-].
-    weights : tuple of (k, dim) array
-        The weights of the body's response and of the force itself in rho W.
-    local : (n_c, m * dim, m * dim) array
-        Local parts of the body's compliance, for all candidates.
-    nodes : (k,) array of int
-        Which candidates the nodes are.
-
-    Returns
-    -------
-    int
-        How many nodes have new rows.
+    Arrays: slopes (k, dim, dim) [-]; frames (k, dim, dim) [-]; weights (k, dim); local (n_c, m * dim, m * dim); nodes
+    (k,).
     """
     changed = _changed(marks, slopes, frames)
     count, dim = slopes.shape[:2]

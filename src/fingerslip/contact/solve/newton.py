@@ -40,27 +40,13 @@ _ROUNDS = 25
 
 @dataclass(frozen=True)
 class ContactSolution:
-    """What the contact solver found.
+    """What the contact solver found."""
 
-    Parameters
-    ----------
-    forces : (n_c, dim) array
-        Normal and tangential nodal forces [N].
-    residual : float
-        Largest distance from the projection, relative to the largest force [-].
-    iterations : int
-        Newton iterations and sweeps together.
-    worst : int
-        Index of the node with the largest residual.
-    response : (n_c, dim) array, optional
-        Displacement of the body under the forces, without the penalties, where it is known already [m].
-    """
-
-    forces: Array
-    residual: float
-    iterations: int
-    worst: int
-    response: Array | None = None
+    forces: Array  # (n_c, dim), normal and tangential nodal forces [N]
+    residual: float  # largest distance from the projection, relative to the largest force [-]
+    iterations: int  # newton iterations and sweeps together
+    worst: int  # index of the node with the largest residual
+    response: Array | None = None  # (n_c, dim) [m]
 
 
 def solve_friction(
@@ -68,23 +54,8 @@ def solve_friction(
 ) -> ContactSolution:
     """Find the contact forces of one step.
 
-    Parameters
-    ----------
-    compliance : (n_c * dim, n_c * dim) array
-        W, symmetric positive definite, node by node with the normal first [m/N].
-    free : (n_c, dim) array
-        q, the gap and slip without contact forces [m].
-    friction_coefficient : (n_c,) array
-        Friction coefficients [-].
-    start : (n_c, dim) array
-        First guess of the forces, best those of the last step [N].
-    tolerance : float
-        Relative residual at which to stop [-].
-
-    Returns
-    -------
-    ContactSolution
-        The best forces found; the caller compares `residual` with the tolerance.
+    Arrays: compliance (n_c * dim, n_c * dim) [m/N]; free (n_c, dim) [m]; friction_coefficient (n_c,) [-]; start (n_c,
+    dim) [N]; tolerance [-].
 
     Examples
     --------

@@ -20,23 +20,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Past:
-    """Contact forces of all n_c candidates that were found last.
+    """Contact forces of all n_c candidates that were found last."""
 
-    Parameters
-    ----------
-    forces, before : (n_c, dim) array
-        Those found last, and those one step before [N].
-    response, response_before : (n_c, dim) array or None
-        Displacement of the body under them, without the penalties [m]; None where it is not known.
-    frames : (n_c, dim, dim) array or None
-        Frames of the candidates; None as for :class:`~fingerslip.contact.solve.compliance.Compliance`.
-    """
-
-    forces: Array
-    before: Array
-    response: Array | None = None
-    response_before: Array | None = None
-    frames: Array | None = None
+    forces: Array  # (n_c, dim), those found last, and those one step before [N]
+    before: Array  # (n_c, dim), those found last, and those one step before [N]
+    response: Array | None = None  # (n_c, dim), displacement of the body under them, without the penalties [m]
+    response_before: Array | None = None  # (n_c, dim), displacement of the body under them, without the penalties [m]
+    frames: Array | None = None  # (n_c, dim, dim), frames of the candidates
 
     def has_frames_of(self, compliance: Compliance) -> bool:
         """Tell whether a compliance is in the same frames."""
@@ -54,16 +44,7 @@ def first_guess(
 ) -> tuple[Array, Array | None]:
     """Return forces (n_c, dim) [N] to begin a step with, and the body's response to them [m] where it is known.
 
-    Parameters
-    ----------
-    compliance : Compliance
-        The compliance of the step.
-    past : Past or None
-        What was found last.
-    start : (n_c, dim) array
-        Forces of the last step, or of an earlier solution of the step itself [N].
-    origin : (n_c, dim) array or None
-        Forces at the start of the step where `start` is an earlier solution of the step [N].
+    Arrays: start (n_c, dim) [N]; origin (n_c, dim) [N].
     """
     if past is None:
         return start, None

@@ -42,60 +42,28 @@ _MOST_BORDERS = 16
 
 @dataclass(frozen=True)
 class Base:
-    """A piece whose matrix is factorised.
+    """A piece whose matrix is factorised."""
 
-    Parameters
-    ----------
-    states, slopes : (n_c,) array
-        As of :class:`Piece`.
-    unknowns : (n,) array
-        Components among n_c * 2 that it leaves unknown.
-    places : (n_c * 2,) array
-        The number of each component among these; -1 for those that are none.
-    factor : DenseFactor
-        Factors of its matrix.
-    """
-
-    states: NDArray[np.int8]
-    slopes: Array
-    unknowns: Indices
-    places: Indices
-    factor: DenseFactor
+    states: NDArray[np.int8]  # (n_c,), as of :class:`Piece`
+    slopes: Array  # (n_c,), as of :class:`Piece`
+    unknowns: Indices  # (n,), components among n_c * 2 that it leaves unknown
+    places: Indices  # (n_c * 2,), the number of each component among these
+    factor: DenseFactor  # factors of its matrix
 
 
 @dataclass(frozen=True)
 class Piece:
-    """A state of every node, with what its forces are found from.
+    """A state of every node, with what its forces are found from."""
 
-    Parameters
-    ----------
-    compliance : (n_c * 2, n_c * 2) array
-        W that its matrix is made of [m/N].
-    scale : (n_c, 2) array
-        Step lengths rho of the projection [N/m].
-    base : Base
-        A piece that is near.
-    states : (n_c,) array of int
-        :data:`~fingerslip.contact.states.OPEN`, STICK or SLIP.
-    slopes : (n_c,) array
-        Tangential over normal force of the nodes that slip [-], else zero.
-    components : (r,) array
-        Components in which pieces so far have differed from the base.
-    borders : (2, r, n) array
-        Their borders; see :mod:`fingerslip.contact.solve.bordered`.
-    forces, product : (n_c, 2) array
-        Forces of the last time step [N], and W times them [m].
-    """
-
-    compliance: Array
-    scale: Array
-    base: Base
-    states: NDArray[np.int8]
-    slopes: Array
-    components: Indices
-    borders: Array
-    forces: Array
-    product: Array
+    compliance: Array  # (n_c * 2, n_c * 2), W that its matrix is made of [m/N]
+    scale: Array  # (n_c, 2), step lengths rho of the projection [N/m]
+    base: Base  # A piece that is near
+    states: NDArray[np.int8]  # (n_c,), :data:`~fingerslip.contact.states.OPEN`, STICK or SLIP
+    slopes: Array  # (n_c,), tangential over normal force of the nodes that slip [-], else zero
+    components: Indices  # (r,), components in which pieces so far have differed from the base
+    borders: Array  # (2, r, n), their borders
+    forces: Array  # (n_c, 2), forces of the last time step [N], and W times them [m]
+    product: Array  # (n_c, 2), forces of the last time step [N], and W times them [m]
 
     @property
     def unknowns(self) -> Indices:
@@ -122,27 +90,8 @@ def solve_by_pieces(
     Steps are halved until they bring the forces nearer to a solution. Where none does, :func:`solve_friction` takes
     over.
 
-    Parameters
-    ----------
-    compliance : (n_c * 2, n_c * 2) array
-        W, symmetric positive definite, node by node with the normal first [m/N].
-    free : (n_c, 2) array
-        q, the gap and slip without contact forces [m].
-    friction_coefficient : (n_c,) array
-        Friction coefficients [-].
-    start : (n_c, 2) array
-        First guess of the forces, best those of the last step [N].
-    tolerance : float
-        Relative residual at which to stop [-].
-    piece : Piece, optional
-        The piece in which the last step ended.
-
-    Returns
-    -------
-    solution : ContactSolution
-        The best forces found; the caller compares `residual` with the tolerance.
-    piece : Piece or None
-        The last piece that was solved, for the next step.
+    Arrays: compliance (n_c * 2, n_c * 2) [m/N]; free (n_c, 2) [m]; friction_coefficient (n_c,) [-]; start (n_c, 2)
+    [N]; tolerance [-].
 
     Examples
     --------

@@ -12,10 +12,7 @@ __all__ = ["derivative", "project", "project_node", "step_lengths"]
 def step_lengths(diagonal):  # type: ignore[no-untyped-def]
     """Return the step lengths rho of the projection, shape (n_c, dim) [N/m].
 
-    Parameters
-    ----------
-    diagonal : (n_c, dim) array
-        Diagonal of the compliance W [m/N]. Both tangents of a node take the inverse of their mean.
+    Arrays: diagonal (n_c, dim) [m/N].
     """
     scale = np.empty_like(diagonal)
     for i in range(diagonal.shape[0]):
@@ -50,17 +47,7 @@ def project(trial, friction):  # type: ignore[no-untyped-def]
     Applied to z = r - rho y with the slip y of a step, its fixed points are the solutions of the contact conditions
     (Alart & Curnier 1991).
 
-    Parameters
-    ----------
-    trial : (n_c, dim) array
-        Trial forces z [N]. Tractions [Pa] do as well.
-    friction : (n_c,) array
-        Friction coefficients mu [-].
-
-    Returns
-    -------
-    (n_c, dim) array
-        Forces r [N].
+    Arrays: trial (n_c, dim) [N]; friction (n_c,) [-]; returns (n_c, dim) [N].
 
     Examples
     --------

@@ -23,49 +23,20 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class WorkingSet:
-    """The nodes that take part in Newton's method.
+    """The nodes that take part in Newton's method."""
 
-    Parameters
-    ----------
-    nodes : (k,) array
-        Contact nodes, in any order. Those that are not wanted at the end cost least.
-    scale : (k, dim) array
-        Step lengths rho of the projection [N/m].
-    body : (k * dim, k * dim) array
-        The body's compliance among the nodes in single precision, its lower triangle; see
-        :class:`fingerslip.contact.solve.compliance.Compliance`.
-    frames : (k, dim, dim) array
-        Frames of the nodes [-].
-    penalty : (k, dim) array
-        Compliance of the penalties [m/N].
-    factor : float
-        What makes a compliance of `body`.
-    coupled : Coupled
-        For all candidates those to which the body couples them most.
-    inverse : LocalInverse
-        Preconditioner.
-    coarse : CoarseSpace
-        What the preconditioner has beside it; in frames that turn, from when the nodes were gathered.
-    past : Past, optional
-        The forces that were found last.
-    edition : tuple
-        Of the compliance that `body` was taken from.
-    is_exact : bool
-        Whether the entries of that compliance are of single precision themselves.
-    """
-
-    nodes: Indices
-    scale: Array
-    body: Single
-    frames: Array
-    penalty: Array
-    factor: float
-    coupled: Coupled
-    inverse: LocalInverse
-    coarse: CoarseSpace
-    past: Past | None = None
-    edition: tuple[float, ...] = ()
-    is_exact: bool = False
+    nodes: Indices  # (k,), contact nodes, in any order
+    scale: Array  # (k, dim), step lengths rho of the projection [N/m]
+    body: Single  # (k * dim, k * dim), the body's compliance among the nodes in single precision, its lower triangle
+    frames: Array  # (k, dim, dim), frames of the nodes [-]
+    penalty: Array  # (k, dim), compliance of the penalties [m/N]
+    factor: float  # what makes a compliance of `body`
+    coupled: Coupled  # for all candidates those to which the body couples them most
+    inverse: LocalInverse  # preconditioner
+    coarse: CoarseSpace  # what the preconditioner has beside it
+    past: Past | None = None  # the forces that were found last
+    edition: tuple[float, ...] = ()  # of the compliance that `body` was taken from
+    is_exact: bool = False  # whether the entries of that compliance are of single precision themselves
 
     def in_step(self, compliance: Compliance, scale: Array) -> WorkingSet:
         """Return the working set with the compliance, frames and step lengths (n_c, dim) [N/m] of a step."""
@@ -88,16 +59,7 @@ class WorkingSet:
 def gather(compliance: Compliance, scale: Array, nodes: Indices, old: WorkingSet | None) -> WorkingSet:
     """Make a working set that keeps the preconditioner of an old one.
 
-    Parameters
-    ----------
-    compliance : Compliance
-        W of all n_c candidates.
-    scale : (n_c, dim) array
-        Step lengths rho of all candidates [N/m].
-    nodes : (k,) array
-        Nodes of the new working set, those most likely to touch first.
-    old : WorkingSet or None
-        The working set so far.
+    Arrays: scale (n_c, dim) [N/m]; nodes (k,).
     """
     count, dim = scale.shape
     frames = np.broadcast_to(np.eye(dim), (count, dim, dim)) if compliance.frames is None else compliance.frames

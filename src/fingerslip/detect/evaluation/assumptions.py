@@ -35,48 +35,24 @@ _MEDIANS = "median onsets"
 
 @dataclass(frozen=True)
 class Assumption:
-    """Values that a paper does not print, as they may be.
+    """Values that a paper does not print, as they may be."""
 
-    Parameters
-    ----------
-    quantity, value : str
-        What is assumed, in words.
-    labels : LabelSettings or str, optional
-        Thresholds on external markers, or the name of stored labels.
-    motion : MotionSettings, optional
-        How motion is read.
-    noise : float, optional
-        Standard deviation of noise that is added to all positions, in the unit of the tracks.
-    trials : tuple of str, optional
-        Names of the trials that it is about, as others are not like them; all of the data set without it.
-    """
-
-    quantity: str
-    value: str
+    quantity: str  # what is assumed, in words
+    value: str  # what is assumed, in words
     labels: LabelSettings | str = field(default_factory=LabelSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
-    noise: float = 0.0
-    trials: tuple[str, ...] = ()
+    noise: float = 0.0  # standard deviation of noise that is added to all positions, in the unit of the tracks
+    trials: tuple[str, ...] = ()  # names of the trials that it is about, as others are not like them
 
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """What accuracies come to with an assumption.
+    """What accuracies come to with an assumption."""
 
-    Parameters
-    ----------
-    assumption : Assumption
-        The assumption.
-    matrices : mapping of str to (n_trials, 3, 3) array of int
-        Confusion matrices on trials that were not seen, in the order of the data set, by name of the classifier.
-    incipient, gross : float
-        Median onsets of the labels [s].
-    """
-
-    assumption: Assumption
-    matrices: Mapping[str, NDArray[np.intp]]
-    incipient: float
-    gross: float
+    assumption: Assumption  # the assumption
+    matrices: Mapping[str, NDArray[np.intp]]  # (n_trials, 3, 3)
+    incipient: float  # median onsets of the labels [s]
+    gross: float  # median onsets of the labels [s]
 
     @property
     def accuracies(self) -> dict[str, Estimate]:
@@ -84,13 +60,7 @@ class Sensitivity:
         return {name: frame_scores_of(one).accuracy for name, one in self.matrices.items()}
 
     def of_condition(self, trials: TrialSet, condition: str) -> dict[str, dict[str, Estimate]]:
-        """Return the accuracies of each classifier on the trials of each value of a condition, or quarter of its range.
-
-        Raises
-        ------
-        InputError
-            Where a trial lacks the condition, or all have one value.
-        """
+        """Return each classifier's accuracies on the trials of each value of a condition, or quarter of its range."""
         found = {}
         for value, names in left_out(trials.conditions, condition).items():
             rows = np.flatnonzero(np.isin(trials.names, names))
@@ -109,16 +79,7 @@ def likely_assumptions(
     A pixel of another size makes the printed thresholds, 2 and 1 px, other lengths; that is all it does here. The noise
     stays as it is in metres.
 
-    Parameters
-    ----------
-    metres_per_pixel : float
-        Of the trials [m].
-    others : sequence of float, optional
-        Other sizes of a pixel [m].
-    motion : MotionSettings, optional
-        How motion is read.
-    stored : sequence of str, optional
-        Labels of the trials from other sources.
+    Units: metres_per_pixel [m]; others [m].
     """
     motion = motion or MotionSettings()
     kept = LabelSettings(rest_frames=motion.rest_frames)
@@ -152,20 +113,6 @@ def each_alone(trials: TrialSet, conditions: Sequence[str], base: Assumption) ->
 
     Where a condition is a value of the sensor that a paper does not print, such as the stiffness of its skin, each is
     another sensor: to learn from all of them together would ask something else.
-
-    Parameters
-    ----------
-    trials : TrialSet
-        The data set.
-    conditions : sequence of str
-        Names of the conditions.
-    base : Assumption
-        How trials are labelled and read.
-
-    Raises
-    ------
-    InputError
-        Where a trial lacks a condition, or all have one value.
     """
     groups = [left_out(trials.conditions, condition) for condition in conditions]
     found = []
@@ -188,30 +135,7 @@ def sensitivity_of(
     workers: int = 1,
     parts: Parts | None = None,
 ) -> Iterator[Sensitivity]:
-    """Yield what classifiers come to with each assumption, on trials that they have not seen.
-
-    Parameters
-    ----------
-    trials : TrialSet
-        The data set.
-    assumptions : sequence of Assumption
-        The assumptions. Trials are read once for neighbours that read motion in one way.
-    candidates : sequence of Candidate
-        The classifiers.
-    sampling : Sampling, optional
-        How many frames of each class; where a trial has fewer than published, all of them without it.
-    folds : int, optional
-        Folds, grouped by trial.
-    seed, workers : int, optional
-        Seed of what is random, and cores.
-    parts : Parts, optional
-        Where what is finished is kept; nowhere without it.
-
-    Raises
-    ------
-    InputError
-        Where a label never comes, or stored labels of that name are not there.
-    """
+    """Yield what classifiers come to with each assumption, on trials that they have not seen."""
     chosen, store = sampling or Sampling(least=0.0), parts or Parts()
     shared = [[described(one, seed) for one in candidates], asdict(chosen), folds, seed]
     for (motion, _), group in itertools.groupby(assumptions, lambda one: (one.motion, one.noise)):

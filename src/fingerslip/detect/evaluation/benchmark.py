@@ -54,13 +54,7 @@ def score_submission(
 
 
 def check_submission(found: Mapping[str, Onsets], tests: tuple[str, ...], where: str) -> dict[str, Onsets]:
-    """Return a submission in the order of the test trials.
-
-    Raises
-    ------
-    InputError
-        Where a test trial is missing, another one is there, or gross slip comes before incipient slip.
-    """
+    """Return a submission in the order of the test trials."""
     mistakes = Mistakes()
     for name in sorted(set(tests) ^ set(found)):
         problem = f"has no row for the test trial {name}" if name in tests else f"has a row for {name}, no test trial"
@@ -75,13 +69,7 @@ def check_submission(found: Mapping[str, Onsets], tests: tuple[str, ...], where:
 
 
 def rest_ends(trials: TrialSet, names: tuple[str, ...], rest_frames: int) -> tuple[dict[str, float], float]:
-    """Return until when each trial is at rest [s], and the median time between frames [s].
-
-    Raises
-    ------
-    InputError
-        Where a trial has no more frames than that.
-    """
+    """Return until when each trial is at rest [s], and the median time between frames [s]."""
     ends, intervals = {}, []
     for name in names:
         time = trials.tracks(name)["time"].values

@@ -13,40 +13,17 @@ __all__ = ["Estimate", "bootstrapped"]
 
 @dataclass(frozen=True)
 class Estimate:
-    """A number and the middle 95 % of what it is for resampled trials.
+    """A number and the middle 95 % of what it is for resampled trials."""
 
-    Parameters
-    ----------
-    value : float or None
-        The number; None where it is not defined.
-    low, high : float or None
-        Ends of the interval.
-    """
-
-    value: float | None
-    low: float | None = None
-    high: float | None = None
+    value: float | None  # the number
+    low: float | None = None  # ends of the interval
+    high: float | None = None  # ends of the interval
 
 
 def bootstrapped(
     statistic: Callable[[NDArray[np.intp]], float], trials: int, *, draws: int = 1000, seed: int = 0
 ) -> Estimate:
-    """Return a statistic of trials with its interval (percentile bootstrap, Efron & Tibshirani 1993).
-
-    Parameters
-    ----------
-    statistic : callable
-        From the numbers of trials, each as often as it was drawn, to a number; NaN where it is not defined.
-    trials : int
-        Number of trials.
-    draws, seed : int, optional
-        How often they are drawn anew, and the seed of that.
-
-    Returns
-    -------
-    Estimate
-        Without an interval where there are fewer than two trials, or most draws have no value.
-    """
+    """Return a statistic of trials with its interval (percentile bootstrap, Efron & Tibshirani 1993)."""
     if trials == 0:
         return Estimate(None)
     value = statistic(np.arange(trials))

@@ -14,38 +14,19 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Reliability:
-    """How often frames slip that are said to slip with some probability.
+    """How often frames slip that are said to slip with some probability."""
 
-    Parameters
-    ----------
-    said, seen : (n_bins,) array
-        Mean probability of slip in each bin, and the share of its frames that do slip; NaN in empty ones.
-    count : (n_bins,) array of int
-        Frames in each bin.
-    error : float
-        Expected calibration error: mean of the difference, weighted by frames (Guo et al. 2017).
-    brier : float
-        Brier score over all classes (Brier 1950): 0 is perfect, 2 the worst.
-    """
-
-    said: Floats
-    seen: Floats
-    count: NDArray[np.intp]
-    error: float
-    brier: float
+    said: Floats  # (n_bins,), mean probability of slip in each bin, and the share of its frames that do slip
+    seen: Floats  # (n_bins,), mean probability of slip in each bin, and the share of its frames that do slip
+    count: NDArray[np.intp]  # (n_bins,), frames in each bin
+    error: float  # expected calibration error: mean of the difference, weighted by frames (Guo et al
+    brier: float  # brier score over all classes (Brier 1950): 0 is perfect, 2 the worst
 
 
 def reliability_of(chances: Floats, classes: NDArray[np.int8], bins: int = 10) -> Reliability:
     """Return the reliability of probabilities of slip, incipient or gross.
 
-    Parameters
-    ----------
-    chances : (n_samples, 3) array
-        Probability of each class.
-    classes : (n_samples,) array of int
-        True class of each.
-    bins : int, optional
-        Equal parts of 0 to 1.
+    Arrays: chances (n_samples, 3); classes (n_samples,).
     """
     slip, slips = 1.0 - chances[:, 0], classes > 0
     place = np.clip((slip * bins).astype(np.intp), 0, bins - 1)

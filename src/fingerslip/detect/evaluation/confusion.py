@@ -17,34 +17,19 @@ _COUNT = len(CLASSES)
 
 @dataclass(frozen=True)
 class FrameScores:
-    """How well frames are classified.
+    """How well frames are classified."""
 
-    Parameters
-    ----------
-    matrix : (3, 3) array of int
-        Frames by true class (rows) and found class (columns).
-    accuracy : Estimate
-        Share of the frames that are right.
-    precision, recall, f1 : tuple of Estimate
-        For each class. Without a value where no frame was found to be, or is, of the class.
-    """
-
-    matrix: NDArray[np.intp]
-    accuracy: Estimate
-    precision: tuple[Estimate, ...]
-    recall: tuple[Estimate, ...]
-    f1: tuple[Estimate, ...]
+    matrix: NDArray[np.intp]  # (3, 3), frames by true class (rows) and found class (columns)
+    accuracy: Estimate  # share of the frames that are right
+    precision: tuple[Estimate, ...]  # for each class
+    recall: tuple[Estimate, ...]  # for each class
+    f1: tuple[Estimate, ...]  # for each class
 
 
 def confusion_by_trial(true: NDArray[np.int8], found: NDArray[np.int8], trial: NDArray[np.intp]) -> NDArray[np.intp]:
     """Return a confusion matrix for each trial, shape (n_trials, 3, 3), rows the true class.
 
-    Parameters
-    ----------
-    true, found : (n_samples,) array of int
-        Classes.
-    trial : (n_samples,) array of int
-        Number of the trial of each sample; trials without samples are left out.
+    Arrays: true, found (n_samples,); trial (n_samples,).
     """
     _, number = np.unique(trial, return_inverse=True)
     trials = int(number.max()) + 1 if number.size else 0
@@ -75,12 +60,7 @@ def _ratio(part: NDArray[np.float64], whole: NDArray[np.intp]) -> NDArray[np.flo
 def frame_scores_of(matrices: NDArray[np.intp], *, seed: int = 0) -> FrameScores:
     """Return the scores of confusion matrices, with intervals from trials that are drawn anew.
 
-    Parameters
-    ----------
-    matrices : (n_trials, 3, 3) array of int
-        Those of :func:`confusion_by_trial`.
-    seed : int, optional
-        Seed of the draws.
+    Arrays: matrices (n_trials, 3, 3).
     """
 
     def estimate(score: int, one: int) -> Estimate:

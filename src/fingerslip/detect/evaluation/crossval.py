@@ -46,50 +46,24 @@ Floats = NDArray[np.float64]
 
 @dataclass
 class Fold:
-    """One classifier that learned from some trials.
+    """One classifier that learned from some trials."""
 
-    Parameters
-    ----------
-    candidate : Candidate
-        What it is.
-    estimator : object
-        The fitted pipeline.
-    smoother : Smoother
-        From its probabilities to scores.
-    tested, kept : tuple of str
-        Trials that it is tested on, and those that set its threshold.
-    """
-
-    candidate: Candidate
-    estimator: object
-    smoother: Smoother
-    tested: tuple[str, ...]
-    kept: tuple[str, ...]
+    candidate: Candidate  # what it is
+    estimator: object  # the fitted pipeline
+    smoother: Smoother  # from its probabilities to scores
+    tested: tuple[str, ...]  # trials that it is tested on, and those that set its threshold
+    kept: tuple[str, ...]  # trials that it is tested on, and those that set its threshold
 
 
 @dataclass(frozen=True)
 class FrameResult:
-    """What a classifier said of frames of trials that it had not seen.
+    """What a classifier said of frames of trials that it had not seen."""
 
-    Parameters
-    ----------
-    matrices : (n_trials, 3, 3) array of int
-        Confusion matrix of each trial.
-    chances : (n_samples, 3) array
-        Probability of each class.
-    classes : (n_samples,) array of int
-        True classes.
-    folds : tuple of Fold
-        What was fitted.
-    seconds : float
-        Processor time of fitting and of classifying the samples [s].
-    """
-
-    matrices: NDArray[np.intp]
-    chances: Floats
-    classes: NDArray[np.int8]
+    matrices: NDArray[np.intp]  # (n_trials, 3, 3), confusion matrix of each trial
+    chances: Floats  # (n_samples, 3), probability of each class
+    classes: NDArray[np.int8]  # (n_samples,), true classes
     folds: tuple[Fold, ...] = field(repr=False)
-    seconds: float = 0.0
+    seconds: float = 0.0  # processor time of fitting and of classifying the samples [s]
 
 
 def frames_by_trial(
@@ -103,30 +77,7 @@ def frames_by_trial(
     seed: int = 0,
     workers: int = 1,
 ) -> FrameResult:
-    """Fit a classifier for each fold and return what it says of the samples of the trials left out.
-
-    Parameters
-    ----------
-    samples : Samples
-        The samples.
-    onsets : mapping of str to Onsets
-        Labels of their trials.
-    candidate : Candidate
-        The classifier.
-    tests : sequence of sequences of str
-        Trials that each fold is tested on; it learns from the others, less those that set its threshold.
-    window : int
-        Frames in a velocity.
-    share : float, optional
-        Share of the no-slip trials that may raise a false alarm.
-    seed, workers : int, optional
-        Seed of what is random, and cores.
-
-    Raises
-    ------
-    InputError
-        Where a fold has nothing to learn from, or lacks a class.
-    """
+    """Fit a classifier for each fold and return what it says of the samples of the trials left out."""
     start = time.process_time()
     found = [
         fitted_fold(samples, onsets, candidate, test, window=window, share=share, seed=seed, workers=workers)
@@ -138,18 +89,10 @@ def frames_by_trial(
 
 @dataclass(frozen=True)
 class FoldFrames:
-    """What a classifier says of the samples of the trials that a fold leaves out.
+    """What a classifier says of the samples of the trials that a fold leaves out."""
 
-    Parameters
-    ----------
-    rows : (n_tested,) array of int
-        Their rows among all samples.
-    chances : (n_tested, 3) array
-        Probability of each class.
-    """
-
-    rows: NDArray[np.intp]
-    chances: Floats
+    rows: NDArray[np.intp]  # (n_tested,), their rows among all samples
+    chances: Floats  # (n_tested, 3), probability of each class
 
 
 def fitted_fold(
@@ -163,13 +106,7 @@ def fitted_fold(
     seed: int = 0,
     workers: int = 1,
 ) -> tuple[Fold, FoldFrames]:
-    """Fit a classifier for one fold; for the parameters see :func:`frames_by_trial`.
-
-    Raises
-    ------
-    InputError
-        Where the fold has nothing to learn from, or lacks a class.
-    """
+    """Fit a classifier for one fold; for the parameters see :func:`frames_by_trial`."""
     learned, kept = rows_to_learn(samples, test, share, seed)
     with threadpool_limits(workers):
         estimator = fit_detector(candidate, samples, learned, seed, workers)
@@ -190,13 +127,7 @@ def joined_folds(samples: Samples, parts: Sequence[FoldFrames], folds: tuple[Fol
 def rows_to_learn(
     samples: Samples, test: Sequence[str], share: float = 0.05, seed: int = 0
 ) -> tuple[NDArray[np.intp], tuple[str, ...]]:
-    """Return the rows that a fold learns from, and the trials that set its threshold.
-
-    Raises
-    ------
-    InputError
-        Where there are no rows, or none of a class.
-    """
+    """Return the rows that a fold learns from, and the trials that set its threshold."""
     names, rest = np.array(samples.trials), [name for name in samples.trials if name not in set(test)]
     kept = held_out(rest, calibration_count(len(rest), share), seed + 1)
     rows = np.flatnonzero(~np.isin(names[samples.trial], [*test, *kept]))
@@ -210,17 +141,7 @@ def rows_to_learn(
 
 
 def frames_by_sample(samples: Samples, candidate: Candidate, *, seed: int = 0, workers: int = 1) -> NDArray[np.intp]:
-    """Return the confusion matrices of trials when samples are split 90 to 10 whatever their trial, as published.
-
-    Parameters
-    ----------
-    samples : Samples
-        The samples.
-    candidate : Candidate
-        The classifier.
-    seed, workers : int, optional
-        Seed of what is random, and cores.
-    """
+    """Return the confusion matrices of trials when samples are split 90 to 10 whatever their trial, as published."""
     tested = sample_split(len(samples.classes), seed)
     with threadpool_limits(workers):
         estimator = fit_detector(candidate, samples, np.flatnonzero(~tested), seed, workers)
@@ -242,26 +163,6 @@ def events_by_trial(
 
     Every trial is read once. The threshold of each fold is set by its kept trials; without them it is where slip is as
     likely as not.
-
-    Parameters
-    ----------
-    trials : TrialSet
-        The data set.
-    onsets : mapping of str to Onsets
-        Its labels.
-    results : sequence of FrameResult
-        What was fitted.
-    motion : MotionSettings
-        How motion is read, as for the samples.
-    share : float, optional
-        Share of the no-slip trials that may raise a false alarm.
-    workers : int, optional
-        Cores.
-
-    Returns
-    -------
-    list of dict of str to Onsets
-        The onsets found in every trial, for each result.
     """
     folds = [fold for result in results for fold in result.folds]
     settings = FeatureSettings(union_of_sets([fold.candidate for fold in folds]), motion)

@@ -37,30 +37,14 @@ Events = dict[str, dict[str, Onsets]]
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What classifiers are evaluated on.
+    """What classifiers are evaluated on."""
 
-    Parameters
-    ----------
-    trials : TrialSet
-        The data set.
-    onsets : mapping of str to Onsets
-        Labels of its trials.
-    samples : Samples
-        Sampled frames with the features of all candidates.
-    motion : MotionSettings
-        How motion is read.
-    seed, workers : int, optional
-        Seed of what is random, and cores.
-    parts : Parts, optional
-        Where finished parts are kept.
-    """
-
-    trials: TrialSet
-    onsets: Mapping[str, Onsets]
-    samples: Samples
-    motion: MotionSettings
-    seed: int = 0
-    workers: int = 1
+    trials: TrialSet  # the data set
+    onsets: Mapping[str, Onsets]  # labels of its trials
+    samples: Samples  # sampled frames with the features of all candidates
+    motion: MotionSettings  # how motion is read
+    seed: int = 0  # seed of what is random, and cores
+    workers: int = 1  # seed of what is random, and cores
     parts: Parts = field(default_factory=Parts)
 
     def check(self, groups: Groups) -> None:
@@ -153,28 +137,7 @@ def begun_evaluation(
     workers: int = 1,
     output: Path | None = None,
 ) -> Evaluation:
-    """Sample the frames of a data set for an evaluation.
-
-    Parameters
-    ----------
-    trials : TrialSet
-        The data set.
-    onsets : mapping of str to Onsets
-        Labels of its trials.
-    candidates : sequence of Candidate
-        Classifiers that are to be evaluated.
-    motion, sampling : MotionSettings, Sampling
-        How motion is read, and frames are sampled.
-    seed, workers : int, optional
-        Seed of what is random, and cores.
-    output : Path, optional
-        Where the evaluation is to be written: its finished parts are kept beside that. Without it nothing is kept.
-
-    Raises
-    ------
-    InputError
-        Where a trial lacks a label, or has fewer frames of a class than are asked for; where `output` is a file.
-    """
+    """Sample the frames of a data set for an evaluation."""
     labels = {name: [one.incipient, one.gross] for name, one in onsets.items()}
     settings = [dataclasses.asdict(motion), dataclasses.asdict(sampling)]
     parts = parts_beside(output, trials.digest, labels, settings, seed)

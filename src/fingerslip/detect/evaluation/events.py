@@ -19,52 +19,23 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class EventScores:
-    """How well events are found.
+    """How well events are found."""
 
-    Parameters
-    ----------
-    trials : int
-        Trials with incipient slip; the scores below are of these, if nothing else is said.
-    missed : int
-        Trials in which no slip was found.
-    before_gross : Estimate
-        Share of the trials with gross slip in which slip was found before it.
-    error, absolute_error : Estimate
-        Mean of the time found less the label, and of its size [s]. Negative is early.
-    error_spread : float or None
-        Standard deviation of the error [s].
-    delay_frames : float or None
-        Median error in frames.
-    early : Estimate
-        Share of the trials in which slip was found before its label.
-    at_rest : Estimate
-        Share of all trials in which slip was found while the sensor was at rest, or where there is none.
-    lead : Estimate
-        Mean time from the slip found to the label of gross slip [s].
-    lead_spread : float or None
-        Its standard deviation [s].
-    bound : float or None
-        Lead that a new trial has with 95 % [s]; None with fewer than 19 trials, or too many missed ones.
-    gross_error : Estimate
-        Mean of the time of gross slip found less its label [s].
-    gross_found : Estimate
-        Share of the trials with gross slip in which gross slip was found at all.
-    """
-
-    trials: int
-    missed: int
-    before_gross: Estimate
-    error: Estimate
-    absolute_error: Estimate
-    error_spread: float | None
-    delay_frames: float | None
-    early: Estimate
+    trials: int  # trials with incipient slip
+    missed: int  # trials in which no slip was found
+    before_gross: Estimate  # share of the trials with gross slip in which slip was found before it
+    error: Estimate  # mean of the time found less the label, and of its size [s]
+    absolute_error: Estimate  # mean of the time found less the label, and of its size [s]
+    error_spread: float | None  # standard deviation of the error [s]
+    delay_frames: float | None  # median error in frames
+    early: Estimate  # share of the trials in which slip was found before its label
+    # share of all trials in which slip was found while the sensor was at rest, or where there is none
     at_rest: Estimate
-    lead: Estimate
-    lead_spread: float | None
-    bound: float | None
-    gross_error: Estimate
-    gross_found: Estimate
+    lead: Estimate  # mean time from the slip found to the label of gross slip [s]
+    lead_spread: float | None  # its standard deviation [s]
+    bound: float | None  # lead that a new trial has with 95 % [s]
+    gross_error: Estimate  # mean of the time of gross slip found less its label [s]
+    gross_found: Estimate  # share of the trials with gross slip in which gross slip was found at all
 
 
 def event_scores_of(
@@ -78,18 +49,7 @@ def event_scores_of(
 ) -> EventScores:
     """Return the scores of the onsets found in trials.
 
-    Parameters
-    ----------
-    found, labels : mapping of str to Onsets
-        What was found, and what is true; every trial found has a label.
-    rest_end : mapping of str to float
-        Until when each trial is at rest [s].
-    frame : float, optional
-        Time between frames [s].
-    share : float, optional
-        Share of the trials whose lead may be shorter than the bound.
-    seed : int, optional
-        Seed of the resampling.
+    Units: rest_end [s]; frame [s].
     """
     names = list(found)
     slips = [name for name in names if labels[name].incipient is not None]

@@ -22,19 +22,12 @@ __all__ = ["CurvePoint", "importance_by_ring", "learning_curve"]
 
 @dataclass(frozen=True)
 class CurvePoint:
-    """A point of a learning curve.
+    """A point of a learning curve."""
 
-    Parameters
-    ----------
-    trials : int
-        Trials that were learned from.
-    accuracy, f1 : Estimate
-        Share of right frames, and mean F1 of the classes, on the test trials, with intervals over these.
-    """
-
-    trials: int
+    trials: int  # trials that were learned from
+    # share of right frames, and mean F1 of the classes, on the test trials, with intervals over these
     accuracy: Estimate
-    f1: Estimate
+    f1: Estimate  # share of right frames, and mean F1 of the classes, on the test trials, with intervals over these
 
 
 def learning_curve(
@@ -46,13 +39,7 @@ def learning_curve(
     seed: int = 0,
     workers: int = 1,
 ) -> list[CurvePoint]:
-    """Return how well a classifier does on test trials after it learned from more and more others.
-
-    Raises
-    ------
-    InputError
-        Where a size is above the number of trials that are no test trials.
-    """
+    """Return how well a classifier does on test trials after it learned from more and more others."""
     rest = [name for name in samples.trials if name not in set(tests)]
     order = held_out(rest, len(rest), seed)
     points = []
@@ -72,11 +59,6 @@ def importance_by_ring(
 
     Permutation importance (Breiman 2001), for a ring at a time: its markers say nearly the same, and one of them alone
     would not be missed. Intervals are over the test trials; shuffles are averaged.
-
-    Raises
-    ------
-    InputError
-        Where no feature belongs to a ring.
     """
     columns = columns_of(samples.names, candidate.sets)
     rings = ring_of_features([samples.names[column] for column in columns], samples.ring)

@@ -30,18 +30,10 @@ _save: Callable[..., None] = partial_of(np.savez, allow_pickle=False)
 
 @dataclass(frozen=True)
 class Parts:
-    """Where finished parts are kept: a file for each, named by what it was computed from.
+    """Where finished parts are kept: a file for each, named by what it was computed from."""
 
-    Parameters
-    ----------
-    folder : Path, optional
-        The folder, made with the first part; without it nothing is kept.
-    inputs : str, optional
-        Hash of the data and of the options that all parts share.
-    """
-
-    folder: Path | None = None
-    inputs: str = ""
+    folder: Path | None = None  # the folder, made with the first part
+    inputs: str = ""  # hash of the data and of the options that all parts share
 
     def kept(self, name: str, inputs: Any) -> Arrays | None:
         """Return a part that is there, undamaged and of the same inputs; else None.
@@ -83,20 +75,7 @@ class Parts:
 
 
 def parts_beside(output: Path | None, *inputs: Any) -> Parts:
-    """Return the parts of what is to be written to a folder: they are in ``OUTPUT.unfinished``.
-
-    Parameters
-    ----------
-    output : Path or None
-        The folder; without one nothing is kept.
-    *inputs : plain data
-        What all parts are computed from.
-
-    Raises
-    ------
-    InputError
-        Where `output` is a file.
-    """
+    """Return the parts of what is to be written to a folder: they are in ``OUTPUT.unfinished``."""
     if output is None:
         return Parts()
     check_folder(output)

@@ -28,46 +28,16 @@ __all__ = ["DISTURBANCES", "Robustness", "disturbed", "robustness_of"]
 
 @dataclass(frozen=True)
 class Robustness:
-    """How many frames are right under a disturbance.
+    """How many frames are right under a disturbance."""
 
-    Parameters
-    ----------
-    disturbance : str
-        Its name in :data:`DISTURBANCES`.
-    amount : float
-        How much of it.
-    accuracy : Estimate
-        Share of the frames that could be classified and are right, with its interval over trials.
-    unusable : float
-        Share of the frames with too few markers.
-    """
-
-    disturbance: str
-    amount: float
-    accuracy: Estimate
-    unusable: float
+    disturbance: str  # its name in :data:`DISTURBANCES`
+    amount: float  # how much of it
+    accuracy: Estimate  # share of the frames that could be classified and are right, with its interval over trials
+    unusable: float  # share of the frames with too few markers
 
 
 def disturbed(tracks: xr.Dataset, disturbance: str, amount: float, seed: int = 0) -> xr.Dataset:
-    """Return tracks with a disturbance; those of external markers too.
-
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        The tracks.
-    disturbance : str
-        ``lost`` (share of all positions that are not seen), ``noise`` (standard deviation in the unit of the positions)
-        or ``slower`` (only every so manieth frame).
-    amount : float
-        How much.
-    seed : int, optional
-        Seed of what is random.
-
-    Raises
-    ------
-    InputError
-        Where the disturbance is unknown, or the amount is not possible.
-    """
+    """Return tracks with a disturbance; those of external markers too."""
     if disturbance not in DISTURBANCES:
         raise InputError("disturbance", f"got {disturbance!r}", f"needs one of {', '.join(DISTURBANCES)}")
     return DISTURBANCES[disturbance](tracks, amount, np.random.default_rng(seed))
@@ -120,21 +90,6 @@ def robustness_of(
     """Return how many frames of test trials a detector gets right at each level of disturbance.
 
     With every so manieth frame, the frames at rest and those of a velocity are fewer too, so that they last as long.
-
-    Parameters
-    ----------
-    detector : Detector
-        The detector; it learned from undisturbed trials.
-    trials : TrialSet
-        The data set.
-    onsets : mapping of str to Onsets
-        Its labels.
-    names : sequence of str
-        The trials to test on.
-    levels : sequence of (str, float)
-        Disturbances and their amounts.
-    seed : int, optional
-        Seed of the disturbances.
     """
     return [_at_level(detector, trials, {name: onsets[name] for name in names}, level, seed) for level in levels]
 

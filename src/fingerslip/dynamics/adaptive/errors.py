@@ -26,12 +26,7 @@ Array = NDArray[np.float64]
 class Errors:
     """Errors of the steps of one motion, over those that are allowed.
 
-    Parameters
-    ----------
-    mass : (n, n) sparse array
-        Mass matrix [kg]: displacements are weighted by it.
-    tolerance : float
-        Largest error over the largest displacement so far.
+    Arrays: mass (n, n) [kg].
     """
 
     def __init__(self, mass: sparse.csr_matrix, tolerance: float) -> None:
@@ -43,16 +38,7 @@ class Errors:
         return self._share(error, after, 1.0)
 
     def of_halves(self, whole: State, halves: State, share: float) -> float:
-        """Return the error of two halves of a quasi-static step, over the allowed one.
-
-        Parameters
-        ----------
-        whole, halves : State
-            The state after the whole step, and after its halves.
-        share : float
-            Length of the step over the time since the last knot: the step's part of the tolerance, so that all errors
-            together are the tolerance times the logarithm of the number of steps at most, and not their number.
-        """
+        """Return the error of two halves of a quasi-static step, over the allowed one."""
         return self._share(whole.displacement - halves.displacement, halves, share)
 
     def accept(self, after: State) -> None:

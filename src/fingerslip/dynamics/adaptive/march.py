@@ -40,19 +40,7 @@ class _Counts:
 
 
 class _Walk:
-    """One motion on its way through time.
-
-    Parameters
-    ----------
-    taker : Taker
-        Takes its steps.
-    time : Adaptive
-        Its time integration.
-    errors : Errors
-        Their errors.
-    records : _Records
-        Takes the states.
-    """
+    """One motion on its way through time."""
 
     def __init__(self, taker: Taker, time: Adaptive, errors: Errors, records: _Records) -> None:
         self._taker, self._time, self._errors, self._records = taker, time, errors, records
@@ -172,20 +160,7 @@ class _Records:
 
 
 def march_adaptive(motions: Motions, number: int) -> Marched:
-    """Compute one motion with steps that control their own error.
-
-    Parameters
-    ----------
-    motions : Motions
-        Models and systems.
-    number : int
-        Which of them.
-
-    Raises
-    ------
-    ConvergenceError
-        Where even the shortest step was not solved.
-    """
+    """Compute one motion with steps that control their own error."""
     model, system = motions.models[number], motions.systems[number]
     time = model.time
     assert isinstance(time, Adaptive)

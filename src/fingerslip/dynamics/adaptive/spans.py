@@ -29,25 +29,13 @@ _ROUNDING = 1e-9
 
 @dataclass(frozen=True)
 class Span:
-    """A span of time between two knots.
+    """A span of time between two knots."""
 
-    Parameters
-    ----------
-    start, end : float
-        [s].
-    unit : float
-        Shortest time between records [s].
-    count : int
-        Records in the span, that at its end included.
-    growth : float
-        Time to the next record over the time since the start, rounded down to a power of two of the unit; 0 for
-        records that are even.
-    """
-
-    start: float
-    end: float
-    unit: float
-    count: int
+    start: float  # [s]
+    end: float  # [s]
+    unit: float  # shortest time between records [s]
+    count: int  # records in the span, that at its end included
+    # time to the next record over the time since the start, rounded down to a power of two of the unit
     growth: float = 0.0
 
     def intervals(self) -> Iterator[int]:
@@ -67,15 +55,7 @@ class Span:
 
 
 def spans_of(model: Model, time: Adaptive) -> tuple[Span, ...]:
-    """Return the spans of a model from its start to its end.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    time : Adaptive
-        Its time integration.
-    """
+    """Return the spans of a model from its start to its end."""
     growth = 10.0 ** (1.0 / time.records_per_decade) - 1.0 if time.records_per_decade else 0.0
     return tuple(
         _span(start, end, time.output, growth if _is_quiet(model, start, end) else 0.0)

@@ -45,12 +45,7 @@ class Taker(Protocol):
 class Kept(Generic[T]):
     """What is made for the length of a step: the last few are kept.
 
-    Parameters
-    ----------
-    make : callable
-        Makes it for a length [s].
-    most : int, optional
-        How many are kept.
+    Units: make [s].
 
     Examples
     --------
@@ -160,14 +155,7 @@ class _Large:
 def make_taker(motions: Motions, number: int, reserved_bytes: int) -> Taker:
     """Return what takes the steps of a motion.
 
-    Parameters
-    ----------
-    motions : Motions
-        Models and systems.
-    number : int
-        Which of them.
-    reserved_bytes : int
-        Memory that must stay free for the history [bytes].
+    Units: reserved_bytes [bytes].
     """
     return (_Large if motions.models[number].is_finite else _Small)(motions, number, reserved_bytes)
 

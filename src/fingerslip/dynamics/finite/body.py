@@ -19,46 +19,22 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class BodyState:
-    """A body at one displacement.
+    """A body at one displacement."""
 
-    Parameters
-    ----------
-    deformed : Deformed
-        Strains and stresses at its quadrature points.
-    nodal : (n_dofs,) array
-        Elastic forces on all degrees of freedom of the mesh [N].
-    force : (n,) array
-        Elastic forces on the unknowns [N].
-    displacement : (n,) array
-        Displacement of the unknowns [m].
-    energy : float
-        Strain energy [J]; zero until a step has ended.
-    """
-
-    deformed: Deformed
-    nodal: Array
-    force: Array
-    displacement: Array
-    energy: float = 0.0
+    deformed: Deformed  # strains and stresses at its quadrature points
+    nodal: Array  # (n_dofs,), elastic forces on all degrees of freedom of the mesh [N]
+    force: Array  # (n,), elastic forces on the unknowns [N]
+    displacement: Array  # (n,), displacement of the unknowns [m]
+    energy: float = 0.0  # strain energy [J]
 
 
 @dataclass(frozen=True)
 class Body:
-    """A body at large strain in the unknowns of a system.
+    """A body at large strain in the unknowns of a system."""
 
-    Parameters
-    ----------
-    bulk : LargeStrain
-        Mesh and laws.
-    coordinates : MeshCoordinates
-        What the unknowns are.
-    springs : (n,) array
-        Stiffness of the springs at rigid bodies [N/m], zero for all other unknowns.
-    """
-
-    bulk: LargeStrain
-    coordinates: MeshCoordinates
-    springs: Array
+    bulk: LargeStrain  # mesh and laws
+    coordinates: MeshCoordinates  # what the unknowns are
+    springs: Array  # (n,), stiffness of the springs at rigid bodies [N/m], zero for all other unknowns
 
     @property
     def relaxes(self) -> bool:

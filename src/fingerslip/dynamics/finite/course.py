@@ -25,18 +25,7 @@ _DEEPEST = 6
 class FiniteCourse:
     """One motion at large strain, with the factors of its step and of halves of it.
 
-    Parameters
-    ----------
-    model : Model
-        What is computed.
-    system : System
-        Its discrete system.
-    solver : LinearSolver
-        What factorises.
-    watch : Stopwatch
-        Takes the times.
-    reserved_bytes : int
-        Memory that must stay free for the history [bytes].
+    Units: reserved_bytes [bytes].
     """
 
     def __init__(
@@ -71,13 +60,7 @@ class FiniteCourse:
         return first_state(self._of(0).renew(at_rest))
 
     def advance(self, state: State, end: float) -> State:
-        """Take a step to a time [s], or as many parts of it as it needs.
-
-        Raises
-        ------
-        ConvergenceError
-            Where a step was not solved, nor its parts.
-        """
+        """Take a step to a time [s], or as many parts of it as it needs."""
         return self._advance(state, end, 0)
 
     def steer(self, system: System) -> None:

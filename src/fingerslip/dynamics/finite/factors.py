@@ -42,31 +42,14 @@ class MadeOf(NamedTuple):
 
 @dataclass
 class Factors:
-    """The factors of a tangent, for steps of one length.
+    """The factors of a tangent, for steps of one length."""
 
-    Parameters
-    ----------
-    system : System
-        The system of a body at large strain.
-    scheme : Scheme
-        Time integration.
-    damping : RayleighDamping
-        Material damping.
-    solver : LinearSolver
-        What factorises. Its factors may be rough, as Newton's method corrects what they miss; those that did not lead
-        nearer are replaced by exact ones.
-    watch : Stopwatch
-        Takes the times of tangents and factorisations.
-    reserved_bytes : int
-        Memory that must stay free for the histories [bytes].
-    """
-
-    system: System
-    scheme: Scheme
-    damping: RayleighDamping
-    solver: LinearSolver
-    watch: Stopwatch
-    reserved_bytes: int = 0
+    system: System  # the system of a body at large strain
+    scheme: Scheme  # time integration
+    damping: RayleighDamping  # material damping
+    solver: LinearSolver  # what factorises
+    watch: Stopwatch  # takes the times of tangents and factorisations
+    reserved_bytes: int = 0  # memory that must stay free for the histories [bytes]
     stepper: Stepper | None = None
     count: int = 0
     made_of: MadeOf | None = None

@@ -11,20 +11,7 @@ __all__ = ["march_finite"]
 
 
 def march_finite(motions: Motions, number: int) -> Marched:
-    """Compute one motion at large strain.
-
-    Parameters
-    ----------
-    motions : Motions
-        Models and systems.
-    number : int
-        Which of them.
-
-    Raises
-    ------
-    ConvergenceError
-        Where a step was not solved, nor its parts.
-    """
+    """Compute one motion at large strain."""
     watch, model, system = motions.watch, motions.models[number], motions.systems[number]
     with watch.part("assembly"):
         recorder = Recorder(model, system, motions.times[number])

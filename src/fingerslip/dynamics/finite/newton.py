@@ -91,30 +91,7 @@ def advance_finite(
 ) -> tuple[State, int]:
     """Take one step at large strain.
 
-    Parameters
-    ----------
-    factors : Factors
-        The factors, which are renewed when this pays.
-    before : State
-        The state at the start of the step.
-    time : float
-        Time at its end [s].
-    counterfaces : (n_counterfaces, dim) array
-        Prescribed displacement of the counterfaces at its end [m].
-    watch : Stopwatch
-        Takes the times of forces, substitution, contact and recording.
-
-    Returns
-    -------
-    state : State
-        The state at the end.
-    iterations : int
-        Iterations that were needed.
-
-    Raises
-    ------
-    ConvergenceError
-        Where the step was not solved.
+    Arrays: time [s]; counterfaces (n_counterfaces, dim) [m].
     """
     begun = replace(before, body=factors.system.require_body().begun(before.large_body, factors.scheme.step))
     start = predict_ends(factors.at(before.large_body, before.velocity), begun, time, counterfaces)

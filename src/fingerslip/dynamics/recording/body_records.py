@@ -25,14 +25,7 @@ _TURNS = ("rigid_body_rotation", "rigid_body_angular_velocity", "rigid_body_angu
 class BodyRecords:
     """The free motion of rigid bodies, kept step by step.
 
-    Parameters
-    ----------
-    model : Model
-        What is simulated.
-    system : System
-        Its discrete system.
-    times : (n_times,) array
-        Times of the steps, the start included [s].
+    Arrays: times (n_times,) [s].
     """
 
     def __init__(self, model: Model, system: System, times: Array) -> None:
@@ -92,10 +85,7 @@ class BodyRecords:
     def arms(self, moved: Array) -> Array:
         """Return the lever arms of the candidates about the centres of their bodies, (n_steps, n_c, dim) [m].
 
-        Parameters
-        ----------
-        moved : (n_steps, n_c, dim) array
-            Displacement of the candidates relative to their counterfaces [m].
+        Arrays: moved (n_steps, n_c, dim) [m].
         """
         candidates = self._system.candidates
         found: Array = candidates.positions - self._centres[candidates.counterface] + moved

@@ -33,19 +33,7 @@ _logger = logging.getLogger("fingerslip.dynamics")
 def labelled_history(
     values: Mapping[str, Any], stepper: Stepper, attributes: Mapping[str, object], watch: Stopwatch
 ) -> xr.Dataset:
-    """Label records as a history, and warn where its steps have made energy, or nothing touched.
-
-    Parameters
-    ----------
-    values : mapping of str to array
-        Completed records.
-    stepper : Stepper
-        What stayed the same from step to step.
-    attributes : mapping of str to object
-        What the history says of how it was computed.
-    watch : Stopwatch
-        The times that it took.
-    """
+    """Label records as a history, and warn where its steps have made energy, or nothing touched."""
     history = make_history(values, _provenance(stepper, attributes, watch))
     _warn_of_made_energy(history, stepper)
     _warn_of_no_contact(history)

@@ -29,14 +29,7 @@ def rotation_axes(dim: int) -> list[str]:
 def record_coordinates(model: Model, system: System, times: Array, snapshot_times: Array) -> dict[str, Any]:
     """Return the coordinates of a history, by their names in :data:`fingerslip.history.COORDINATES`.
 
-    Parameters
-    ----------
-    model : Model
-        What is simulated.
-    system : System
-        Its discrete system.
-    times, snapshot_times : (n,) arrays
-        Times of the records and of the snapshots [s].
+    Arrays: times, snapshot_times (n,) [s].
     """
     kinds, knots = phase_table(model.programmes[0] or model.programme)
     sites, counterfaces = model.record.sites, [contact.counterface for contact in model.contacts]

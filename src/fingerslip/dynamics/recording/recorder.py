@@ -62,16 +62,7 @@ _KEPT = ("_strains", "_observed", "_limits", "_energies")
 class Recorder:
     """Arrays of a history, filled step by step.
 
-    Parameters
-    ----------
-    model : Model
-        What is simulated.
-    system : System
-        Its discrete system.
-    times : (n_times,) array
-        Times of the steps, the start included [s].
-    recoveries : Recoveries, optional
-        How strains are read; recorders of motions of one body may share it.
+    Arrays: times (n_times,) [s].
     """
 
     def __init__(self, model: Model, system: System, times: Array, recoveries: Recoveries | None = None) -> None:

@@ -27,24 +27,12 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class AtSites:
-    """How displacement and strain at sites are read.
+    """How displacement and strain at sites are read."""
 
-    Parameters
-    ----------
-    recovery : Recovery
-        Strains at the sites, as a map of the mesh's displacement, with the materials there; none at large strain.
-    near : NodalComponents
-        What of a field in the coordinates is taken, k numbers.
-    motion : (n_sites * dim, k) matrix
-        The field at the sites, as a map of these.
-    strain : (n_strains, k) matrix
-        The strains, as a map of these [1/m].
-    """
-
-    recovery: Recovery
-    near: NodalComponents
-    motion: Array | sparse.csr_matrix
-    strain: Array | sparse.csr_matrix
+    recovery: Recovery  # strains at the sites, as a map of the mesh's displacement, with the materials there
+    near: NodalComponents  # what of a field in the coordinates is taken, k numbers
+    motion: Array | sparse.csr_matrix  # (n_sites * dim, k), the field at the sites, as a map of these
+    strain: Array | sparse.csr_matrix  # (n_strains, k), the strains, as a map of these [1/m]
 
     @property
     def strained(self) -> tuple[int, int]:
@@ -53,13 +41,7 @@ class AtSites:
 
 
 class Recoveries:
-    """The recovery of strains of a body, made when it is first needed.
-
-    Parameters
-    ----------
-    system : System
-        The discrete system of a motion; others of its body share mesh and coordinates with it.
-    """
+    """The recovery of strains of a body, made when it is first needed."""
 
     def __init__(self, system: System) -> None:
         self._system = system
@@ -78,12 +60,7 @@ class Recoveries:
     def at_sites(self, nodes: NDArray[np.int64], regions: Sequence[str | None]) -> AtSites:
         """Return how displacement and strain at sites are read.
 
-        Parameters
-        ----------
-        nodes : (n_sites,) array
-            Their mesh nodes.
-        regions : sequence of str or None
-            The region of each, on whose side strains are taken.
+        Arrays: nodes (n_sites,).
         """
         key = nodes.tobytes(), tuple(regions)
         if key not in self._at_sites:
@@ -101,19 +78,7 @@ class Recoveries:
 
 
 def remembered(system: System, viscous: Sequence[Viscous], state: State, recovery: Recovery) -> Relax:
-    """Return what gives the dashpots of materials at the points of a recovery from what a state remembers.
-
-    Parameters
-    ----------
-    system : System
-        The discrete system.
-    viscous : sequence of Viscous
-        Its layers that relax.
-    state : State
-        The state.
-    recovery : Recovery
-        How strains are read at the points.
-    """
+    """Return what gives the dashpots of materials at the points of a recovery from what a state remembers."""
 
     def read(field: Array, points: NDArray[np.int64]) -> Array:
         strains: Array = recovery.strains(system.coordinates.on_mesh(field))[points]

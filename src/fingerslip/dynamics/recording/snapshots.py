@@ -28,19 +28,7 @@ _AT_ONCE = 50_000
 
 
 class SnapshotRecords:
-    """Fields of the whole body at some steps.
-
-    Parameters
-    ----------
-    system : System
-        The discrete system.
-    recoveries : Recoveries
-        How strains are read.
-    viscous : sequence of Viscous
-        The layers that relax.
-    steps : sequence of int
-        The steps, ascending.
-    """
+    """Fields of the whole body at some steps."""
 
     def __init__(
         self, system: System, recoveries: Recoveries, viscous: Sequence[Viscous], steps: Sequence[int]

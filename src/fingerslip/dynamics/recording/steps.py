@@ -26,11 +26,6 @@ def step_count(model: Model) -> int:
 
     A given end is reached exactly. The end of the programme may lie within the last step. Of steps that control their
     own error it is the number of records.
-
-    Raises
-    ------
-    InputError
-        Where the end is not even one step away, or a given end is no multiple of the step.
     """
     if isinstance(model.time, Adaptive):
         return record_count(model, model.time) - 1
@@ -47,13 +42,7 @@ def step_count(model: Model) -> int:
 
 
 def step_times(model: Model) -> Array:
-    """Return the times of the steps that are recorded, start included, shape (n_steps + 1,) [s].
-
-    Raises
-    ------
-    InputError
-        As :func:`step_count`, and where there is no memory for so many steps.
-    """
+    """Return the times of the steps that are recorded, start included, shape (n_steps + 1,) [s]."""
     count = step_count(model) + 1
     require_record_memory(model, count * np.dtype(np.float64).itemsize)
     if isinstance(model.time, Adaptive):
@@ -65,12 +54,7 @@ def step_times(model: Model) -> Array:
 def snapshot_steps(times: Array, interval: float) -> list[int]:
     """Return the steps nearest to multiples of an interval, first and last included; none for an interval of 0.
 
-    Parameters
-    ----------
-    times : (n_times,) array
-        Times of the steps, in order [s].
-    interval : float
-        The interval [s].
+    Arrays: times (n_times,) [s]; interval [s].
     """
     if interval <= 0.0:
         return []
@@ -95,17 +79,7 @@ def record_type(name: str) -> type:
 
 
 def record_bytes(model: Model, nodes: int, candidates: int) -> int:
-    """Return what the records of a model will take [bytes], before any are made.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    nodes : int
-        Nodes of its mesh, those in the middle of edges included.
-    candidates : int
-        Its contact candidates.
-    """
+    """Return what the records of a model will take [bytes], before any are made."""
     dim, count, every = model.mesh.dim(), step_count(model) + 1, model.record.snapshots_every
     snapshots = 0 if every <= 0.0 else int(min(count, model.end / every + 2))
     sizes: Mapping[str, int] = {
@@ -132,17 +106,7 @@ def record_bytes(model: Model, nodes: int, candidates: int) -> int:
 def require_record_memory(model: Model, needed: int) -> None:
     """Refuse so many steps or snapshots that their records do not fit into the memory.
 
-    Parameters
-    ----------
-    model : Model
-        The model.
-    needed : int
-        What its records take [bytes].
-
-    Raises
-    ------
-    InputError
-        With the estimate, and the shortest step that would fit.
+    Units: needed [bytes].
     """
     available = available_memory()
     if available is None or needed <= available:

@@ -20,19 +20,7 @@ Array = NDArray[np.float64]
 
 
 class SupportRecords:
-    """The forces on what supports hold, step by step, from the motion of the unknowns `near` (k,) it.
-
-    Parameters
-    ----------
-    system : System
-        The discrete system.
-    scheme : Scheme
-        The time integration scheme.
-    damping : RayleighDamping
-        Damping of the material.
-    n_times : int
-        Number of steps.
-    """
+    """The forces on what supports hold, step by step, from the motion of the unknowns `near` (k,) it."""
 
     def __init__(self, system: System, scheme: Scheme, damping: RayleighDamping, n_times: int) -> None:
         self._supports, self._scheme, self._damping = system.supports, scheme, damping

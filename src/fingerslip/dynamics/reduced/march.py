@@ -122,22 +122,7 @@ class _Maker:
 
 
 def march_reduced(motions: Motions, wanted: ReducedBasis, store: BasisStore | None = None) -> Marched | None:
-    """Compute motions in a reduced basis.
-
-    Parameters
-    ----------
-    motions : Motions
-        What to compute.
-    wanted : ReducedBasis
-        Its tolerances.
-    store : BasisStore, optional
-        Where bases are kept from run to run.
-
-    Returns
-    -------
-    Marched or None
-        None where they have to be computed on the mesh; the log says why.
-    """
+    """Compute motions in a reduced basis."""
     try:
         _require_suitable(motions)
         return _march(motions, wanted, store)

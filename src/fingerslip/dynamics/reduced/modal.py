@@ -26,18 +26,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ModalFactor:
-    """A diagonal matrix D of the coordinates; see :class:`fingerslip.linear.solver.Factor`.
+    """A diagonal matrix D of the coordinates; see :class:`fingerslip.linear.solver.Factor`."""
 
-    Parameters
-    ----------
-    diagonal : (m,) array
-        D.
-    interface : (p, m) array
-        E, displacement of the interface per coordinate.
-    """
-
-    diagonal: Array
-    interface: Array
+    diagonal: Array  # (m,), D
+    interface: Array  # (p, m), E, displacement of the interface per coordinate
 
     def forward(self, right_hand_side: Array) -> Array:
         """Return b (m + p,) or (m + p, k) unchanged."""
@@ -74,17 +66,10 @@ class ByModes:
     """A diagonal matrix, condensed: see :class:`fingerslip.dynamics.step.condensation.Condensed`.
 
     Halfway there are the coordinates alone: of the interface, contact needs the local displacements only.
-
-    Parameters
-    ----------
-    factor : ModalFactor
-        The matrix.
-    local : (c, m) array
-        Local displacements of the candidates per coordinate, B [1; E].
     """
 
-    factor: ModalFactor
-    local: Array
+    factor: ModalFactor  # the matrix
+    local: Array  # (c, m), local displacements of the candidates per coordinate, B [1
     description: ClassVar[str] = "reduced basis, two products a step"
 
     def forward(self, right_hand_side: Array) -> Halfway:
@@ -104,21 +89,7 @@ class ByModes:
 def condense_modes(diagonal: Array, interface: Array, local: sparse.csr_matrix) -> tuple[ByModes, Array]:
     """Condense a diagonal matrix of the coordinates.
 
-    Parameters
-    ----------
-    diagonal : (m,) array
-        The matrix.
-    interface : (p, m) array
-        E.
-    local : sparse matrix, shape (c, m + p)
-        B; reads the interface alone.
-
-    Returns
-    -------
-    condensed : ByModes
-        The condensed matrix.
-    compliance : (c, c) array
-        B A^-1 B^T, symmetric.
+    Arrays: diagonal (m,); interface (p, m); returns compliance (c, c).
     """
     moved = np.asarray(local[:, diagonal.size :] @ interface)
     scaled = moved / np.sqrt(diagonal)

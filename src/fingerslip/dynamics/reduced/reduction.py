@@ -34,21 +34,11 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class ReducedCoordinates:
-    """Coordinates of a reduced body with the displacement of its interface; see :class:`.coordinates.Coordinates`.
+    """Coordinates of a reduced body with the displacement of its interface; see :class:`.coordinates.Coordinates`."""
 
-    Parameters
-    ----------
-    system : System
-        The system on the mesh.
-    body : StaticResponses
-        Its body and interface.
-    basis : CraigBampton
-        The reduced basis.
-    """
-
-    system: System
-    body: StaticResponses
-    basis: CraigBampton
+    system: System  # the system on the mesh
+    body: StaticResponses  # its body and interface
+    basis: CraigBampton  # the reduced basis
     checks_at_once = 32
     snapshots_at_once = 16
 
@@ -151,19 +141,7 @@ def further_shapes(body: StaticResponses, systems: Sequence[System]) -> list[Arr
 
 
 def reduced_system(system: System, body: StaticResponses, basis: CraigBampton, twin: System | None = None) -> System:
-    """Return a system in the coordinates of a reduced body.
-
-    Parameters
-    ----------
-    system : System
-        The system on the mesh.
-    body : StaticResponses
-        Its body and interface.
-    basis : CraigBampton
-        The basis, with the unknowns of :func:`observed_unknowns` among its rows.
-    twin : System, optional
-        A reduced system of the same body in the same basis, whose matrices are taken over.
-    """
+    """Return a system in the coordinates of a reduced body."""
     coordinates, velocity = ReducedCoordinates(system, body, basis), system.initial_velocity
     (stiffness, mass), (held_stiffness, held_mass) = _taken_over(twin) if twin else _matrices(system, body, basis)
     return replace(

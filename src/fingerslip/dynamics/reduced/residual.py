@@ -39,17 +39,7 @@ _BEYOND = 1.5
 
 
 class ResidualCheck:
-    """Estimates the errors of reduced motions, step by step.
-
-    Parameters
-    ----------
-    models : sequence of Model
-        What is simulated.
-    systems : sequence of System
-        Their systems on the mesh.
-    coordinates : sequence of ReducedCoordinates
-        Those of the reduced systems.
-    """
+    """Estimates the errors of reduced motions, step by step."""
 
     def __init__(
         self, models: Sequence[Model], systems: Sequence[System], coordinates: Sequence[ReducedCoordinates]

@@ -41,33 +41,15 @@ _AT_ONCE = 32
 
 @dataclass(frozen=True)
 class StaticBody:
-    """A body by its answers to forces on the patches that may touch.
+    """A body by its answers to forces on the patches that may touch."""
 
-    Parameters
-    ----------
-    nodes : (n_p,) array
-        The mesh node in the middle of each patch.
-    positions : (n_p, 3) array
-        Where the patches are, by the mean of their nodes [m].
-    area : (n_p,) array
-        Their areas [m^2].
-    compliance : (n_p * 3, n_p * 3) array
-        C, symmetric [m/N].
-    at_sites : (n_sites * 3, n_p * 3) array
-        S of the recorded sites [m/N].
-    watched : (n_w, 3) array
-        Where the other nodes of the boundary are that must not touch [m].
-    at_watched : (n_w * 3, n_p * 3) array
-        S of these [m/N].
-    """
-
-    nodes: Integers
-    positions: Floats
-    area: Floats
-    compliance: Floats
-    at_sites: Floats
-    watched: Floats
-    at_watched: Floats
+    nodes: Integers  # (n_p,), the mesh node in the middle of each patch
+    positions: Floats  # (n_p, 3), where the patches are, by the mean of their nodes [m]
+    area: Floats  # (n_p,), their areas [m^2]
+    compliance: Floats  # (n_p * 3, n_p * 3), C, symmetric [m/N]
+    at_sites: Floats  # (n_sites * 3, n_p * 3), S of the recorded sites [m/N]
+    watched: Floats  # (n_w, 3), where the other nodes of the boundary are that must not touch [m]
+    at_watched: Floats  # (n_w * 3, n_p * 3), S of these [m/N]
 
 
 def static_body(
@@ -75,23 +57,7 @@ def static_body(
 ) -> StaticBody:
     """Compute what the body of a model answers to forces on the surface that its counterface may touch.
 
-    Parameters
-    ----------
-    model : Model
-        A quasi-static model of an elastic body at small strain with one flat counterface and no other load.
-    reach : float
-        What is farther from the counterface at the start does not touch, and is not watched [m].
-    hidden : float
-        What lies deeper inside the convex hull of the boundary, as in grooves, must not touch; it is watched [m].
-    patch : float, optional
-        Distance of neighbouring patches [m]; 0 for each node by itself.
-    solver : LinearSolver, optional
-        What factorises; without it the preferred one that is available.
-
-    Raises
-    ------
-    InputError
-        For a model that is not of this kind, and where nothing is within reach.
+    Units: reach [m]; hidden [m]; patch [m].
     """
     _check_kind(model)
     surface = _surface(model, reach, hidden, patch)

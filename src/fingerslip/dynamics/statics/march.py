@@ -41,37 +41,17 @@ _LOOK_EVERY = 8
 
 @dataclass(frozen=True)
 class StaticMotion:
-    """What a motion came to.
+    """What a motion came to."""
 
-    Parameters
-    ----------
-    time : (n_times,) array
-        Times of the steps, the start included [s].
-    displacement : (n_times, n_sites, 3) array
-        Displacement of the recorded sites [m].
-    counterface : (n_times, 3) array
-        Displacement of the counterface [m].
-    force : (n_times, 3) array
-        Force on the body, in global components [N].
-    contact_area, stick_ratio : (n_times,) arrays
-        Area that touches [m^2], and the share of it that sticks [-]; NaN where nothing touches.
-    state : (n_times, n_nodes) array of int
-        Whether nodes are open, stick or slip; see :mod:`fingerslip.contact.states`.
-    rows : (n_nodes,) array
-        These nodes among those of the body.
-    iterations : (n_times,) array of int
-        Iterations of the contact problem.
-    """
-
-    time: Floats
-    displacement: Floats
-    counterface: Floats
-    force: Floats
-    contact_area: Floats
-    stick_ratio: Floats
-    state: NDArray[np.int8]
-    rows: Integers
-    iterations: Integers
+    time: Floats  # (n_times,), times of the steps, the start included [s]
+    displacement: Floats  # (n_times, n_sites, 3), displacement of the recorded sites [m]
+    counterface: Floats  # (n_times, 3), displacement of the counterface [m]
+    force: Floats  # (n_times, 3), force on the body, in global components [N]
+    contact_area: Floats  # (n_times,), area that touches [m^2], and the share of it that sticks [-]
+    stick_ratio: Floats  # (n_times,), area that touches [m^2], and the share of it that sticks [-]
+    state: NDArray[np.int8]  # (n_times, n_nodes), whether nodes are open, stick or slip
+    rows: Integers  # (n_nodes,), these nodes among those of the body
+    iterations: Integers  # (n_times,), iterations of the contact problem
 
 
 @dataclass(frozen=True)
@@ -101,30 +81,7 @@ def march_static(
 ) -> StaticMotion:
     """Compute a motion of a condensed body.
 
-    Parameters
-    ----------
-    body : StaticBody
-        The body.
-    contact : Contact
-        The plane, its friction and penalties; the boundary is that of the body.
-    programme : sequence of Press, Hold, Slide or Lift
-        How the plane moves, where the contact has no programme of its own.
-    step : float
-        Time step [s].
-    plate : RigidBody, optional
-        The rigid body that the plane is a face of, where it is free along axes; loads, springs and dampers act on it.
-    farthest : float, optional
-        The motion ends with the step in which a free plate is farther than this from where it began [m].
-
-    Raises
-    ------
-    ConvergenceError
-        Where the contact problem of a step was not solved to its tolerance.
-    SlipOutsideContactError
-        Where a node that is no contact node has reached the counterface.
-    InputError
-        Where penalties are missing, the counterface is curved, or it comes to no contact node, and for a plate that
-        :func:`fingerslip.dynamics.statics.plate.free_plate` refuses.
+    Units: step [s]; farthest [m].
     """
     setting = _setting(body, contact, contact.programme or programme, plate, step)
     times = _times(setting.motion, step)

@@ -31,34 +31,17 @@ _ZERO = 1e-9
 
 @dataclass(frozen=True)
 class FreePlate:
-    """The free axes of a plate, for steps of one length.
+    """The free axes of a plate, for steps of one length."""
 
-    Parameters
-    ----------
-    axes : (k, 3) array
-        Unit vectors [-].
-    compliance : (k,) array
-        y, what a force on the plate moves it by in a step [m/N].
-    drag : (k,) array
-        c / h [N/m].
-    loads : tuple of k tuples of (float, Ramp)
-        Forces along each axis [N] with their factors.
-    """
-
-    axes: Floats
-    compliance: Floats
-    drag: Floats
-    loads: tuple[tuple[tuple[float, Ramp], ...], ...]
+    axes: Floats  # (k, 3), unit vectors [-]
+    compliance: Floats  # (k,), y, what a force on the plate moves it by in a step [m/N]
+    drag: Floats  # (k,), c / h [N/m]
+    loads: tuple[tuple[tuple[float, Ramp], ...], ...]  # forces along each axis [N] with their factors
 
     def unheld(self, time: float, before: Floats) -> Floats:
         """Return the displacements (k,) at the end of a step [m] if there were no contact.
 
-        Parameters
-        ----------
-        time : float
-            End of the step [s].
-        before : (k,) array
-            Displacements at its start [m].
+        Arrays: time [s]; before (k,) [m].
         """
         force = [sum(value * ramp.at(time) for value, ramp in own) for own in self.loads]
         found: Floats = self.compliance * (np.array(force) + self.drag * before)
@@ -87,19 +70,7 @@ PRESCRIBED = FreePlate(np.zeros((0, 3)), np.zeros(0), np.zeros(0), ())
 def free_plate(plate: RigidBody, motion: Motion, step: float) -> FreePlate:
     """Return the free axes of a plate.
 
-    Parameters
-    ----------
-    plate : RigidBody
-        The plate; without gravity, so that its mass does nothing.
-    motion : Motion
-        What its programme prescribes.
-    step : float
-        Length of the steps [s].
-
-    Raises
-    ------
-    InputError
-        Where it may turn, is prescribed along a free axis, has a velocity, or nothing but contact holds it.
+    Units: step [s].
     """
     for number, direction in enumerate(plate.free):
         _check(f"bodies.free.{number}", plate, direction, motion)

@@ -24,12 +24,7 @@ def depth_in_hull(points: Floats, normal: Floats) -> Floats:
     A plane touches a body at rest where this is zero. Where the body gives way, it comes to touch what lies a little
     deeper; the bottom of a groove is as deep as the groove.
 
-    Parameters
-    ----------
-    points : (n, dim) array
-        The points [m].
-    normal : (dim,) array
-        Unit normal of the plane, towards the points [-].
+    Arrays: points (n, dim) [m]; normal (dim,) [-].
 
     Examples
     --------
@@ -48,21 +43,7 @@ def depth_in_hull(points: Floats, normal: Floats) -> Floats:
 def patches(points: Floats, area: Floats, distance: float) -> tuple[Integers, sparse.csr_matrix]:
     """Divide nodes into patches of about one size, those nearest to each of some middles.
 
-    Parameters
-    ----------
-    points : (n, dim) array
-        The nodes [m].
-    area : (n,) array
-        Their areas [m^2].
-    distance : float
-        Distance of neighbouring middles at the start [m]; 0 for each node by itself.
-
-    Returns
-    -------
-    middles : (k,) array
-        The node nearest to the middle of each patch.
-    means : sparse matrix, shape (k, n)
-        Takes the mean over each patch, weighted by area [-].
+    Arrays: points (n, dim) [m]; area (n,) [m^2]; distance [m]; returns middles (k,); means [-].
 
     Examples
     --------

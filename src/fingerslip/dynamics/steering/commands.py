@@ -44,21 +44,7 @@ class Command:
 def commanded(system: System, model: Model, command: Command, time: float) -> System:
     """Return a system that follows a command from a time on.
 
-    Parameters
-    ----------
-    system : System
-        The system so far.
-    model : Model
-        Its model.
-    command : Command
-        What changes.
-    time : float
-        From when on [s].
-
-    Raises
-    ------
-    InputError
-        For a name that the model lacks, a velocity along which a body is free, and a force along which none is.
+    Units: time [s].
     """
     faces = _faces(model, command)
     if command.velocity is not None:

@@ -29,17 +29,7 @@ _REPAIR = "save the simulation again"
 
 
 def write_packed(path: Path, value: Any, outside: Mapping[str, NDArray[Any]]) -> None:
-    """Write a value to a file, whole or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    value : object
-        Dataclasses of this package, arrays, sparse matrices, tuples, lists, mappings of text, numbers, text and None.
-    outside : mapping of str to array
-        Arrays that are not written: whoever reads the file gives them again.
-    """
+    """Write a value to a file, whole or not at all."""
     arrays: dict[str, NDArray[Any]] = {}
     known = {id(array): name for name, array in outside.items()}
     tree = json.dumps(_packed(value, arrays, known))
@@ -47,13 +37,7 @@ def write_packed(path: Path, value: Any, outside: Mapping[str, NDArray[Any]]) ->
 
 
 def read_packed(path: Path, outside: Mapping[str, NDArray[Any]]) -> Any:
-    """Return the value that was written to a file.
-
-    Raises
-    ------
-    DamagedError
-        For a file that holds none.
-    """
+    """Return the value that was written to a file."""
     try:
         with zipfile.ZipFile(path) as file:
             _check_size(file, path)

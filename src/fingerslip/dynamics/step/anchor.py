@@ -51,16 +51,7 @@ def passes(steppers: Sequence[Stepper], time: float) -> Iterator[int]:
 def is_at_rest(stepper: Stepper, start: Prediction, contact: ContactStep, unknown: Array) -> bool:
     """Tell whether the springs to the anchor pull no more, and turned bodies see candidates where they are.
 
-    Parameters
-    ----------
-    stepper : Stepper
-        What stays the same.
-    start : Prediction
-        The step before its substitution.
-    contact : ContactStep
-        Its contact.
-    unknown : (n,) array
-        Change of displacement in the step [m].
+    Arrays: unknown (n,) [m].
     """
     if stepper.anchoring is None:
         return True

@@ -52,21 +52,11 @@ _COPIES = 3
 
 @dataclass(frozen=True)
 class Halfway:
-    """A substitution between its halves; k right-hand sides are columns.
+    """A substitution between its halves; k right-hand sides are columns."""
 
-    Parameters
-    ----------
-    vector : (n,) or (n, k) array
-        The forward half.
-    local : (m,) or (m, k) array
-        Local part of the solution without contact forces, B A^-1 b.
-    kept : (p,) or (p, k) array, optional
-        The solution at the kept unknowns without contact forces, where there are any.
-    """
-
-    vector: Array
-    local: Array
-    kept: Array | None = None
+    vector: Array  # (n,), the forward half
+    local: Array  # (m,), local part of the solution without contact forces, B A^-1 b
+    kept: Array | None = None  # (p,), the solution at the kept unknowns without contact forces, where there are any
 
 
 class Condensed(Protocol):
@@ -95,21 +85,11 @@ class Condensed(Protocol):
 
 @dataclass(frozen=True)
 class ByColumns:
-    """Condensed by columns.
+    """Condensed by columns."""
 
-    Parameters
-    ----------
-    factor : Factor
-        The factorised matrix A, shape (n, n).
-    forward_columns : (n, m) matrix
-        Y = L^-1 B^T, dense or sparse.
-    backward_rows : (m, n) matrix
-        Z^T with Z = U^-T B^T, dense or sparse; with Cholesky factors the same memory.
-    """
-
-    factor: Factor
-    forward_columns: Array | sparse.csc_matrix
-    backward_rows: Array | sparse.csr_matrix
+    factor: Factor  # the factorised matrix A, shape (n, n)
+    forward_columns: Array | sparse.csc_matrix  # (n, m), Y = L^-1 B^T, dense or sparse
+    backward_rows: Array | sparse.csr_matrix  # (m, n), Z^T with Z = U^-T B^T, dense or sparse
     description: ClassVar[str] = "columns, one substitution a step"
 
     def forward(self, right_hand_side: Array) -> Halfway:
@@ -129,24 +109,12 @@ class ByColumns:
 
 @dataclass(frozen=True)
 class BySchur:
-    """Condensed by the Schur complement: two products with a matrix of the contact's size beside the substitution.
+    """Condensed by the Schur complement: two products with a matrix of the contact's size beside the substitution."""
 
-    Parameters
-    ----------
-    factor : SchurFactor
-        Factors of all unknowns but the kept ones.
-    kept : (p,) array
-        The unknowns that the local displacements depend on.
-    inverse : (p, p) array
-        C, symmetric, in the precision of the factors.
-    rows : sparse matrix, shape (m, p), or None
-        B on the kept unknowns; None where it is the identity.
-    """
-
-    factor: SchurFactor
-    kept: NDArray[np.int64]
-    inverse: Reals
-    rows: sparse.csr_matrix | None
+    factor: SchurFactor  # factors of all unknowns but the kept ones
+    kept: NDArray[np.int64]  # (p,), the unknowns that the local displacements depend on
+    inverse: Reals  # (p, p), C, symmetric, in the precision of the factors
+    rows: sparse.csr_matrix | None  # B on the kept unknowns
 
     @property
     def description(self) -> str:
@@ -187,28 +155,7 @@ def condense(
 ) -> tuple[Condensed, Reals]:
     """Factorise and condense a matrix.
 
-    Parameters
-    ----------
-    matrix : (n, n) matrix
-        A, symmetric positive definite.
-    local : (m, n) matrix
-        B.
-    solver : LinearSolver
-        What factorises.
-    reserved_bytes : int, optional
-        Memory that must stay free for the histories [bytes].
-
-    Returns
-    -------
-    condensed : Condensed
-        The condensed matrix.
-    compliance : (m, m) array
-        B A^-1 B^T; of single precision where it is a part of C that is. `condensed` may need it unchanged.
-
-    Raises
-    ------
-    InputError
-        Where the memory does not suffice.
+    Arrays: matrix (n, n); local (m, n); reserved_bytes [bytes]; returns compliance (m, m).
     """
     largest = _COLUMNS_UP_TO * (_IN_PLANE if matrix.nnz < _ROW_IN_PLANE * matrix.shape[0] else 1)
     if local.shape[0] * matrix.shape[0] <= largest:

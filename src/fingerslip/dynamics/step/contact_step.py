@@ -42,39 +42,17 @@ POSE_GOAL, _POSE_TOLERANCE, _MOST_POSES = 1e-11, 1e-8, 25
 
 @dataclass(frozen=True)
 class ContactStep:
-    """The contact problem of a step, and its solution.
+    """The contact problem of a step, and its solution."""
 
-    Parameters
-    ----------
-    frames : (n_c, dim, dim) array
-        Frames of the candidates [-].
-    coefficients : (n_c,) array
-        Friction coefficients [-].
-    relative : (n_c, dim) array
-        Gap, and tangential displacement relative to the counterface, at the end of the step [m].
-    solution : ContactSolution
-        The forces in the frames.
-    working_set : WorkingSet, Piece or None
-        For the next step.
-    release : Release or None
-        Of nodes that have left, at the end of the step.
-    release_force : (n_c, dim) array or None
-        What their leaving adds to the equation of motion, in global components [N]; None where none leave.
-    release_response : (n_c, dim) array or None
-        What that does to the candidates, in the frames [m].
-    pose : Pose or None
-        The candidates as bodies that turn see them, with the arms of the forces; None where none turns.
-    """
-
-    frames: Array
-    coefficients: Array
-    relative: Array
-    solution: ContactSolution
-    working_set: WorkingSet | Piece | None
-    release: Release | None = None
-    release_force: Array | None = None
-    release_response: Array | None = None
-    pose: Pose | None = None
+    frames: Array  # (n_c, dim, dim), frames of the candidates [-]
+    coefficients: Array  # (n_c,), friction coefficients [-]
+    relative: Array  # (n_c, dim) [m]
+    solution: ContactSolution  # the forces in the frames
+    working_set: WorkingSet | Piece | None  # for the next step
+    release: Release | None = None  # of nodes that have left, at the end of the step
+    release_force: Array | None = None  # (n_c, dim) [N]
+    release_response: Array | None = None  # (n_c, dim), what that does to the candidates, in the frames [m]
+    pose: Pose | None = None  # the candidates as bodies that turn see them, with the arms of the forces
 
     @cached_property
     def forces(self) -> Array:
@@ -103,24 +81,7 @@ def solve_step(
     turn, this motion, and with it the arms of forces, is corrected until it is that at the end of the step; the
     iterations of the step do that at large strain, with a `goal`, and its passes do where only contact holds a body.
 
-    Parameters
-    ----------
-    stepper : Stepper
-        What stays the same.
-    start : Prediction
-        The step before its substitution.
-    local : (n_c * dim,) array
-        The candidates' part of the unknown without contact forces, in the unit of the scheme's unknown.
-    earlier : ContactStep, optional
-        Contact of an earlier iteration of the step, from which the search starts.
-    goal : float, optional
-        Residual at which the search ends, relative to the largest contact force [-]; a hundred times as much is still
-        accepted. Without it what the compliance is worth, and no more than the tolerance is accepted.
-
-    Raises
-    ------
-    ConvergenceError
-        Where the contact problem was not solved.
+    Arrays: local (n_c * dim,); goal [-].
     """
     rotations = stepper.system.rotations
     if rotations is None or start.pose is None:

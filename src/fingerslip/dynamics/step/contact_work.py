@@ -25,30 +25,9 @@ def contact_work(  # type: ignore[no-untyped-def]  # noqa: PLR0917
 
     Both works are those of the mean forces of the step.
 
-    Parameters
-    ----------
-    relative : tuple of arrays
-        A :func:`~fingerslip.dynamics.system.operators.relative_operator`, as
-        :func:`~fingerslip.linear.products.compiled_parts` gives it.
-    displacement : (n,) array
-        Displacement of the unknowns at the end of the step [m].
-    counterface : (n_c,) array
-        Index of the counterface of each candidate.
-    counterfaces, counterfaces_before : (n_counterfaces, dim) array
-        Prescribed displacement of the counterfaces at the end and at the start [m].
-    moved_before : (n_c, dim) array
-        Displacement of the candidates relative to their counterfaces at the start [m].
-    forces, forces_before : (n_c, dim) array
-        Contact forces at the end and at the start, in global components [N].
-    corrections : tuple of two (n_c, dim) arrays
-        What dropped forces leave beside them at the start and at the end [N]; arrays of no size where they leave none.
-
-    Returns
-    -------
-    moved : (n_c, dim) array
-        As `moved_before`, at the end [m].
-    inward, outward : float
-        Work on the interface and work of the counterfaces' prescribed motion [J].
+    Arrays: displacement (n,) [m]; counterface (n_c,); counterfaces, counterfaces_before (n_counterfaces, dim) [m];
+    moved_before (n_c, dim) [m]; forces, forces_before (n_c, dim) [N]; corrections (n_c, dim) [N]; returns moved (n_c,
+    dim) [m]; inward, outward [J].
     """
     starts, columns, values = relative
     moved = relative_motion(starts, columns, values, displacement, counterfaces, counterface)

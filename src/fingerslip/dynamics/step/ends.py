@@ -25,27 +25,15 @@ _NONE = np.zeros((0, 0))
 
 @dataclass(frozen=True)
 class End:
-    """A motion at the end of a step.
+    """A motion at the end of a step."""
 
-    Parameters
-    ----------
-    displacement, velocity, acceleration : (n,) array
-        [m], [m/s], [m/s^2].
-    inertia : (n,) array
-        Mass times acceleration [N].
-    change : StepChange
-        What the step has changed.
-    kinetic, elastic : float
-        Kinetic energy, and at small strain what the elastic stiffness stores, else 0 [J].
-    """
-
-    displacement: Array
-    velocity: Array
-    acceleration: Array
-    inertia: Array
-    change: StepChange
-    kinetic: float
-    elastic: float
+    displacement: Array  # (n,), [m], [m/s], [m/s^2]
+    velocity: Array  # (n,), [m], [m/s], [m/s^2]
+    acceleration: Array  # (n,), [m], [m/s], [m/s^2]
+    inertia: Array  # (n,), mass times acceleration [N]
+    change: StepChange  # what the step has changed
+    kinetic: float  # kinetic energy, and at small strain what the elastic stiffness stores, else 0 [J]
+    elastic: float  # kinetic energy, and at small strain what the elastic stiffness stores, else 0 [J]
 
 
 def ends(
@@ -58,18 +46,7 @@ def ends(
 ) -> list[End]:
     """Return the ends of k motions that share matrices and scheme.
 
-    Parameters
-    ----------
-    stepper : Stepper
-        What stays the same in one of them.
-    starts : sequence of Prediction
-        The step of each before its substitution.
-    unknowns : (k, n) array
-        Its unknowns.
-    added : sequence of (n,) array or None
-        Forces in the equation of motion of each beside inertia and what is unbalanced, weighted [N].
-    is_small : bool
-        Whether strains are small, so that the elastic stiffness tells what is stored.
+    Arrays: unknowns (k, n); added (n,) [N].
     """
     befores, factors = [start.before for start in starts], stepper.factors
     free = (as_rows([start.free.displacement for start in starts]), as_rows([start.free.velocity for start in starts]))

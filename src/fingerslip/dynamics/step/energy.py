@@ -24,31 +24,20 @@ __all__ = ["Energies", "made_energy"]
 
 @dataclass(frozen=True)
 class Energies:
-    """Energies at one time [J]; dissipations and work are accumulated from the start.
+    """Energies at one time [J]; dissipations and work are accumulated from the start."""
 
-    Parameters
-    ----------
-    kinetic, strain, contact : float
-        Kinetic energy, strain energy and energy of the contact penalties.
-    friction, damping, numerical : float
-        Energy dissipated by friction, by material damping, and by the time integration with the contact law's step.
-    external_work : float
-        Work of loads and counterfaces.
-    initial : float
-        Energy at the start.
-    viscous : float
-        Energy dissipated by the Prony terms of materials.
-    """
-
-    kinetic: float = 0.0
-    strain: float = 0.0
-    contact: float = 0.0
+    kinetic: float = 0.0  # kinetic energy, strain energy and energy of the contact penalties
+    strain: float = 0.0  # kinetic energy, strain energy and energy of the contact penalties
+    contact: float = 0.0  # kinetic energy, strain energy and energy of the contact penalties
+    # energy dissipated by friction, by material damping, and by the time integration with the contact law's step
     friction: float = 0.0
+    # energy dissipated by friction, by material damping, and by the time integration with the contact law's step
     damping: float = 0.0
+    # energy dissipated by friction, by material damping, and by the time integration with the contact law's step
     numerical: float = 0.0
-    external_work: float = 0.0
-    initial: float = 0.0
-    viscous: float = 0.0
+    external_work: float = 0.0  # work of loads and counterfaces
+    initial: float = 0.0  # energy at the start
+    viscous: float = 0.0  # energy dissipated by the Prony terms of materials
 
     @property
     def imbalance(self) -> float:
@@ -91,11 +80,6 @@ def made_energy(history: xr.Dataset) -> tuple[float, float]:
 
     That is how far friction and numerical dissipation together, or damping, accumulated, fall below what they have
     been.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        The history.
     """
     of_steps = history["friction_dissipation"].values + history["numerical_dissipation"].values
     dissipated = np.stack([of_steps, history["damping_dissipation"].values])

@@ -37,18 +37,7 @@ def finish(
 ) -> list[State]:
     """Return the states of k motions at the end of a step.
 
-    Parameters
-    ----------
-    steppers : sequence of Stepper
-        What stays the same in each; they share matrices and scheme.
-    starts : sequence of Prediction
-        The step before its substitution.
-    contacts : sequence of ContactStep
-        Its contact.
-    unknowns : (k, n) array
-        Its unknowns.
-    bodies : sequence of BodyState, optional
-        The bodies at the end, at large strain.
+    Arrays: unknowns (k, n).
     """
     unknowns = np.ascontiguousarray(unknowns)
     added = list(map(_added, steppers, starts, contacts, unknowns))

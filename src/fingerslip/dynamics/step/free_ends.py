@@ -21,21 +21,8 @@ def free_ends(prediction, factors, moving, prescribed, displacement, velocity, a
 
     Unknowns of moving supports follow from the prescribed displacement: they move by the scheme like all others.
 
-    Parameters
-    ----------
-    prediction : (2, 3) array
-        What the scheme makes of the start.
-    factors : tuple of float
-        Factors and weights of the scheme.
-    moving, prescribed : (m,) array
-        The unknowns of moving supports, and their displacement at the end [m].
-    displacement, velocity, acceleration : (k, n) array
-        The motions at the start [m], [m/s], [m/s^2].
-
-    Returns
-    -------
-    (k, 2, n) array
-        Displacement [m] and velocity [m/s]; where supports move (k, 3, n), with their acceleration [m/s^2], else zero.
+    Arrays: prediction (2, 3); moving, prescribed (m,) [m]; displacement, velocity, acceleration (k, n) [m]; returns
+    (k, 2, n) [m].
     """
     of_displacement, of_velocity, of_inertia, _, _ = factors
     count, size = displacement.shape
@@ -59,18 +46,7 @@ def free_ends(prediction, factors, moving, prescribed, displacement, velocity, a
 def right_hand_sides(factors, resistance, moving, ends, unbalance, loads):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Return the right-hand sides of steps with no unknown, (k, n) [N].
 
-    Parameters
-    ----------
-    factors, moving
-        As of :func:`free_ends`.
-    resistance : tuple
-        What resists a motion; see :attr:`fingerslip.dynamics.step.stepper.Stepper.resistance`.
-    ends : (k, 2 or 3, n) array
-        What :func:`free_ends` returns.
-    unbalance : (k, n) array
-        Unbalanced forces at the start [N].
-    loads : (k, n) array
-        Loads at the end, with what materials remember [N].
+    Arrays: ends (k, 2 or 3, n); unbalance (k, n) [N]; loads (k, n) [N].
     """
     _, _, _, start_weight, end_weight = factors
     stiffness, elastic, mass, dampers, (of_stiffness, of_elastic, of_mass) = resistance

@@ -28,51 +28,25 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Memory:
-    """What layers that relax alike remember; the arrays across have a size of 0 where there is no plane stress.
+    """What layers that relax alike remember; the arrays across have a size of 0 where there is no plane stress."""
 
-    Parameters
-    ----------
-    given : (p, n) array
-        Displacement u [m] and S u [N], in plane stress also T u [N].
-    dashpots : (t, p, n) array
-        The same of the displacements z_i of t terms.
-    relaxed : (p, n) array
-        The same of y = sum s_i z_i.
-    across, across_dashpots, across_relaxed : (2, n), (t, 2, n) and (2, n) array
-        In plane stress w [m] and T w [N], and the same of its dashpots q_i and of sum s_i q_i.
-    stored : float
-        By how much the stored energy differs from that of the elastic stiffness [J].
-    of_dashpots : float
-        Sum of s_i z_i.D z_i with the stiffness D of the deviator of the strain [J].
-    dissipated : float
-        Energy that was dissipated in the last step [J].
-    """
-
-    given: Array
-    dashpots: Array
-    relaxed: Array
-    across: Array
-    across_dashpots: Array
-    across_relaxed: Array
-    stored: float = 0.0
-    of_dashpots: float = 0.0
-    dissipated: float = 0.0
+    given: Array  # (p, n), displacement u [m] and S u [N], in plane stress also T u [N]
+    dashpots: Array  # (t, p, n), the same of the displacements z_i of t terms
+    relaxed: Array  # (p, n), the same of y = sum s_i z_i
+    across: Array  # (2, n), in plane stress w [m] and T w [N], and the same of its dashpots q_i and of sum s_i q_i
+    across_dashpots: Array  # (2, n) [m]
+    across_relaxed: Array  # (2, n) [m]
+    stored: float = 0.0  # by how much the stored energy differs from that of the elastic stiffness [J]
+    of_dashpots: float = 0.0  # sum of s_i z_i.D z_i with the stiffness D of the deviator of the strain [J]
+    dissipated: float = 0.0  # energy that was dissipated in the last step [J]
 
 
 @dataclass(frozen=True)
 class Viscous:
-    """Layers that relax alike, for a fixed step.
+    """Layers that relax alike, for a fixed step."""
 
-    Parameters
-    ----------
-    layers : Relaxing
-        Their matrices, on the unknowns of a system.
-    recurrence : Recurrence
-        How the dashpots follow.
-    """
-
-    layers: Relaxing
-    recurrence: Recurrence
+    layers: Relaxing  # their matrices, on the unknowns of a system
+    recurrence: Recurrence  # how the dashpots follow
 
     @cached_property
     def share(self) -> float:
@@ -150,17 +124,7 @@ def stiffness_of_step(stiffness: sparse.csr_matrix, viscous: Sequence[Viscous]) 
 
 
 def relaxed_force(rows: Sequence[Relaxing], viscous: Sequence[Viscous], memories: Sequence[Memory]) -> Array | float:
-    """Return by how much forces are less than those of the elastic stiffness, shape (k,) [N]; 0 without layers.
-
-    Parameters
-    ----------
-    rows : sequence of Relaxing
-        Maps (k, n) of the layers.
-    viscous : sequence of Viscous
-        The layers.
-    memories : sequence of Memory
-        What they remember.
-    """
+    """Return by how much forces are less than those of the elastic stiffness, shape (k,) [N]; 0 without layers."""
     total: Array | float = 0.0
     for row, own, memory in zip(rows, viscous, memories, strict=True):
         relaxed, thinned = own.elastic_force(memory)

@@ -26,42 +26,18 @@ _NONE = np.zeros(0)
 
 @dataclass(frozen=True)
 class Prediction:
-    """A step of one motion, ready for its substitution.
+    """A step of one motion, ready for its substitution."""
 
-    Parameters
-    ----------
-    before : State
-        The state at the start of the step.
-    time : float
-        End of the step [s].
-    counterfaces : (n_counterfaces, dim) array
-        Prescribed displacement of the counterfaces at the end [m].
-    load : (n,) array
-        Forces of loads at the end, those on rigid bodies included [N].
-    free : Predictor
-        The end of the step with no unknown.
-    moved : (n_c, dim) array
-        Displacement of the candidates relative to their counterfaces there [m].
-    pose : Pose or None
-        The candidates there as bodies see them that turn; None where none does.
-    right_hand_side : (n,) array
-        Right-hand side of the step without contact forces [N].
-    prescribed : (n,) array, optional
-        Acceleration of moving supports at the end, zero elsewhere [m/s^2]; without it none moves.
-    anchor : (n,) array, optional
-        Where the springs of the stepper pull to, relative to `free` [m]; without it to `free`.
-    """
-
-    before: State
-    time: float
-    counterfaces: Array
-    load: Array
-    free: Predictor
-    moved: Array
-    pose: Pose | None
-    right_hand_side: Array
-    prescribed: Array | None = None
-    anchor: Array | None = None
+    before: State  # the state at the start of the step
+    time: float  # end of the step [s]
+    counterfaces: Array  # (n_counterfaces, dim), prescribed displacement of the counterfaces at the end [m]
+    load: Array  # (n,), forces of loads at the end, those on rigid bodies included [N]
+    free: Predictor  # the end of the step with no unknown
+    moved: Array  # (n_c, dim), displacement of the candidates relative to their counterfaces there [m]
+    pose: Pose | None  # the candidates there as bodies see them that turn
+    right_hand_side: Array  # (n,), right-hand side of the step without contact forces [N]
+    prescribed: Array | None = None  # (n,), acceleration of moving supports at the end, zero elsewhere [m/s^2]
+    anchor: Array | None = None  # (n,), where the springs of the stepper pull to, relative to `free` [m]
 
     @property
     def arms(self) -> Array:

@@ -37,21 +37,11 @@ _FADED, _ROUNDING = 1e-16, 1e-9
 
 @dataclass(frozen=True)
 class Release:
-    """What dropped contact forces leave in the equation of motion, in global components.
+    """What dropped contact forces leave in the equation of motion, in global components."""
 
-    Parameters
-    ----------
-    fading : (n_c, dim) array
-        Remainder z [N].
-    cancelled : (n_c, dim) array
-        Forces at the start of the last step, weighted, that were dropped in it, w_0 r_0 [N].
-    largest : float
-        The largest force that was dropped so far [N].
-    """
-
-    fading: Array
-    cancelled: Array
-    largest: float
+    fading: Array  # (n_c, dim), remainder z [N]
+    cancelled: Array  # (n_c, dim), forces at the start of the last step, weighted, that were dropped in it, w_0 r_0 [N]
+    largest: float  # the largest force that was dropped so far [N]
 
     @property
     def correction(self) -> Array:
@@ -64,21 +54,8 @@ def find_changes(
 ) -> Marks:
     """Mark the candidates whose force at the start of a step must not count.
 
-    Parameters
-    ----------
-    forces : tuple of two (n_c, dim) arrays
-        Contact forces in the candidates' frames at the start and at the end of the step [N].
-    relative : tuple of two (n_c, dim) arrays
-        Gap and relative tangential displacement at the start and at the end [m].
-    stiffness : (n_c,) array
-        Tangential penalty stiffness [N/m].
-    friction_coefficient : (n_c,) array
-        Friction coefficient of the step [-].
-
-    Returns
-    -------
-    (n_c,) array of int
-        LEAVES where a node leaves, TURNS where the mean friction of the step would drive its slip, else 0.
+    Arrays: forces (n_c, dim) [N]; relative (n_c, dim) [m]; stiffness (n_c,) [N/m]; friction_coefficient (n_c,) [-];
+    returns (n_c,).
 
     Examples
     --------
@@ -132,25 +109,7 @@ def drop(
 ) -> tuple[Release, Array]:
     """Drop forces at the start of a step.
 
-    Parameters
-    ----------
-    scheme : Scheme
-        Time integration.
-    forces : tuple of two (n_c, dim) arrays
-        Contact forces one step before the start of the step, and at its start, in global components [N].
-    release : Release or None
-        At the start of the step.
-    marks : (n_c,) array of int
-        LEAVES where all of a force is dropped, TURNS where its tangential part is.
-    normals : (n_c, dim) array
-        Normals at the candidates [-].
-
-    Returns
-    -------
-    release : Release
-        At the end of the step.
-    force : (n_c, dim) array
-        What the step that counts these forces lacks in its equation of motion [N].
+    Arrays: forces (n_c, dim) [N]; marks (n_c,); normals (n_c, dim) [-]; returns force (n_c, dim) [N].
     """
     earlier = scheme.start_weight * forces[0]
     pushing = scheme.end_weight * forces[1] - (earlier if release is None else earlier - release.cancelled)

@@ -112,15 +112,6 @@ def groups_to_share(
     """Return the indices of models that are best simulated together, group by group.
 
     Small models stay apart. A large group is split evenly, so that not too many histories are kept at once.
-
-    Parameters
-    ----------
-    models : sequence of Model
-        The models.
-    at_once : int, optional
-        Groups that can be simulated at once. In the plane, where one group can use one core, there are as many.
-    most : callable, optional
-        Tells how many models like a given one may be simulated together; fewer than 8 are not worth a split.
     """
     first = first_alike(models, lambda one, other: _gains(other) and same_matrix(one, other), material_key)
     alike = [[number for number, own in enumerate(first) if own == kind] for kind in dict.fromkeys(first)]
@@ -129,13 +120,7 @@ def groups_to_share(
 
 
 def check_same_matrix(models: Sequence[Model]) -> None:
-    """Refuse models that cannot be simulated together.
-
-    Raises
-    ------
-    InputError
-        For no models, and for the first part of a model that differs from that of the first model.
-    """
+    """Refuse models that cannot be simulated together."""
     if not models:
         raise InputError("models", "got none", "needs one or more")
     for number, model in enumerate(models):

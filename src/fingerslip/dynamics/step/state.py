@@ -24,70 +24,30 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class State:
-    """The motion at one time, on the system's unknowns.
+    """The motion at one time, on the system's unknowns."""
 
-    Parameters
-    ----------
-    time : float
-        [s].
-    displacement, velocity, acceleration : (n,) array
-        [m], [m/s], [m/s^2].
-    inertia : (n,) array
-        Mass times acceleration [N].
-    load : (n,) array
-        Forces of loads, those on rigid bodies included [N].
-    unbalance, unbalance_before : (n,) array
-        Unbalanced force C v + K u - f now and one step earlier [N].
-    counterfaces : (n_counterfaces, dim) array
-        Prescribed displacement of the counterfaces [m].
-    moved : (n_c, dim) array
-        Displacement of the candidates relative to their counterfaces [m].
-    contact_forces, contact_forces_before : (n_c, dim) array
-        Forces of the counterfaces on the candidates in global components, now and one step earlier [N].
-    interface : InterfaceState
-        The contact candidates in their frames.
-    energies : Energies
-        The balance so far.
-    moments : (r,) array
-        What contact, as the equation of motion counts it, exerts on the rotations of rigid bodies [N m].
-    step : float
-        Length of the last step [s]; 0 at the start.
-    iterations : int
-        Iterations of the contact solver in the last step.
-    residual : float
-        Its relative residual [-].
-    working_set : WorkingSet, Piece or None
-        What the contact solver keeps for the next step.
-    release : Release or None
-        What nodes that have left a counterface still feel; None where there are none.
-    memories : tuple of Memory
-        What layers that relax remember.
-    body : BodyState or None
-        The body at large strain; None at small strain.
-    """
-
-    time: float
-    displacement: Array
-    velocity: Array
-    acceleration: Array
-    inertia: Array
-    load: Array
-    unbalance: Array
-    unbalance_before: Array
-    counterfaces: Array
-    moved: Array
-    contact_forces: Array
-    contact_forces_before: Array
-    interface: InterfaceState
-    energies: Energies
-    moments: Array
-    step: float = 0.0
-    iterations: int = 0
-    residual: float = 0.0
-    working_set: WorkingSet | Piece | None = None
-    release: Release | None = None
-    memories: tuple[Memory, ...] = ()
-    body: BodyState | None = None
+    time: float  # [s]
+    displacement: Array  # (n,), [m], [m/s], [m/s^2]
+    velocity: Array  # (n,), [m], [m/s], [m/s^2]
+    acceleration: Array  # (n,), [m], [m/s], [m/s^2]
+    inertia: Array  # (n,), mass times acceleration [N]
+    load: Array  # (n,), forces of loads, those on rigid bodies included [N]
+    unbalance: Array  # (n,), unbalanced force C v + K u - f now and one step earlier [N]
+    unbalance_before: Array  # (n,), unbalanced force C v + K u - f now and one step earlier [N]
+    counterfaces: Array  # (n_counterfaces, dim), prescribed displacement of the counterfaces [m]
+    moved: Array  # (n_c, dim), displacement of the candidates relative to their counterfaces [m]
+    contact_forces: Array  # (n_c, dim) [N]
+    contact_forces_before: Array  # (n_c, dim) [N]
+    interface: InterfaceState  # the contact candidates in their frames
+    energies: Energies  # the balance so far
+    moments: Array  # (r,) [N m]
+    step: float = 0.0  # length of the last step [s]
+    iterations: int = 0  # iterations of the contact solver in the last step
+    residual: float = 0.0  # its relative residual [-]
+    working_set: WorkingSet | Piece | None = None  # what the contact solver keeps for the next step
+    release: Release | None = None  # what nodes that have left a counterface still feel
+    memories: tuple[Memory, ...] = ()  # what layers that relax remember
+    body: BodyState | None = None  # the body at large strain
 
     @property
     def large_body(self) -> BodyState:

@@ -31,25 +31,7 @@ def advance(
 ) -> list[State]:
     """Take one step of several motions with one factorised matrix.
 
-    Parameters
-    ----------
-    steppers : sequence of Stepper
-        What stays the same in each motion; made together by :func:`fingerslip.dynamics.step.stepper.build_steppers`.
-    states : sequence of State
-        Their states at the start of the step.
-    time : float
-        Time at its end [s].
-    counterfaces : sequence of (n_counterfaces, dim) array
-        Prescribed displacement of their counterfaces at its end [m].
-    watch : Stopwatch
-        Takes the times of substitution, contact and energies.
-    mapper : callable, optional
-        Solves the contacts of the motions, side by side where it uses several threads.
-
-    Raises
-    ------
-    ConvergenceError
-        Where the contact problem was not solved, or contact alone does not hold a body without inertia.
+    Arrays: time [s]; counterfaces (n_counterfaces, dim) [m].
     """
     condensed = steppers[0].condensed
     starts, leads = predict(steppers, states, time, counterfaces), [Lead() for _ in steppers]

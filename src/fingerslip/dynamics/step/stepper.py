@@ -106,45 +106,20 @@ class _Part(AbstractContextManager[None]):
 
 @dataclass(frozen=True)
 class Stepper:
-    """All of one motion that stays the same from step to step.
+    """All of one motion that stays the same from step to step."""
 
-    Parameters
-    ----------
-    system : System
-        Matrices and candidates.
-    scheme : Scheme
-        Time integration.
-    damping : RayleighDamping
-        Material damping.
-    solver : LinearSolver
-        What has factorised.
-    condensed : Condensed
-        The effective matrix, factorised and condensed on the candidates of all motions that share it.
-    rows : (m,) array
-        The rows among these of the system's own candidates.
-    compliance : Compliance
-        Compliance of a step on the own candidates.
-    constant_frames : (n_c, dim, dim) array or None
-        Frames of the candidates where they never turn; those of `compliance` then.
-    turning : (n, r) array
-        What a unit moment on each rotation of the system makes of all unknowns, in the scheme's unknown [1/(N m)].
-    anchoring : (n,) array or None
-        Springs [N/m] or [N m] between what only contact holds and an anchor; None where supports hold all.
-    viscous : tuple of Viscous
-        The layers that relax.
-    """
-
-    system: System
-    scheme: Scheme
-    damping: RayleighDamping
-    solver: LinearSolver
+    system: System  # matrices and candidates
+    scheme: Scheme  # time integration
+    damping: RayleighDamping  # material damping
+    solver: LinearSolver  # what has factorised
+    # the effective matrix, factorised and condensed on the candidates of all motions that share it
     condensed: Condensed
-    rows: Indices
-    compliance: Compliance
-    constant_frames: Array | None
-    turning: Array
-    anchoring: Array | None = None
-    viscous: tuple[Viscous, ...] = ()
+    rows: Indices  # (m,), the rows among these of the system's own candidates
+    compliance: Compliance  # compliance of a step on the own candidates
+    constant_frames: Array | None  # (n_c, dim, dim), frames of the candidates where they never turn
+    turning: Array  # (n, r) [1/(N m)]
+    anchoring: Array | None = None  # (n,), springs [N/m] or [N m] between what only contact holds and an anchor
+    viscous: tuple[Viscous, ...] = ()  # the layers that relax
 
     def has_all(self, size: int) -> bool:
         """Tell whether its rows are all of the joint ones, of which there are `size`, in their order."""
@@ -278,28 +253,7 @@ def build_steppers(
 ) -> list[Stepper]:
     """Factorise and condense for a fixed step.
 
-    Parameters
-    ----------
-    systems : sequence of System
-        Systems with the same stiffness and mass; their candidates, programmes and loads may differ.
-    time : TimeStepping, QuasiStatic or Scheme
-        Time integration.
-    damping : RayleighDamping
-        Material damping.
-    solver : LinearSolver, optional
-        What factorises; without it the preferred solver that is available.
-    reserved_bytes : int, optional
-        Memory that must stay free for the histories [bytes].
-
-    Returns
-    -------
-    list of Stepper
-        One for each system. They share the condensed matrix, and compliances where these are the same.
-
-    Raises
-    ------
-    InputError
-        Where the memory does not suffice.
+    Units: reserved_bytes [bytes].
     """
     scheme, solver = make_scheme(time), solver or preferred_solver()
     # The equation of the next step contains the forces of the displacement reached, and so corrects what rough factors

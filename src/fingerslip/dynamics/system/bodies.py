@@ -40,43 +40,19 @@ _ZERO = 1e-9
 
 @dataclass(frozen=True)
 class RigidFreedom:
-    """One free direction of a rigid body.
+    """One free direction of a rigid body."""
 
-    Parameters
-    ----------
-    body : str or None
-        Name of the body; None for the counterface that a drive moves.
-    direction : Direction or None
-        Its name; None for a drive.
-    faces : tuple of int
-        Indices of the counterfaces that move with it.
-    shift : (dim,) array
-        Displacement of the body's centre per unknown [-]; zero for a rotation.
-    turn : (dim, dim) array
-        Map from the arm of a point to its displacement per radian [-]; zero for a translation.
-    centre : (dim,) array
-        Centre of the body at the start [m].
-    mass, stiffness : float
-        Inertia [kg] or [kg m^2], and stiffness of the spring [N/m] or [N m].
-    damping : float
-        Coefficient of the damper [N s/m] or [N m s]; material damping leaves bodies alone.
-    velocity : float
-        At the start [m/s] or [rad/s].
-    loads : tuple of (float, Ramp)
-        Forces [N] or moments [N m] with their factors.
-    """
-
-    body: str | None
-    direction: Direction | None
-    faces: tuple[int, ...]
-    shift: Array
-    turn: Array
-    centre: Array
-    mass: float
-    stiffness: float = 0.0
-    damping: float = 0.0
-    velocity: float = 0.0
-    loads: tuple[tuple[float, Ramp], ...] = ()
+    body: str | None  # name of the body
+    direction: Direction | None  # its name
+    faces: tuple[int, ...]  # indices of the counterfaces that move with it
+    shift: Array  # (dim,), displacement of the body's centre per unknown [-]
+    turn: Array  # (dim, dim), map from the arm of a point to its displacement per radian [-]
+    centre: Array  # (dim,), centre of the body at the start [m]
+    mass: float  # inertia [kg] or [kg m^2], and stiffness of the spring [N/m] or [N m]
+    stiffness: float = 0.0  # inertia [kg] or [kg m^2], and stiffness of the spring [N/m] or [N m]
+    damping: float = 0.0  # coefficient of the damper [N s/m] or [N m s]
+    velocity: float = 0.0  # at the start [m/s] or [rad/s]
+    loads: tuple[tuple[float, Ramp], ...] = ()  # forces [N] or moments [N m] with their factors
 
     @property
     def is_loose(self) -> bool:
@@ -183,13 +159,7 @@ def body_centres(model: Model) -> tuple[Array, Array]:
 
 
 def contact_motion(model: Model, number: int) -> Motion:
-    """Return the prescribed motion of a contact's counterface: that of the rigid body that it is on, or its own.
-
-    Raises
-    ------
-    InputError
-        For a sliding direction that has no part along the surface, and motion of a body where it is free.
-    """
+    """Return the prescribed motion of a contact's counterface: that of the rigid body that it is on, or its own."""
     contact, programme = model.contacts[number], model.programmes[number]
     if contact.rigid_body is None:
         where = "programme" if contact.programme is None else f"contacts.{number}.programme"
@@ -204,14 +174,7 @@ def contact_motion(model: Model, number: int) -> Motion:
 
 
 def check_bodies(model: Model) -> None:
-    """Refuse rigid bodies that cannot be computed.
-
-    Raises
-    ------
-    InputError
-        For another number of dimensions than the mesh has, a programme of a body that no counterface is on, a velocity
-        without inertia, and a body that nothing holds in steps without inertia.
-    """
+    """Refuse rigid bodies that cannot be computed."""
     for name, body in model.bodies.items():
         where = f"bodies.{name}"
         _check_dimensions(where, body, model.mesh.dim())

@@ -48,62 +48,24 @@ _logger = logging.getLogger("fingerslip.dynamics")
 
 @dataclass(frozen=True)
 class CheckedModel:
-    """What the checks of a model have found out, before anything is assembled.
+    """What the checks of a model have found out, before anything is assembled."""
 
-    Parameters
-    ----------
-    space : Space
-        Displacement space of the mesh.
-    materials : CellMaterials
-        Material of every cell at small strain.
-    finite_materials : CellMaterials or None
-        Those at large strain; None for a model at small strain.
-    held : mapping of str to (k,) array
-        Degrees of freedom that each support holds.
-    free : (n_free,) array
-        Those that none holds.
-    held_by_contact : tuple of str
-        Bodies with a rigid motion that inertia, supports and springs leave to the contact, as errors name them.
-    loads : tuple of Load
-        Tractions and gravity on all degrees of freedom of the mesh.
-    counterfaces : tuple of Counterface
-        The counterfaces, placed at their start.
-    motions : tuple of Motion
-        Prescribed motion of each.
-    candidates : tuple of Candidates
-        Contact candidates of each.
-    site_nodes : (n_sites,) array
-        Mesh nodes of the recorded sites.
-    """
-
-    space: Space
-    materials: CellMaterials[Material]
-    finite_materials: CellMaterials[FiniteMaterial] | None
-    held: Mapping[str, NDArray[np.int64]]
-    free: NDArray[np.int64]
+    space: Space  # displacement space of the mesh
+    materials: CellMaterials[Material]  # material of every cell at small strain
+    finite_materials: CellMaterials[FiniteMaterial] | None  # those at large strain
+    held: Mapping[str, NDArray[np.int64]]  # (k,), degrees of freedom that each support holds
+    free: NDArray[np.int64]  # (n_free,), those that none holds
+    # bodies with a rigid motion that inertia, supports and springs leave to the contact, as errors name them
     held_by_contact: tuple[str, ...]
-    loads: tuple[Load, ...]
-    counterfaces: tuple[Counterface, ...]
-    motions: tuple[Motion, ...]
-    candidates: tuple[Candidates, ...]
-    site_nodes: NDArray[np.int64]
+    loads: tuple[Load, ...]  # tractions and gravity on all degrees of freedom of the mesh
+    counterfaces: tuple[Counterface, ...]  # the counterfaces, placed at their start
+    motions: tuple[Motion, ...]  # prescribed motion of each
+    candidates: tuple[Candidates, ...]  # contact candidates of each
+    site_nodes: NDArray[np.int64]  # (n_sites,), mesh nodes of the recorded sites
 
 
 def check_model(model: Model) -> None:
-    """Find out whether a model can be computed, without assembling or solving.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-
-    Raises
-    ------
-    InputError
-        For cells that are flat or fold over each other, names that the mesh lacks, materials that are missing or
-        cannot be represented, a counterface that starts inside the body, a slide before contact, a press through what
-        is held, sites outside the mesh, and more records than there is memory.
-    """
+    """Find out whether a model can be computed, without assembling or solving."""
     checked(model)
 
 

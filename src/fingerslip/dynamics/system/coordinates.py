@@ -61,18 +61,10 @@ class Coordinates(Protocol):
 
 @dataclass(frozen=True)
 class MeshCoordinates:
-    """The unknowns of a mesh themselves; see :class:`Coordinates`.
+    """The unknowns of a mesh themselves; see :class:`Coordinates`."""
 
-    Parameters
-    ----------
-    unknowns : Unknowns
-        Free degrees of freedom, then those of rigid bodies and moving supports.
-    n_dofs : int
-        Degrees of freedom of the mesh.
-    """
-
-    unknowns: Unknowns
-    n_dofs: int
+    unknowns: Unknowns  # free degrees of freedom, then those of rigid bodies and moving supports
+    n_dofs: int  # degrees of freedom of the mesh
     checks_at_once = 16
     snapshots_at_once = 1
 

@@ -22,37 +22,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Load:
-    """Nodal forces with a factor over time.
+    """Nodal forces with a factor over time."""
 
-    Parameters
-    ----------
-    forces : (n,) array
-        Nodal forces at factor one [N].
-    ramp : Ramp
-        Factor over time.
-    """
-
-    forces: Array
-    ramp: Ramp
+    forces: Array  # (n,), nodal forces at factor one [N]
+    ramp: Ramp  # factor over time
 
 
 def model_loads(model: Model, space: Space, materials: CellMaterials[Material]) -> tuple[Load, ...]:
-    """Return the tractions and the gravity of a model on all degrees of freedom of its mesh.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    space : Space
-        Displacement space of its mesh.
-    materials : CellMaterials
-        Material of every cell.
-
-    Raises
-    ------
-    InputError
-        For tractions or gravity with the wrong number of components, and tractions on unknown boundaries.
-    """
+    """Return the tractions and the gravity of a model on all degrees of freedom of its mesh."""
     loads = []
     for name, traction in model.tractions.items():
         value, ramp = (traction.value, traction.ramp) if isinstance(traction, Traction) else (traction, CONSTANT)

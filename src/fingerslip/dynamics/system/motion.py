@@ -20,18 +20,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Motion:
-    """Piecewise linear motion of a counterface.
+    """Piecewise linear motion of a counterface."""
 
-    Parameters
-    ----------
-    knots : (n_phases + 1,) array
-        Times at which the velocity changes [s].
-    positions : (n_phases + 1, dim) array
-        Displacement at the knots [m].
-    """
-
-    knots: Array
-    positions: Array
+    knots: Array  # (n_phases + 1,), times at which the velocity changes [s]
+    positions: Array  # (n_phases + 1, dim), displacement at the knots [m]
 
     def displacement(self, times: Array) -> Array:
         """Return the displacement [m] at `times` (n,) [s], shape (n, dim); constant after the last knot."""
@@ -56,22 +48,7 @@ def phase_table(programme: Sequence[Phase]) -> tuple[list[str], Array]:
 
 
 def counterface_motion(programme: Sequence[Phase], counterface: Counterface, where: str = "programme") -> Motion:
-    """Return the motion of one counterface.
-
-    Parameters
-    ----------
-    programme : sequence of Press, Hold, Slide or Lift
-        The phases, one after the other.
-    counterface : Counterface
-        The counterface, whose unit normal gives the directions.
-    where : str, optional
-        What errors call the programme.
-
-    Raises
-    ------
-    InputError
-        For a sliding direction that has no part along the surface.
-    """
+    """Return the motion of one counterface."""
     travels = [_travel(phase, counterface, f"{where}.{number}") for number, phase in enumerate(programme)]
     dim = counterface.dim
     positions = np.concatenate([np.zeros((1, dim)), np.cumsum(np.reshape(travels, (-1, dim)), axis=0)])

@@ -33,21 +33,11 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Unknowns:
-    """The unknowns of a system: free degrees of freedom, free directions of rigid bodies, then supports that move.
+    """The unknowns of a system: free degrees of freedom, free directions of rigid bodies, then supports that move."""
 
-    Parameters
-    ----------
-    free : (n_free,) array
-        Free degrees of freedom among all of the mesh.
-    rigid : tuple of RigidFreedom
-        Free directions of rigid bodies, driven counterfaces included.
-    carried : tuple of (k,) arrays
-        Degrees of freedom of the mesh that move as one with each component of a moving support.
-    """
-
-    free: Indices
-    rigid: tuple[RigidFreedom, ...] = ()
-    carried: tuple[Indices, ...] = ()
+    free: Indices  # (n_free,), free degrees of freedom among all of the mesh
+    rigid: tuple[RigidFreedom, ...] = ()  # free directions of rigid bodies, driven counterfaces included
+    carried: tuple[Indices, ...] = ()  # (k,)
 
     @property
     def count(self) -> int:
@@ -86,18 +76,10 @@ class Unknowns:
 
 @dataclass(frozen=True)
 class NodalComponents:
-    """Some displacement components of the mesh, found among the unknowns.
+    """Some displacement components of the mesh, found among the unknowns."""
 
-    Parameters
-    ----------
-    rows : (k,) array
-        Their indices among the unknowns; any for held components.
-    held : (k,) array of bool
-        Which of them supports hold.
-    """
-
-    rows: Indices
-    held: NDArray[np.bool_]
+    rows: Indices  # (k,), their indices among the unknowns
+    held: NDArray[np.bool_]  # (k,), which of them supports hold
 
     @classmethod
     def of(cls, unknowns: Unknowns, n_dofs: int, components: Indices) -> NodalComponents:
@@ -118,21 +100,10 @@ class NodalComponents:
 
 @dataclass(frozen=True)
 class Outsiders:
-    """Nodes of a boundary that are no candidates and must not reach its counterface.
+    """Nodes of a boundary that are no candidates and must not reach its counterface."""
 
-    Parameters
-    ----------
-    nodes : (k,) array
-        Mesh nodes.
-    positions : (k, dim) array
-        Reference positions [m].
-    relative : matrix, shape (k * dim, n)
-        Map from the first n unknowns, on a mesh all, to their displacement relative to what the free translations of
-        a rigid body add to the counterface's motion.
-    """
-
-    nodes: Indices
-    positions: Array
+    nodes: Indices  # (k,), mesh nodes
+    positions: Array  # (k, dim), reference positions [m]
     relative: sparse.csr_matrix | Array
 
 
@@ -161,23 +132,12 @@ class Rotations:
 
     A node at x, on whose body the centre has moved from c to c + d, has the arm a = x - c - d. Turned by R, the body
     sees it at c + R^T a, and a further rotation about e moves the body's point there by e x a.
-
-    Parameters
-    ----------
-    at : (r,) array
-        Which of the unknowns they are.
-    axes : (r, n_counterfaces, 3) array
-        The axis of each on the counterfaces of its body, zero on others [-].
-    turns : (r, n_counterfaces, dim, dim) array
-        Map from an arm to its displacement per radian [-].
-    centres : (n_counterfaces, dim) array
-        Centres of the bodies at the start [m].
     """
 
-    at: Indices
-    axes: Array
-    turns: Array
-    centres: Array
+    at: Indices  # (r,), which of the unknowns they are
+    axes: Array  # (r, n_counterfaces, 3), the axis of each on the counterfaces of its body, zero on others [-]
+    turns: Array  # (r, n_counterfaces, dim, dim), map from an arm to its displacement per radian [-]
+    centres: Array  # (n_counterfaces, dim), centres of the bodies at the start [m]
 
     def matrices(self, angles: Array) -> Array:
         """Return the rotation of every counterface for angles (..., r), shape (..., n_counterfaces, dim, dim) [-]."""
@@ -222,21 +182,7 @@ def relative_operator(space: Space, unknowns: Unknowns, nodes: Indices, counterf
 
     Rotations, which do not move the centres, are left out: see :class:`Rotations`.
 
-    Parameters
-    ----------
-    space : Space
-        Displacement space of the mesh.
-    unknowns : Unknowns
-        The n unknowns.
-    nodes : (k,) array
-        Mesh nodes.
-    counterface : (k,) array
-        Index of the counterface that each may touch.
-
-    Returns
-    -------
-    sparse matrix, shape (k * dim, n)
-        Node by node.
+    Arrays: nodes (k,); counterface (k,).
     """
     of_mesh = sparse.csr_matrix(node_operator(nodes, space.dim, space.n_dofs) @ unknowns.expansion(space.n_dofs))
     if not unknowns.rigid:
@@ -252,16 +198,7 @@ def relative_operator(space: Space, unknowns: Unknowns, nodes: Indices, counterf
 def relative_motion(starts, columns, values, field, counterfaces, counterface):  # type: ignore[no-untyped-def]  # noqa: PLR0917
     """Return the displacement of nodes relative to their counterfaces, shape (k, dim) [m].
 
-    Parameters
-    ----------
-    starts, columns, values : arrays
-        A :func:`relative_operator`, as :func:`~fingerslip.linear.products.compiled_parts` gives it.
-    field : (n,) array
-        Displacement of the unknowns [m].
-    counterfaces : (n_counterfaces, dim) array
-        Prescribed displacement of the counterfaces [m].
-    counterface : (k,) array
-        Index of the counterface of each node.
+    Arrays: field (n,) [m]; counterfaces (n_counterfaces, dim) [m]; counterface (k,).
     """
     found = np.empty((counterface.size, counterfaces.shape[1]))
     for i in range(found.shape[0]):

@@ -14,13 +14,6 @@ def contact_penalties(model: Model, contact: Contact) -> tuple[float, float]:
     """Return normal and tangential penalty of a contact [Pa/m].
 
     Without given values, they follow from the stiffest material under the boundary and the size of its facets.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    contact : Contact
-        One of its contacts.
     """
     mesh = model.mesh
     facets = np.asarray(mesh.boundaries[contact.boundary])

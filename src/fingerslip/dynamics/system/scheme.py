@@ -115,19 +115,12 @@ class HHT:
         M a_1 + (1 + alpha) F_1 - alpha F_0 = 0
         u_1 = u_0 + h v_0 + h^2 [(1/2 - beta) a_0 + beta a_1]
         v_1 = v_0 + h [(1 - gamma) a_0 + gamma a_1]
-
-    Parameters
-    ----------
-    step : float
-        Time step h [s].
-    alpha, beta, gamma : float
-        Parameters of the scheme [-].
     """
 
-    step: float
-    alpha: float
-    beta: float
-    gamma: float
+    step: float  # time step h [s]
+    alpha: float  # parameters of the scheme [-]
+    beta: float  # parameters of the scheme [-]
+    gamma: float  # parameters of the scheme [-]
 
     @property
     def start_weight(self) -> float:
@@ -192,14 +185,9 @@ class Static:
     ::
 
         C v_1 + K u_1 - f_1 = 0,    v_1 = (u_1 - u_0) / h
-
-    Parameters
-    ----------
-    step : float
-        Time step h [s].
     """
 
-    step: float
+    step: float  # time step h [s]
 
     @property
     def start_weight(self) -> float:

@@ -30,28 +30,14 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Supports:
-    """What acts on the degrees of freedom that m supports hold, summed up over each support and component.
+    """What acts on the degrees of freedom that m supports hold, summed up over each support and component."""
 
-    Parameters
-    ----------
-    rows : sparse matrix, shape (m * dim, n_dofs)
-        Map that sums up forces on the mesh over each support and component [-].
-    stiffness, mass : matrix, shape (m * dim, n)
-        Maps from the n unknowns to elastic forces [N/m], and from their accelerations to inertia [kg].
-    contact : sparse matrix, shape (m * dim, n_c * dim)
-        Map from the contact forces to those that act on what is held at once.
-    loads : tuple of Load
-        Loads on what is held, (m * dim,) each [N].
-    relaxing : tuple of Relaxing
-        Maps (m * dim, n) of the layers that relax.
-    """
-
-    rows: sparse.csr_matrix
-    stiffness: sparse.csr_matrix | Array
-    mass: sparse.csr_matrix | Array
-    contact: sparse.csr_matrix
-    loads: tuple[Load, ...]
-    relaxing: tuple[Relaxing, ...] = ()
+    rows: sparse.csr_matrix  # map that sums up forces on the mesh over each support and component [-]
+    stiffness: sparse.csr_matrix | Array  # [N/m]
+    mass: sparse.csr_matrix | Array  # [N/m]
+    contact: sparse.csr_matrix  # map from the contact forces to those that act on what is held at once
+    loads: tuple[Load, ...]  # loads on what is held, (m * dim,) each [N]
+    relaxing: tuple[Relaxing, ...] = ()  # maps (m * dim, n) of the layers that relax
 
     @property
     def columns(self) -> Indices:
@@ -68,21 +54,11 @@ class Supports:
 
 @dataclass(frozen=True)
 class MovingComponent:
-    """One component of a moving support.
+    """One component of a moving support."""
 
-    Parameters
-    ----------
-    dofs : (k,) array
-        The mesh's degrees of freedom that move with it.
-    displacement : float
-        Displacement at factor one [m].
-    ramp : Ramp
-        Factor over time.
-    """
-
-    dofs: Indices
-    displacement: float
-    ramp: Ramp
+    dofs: Indices  # (k,), the mesh's degrees of freedom that move with it
+    displacement: float  # displacement at factor one [m]
+    ramp: Ramp  # factor over time
 
     def at(self, time: float) -> float:
         """Return the displacement at a time [s], in m."""
@@ -92,17 +68,7 @@ class MovingComponent:
 def moving_components(
     motions: Mapping[str, SupportMotion], rows: sparse.csr_matrix, names: Sequence[str]
 ) -> list[MovingComponent]:
-    """Return the components of moving supports.
-
-    Parameters
-    ----------
-    motions : mapping of str to SupportMotion
-        The motions by name.
-    rows : sparse matrix, shape (m * dim, n_dofs)
-        From :func:`held_rows`.
-    names : sequence of str
-        Names of the m supports.
-    """
+    """Return the components of moving supports."""
     found = []
     for name, motion in motions.items():
         dim = len(motion.displacement)
@@ -116,12 +82,7 @@ def moving_components(
 def held_rows(held: Mapping[str, Indices], space: Space) -> sparse.csr_matrix:
     """Return the map [-] that sums up forces (n_dofs,) over supports and components, shape (m * dim, n_dofs).
 
-    Parameters
-    ----------
-    held : mapping of str to (k,) array
-        Degrees of freedom that each support holds. What several hold belongs to the first of them.
-    space : Space
-        Displacement space of the mesh.
+    Arrays: held (k,).
 
     Examples
     --------
@@ -155,20 +116,7 @@ def supports_of(
 ) -> Supports:
     """Return what acts on what is held.
 
-    Parameters
-    ----------
-    rows : sparse matrix, shape (m * dim, n_dofs)
-        From :func:`held_rows`.
-    matrices : tuple of two sparse matrices, shape (m * dim, n)
-        Stiffness [N/m] and mass [kg] in these rows, on the unknowns.
-    loads : sequence of Load
-        Loads on all degrees of freedom of the mesh.
-    candidates : (n_c,) array
-        Nodes of the contact candidates.
-    dim : int
-        Dimension.
-    relaxing : tuple of Relaxing, optional
-        Layers that relax, in these rows, on the unknowns.
+    Arrays: matrices [N/m]; candidates (n_c,).
     """
     return Supports(
         rows=rows,

@@ -50,74 +50,31 @@ _ROUNDING = 1e-15
 
 @dataclass(frozen=True)
 class System:
-    """A model's discrete system of n unknowns: those of the mesh, or the coordinates of a reduced body.
+    """A model's discrete system of n unknowns: those of the mesh, or the coordinates of a reduced body."""
 
-    Parameters
-    ----------
-    space : Space
-        Displacement space.
-    materials : CellMaterials
-        Material of every cell at small strain.
-    unknowns : Unknowns
-        Free degrees of freedom and free directions of rigid bodies.
-    coordinates : Coordinates
-        What the unknowns are and how fields are read from them.
-    held_by_contact : tuple of str
-        Bodies with a rigid motion that inertia, supports and springs leave to the contact, as errors name them.
-    stiffness, mass : sparse matrix, shape (n, n)
-        [N/m], [kg].
-    loads : tuple of Load
-        Forces with their factors over time.
-    initial_velocity : (n,) array
-        [m/s].
-    candidates : Candidates
-        Contact candidates of all counterfaces.
-    counterfaces : Counterfaces
-        The counterfaces and the friction on them.
-    relative : sparse matrix, shape (n_c * dim, n)
-        Map to the displacement of the candidates relative to what translations of rigid bodies add to the
-        counterfaces' motion.
-    outsiders : tuple of Outsiders
-        For each counterface, the nodes of its boundary that are no candidates.
-    motions : tuple of Motion
-        Prescribed motion of each counterface.
-    site_nodes : (n_sites,) array
-        Mesh nodes of the recorded sites.
-    supports : Supports
-        What acts on what supports hold.
-    moving_supports : tuple of MovingComponent
-        The components of supports that move as prescribed, the last unknowns.
-    relaxing : tuple of Relaxing
-        Matrices (n, n) of the layers that relax; none where all are elastic, and at large strain.
-    body : Body or None
-        The deformable body at large strain; None at small strain. `stiffness` is that at rest.
-    dampers : (n,) array or None
-        Damping of rigid bodies, beside what material damping makes of mass and stiffness [N s/m]; None without any.
-    commanded : tuple of Load
-        Forces that commands have added to the loads.
-    """
-
-    space: Space
-    materials: CellMaterials[Material]
-    unknowns: Unknowns
-    coordinates: Coordinates
+    space: Space  # displacement space
+    materials: CellMaterials[Material]  # material of every cell at small strain
+    unknowns: Unknowns  # free degrees of freedom and free directions of rigid bodies
+    coordinates: Coordinates  # what the unknowns are and how fields are read from them
+    # bodies with a rigid motion that inertia, supports and springs leave to the contact, as errors name them
     held_by_contact: tuple[str, ...]
-    stiffness: sparse.csr_matrix
-    mass: sparse.csr_matrix
-    loads: tuple[Load, ...]
-    initial_velocity: Array
-    candidates: Candidates
-    counterfaces: Counterfaces
+    stiffness: sparse.csr_matrix  # [N/m], [kg]
+    mass: sparse.csr_matrix  # [N/m], [kg]
+    loads: tuple[Load, ...]  # forces with their factors over time
+    initial_velocity: Array  # (n,), [m/s]
+    candidates: Candidates  # contact candidates of all counterfaces
+    counterfaces: Counterfaces  # the counterfaces and the friction on them
     relative: sparse.csr_matrix
-    outsiders: tuple[Outsiders, ...]
-    motions: tuple[Motion, ...]
-    site_nodes: NDArray[np.int64]
-    supports: Supports
+    outsiders: tuple[Outsiders, ...]  # for each counterface, the nodes of its boundary that are no candidates
+    motions: tuple[Motion, ...]  # prescribed motion of each counterface
+    site_nodes: NDArray[np.int64]  # (n_sites,), mesh nodes of the recorded sites
+    supports: Supports  # what acts on what supports hold
+    # the components of supports that move as prescribed, the last unknowns
     moving_supports: tuple[MovingComponent, ...] = ()
-    relaxing: tuple[Relaxing, ...] = ()
-    body: Body | None = None
-    dampers: Array | None = None
-    commanded: tuple[Load, ...] = ()
+    relaxing: tuple[Relaxing, ...] = ()  # matrices (n, n) of the layers that relax
+    body: Body | None = None  # the deformable body at large strain
+    dampers: Array | None = None  # (n,) [N s/m]
+    commanded: tuple[Load, ...] = ()  # forces that commands have added to the loads
 
     @cached_property
     def at_candidates(self) -> sparse.csr_matrix:
@@ -192,12 +149,7 @@ class System:
     def pose(self, displacement: Array, moved: Array) -> Pose | None:
         """Return the candidates as turned bodies see them; None where none turns.
 
-        Parameters
-        ----------
-        displacement : (n,) array
-            Displacement of the unknowns [m].
-        moved : (n_c, dim) array
-            What :meth:`moved` makes of it [m].
+        Arrays: displacement (n,) [m]; moved (n_c, dim) [m].
         """
         if self.rotations is None:
             return None
@@ -215,20 +167,7 @@ class System:
 
 
 def build_system(model: Model, twin: System | None = None) -> System:
-    """Check and assemble a model.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    twin : System, optional
-        The system of a model with the same mesh, materials, supports and rigid bodies, whose matrices are taken over.
-
-    Raises
-    ------
-    InputError
-        For a model that cannot be computed; see :func:`fingerslip.dynamics.system.checks.check_model`.
-    """
+    """Check and assemble a model."""
     known = checked(model, twin.space if twin else None)
     for doubt in doubts(model, known):
         _logger.warning("%s", doubt)

@@ -17,25 +17,13 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Pattern:
-    """Where the entries of cells are in the matrix of a mesh.
+    """Where the entries of cells are in the matrix of a mesh."""
 
-    Parameters
-    ----------
-    nodes : (n_cells, n_nodes) array
-        Nodes of the cells.
-    starts : (n_nodes_of_mesh + 1,) array
-        Where the neighbours of each node begin; a node is a neighbour of itself.
-    places : (n_cells, n_nodes, n_nodes) array
-        Which neighbour of the first node of a cell the second one is.
-    row_starts, columns : arrays
-        Compressed rows of the matrix, node by node with all components of a node together.
-    """
-
-    nodes: Indices
-    starts: Indices
-    places: NDArray[np.int32]
-    row_starts: NDArray[np.int32]
-    columns: NDArray[np.int32]
+    nodes: Indices  # (n_cells, n_nodes), nodes of the cells
+    starts: Indices  # (n_nodes_of_mesh + 1,), where the neighbours of each node begin
+    places: NDArray[np.int32]  # (n_cells, n_nodes, n_nodes)
+    row_starts: NDArray[np.int32]  # compressed rows of the matrix, node by node with all components of a node together
+    columns: NDArray[np.int32]  # compressed rows of the matrix, node by node with all components of a node together
 
     def assembled(self, matrices: Array) -> sparse.csr_matrix:
         """Return the sum of the matrices of cells (n_cells, n_local, n_local), shape (n_dofs, n_dofs).

@@ -41,33 +41,16 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class LargeStrain:
-    """The mesh and the laws of a body at large strain.
+    """The mesh and the laws of a body at large strain."""
 
-    Parameters
-    ----------
-    space : Space
-        Displacement space.
-    materials : CellMaterials
-        Material of every cell, laws of :class:`~fingerslip.materials.finite.FiniteMaterial`.
-    gradients : (n_cells, n_q, n_nodes, dim) array
-        Gradients of the shape functions in the reference state [1/m].
-    nodes : (n_cells, n_nodes) array
-        Nodes of the cells.
-    weights : (n_cells, n_q) array
-        Reference volumes of the quadrature points [m^3].
-    volumes : Volumes or None
-        Groups over which volumes are averaged.
-    relaxation : Relaxation or None
-        How it relaxes; None where all its materials are elastic.
-    """
-
-    space: Space
+    space: Space  # displacement space
+    # material of every cell, laws of :class:`~fingerslip.materials.finite.FiniteMaterial`
     materials: CellMaterials[FiniteMaterial]
-    gradients: Array
-    nodes: Indices
-    weights: Array
-    volumes: Volumes | None
-    relaxation: Relaxation | None = None
+    gradients: Array  # (n_cells, n_q, n_nodes, dim), gradients of the shape functions in the reference state [1/m]
+    nodes: Indices  # (n_cells, n_nodes), nodes of the cells
+    weights: Array  # (n_cells, n_q), reference volumes of the quadrature points [m^3]
+    volumes: Volumes | None  # groups over which volumes are averaged
+    relaxation: Relaxation | None = None  # how it relaxes
 
     def at_rest(self, step: float) -> Deformed:
         """Return the body that has never moved, at the end of a step [s]."""
@@ -369,21 +352,7 @@ def large_strain(
 ) -> LargeStrain:
     """Return a body at large strain.
 
-    Parameters
-    ----------
-    space : Space
-        Displacement space.
-    materials : CellMaterials
-        Material of every cell, laws of :class:`~fingerslip.materials.finite.FiniteMaterial`.
-    depth : float
-        Out-of-plane depth in the reference state [m].
-    integration : {'selective', 'full', 'nodal'}
-        How the volumetric part is integrated.
-
-    Raises
-    ------
-    InputError
-        For nodal integration of cells that are no linear triangles or tetrahedra.
+    Units: depth [m].
     """
     check_integration(space.element, integration)
     every = np.arange(space.mesh.nelements)

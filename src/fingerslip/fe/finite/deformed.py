@@ -17,42 +17,18 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Deformed:
-    """A body at one displacement, at its n_p quadrature points.
+    """A body at one displacement, at its n_p quadrature points."""
 
-    Parameters
-    ----------
-    deformation : (n_p, dim, dim) array
-        Deformation gradients F [-].
-    squared : (n_p, dim) array
-        Squares of the principal stretches [-].
-    directions : (n_p, dim, dim) array
-        Principal directions in the reference state, as columns [-].
-    log_strain : (n_p, 3) array
-        Principal logarithmic strains, the one across the plane last [-].
-    stress : (n_p, 3) array
-        Principal Kirchhoff stresses with the pressure of mean volumes [Pa].
-    mean_volume : (n_groups,) array or None
-        Mean ratios of current to reference volume [-]; None where every point stands for itself.
-    pressure : (n_p,) array or None
-        What mean volumes make the points feel [Pa]; None likewise.
-    left : Left or None
-        What the start of the step leaves; None in bodies that do not relax.
-    pulled : (n_p, k) array or None
-        What of it the stress is less at the points, packed and before its mean is taken out [Pa]; None likewise.
-    history : History or None
-        What the body remembers; None likewise, and before a step has ended.
-    """
-
-    deformation: Array
-    squared: Array
-    directions: Array
-    log_strain: Array
-    stress: Array
-    mean_volume: Array | None
-    pressure: Array | None
-    left: Left | None = None
-    pulled: Array | None = None
-    history: History | None = None
+    deformation: Array  # (n_p, dim, dim), deformation gradients F [-]
+    squared: Array  # (n_p, dim), squares of the principal stretches [-]
+    directions: Array  # (n_p, dim, dim), principal directions in the reference state, as columns [-]
+    log_strain: Array  # (n_p, 3), principal logarithmic strains, the one across the plane last [-]
+    stress: Array  # (n_p, 3), principal Kirchhoff stresses with the pressure of mean volumes [Pa]
+    mean_volume: Array | None  # (n_groups,), mean ratios of current to reference volume [-]
+    pressure: Array | None  # (n_p,), what mean volumes make the points feel [Pa]
+    left: Left | None = None  # what the start of the step leaves
+    pulled: Array | None = None  # (n_p, k) [Pa]
+    history: History | None = None  # what the body remembers
 
     @property
     def log_volume(self) -> Array:

@@ -39,20 +39,12 @@ PACKED = {2: 4, 3: 6}
 
 @dataclass(frozen=True)
 class Terms:
-    """Prony terms of all materials for a step, a row for each material; missing ones have a share of 0.
+    """Prony terms of all materials for a step, a row for each material; missing ones have a share of 0."""
 
-    Parameters
-    ----------
-    shares : (n_materials, t) array
-        Shares of the shear modulus [-].
-    decay, end, start : (n_materials, t) array
-        As of :class:`~fingerslip.materials.prony.Recurrence` [-].
-    """
-
-    shares: Array
-    decay: Array
-    end: Array
-    start: Array
+    shares: Array  # (n_materials, t), shares of the shear modulus [-]
+    decay: Array  # (n_materials, t), as of :class:`~fingerslip.materials.prony.Recurrence` [-]
+    end: Array  # (n_materials, t), as of :class:`~fingerslip.materials.prony.Recurrence` [-]
+    start: Array  # (n_materials, t), as of :class:`~fingerslip.materials.prony.Recurrence` [-]
 
     @property
     def taken(self) -> Array:
@@ -63,71 +55,34 @@ class Terms:
 
 @dataclass(frozen=True)
 class History:
-    """What a body remembers at one time.
+    """What a body remembers at one time."""
 
-    Parameters
-    ----------
-    points : (n_p, k + 3) array
-        At quadrature points the packed tensor A of the stress of the shape and its pressure [Pa], ln J, and in
-        plane stress the strain across that follows from it at small strain [-].
-    point_dashpots : (t, n_p, k + 3) array
-        The same of the dashpots.
-    groups : (n_groups, 2) array
-        The last two of groups with a mean volume [-].
-    group_dashpots : (t, n_groups, 2) array
-        The same of the dashpots.
-    """
-
-    points: Array
-    point_dashpots: Array
-    groups: Array
-    group_dashpots: Array
+    points: Array  # (n_p, k + 3) [Pa]
+    point_dashpots: Array  # (t, n_p, k + 3), the same of the dashpots
+    groups: Array  # (n_groups, 2), the last two of groups with a mean volume [-]
+    group_dashpots: Array  # (t, n_groups, 2), the same of the dashpots
 
 
 @dataclass(frozen=True)
 class Left:
-    """What the start of a step leaves for its end.
+    """What the start of a step leaves for its end."""
 
-    Parameters
-    ----------
-    terms : Terms
-        The terms for the step.
-    points : (n_p, k + 3) array
-        Sums of s_i times the part of the dashpots at the end that the start gives.
-    groups : (n_groups, 2) array
-        The same of groups with a mean volume.
-    moduli : (n_materials,) array
-        What a step adds to the modulus of the part that is integrated from mean volumes [Pa].
-    offsets, group_offsets : (n_p,) and (n_groups,) array
-        What it adds to its derivative by ln J [Pa].
-    """
-
-    terms: Terms
-    points: Array
-    groups: Array
-    moduli: Array
-    offsets: Array
-    group_offsets: Array
+    terms: Terms  # the terms for the step
+    points: Array  # (n_p, k + 3), sums of s_i times the part of the dashpots at the end that the start gives
+    groups: Array  # (n_groups, 2), the same of groups with a mean volume
+    moduli: Array  # (n_materials,) [Pa]
+    offsets: Array  # (n_p,), what it adds to its derivative by ln J [Pa]
+    group_offsets: Array  # (n_p,), what it adds to its derivative by ln J [Pa]
 
 
 @dataclass(frozen=True)
 class Relaxation:
-    """Which quadrature points and groups of a body relax, and how.
+    """Which quadrature points and groups of a body relax, and how."""
 
-    Parameters
-    ----------
-    constants : tuple of Constants
-        Constants of the materials.
-    formulation : {'plane_strain', 'plane_stress', 'solid'}
-        The two-dimensional assumption, or `solid`.
-    points, groups : (n_p,) and (n_groups,) array
-        Index of the material.
-    """
-
-    constants: tuple[Constants, ...]
-    formulation: Formulation
-    points: Indices
-    groups: Indices
+    constants: tuple[Constants, ...]  # constants of the materials
+    formulation: Formulation  # the two-dimensional assumption, or `solid`
+    points: Indices  # (n_p,), index of the material
+    groups: Indices  # (n_p,), index of the material
 
     @property
     def tensor(self) -> int:
@@ -218,17 +173,7 @@ def _product(one: Array, other: Array) -> Array:
 
 
 def relaxation_of(materials: CellMaterials[FiniteMaterial], points: int, volumes: Volumes | None) -> Relaxation | None:
-    """Return how a body relaxes; None where all its materials are elastic.
-
-    Parameters
-    ----------
-    materials : CellMaterials
-        Material of every cell.
-    points : int
-        Number of quadrature points of a cell.
-    volumes : Volumes or None
-        Groups over which volumes are averaged.
-    """
+    """Return how a body relaxes; None where all its materials are elastic."""
     constants = tuple(constants_of(material) for material in materials.materials)
     if not any(own.prony for own in constants):
         return None
@@ -239,16 +184,7 @@ def relaxation_of(materials: CellMaterials[FiniteMaterial], points: int, volumes
 def selective_excess(constants: Constants, modulus: float, values: Array, dashpots: Sequence[Array]) -> Array:
     """Return by how much the stored energy of what is integrated from mean volumes is above the elastic, (n,) [J/m^3].
 
-    Parameters
-    ----------
-    constants : Constants
-        Of the material.
-    modulus : float
-        Modulus of the elastic energy [Pa].
-    values : (n, 2) array
-        ln J, and the strain across that follows from it at small strain [-].
-    dashpots : sequence of (n, 2) array
-        The same of the dashpots of each term.
+    Arrays: modulus [Pa]; values (n, 2) [-]; dashpots (n, 2).
     """
     weights = [1.0 - sum(term.share for term in constants.prony), *(term.share for term in constants.prony)]
     along, across = values.T

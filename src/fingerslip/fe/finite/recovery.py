@@ -27,21 +27,11 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class FiniteRecovery:
-    """Means of stress and energy over some quadrature points of a body.
+    """Means of stress and energy over some quadrature points of a body."""
 
-    Parameters
-    ----------
-    bulk : LargeStrain
-        The body.
-    points : (k,) array
-        Its quadrature points that count.
-    mean : sparse matrix, shape (n, k)
-        The mean over them at each of n places [-]; rows sum to one.
-    """
-
-    bulk: LargeStrain
-    points: Integers
-    mean: sparse.csr_matrix
+    bulk: LargeStrain  # the body
+    points: Integers  # (k,), its quadrature points that count
+    mean: sparse.csr_matrix  # the mean over them at each of n places [-]
 
     def stresses(self, state: Deformed) -> Array:
         """Return the Cauchy stresses [Pa], shape (n, 4 or 6), of a deformed body.
@@ -92,19 +82,7 @@ def finite_cell_recovery(bulk: LargeStrain) -> FiniteRecovery:
 def finite_site_recovery(bulk: LargeStrain, nodes: Integers, regions: Sequence[str | None]) -> FiniteRecovery:
     """Recover at nodes: the mean over the cells around each, weighted by size, on the given region's side.
 
-    Parameters
-    ----------
-    bulk : LargeStrain
-        The body.
-    nodes : (n_sites,) array
-        Mesh node of every site.
-    regions : sequence of str or None
-        Region in which to recover; None takes all cells around the node, and the mean over their materials.
-
-    Raises
-    ------
-    MeshError
-        Where no cell of the region touches the node.
+    Arrays: nodes (n_sites,).
     """
     return _over_cells(bulk, cells_around(bulk.space, nodes, regions))
 

@@ -26,17 +26,7 @@ _LINEAR = 0.5
 
 
 def ended(relaxation: Relaxation, materials: tuple[FiniteMaterial, ...], state: Deformed) -> History:
-    """Return what a body remembers at the end of a step, from its state there with the history of the start.
-
-    Parameters
-    ----------
-    relaxation : Relaxation
-        How the body relaxes.
-    materials : tuple of FiniteMaterial
-        Its materials.
-    state : Deformed
-        The body at the end of the step.
-    """
+    """Return what a body remembers at the end of a step, from its state there with the history of the start."""
     if state.left is None or state.history is None:
         raise ValueError("the step was not begun")
     stress = np.zeros_like(state.log_strain)
@@ -56,18 +46,7 @@ def spring_excess(
 ) -> Array:
     """Return by how much springs store more than the law does at once, shape (n,) [J/m^3], at points (n,).
 
-    Parameters
-    ----------
-    relaxation : Relaxation
-        How the body relaxes.
-    number : int
-        Index of the material.
-    material : FiniteMaterial
-        The material of these points.
-    state : Deformed
-        The body at the end of a step.
-    points : (n,) array
-        Quadrature points.
+    Arrays: points (n,).
     """
     excess, constants = np.zeros(len(points)), relaxation.constants[number]
     if state.history is None or not constants.prony:

@@ -34,18 +34,10 @@ class _Law(Protocol):
 
 @dataclass(frozen=True)
 class Pulled:
-    """What the start of a step takes from the stress across, the deviator of J^(-2/3) F Y F^T.
+    """What the start of a step takes from the stress across, the deviator of J^(-2/3) F Y F^T."""
 
-    Parameters
-    ----------
-    in_plane : (n,) array
-        Y:C in the plane [Pa].
-    across : (n,) array
-        Component of Y across the plane [Pa].
-    """
-
-    in_plane: Array
-    across: Array
+    in_plane: Array  # (n,), Y:C in the plane [Pa]
+    across: Array  # (n,), component of Y across the plane [Pa]
 
     def stress(self, log_strain: Array) -> tuple[Array, Array]:
         """Return what comes to the stress across and to its derivative [Pa], (n,) each, at strains (n, 3)."""
@@ -58,19 +50,7 @@ class Pulled:
 def thinned(material: _Law, log_strain: Array, pulled: Pulled | None = None) -> Array:
     """Return the logarithmic strain across the plane, shape (n,).
 
-    Parameters
-    ----------
-    material : FiniteMaterial or StepLaw
-        The law.
-    log_strain : (n, 3) array
-        Principal logarithmic strains [-]; the last ones are a first guess.
-    pulled : Pulled, optional
-        What the start of a step takes from the stress.
-
-    Raises
-    ------
-    FingerslipError
-        Where the law has no such state.
+    Arrays: log_strain (n, 3) [-].
     """
     trial, nothing = log_strain.copy(), np.zeros(len(log_strain))
     for iteration in range(_LIMIT):
@@ -86,20 +66,7 @@ def thinned(material: _Law, log_strain: Array, pulled: Pulled | None = None) -> 
 
 
 def check_thickness(name: str, material: FiniteMaterial) -> None:
-    """Refuse a law that cannot be in plane stress: its thickness does not follow from the stress across.
-
-    Parameters
-    ----------
-    name : str
-        The region, for the error.
-    material : FiniteMaterial
-        Its law.
-
-    Raises
-    ------
-    InputError
-        Where at rest there is a stress across the plane, or no stiffness against strain across.
-    """
+    """Refuse a law that cannot be in plane stress: its thickness does not follow from the stress across."""
     at_rest = np.zeros((1, 3))
     stress = float(material.kirchhoff_stress(at_rest)[0, 2])
     stiffness = float(material.kirchhoff_tangent(at_rest)[0, 2, 2])

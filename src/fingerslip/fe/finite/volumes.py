@@ -27,21 +27,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Volumes:
-    """Groups of quadrature points over which volumes are averaged.
+    """Groups of quadrature points over which volumes are averaged."""
 
-    Parameters
-    ----------
-    mean : sparse matrix, shape (n_groups, n_p)
-        The mean over each group [-]; rows sum to one.
-    size : (n_groups,) array
-        Reference volumes of the groups [m^3].
-    material : (n_groups,) array
-        Index of their material.
-    """
-
-    mean: sparse.csr_matrix
-    size: Array
-    material: NDArray[np.int64]
+    mean: sparse.csr_matrix  # the mean over each group [-]
+    size: Array  # (n_groups,), reference volumes of the groups [m^3]
+    material: NDArray[np.int64]  # (n_groups,), index of their material
 
 
 def mean_volumes(
@@ -49,16 +39,7 @@ def mean_volumes(
 ) -> Volumes | None:
     """Return the groups of an element and integration; None where every point stands for itself.
 
-    Parameters
-    ----------
-    space : Space
-        Displacement space.
-    materials : CellMaterials
-        Material of every cell.
-    weights : (n_cells, n_q) array
-        Reference volumes of the quadrature points [m^3].
-    integration : {'selective', 'full', 'nodal'}
-        How the volumetric part is integrated.
+    Arrays: weights (n_cells, n_q) [m^3].
     """
     cells = np.arange(weights.shape[0])
     if is_mean_of_cell(space.element, integration):

@@ -80,13 +80,7 @@ SOLVER = Pardiso()
 
 
 class PardisoSeries:
-    """MKL PARDISO for matrices one after the other: the analysis serves as long as their pattern stays.
-
-    Parameters
-    ----------
-    single : bool, optional
-        Whether factors around unknowns are of single precision: half their memory, and less time.
-    """
+    """MKL PARDISO for matrices one after the other: the analysis serves as long as their pattern stays."""
 
     name: ClassVar[str] = Pardiso.name
     preference: ClassVar[int] = Pardiso.preference
@@ -143,12 +137,7 @@ class PardisoSeries:
 class PardisoFactor:
     """Cholesky factors of a matrix, of all its unknowns or of all but some.
 
-    Parameters
-    ----------
-    analysis : object
-        The matrix, analysed.
-    schur : (m, m) array, optional
-        Takes the Schur complement of the unknowns that are left out.
+    Arrays: schur (m, m).
     """
 
     substitutions = 1

@@ -154,11 +154,6 @@ def scan_cells(settings: SurfaceMesh) -> float:
     """Return about how many tetrahedra the mesh of a scan will have, without making it.
 
     As many regular ones of the bulk's size as fill the convex hull of the skin, up to the cut along its longest side.
-
-    Raises
-    ------
-    MeshError
-        Where the skin cannot be read, or is flat.
     """
     from scipy.spatial import ConvexHull, QhullError
 

@@ -57,17 +57,7 @@ def decimate_surface(surface: Surface, edge_length: float) -> Surface:
 def clip_surface(surface: Surface, lowest: float) -> Surface:
     """Return what of a surface lies above a value of x; triangles that cross it are cut there.
 
-    Parameters
-    ----------
-    surface : Surface
-        The surface.
-    lowest : float
-        The value of x [m].
-
-    Returns
-    -------
-    Surface
-        The surface, open where it was cut. It has no triangles where the surface lies wholly below.
+    Units: lowest [m].
     """
     clipped = _polydata(surface).clip(normal="-x", origin=(lowest, 0.0, 0.0)).triangulate().clean()
     triangles = np.asarray(clipped.regular_faces, dtype=np.int64)
@@ -77,17 +67,7 @@ def clip_surface(surface: Surface, lowest: float) -> Surface:
 def distances(surface: Surface, points: Floats) -> Floats:
     """Return how far points are from a surface.
 
-    Parameters
-    ----------
-    surface : Surface
-        The surface.
-    points : (n, 3) array
-        Positions [m].
-
-    Returns
-    -------
-    (n,) array
-        Distances, zero or positive on both sides [m].
+    Arrays: points (n, 3) [m]; returns (n,) [m].
     """
     import pyvista
 

@@ -22,47 +22,25 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LayerQuality:
-    """Quality of the tetrahedra of one region.
+    """Quality of the tetrahedra of one region."""
 
-    Parameters
-    ----------
-    region : str
-        Name of the region.
-    cells : int
-        Number of cells.
-    volume : float
-        Volume [m^3].
-    shortest_edge, mean_edge, longest_edge : float
-        Edge lengths [m].
-    least_radius_ratio, mean_radius_ratio : float
-        Three times the inscribed over the circumscribed radius [-]: 1 for a regular tetrahedron, 0 for a flat one.
-    """
-
-    region: str
-    cells: int
-    volume: float
-    shortest_edge: float
-    mean_edge: float
-    longest_edge: float
-    least_radius_ratio: float
-    mean_radius_ratio: float
+    region: str  # name of the region
+    cells: int  # number of cells
+    volume: float  # volume [m^3]
+    shortest_edge: float  # edge lengths [m]
+    mean_edge: float  # edge lengths [m]
+    longest_edge: float  # edge lengths [m]
+    least_radius_ratio: float  # [-]
+    mean_radius_ratio: float  # [-]
 
 
 @dataclass(frozen=True)
 class Deviation:
-    """How far a boundary of the mesh and the surface that it stands for are from each other.
+    """How far a boundary of the mesh and the surface that it stands for are from each other."""
 
-    Parameters
-    ----------
-    boundary : str
-        Name of the boundary.
-    mean, largest : float
-        Mean and largest distance [m] of the points of either from the other.
-    """
-
-    boundary: str
-    mean: float
-    largest: float
+    boundary: str  # name of the boundary
+    mean: float  # mean and largest distance [m] of the points of either from the other
+    largest: float  # mean and largest distance [m] of the points of either from the other
 
 
 @dataclass(frozen=True)
@@ -91,13 +69,7 @@ class ScanMesh:
 
 
 def layer_quality(mesh: skfem.MeshTet1) -> tuple[LayerQuality, ...]:
-    """Return the quality of each region of a mesh of tetrahedra.
-
-    Parameters
-    ----------
-    mesh : skfem.MeshTet1
-        The mesh.
-    """
+    """Return the quality of each region of a mesh of tetrahedra."""
     corners = np.moveaxis(mesh.p[:, mesh.t], 0, -1).transpose(1, 0, 2)
     pairs = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]
     edges = np.stack([np.linalg.norm(corners[:, a] - corners[:, b], axis=1) for a, b in pairs], axis=1)
@@ -119,17 +91,7 @@ def layer_quality(mesh: skfem.MeshTet1) -> tuple[LayerQuality, ...]:
 
 
 def deviation(mesh: skfem.MeshTet1, boundary: str, surface: Surface) -> Deviation:
-    """Measure how far a boundary and a surface are from each other, at the points of both and the facets' centres.
-
-    Parameters
-    ----------
-    mesh : skfem.MeshTet1
-        The mesh.
-    boundary : str
-        Name of the boundary.
-    surface : Surface
-        The surface; what of it is proximal of the boundary does not count.
-    """
+    """Measure how far a boundary and a surface are from each other, at the points of both and the facets' centres."""
     facets = mesh.facets[:, mesh.boundaries[boundary]].T
     used, numbered = np.unique(facets, return_inverse=True)
     points = mesh.p.T[used]

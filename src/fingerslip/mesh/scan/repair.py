@@ -92,12 +92,7 @@ def repair_surface(surface: Surface, largest_hole: float = 5e-3) -> tuple[Surfac
 def closed_where(surface: Surface, lowest: float) -> Surface:
     """Close, of whatever size, the holes that lie wholly below a value of x.
 
-    Parameters
-    ----------
-    surface : Surface
-        An oriented surface.
-    lowest : float
-        The value of x [m]: what is proximal of it will be cut off.
+    Units: lowest [m].
     """
     loops = boundary_loops(surface)
     return _with_lids(surface, [loop for loop in loops if surface.points[loop, 0].max() < lowest])

@@ -31,13 +31,7 @@ _REPAIRS = (
 
 
 def scan_tables(scan: ScanMesh) -> tuple[MeshTable, MeshTable, MeshTable]:
-    """Return what is worth knowing of the mesh of a scan: quality, distance from the scan, repairs; in millimetres.
-
-    Parameters
-    ----------
-    scan : ScanMesh
-        The mesh.
-    """
+    """Return what is worth knowing of the mesh of a scan: quality, distance from the scan, repairs; in millimetres."""
     quality = tuple(
         (
             layer.region,

@@ -19,17 +19,7 @@ def winding_numbers(corners: Floats, points: Floats) -> Floats:
     It is the solid angle under which the surface is seen, over 4 pi: 1 inside and 0 outside a closed surface whose
     normals face outwards, and in between near a hole.
 
-    Parameters
-    ----------
-    corners : (m, 3, 3) array
-        Corners of the triangles [m].
-    points : (n, 3) array
-        Positions [m].
-
-    Returns
-    -------
-    (n,) array
-        Winding numbers [-].
+    Arrays: corners (m, 3, 3) [m]; points (n, 3) [m]; returns (n,) [-].
     """
     numbers: Floats = _winding_numbers(np.ascontiguousarray(corners), np.ascontiguousarray(points))
     return numbers

@@ -66,13 +66,7 @@ _PLANE = {"slip-map", "slip-maps", "displacement", "acceleration", "strain-energ
 
 
 def draw_of_study(kind: str, subject: StudySubject) -> Figure:
-    """Draw a figure of a study.
-
-    Raises
-    ------
-    InputError
-        Where nothing is swept that the figure could have on its axis, or it is of runs of another dimension.
-    """
+    """Draw a figure of a study."""
     if kind in {"latency", "events"} and not subject.path:
         raise InputError("figure", f"'{kind}' has nothing on its axis", "needs a study with a sweep")
     for history in subject.histories.values():
@@ -81,15 +75,7 @@ def draw_of_study(kind: str, subject: StudySubject) -> Figure:
 
 
 def draw_of_run(kind: str, subject: RunSubject) -> Figure:
-    """Draw a figure of a run.
-
-    Raises
-    ------
-    InputError
-        Where the figure is of runs of another dimension.
-    ResultError
-        Where the history lacks what the figure shows.
-    """
+    """Draw a figure of a run."""
     _check_dimension(kind, subject.history)
     return RUN_DRAWERS[kind](subject)
 

@@ -21,18 +21,7 @@ __all__ = ["convergence_figure"]
 def convergence_figure(quantities: Mapping[str, Convergence], title: str) -> Figure:
     """Draw how the slip events of a run change as settings are refined.
 
-    Parameters
-    ----------
-    quantities : mapping of str to Convergence
-        The numbers of the run by key; events from accumulated slip are drawn.
-    title : str
-        The title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel for each refined setting: change of each event from its value in use [ms], the curve of the observed
-        order down to its limit at zero where there is one, and the uncertainty as a bar at the value in use.
+    Units: returns [ms].
     """
     events = {event: quantities[f"slip.{event}"] for event in MAIN_EVENTS}
     settings = [

@@ -32,24 +32,7 @@ _WHITE = 250
 def cut_frames_figure(
     history: xr.Dataset, events: Events | None = None, options: SceneOptions | None = None, title: str = ""
 ) -> Figure:
-    """Draw the inside of the finger at six snapshots from the end of the press to after overall slip.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    events : Events, optional
-        Slip events; without overall slip the frames go up to the last snapshot.
-    options : SceneOptions, optional
-        What is shown; without it the von Mises stress on the plane along the finger, seen from the side.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A picture for each snapshot; they share one colour scale.
-    """
+    """Draw the inside of the finger at six snapshots from the end of the press to after overall slip."""
     options = options or SceneOptions(cut="z", camera="side", receptors=False, written=False)
     numbers = _snapshots(history, events)
     shown = titled("Stress on a cut along the finger", title)
@@ -69,15 +52,7 @@ def cut_frames_figure(
 def cropped(pictures: Iterable[Pixels]) -> list[Pixels]:
     """Cut the white margins off pictures of one size, the same off all of them.
 
-    Parameters
-    ----------
-    pictures : iterable of (height, width, 3) array of uint8
-        Pictures on white.
-
-    Returns
-    -------
-    list of (h, w, 3) array of uint8
-        What is left; all of it where nothing is drawn.
+    Arrays: pictures (height, width, 3); returns (h, w, 3).
     """
     whole = list(pictures)
     inked = np.any([(picture < _WHITE).any(axis=2) for picture in whole], axis=0)

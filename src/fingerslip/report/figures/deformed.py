@@ -52,23 +52,7 @@ def deformed_frames_figure(
 ) -> Figure:
     """Draw the deformed section with a field, to scale, a panel for each time.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A two-dimensional history with snapshots.
-    events : Events, optional
-        Slip events; without `times` there is a panel for the start of the slide and for each event that happened.
-    scalar : str, optional
-        The field, as in :class:`~fingerslip.report.scene.scene.SceneOptions`.
-    times : sequence of float, optional
-        Times of the panels [s]; the snapshots nearest to them are drawn.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Raises
-    ------
-    ResultError
-        For a history that has no snapshots, or is one in space.
+    Units: times [s].
     """
     if not has_frames(history):
         raise ResultError(
@@ -91,12 +75,7 @@ def deformed_frames_figure(
 def snapshots_at(history: xr.Dataset, moments: Mapping[float, str]) -> dict[int, str]:
     """Return the snapshots nearest to times [s], each once: their own times, how far from what happens.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    moments : mapping of float to str
-        Times [s], and what happens then.
+    Units: moments [s].
     """
     titles: dict[int, str] = {}
     for moment, words in moments.items():
@@ -110,21 +89,7 @@ def snapshots_at(history: xr.Dataset, moments: Mapping[float, str]) -> dict[int,
 
 
 def draw_section(axes: Axes, history: xr.Dataset, number: int, scalar: Scalar, limits: tuple[float, float]) -> None:
-    """Draw a snapshot of a section: its field, the skin by the state of its contact, the plate and where it moves to.
-
-    Parameters
-    ----------
-    axes : Axes
-        The panel; its axes are in millimetres.
-    history : xarray.Dataset
-        A two-dimensional history with snapshots.
-    number : int
-        Number of the snapshot.
-    scalar : str
-        The field.
-    limits : tuple of float
-        Range of its colours, in the units of :data:`~fingerslip.report.scene.scene.SCALARS`.
-    """
+    """Draw a snapshot of a section: its field, the skin by the state of its contact, and the plate with its motion."""
     moving = 1e3 * (history["node_position"].values + history["snapshot_displacement"].values)
     points = moving[number]
     cells = history["cell_nodes"].values[:, : _CORNERS[history.attrs["element"]]]

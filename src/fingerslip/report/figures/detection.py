@@ -50,15 +50,7 @@ class Interval(Protocol):
 
 @styled
 def learning_curve_figure(points: Sequence[tuple[int, Interval, Interval]], title: str = "") -> Figure:
-    """Draw how well a classifier does on test trials over the number of trials that it learned from.
-
-    Parameters
-    ----------
-    points : sequence of (int, interval, interval)
-        Trials, accuracy on frames and mean F1 of the classes.
-    title : str, optional
-        What the title adds.
-    """
+    """Draw how well a classifier does on test trials over the number of trials that it learned from."""
     labels = ("trials learned from", "on trials that were not seen")
     figure, (axes,) = figure_grid(1, 1, (6.0, 3.0), titled("Learning curve", title), labels)
     trials, accuracy, scores = zip(*points, strict=True)
@@ -75,15 +67,7 @@ def learning_curve_figure(points: Sequence[tuple[int, Interval, Interval]], titl
 
 @styled
 def assumption_figure(rows: Sequence[tuple[str, Mapping[str, Interval]]], title: str = "") -> Figure:
-    """Draw accuracies with their intervals for each thing that may be assumed; a line is where the first row is.
-
-    Parameters
-    ----------
-    rows : sequence of (str, mapping of str to interval)
-        What is assumed, and the accuracy of each classifier with it.
-    title : str, optional
-        What the title adds.
-    """
+    """Draw accuracies with their intervals for each thing that may be assumed; a line is where the first row is."""
     labels = ("share of right frames, trials that were not seen", "")
     height = 0.8 + 0.27 * len(rows)
     figure, (axes,) = figure_grid(1, 1, (7.5, height), titled("Accuracy and what is assumed", title), labels)
@@ -106,15 +90,7 @@ def assumption_figure(rows: Sequence[tuple[str, Mapping[str, Interval]]], title:
 
 @styled
 def importance_figure(drops: Mapping[int, Interval], title: str = "") -> Figure:
-    """Draw by how much accuracy falls when the features of a ring of markers are shuffled.
-
-    Parameters
-    ----------
-    drops : mapping of int to interval
-        Fall in accuracy by ring, 0 in the centre.
-    title : str, optional
-        What the title adds.
-    """
+    """Draw by how much accuracy falls when the features of a ring of markers are shuffled."""
     labels = ("ring, 0 in the centre", "fall in accuracy when it is shuffled")
     figure, (axes,) = figure_grid(1, 1, (6.0, 2.8), titled("Importance of rings", title), labels)
     rings, centre, ends = _parts(list(drops), list(drops.values()))
@@ -127,15 +103,7 @@ def importance_figure(drops: Mapping[int, Interval], title: str = "") -> Figure:
 
 @styled
 def robustness_figure(results: Sequence[tuple[str, float, Interval, float]], title: str = "") -> Figure:
-    """Draw how many frames a detector gets right over the amount of each disturbance.
-
-    Parameters
-    ----------
-    results : sequence of (str, float, interval, float)
-        Disturbance, its amount, accuracy on the frames that could be classified, and share of those that could not.
-    title : str, optional
-        What the title adds.
-    """
+    """Draw how many frames a detector gets right over the amount of each disturbance."""
     names = list(dict.fromkeys(name for name, *_ in results))
     figure, panels = figure_grid(
         len(names), 3, (3.2, 2.6), titled("Robustness", title), ("amount", "share of frames"), share="none"

@@ -42,21 +42,11 @@ _LEAST = (320, 240)
 
 @dataclass(frozen=True)
 class Film:
-    """How a film is made.
+    """How a film is made."""
 
-    Parameters
-    ----------
-    size : tuple of int
-        Width and height [pixels], both even.
-    frame_rate : float
-        Frames a second [1/s].
-    seconds : float
-        How long it lasts [s].
-    """
-
-    size: tuple[int, int] = (1280, 720)
-    frame_rate: float = 25.0
-    seconds: float = 8.0
+    size: tuple[int, int] = (1280, 720)  # width and height [pixels], both even
+    frame_rate: float = 25.0  # frames a second [1/s]
+    seconds: float = 8.0  # how long it lasts [s]
 
     def __post_init__(self) -> None:
         if any(side % 2 or side < least for side, least in zip(self.size, _LEAST, strict=True)):
@@ -72,26 +62,7 @@ def film_frames(
 ) -> Iterator[Frame]:
     """Draw the frames of a film of a run, even in its time; the body is drawn at the snapshot nearest to each.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    events : Events
-        Its slip events; those from accumulated slip are named as they come.
-    options : SceneOptions, optional
-        The field, and how a solid is shown; `written` or not, time and colours stand beside it, once.
-    film : Film, optional
-        Size, frame rate and length.
-
-    Yields
-    ------
-    (height, width, 3) array of uint8
-        A frame, red first.
-
-    Raises
-    ------
-    InputError, ResultError
-        Where the history cannot be shown so.
+    Arrays: returns (height, width, 3).
     """
     options, film = options or SceneOptions(), film or Film()
     check_options(history, options)

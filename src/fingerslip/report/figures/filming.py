@@ -37,14 +37,7 @@ def film_times(start: float, end: float, first: float) -> tuple[float, ...]:
 def frames_figure(history: xr.Dataset, frames: Mapping[float, Frame], title: str = "") -> Figure:
     """Draw frames of a camera above the computed body at the snapshots that are nearest in time.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    frames : mapping of float to (height, width) array of uint8
-        Frames by their times [s].
-    title : str, optional
-        What the title adds.
+    Arrays: frames (height, width) [s].
     """
     times = list(frames)[:_PANELS]
     shown = titled("What the camera sees, and the body at that time", title)
@@ -92,16 +85,7 @@ def onsets(tracks: xr.Dataset, start: float) -> tuple[Floats, Floats]:
 def slip_order_figure(tracks: xr.Dataset, start: float, touching: NDArray[np.bool_], title: str = "") -> Figure:
     """Draw how markers of the skin move in the image of the external camera, and when each starts to.
 
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        Tracks [px] of an external camera.
-    start : float
-        Start of the slide [s].
-    touching : (n,) array of bool
-        The markers that touch the plate when the slide begins; the others are left out.
-    title : str, optional
-        What the title adds.
+    Arrays: tracks [px]; start [s]; touching (n,).
     """
     labels = ("time since the slide began [s]", "")
     shown = titled("Order of slip, seen through the plate", title)

@@ -43,20 +43,7 @@ _SECTIONS: Mapping[Section, str] = MappingProxyType(
 
 @styled
 def fingertip_figure(fingertip: Fingertip, title: str = "") -> Figure:
-    """Draw a fingertip: both sections with their layers, and the finger in space, to one scale within each panel.
-
-    Parameters
-    ----------
-    fingertip : Fingertip
-        What to draw; without a shape in space only its sections are drawn.
-    title : str, optional
-        What the title adds, such as the name of the preset.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Sections on the left, the skin in space with the phalanx inside on the right, in millimetres.
-    """
+    """Draw a fingertip: both sections with their layers, and the finger in space, to one scale within each panel."""
     count = 2 if fingertip.solid is None else 3
     figure, panels = figure_grid(
         count, count, (3.9, 3.4), titled("Fingertip", title), ("x [mm]", "y [mm]"), share="none"

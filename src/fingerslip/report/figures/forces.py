@@ -59,19 +59,7 @@ _SMALL_ENERGIES: Mapping[str, tuple[str, str]] = MappingProxyType(
 def force_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
     """Draw normal and tangential force, their ratio, and the slipping area fraction.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history.
-    events : Events, optional
-        Its events; those from accumulated slip are marked.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Forces of the first counterface on the body [N] above, ratios [-] below.
+    Units: returns [N].
     """
     shown, forces = shown_time(history), contact_forces(history)
     figure, panels = _time_panels("Forces and slipping area", title, shown)
@@ -91,15 +79,7 @@ def force_figure(history: xr.Dataset, events: Events | None = None, title: str =
 
 @styled
 def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
-    """Draw tangential over normal force and the slipping area fraction, a panel for each run.
-
-    Parameters
-    ----------
-    histories : mapping of str to xarray.Dataset
-        Histories by the titles of the runs.
-    events : mapping of str to Events
-        Their events; those from accumulated slip are marked.
-    """
+    """Draw tangential over normal force and the slipping area fraction, a panel for each run."""
     title = "Tangential over normal force and slipping area"
     shown = shown_times(tuple(histories.values()))
     figure, panels = run_panels(tuple(histories), title, (shown[0].label, "ratio, fraction"))
@@ -117,20 +97,7 @@ def force_overview_figure(histories: Mapping[str, xr.Dataset], events: Mapping[s
 
 @styled
 def energy_figure(history: xr.Dataset, title: str = "") -> Figure:
-    """Draw where the work of the plate goes, and the imbalance; the small parts as shares of the work.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Work, strain energy, friction and relaxation above, the small parts and the imbalance below (absolute values).
-    """
+    """Draw where the work of the plate goes, and the imbalance; the small parts as shares of the work."""
     shown = shown_time(history)
     figure, panels = _time_panels("Energy balance", title, shown)
     times, work = shown.values, float(np.abs(history["external_work"].values).max())

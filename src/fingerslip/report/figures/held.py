@@ -40,15 +40,7 @@ def is_held(history: xr.Dataset) -> bool:
 def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
     """Draw the normal force over time, and how far rigid bodies move where they are free, a line for each run.
 
-    Parameters
-    ----------
-    histories : mapping of str to xarray.Dataset
-        Histories by the titles of the runs.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel for the force [mN], and one for the displacement [mm] where bodies are free in all runs.
+    Units: returns [mN].
     """
     shown = shown_times(tuple(histories.values()))
     drawn = {"normal force [mN]": _forces}

@@ -21,19 +21,7 @@ _WIDTH, _ROW, _AROUND = 5.2, 0.34, 0.7  # inch
 
 @styled
 def indices_figure(found: Sequence[Sensitivity]) -> Figure:
-    """Draw what moves an output, a panel for each group of runs, the value that matters most on top.
-
-    Parameters
-    ----------
-    found : sequence of Sensitivity
-        Of one output and one method.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Bars with 95 % intervals: total and first-order Sobol indices, or mean sizes and standard deviations of the
-        elementary effects.
-    """
+    """Draw what moves an output, a panel for each group of runs, the value that matters most on top."""
     first = found[0]
     paths = [index.path for index in reversed(first.indices)]
     unit = f" [{first.unit}]" if first.unit else ""

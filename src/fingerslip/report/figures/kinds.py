@@ -54,47 +54,22 @@ OF_RUNS: Mapping[str, str] = MappingProxyType(
 class StudySubject:
     """A study as its figures need it.
 
-    Parameters
-    ----------
-    runs : sequence of RunResult
-        Its runs.
-    histories : mapping of str to xarray.Dataset
-        Histories by the titles of the runs that are drawn.
-    events : mapping of str to Events
-        Their events by title.
-    reference : PublishedSet, optional
-        Published values.
-    starts : mapping of str to float
-        When the slide of each run begins [s], by its name.
-    path : str
-        Dotted path of the swept value on the axis.
+    Arrays: starts  [s].
     """
 
-    runs: Sequence[RunResult]
-    histories: Mapping[str, xr.Dataset]
-    events: Mapping[str, Events]
-    reference: PublishedSet | None = None
+    runs: Sequence[RunResult]  # its runs
+    histories: Mapping[str, xr.Dataset]  # histories by the titles of the runs that are drawn
+    events: Mapping[str, Events]  # their events by title
+    reference: PublishedSet | None = None  # published values
     starts: Mapping[str, float] = field(default_factory=dict)
-    path: str = ""
+    path: str = ""  # dotted path of the swept value on the axis
 
 
 @dataclass(frozen=True)
 class RunSubject:
-    """A run as its figures need it.
+    """A run as its figures need it."""
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        Its history.
-    events : Events
-        Its events.
-    options : SceneOptions
-        The field, and how scenes show it.
-    times : tuple of float
-        Times of the panels [s]; the figure chooses without them.
-    """
-
-    history: xr.Dataset
-    events: Events
+    history: xr.Dataset  # its history
+    events: Events  # its events
     options: SceneOptions = field(default_factory=SceneOptions)
-    times: tuple[float, ...] = ()
+    times: tuple[float, ...] = ()  # times of the panels [s]

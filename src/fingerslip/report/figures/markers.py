@@ -34,20 +34,7 @@ def ring_colours(rings: int) -> list[tuple[float, float, float, float]]:
 
 @styled
 def marker_tracks_figure(tracks: xr.Dataset, title: str = "") -> Figure:
-    """Draw how far each marker has moved along each axis since it was first seen, over time, coloured by ring.
-
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        Tracks; markers without a ring have one colour. Lines have gaps where a marker was not seen.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel for each axis.
-    """
+    """Draw how far each marker has moved along each axis since it was first seen, over time, coloured by ring."""
     unit, scale = _SHOWN[str(tracks["position"].attrs["units"])]
     axes_names = [str(name) for name in tracks["axis"].values]
     labels = ("time [s]", f"displacement [{unit}]")
@@ -81,20 +68,7 @@ def _since_first_seen(values: Floats) -> Floats:
 def fields_figure(fields: xr.Dataset, time: float, title: str = "") -> Figure:
     """Draw the fields of markers at one time.
 
-    Parameters
-    ----------
-    fields : xarray.Dataset
-        What :func:`~fingerslip.vision.fields.fields.marker_fields` returned.
-    time : float
-        The time [s]; the nearest one is drawn.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Panels of displacement, velocity, what a rigid motion leaves, divergence, curl and the larger principal strain.
-        The contact centroid is a cross. The length of the longest arrow is written in each panel of arrows.
+    Units: time [s].
     """
     now = fields.isel(time=int(np.abs(fields["time"].values - time).argmin()))
     unit, scale = _SHOWN[str(fields["position"].attrs["units"])]

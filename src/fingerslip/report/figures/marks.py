@@ -36,17 +36,7 @@ _SHOWN_AFTER = 0.35  # of the time from the start of the slide to overall slip
 
 
 def mark_events(axes: Axes, events: SlipEvents, names: Sequence[str] = MAIN_EVENTS) -> None:
-    """Draw a vertical line at every event that happened, on a panel with time in seconds from left to right.
-
-    Parameters
-    ----------
-    axes : Axes
-        The panel.
-    events : SlipEvents
-        The events.
-    names : sequence of str, optional
-        Which of them.
-    """
+    """Draw a vertical line at every event that happened, on a panel with time in seconds from left to right."""
     for name in names:
         time = events.time(name)
         if time is not None:
@@ -76,18 +66,7 @@ def limit_to_slides(
 ) -> None:
     """Show the slides of some runs until a while after overall slip; all panels that share the axis follow.
 
-    Parameters
-    ----------
-    axes : Axes
-        A panel with time in seconds from left to right.
-    histories : mapping of str to xarray.Dataset
-        Histories by the runs' labels.
-    events : mapping of str to Events
-        Their events, as far as they are known.
-    before : float, optional
-        Time shown before the slides, as a share of what follows [-].
-    marked : iterable of SlipEvents, optional
-        Events of another reading than accumulated slip that the panels mark; the time reaches beyond all of them.
+    Units: before [-].
     """
     windows = [window for history in histories.values() if (window := slide_window(history)) is not None]
     end = shown_until(windows, [events[label].slip if label in events else None for label in histories])
@@ -103,16 +82,7 @@ def name_events(axes: Axes, start: float | None, events: SlipEvents | None, name
 
     Events beyond the limits of the panel have no line in it, and no name.
 
-    Parameters
-    ----------
-    axes : Axes
-        A panel whose limits are set, with time in seconds from left to right.
-    start : float or None
-        Start of the slide [s].
-    events : SlipEvents or None
-        The events.
-    names : sequence of str, optional
-        Which of them.
+    Units: start [s].
     """
     times = {} if start is None else {_SLIDE: start}
     if events is not None:
@@ -150,15 +120,7 @@ def _columns(axes: Axes) -> int:
 
 
 def shown_until(windows: Sequence[SlideWindow], events: Sequence[SlipEvents | None]) -> float | None:
-    """Return the end of the time to show [s]: a while after the last overall slip, or the end of the slides.
-
-    Parameters
-    ----------
-    windows : sequence of SlideWindow
-        The slides of the runs that share an axis.
-    events : sequence of SlipEvents or None
-        Their events; where overall slip is not known the whole slide is shown.
-    """
+    """Return the end of the time to show [s]: a while after the last overall slip, or the end of the slides."""
     if not windows:
         return None
     end, start = max(window.end for window in windows), min(window.start for window in windows)

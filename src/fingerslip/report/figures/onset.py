@@ -31,21 +31,7 @@ _ARROW = 0.3
 
 @styled
 def slip_onset_figure(histories: Mapping[str, xr.Dataset], counterface: int = 0) -> Figure:
-    """Draw when each part of the contact slips for good, a panel for each run, all in the same axes of the plate.
-
-    Parameters
-    ----------
-    histories : mapping of str to xarray.Dataset
-        Histories in space by title, of runs with a slide on the same plate.
-    counterface : int, optional
-        The counterface.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Colours count from the start of each run's slide. What sticks to its end is dark; an arrow shows the direction
-        of the plate.
-    """
+    """Draw when each part of the contact slips for good, a panel for each run, all in the same axes of the plate."""
     patches = {title: contact_patch(history, counterface) for title, history in histories.items()}
     onsets = {title: _onsets(history, patches[title]) for title, history in histories.items()}
     latest = max((float(np.nanmax(times, initial=0.0)) for times in onsets.values()), default=0.0)

@@ -22,19 +22,11 @@ _ROW = 0.28  # inch
 
 @dataclass(frozen=True)
 class Pair:
-    """A run of each of two studies, with the same swept values.
+    """A run of each of two studies, with the same swept values."""
 
-    Parameters
-    ----------
-    title : str
-        What both are called.
-    first, second : RunResult
-        The runs.
-    """
-
-    title: str
-    first: RunResult
-    second: RunResult
+    title: str  # what both are called
+    first: RunResult  # the runs
+    second: RunResult  # the runs
 
     @property
     def runs(self) -> tuple[RunResult, RunResult]:
@@ -48,14 +40,7 @@ def paired_figure(
 ) -> Figure:
     """Draw overall slip from the start of the slide, and latency, of pairs of runs, a row for each pair.
 
-    Parameters
-    ----------
-    pairs : sequence of Pair
-        The pairs.
-    names : tuple of str
-        What the two studies are called.
-    starts : tuple of mapping of str to float
-        When the slides of the runs of each study begin [s], by the names of the runs.
+    Units: starts [s].
     """
     size = (3.2, max(_ROW * len(pairs) + 0.5, 1.5))
     figure, (left, right) = figure_grid(2, 2, size, "Two studies side by side", ("", ""), share="none")

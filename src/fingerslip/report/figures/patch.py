@@ -39,22 +39,7 @@ def slip_frames_figure(
 ) -> Figure:
     """Draw where the contact sticks and slips, in frames over time.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history in space.
-    events : Events, optional
-        Slip events, which are named above the frame that follows them.
-    times : sequence of float, optional
-        Times of the frames [s]. Without them there are nine from the start of the slide to its end or shortly after
-        overall slip, among them the records at which the events have just happened.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel for each time.
+    Units: times [s].
     """
     patch = contact_patch(history)
     moments = _with_events(history, events) if times is None else np.asarray(times, dtype=float)
@@ -72,24 +57,7 @@ def slip_frames_figure(
 def surface_strain_figure(
     history: xr.Dataset, events: Events | None = None, component: str = "along", title: str = ""
 ) -> Figure:
-    """Draw the Green-Lagrange strain of the skin surface and its rate over the contact at four times of the slide.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history in space.
-    events : Events, optional
-        Slip events.
-    component : {'along', 'across', 'shear'}, optional
-        Strain along the slide, across it, or shear.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Upper row: strain; lower row: its rate.
-    """
+    """Draw the Green-Lagrange strain of the skin surface and its rate over the contact at four times of the slide."""
     patch = contact_patch(history)
     strains = surface_strains(history, patch).sel(strain_component=component)
     rates = surface_strain_rates(strains)
@@ -108,14 +76,7 @@ def surface_strain_figure(
 def fill_patch(axes: Axes, corners: Floats, colours: Sequence[str] | Floats) -> None:
     """Fill triangles without borders between them.
 
-    Parameters
-    ----------
-    axes : Axes
-        The panel.
-    corners : (n, 3, 2) array
-        Corners of the triangles [mm].
-    colours : sequence of str or (n, 4) array
-        A colour for each triangle.
+    Arrays: corners (n, 3, 2) [mm]; colours (n, 4).
     """
     axes.add_collection(PolyCollection(list(corners), facecolors=colours, edgecolors="face", linewidths=0.2))
 
@@ -123,19 +84,7 @@ def fill_patch(axes: Axes, corners: Floats, colours: Sequence[str] | Floats) -> 
 def touched_frame(history: xr.Dataset, patch: Patch, points: Floats) -> tuple[Floats, Floats]:
     """Return two corners of a frame around all nodes that ever touch, or around all where none does.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history in space.
-    patch : Patch
-        The contact patch.
-    points : (n, 2) array
-        Coordinates of its nodes in the plate [m].
-
-    Returns
-    -------
-    (2,) array, (2,) array
-        Lower left and upper right corner [mm].
+    Arrays: points (n, 2) [m]; returns (2,) [mm].
     """
     ever = (history["contact_state"].values[:, patch.nodes] != OPEN).any(axis=0)
     framed = 1e3 * (points[ever] if ever.any() else points)

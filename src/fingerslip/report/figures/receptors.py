@@ -39,22 +39,7 @@ _AREA_NAMES = {"A": "area A: edge at the smaller position", "B": "area B: edge a
 
 @styled
 def acceleration_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
-    """Draw the tangential acceleration at the recorded receptor types, for both edges of the contact.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with receptors.
-    events : Events, optional
-        Its events; those from acceleration are marked.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel for each recorded type on one common scale, which fits what follows the press-to-slide transition.
-    """
+    """Draw the tangential acceleration at the recorded receptor types, for both edges of the contact."""
     labels, kinds = ("time [s]", "acceleration along the plate [m/s²]"), _recorded_kinds(history)
     figure, panels = figure_grid(len(kinds), 1, (6.8, 1.45), titled("Acceleration at the receptors", title), labels)
     signals, own = receptor_signals(history), events.acceleration if events else None
@@ -73,23 +58,7 @@ def acceleration_figure(history: xr.Dataset, events: Events | None = None, title
 def acceleration_overview_figure(
     histories: Mapping[str, xr.Dataset], events: Mapping[str, Events], settings: PeakSettings | None = None
 ) -> Figure:
-    """Draw the signal that acceleration peaks are read from, a panel for each run.
-
-    Parameters
-    ----------
-    histories : mapping of str to xarray.Dataset
-        Histories by the titles of the runs.
-    events : mapping of str to Events
-        Their events; those from acceleration are marked.
-    settings : PeakSettings, optional
-        How peaks are distinguished from noise.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Largest tangential acceleration over the receptors on a logarithmic scale, the peaks that count as
-        dots, the noise floor and the height needed as lines.
-    """
+    """Draw the signal that acceleration peaks are read from, a panel for each run."""
     settings = settings or PeakSettings()
     title = f"Largest acceleration at {' and '.join(settings.kinds)}"
     figure, panels = run_panels(tuple(histories), title, ("time [s]", "acceleration along the plate [m/s²]"))
@@ -111,19 +80,7 @@ def acceleration_overview_figure(
 def strain_energy_density_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
     """Draw the strain energy density at the recorded receptor types, for both edges of the contact.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with receptors.
-    events : Events, optional
-        Its events; those from accumulated slip are marked.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel for each recorded type [J/m^3]; each has its own scale.
+    Units: returns [J/m^3].
     """
     shown = shown_time(history)
     labels, kinds = (shown.label, "strain energy density [J/m³]"), _recorded_kinds(history)

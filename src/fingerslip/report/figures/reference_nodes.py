@@ -35,20 +35,7 @@ def reference_kinds(history: xr.Dataset) -> list[str]:
 def reference_nodes_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
     """Draw displacement and acceleration of the recorded reference nodes along the slide, a panel for each node.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history whose sites have kinds that end in ``surface``, as the reference nodes of the fingertip have.
-    events : Events, optional
-        Slip events, which are marked.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        In each panel the displacement [mm] beside that of the plate, and the acceleration [m/s^2] on a second axis,
-        without the jerk at the start of the slide; all panels share their scales.
+    Units: returns [mm].
     """
     rows = sites_of_kinds(history, reference_kinds(history))
     labels = ("time [s]", "displacement along the slide [mm]")

@@ -20,15 +20,7 @@ _TEXT: Any = {"pdf.fonttype": 42, "svg.fonttype": "none"}
 
 
 def figure_bytes(figure: Figure, kind: str = "png") -> bytes:
-    """Render a figure.
-
-    Parameters
-    ----------
-    figure : Figure
-        The figure.
-    kind : {'png', 'svg', 'pdf'}
-        Format of the picture.
-    """
+    """Render a figure."""
     stream = io.BytesIO()
     if kind == "png":
         _write_png(figure, stream)

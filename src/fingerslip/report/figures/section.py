@@ -44,23 +44,7 @@ def section_figure(
 ) -> Figure:
     """Draw a section with its layers, elements, receptors and the plate, and a close view of the skin.
 
-    Parameters
-    ----------
-    mesh : skfem.Mesh
-        Two-dimensional mesh with named subdomains [m].
-    receptors : mapping of str to (n, 2) array
-        Reference positions of receptors by type [m]; see :func:`receptor_positions`.
-    displacement : (n_nodes, 2) array, optional
-        Displacement of the mesh's nodes [m], to scale; without it the body is drawn as built.
-    plate : float, optional
-        Height of a plate below the section [m]; without it the lowest point of the section.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        The whole section on the left, a close view at the lowest point on the right, in millimetres.
+    Arrays: mesh [m]; receptors (n, 2) [m]; displacement (n_nodes, 2) [m]; plate [m].
     """
     figure, (whole, close) = figure_grid(
         2, 2, (4.6, 3.5), titled("Section", title), ("x [mm]", "y [mm]"), share="none", widths=(1.75, 1.0)

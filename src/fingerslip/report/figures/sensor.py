@@ -27,12 +27,7 @@ _MILLIMETRES = 1e3
 def marker_places_figure(tracks: xr.Dataset, title: str = "") -> Figure:
     """Draw where the markers of a sensor are at rest, coloured by ring: inside ones from above, others from below.
 
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        Tracks [m] of a simulation, with rings; those of a section lie on one line.
-    title : str, optional
-        What the title adds, such as the title of the run.
+    Units: tracks [m].
     """
     kinds = [kind for kind in _TITLES if (tracks["kind"].values == kind).any()]
     rest = _MILLIMETRES * tracks["position"].values[0]
@@ -57,19 +52,7 @@ def marker_places_figure(tracks: xr.Dataset, title: str = "") -> Figure:
 def slide_tracks_figure(tracks: xr.Dataset, history: xr.Dataset, title: str = "") -> Figure:
     """Draw how far markers move along the slide in the first slide, coloured by ring, over the travel of the plate.
 
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        Tracks [m] of the history, at its times.
-    history : xarray.Dataset
-        A history with a slide.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        A panel for each kind of markers. Markers at x < 0 are dashed; the plate is the dotted line.
+    Units: tracks [m].
     """
     window = slide_window(history)
     if window is None:

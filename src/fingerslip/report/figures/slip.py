@@ -36,20 +36,7 @@ _NODES_SHOWN = 9
 
 @styled
 def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, Events]) -> Figure:
-    """Draw stick and slip along the surface over time, a panel for each run.
-
-    Parameters
-    ----------
-    histories : mapping of str to xarray.Dataset
-        Histories by the titles of the runs.
-    events : mapping of str to Events
-        Their events; those from accumulated slip are marked. Runs without events are drawn without marks.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Time in seconds to the right, tangential position in millimetres upwards, colour for the state.
-    """
+    """Draw stick and slip along the surface over time, a panel for each run."""
     shown = shown_times(tuple(histories.values()))
     labels = (shown[0].label, "position along the plate [mm]")
     figure, panels = run_panels(tuple(histories), "Stick and slip along the contact", labels)
@@ -65,22 +52,7 @@ def slip_maps_figure(histories: Mapping[str, xr.Dataset], events: Mapping[str, E
 
 @styled
 def contact_displacement_figure(history: xr.Dataset, events: Events | None = None, title: str = "") -> Figure:
-    """Draw the displacement of contact nodes along the plate against the plate's own.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history.
-    events : Events, optional
-        Its events; those from displacement are marked.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Nine nodes evenly over the contact, both displacements in millimetres since the slide began.
-    """
+    """Draw the displacement of contact nodes along the plate against the plate's own."""
     labels = ("time [s]", "displacement since the slide began [mm]")
     figure, (axes,) = figure_grid(1, 1, (6.6, 3.6), titled("Contact nodes against the plate", title), labels)
     window = slide_window(history)

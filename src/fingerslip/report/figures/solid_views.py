@@ -49,18 +49,7 @@ def solid_views_figure(
 ) -> Figure:
     """Draw views of a solid, a panel for each time.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history in space with snapshots.
-    events : Events, optional
-        Slip events; without `times` the start of the slide, incipient and overall slip are shown.
-    options : SceneOptions, optional
-        What is shown; without it the von Mises stress on a cut along the finger, from the side.
-    times : sequence of float, optional
-        Times of the panels [s].
-    title : str, optional
-        What the title adds, such as the title of the run.
+    Units: times [s].
     """
     options = options or SceneOptions(cut="z", written=False)
     shown = snapshots_at(history, view_times(history, events) if times is None else dict.fromkeys(times, ""))

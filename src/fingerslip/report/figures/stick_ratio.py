@@ -15,20 +15,7 @@ __all__ = ["stick_ratio_figure"]
 
 @styled
 def stick_ratio_figure(histories: Mapping[str, xr.Dataset], title: str = "") -> Figure:
-    """Draw the stick ratio against the tangential force over the normal force.
-
-    Parameters
-    ----------
-    histories : mapping of str to xarray.Dataset
-        Histories by the titles of the runs.
-    title : str, optional
-        What the title adds, such as the title of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        One panel, a line for each history over its first slide.
-    """
+    """Draw the stick ratio against the tangential force over the normal force."""
     shown = titled("Stick ratio against tangential force", title)
     labels = ("tangential force / normal force", "sticking share of the contact area")
     figure, (axes,) = figure_grid(1, 1, (5.2, 3.4), shown, labels)

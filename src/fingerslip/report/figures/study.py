@@ -48,23 +48,7 @@ def event_times_figure(
 ) -> Figure:
     """Draw the event times against a swept value, a panel for each combination of the other swept values.
 
-    Parameters
-    ----------
-    runs : sequence of RunResult
-        The runs; those without `path` among their swept values are left out.
-    path : str, optional
-        Dotted path of the value on the horizontal axis.
-    reference : PublishedSet, optional
-        Published values; those of the drawn events are shown where a run meets their conditions.
-    starts : mapping of str to float, optional
-        When the slide of each run begins [s], by the name of the run. With them times count from there, and runs
-        without a slide are left out; without them they count from the start of the run.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Times [s]; colour for the event, mark for the reading; a line joins those from
-        accumulated slip.
+    Units: starts [s]; returns [s].
     """
     words = path_label(path)
     runs = [run for run in runs if starts is None or run.name in starts]
@@ -88,19 +72,7 @@ def latency_figure(
 ) -> Figure:
     """Draw the latency from incipient to overall slip against a swept value, a panel for each combination of others.
 
-    Parameters
-    ----------
-    runs : sequence of RunResult
-        The runs; those without `path` among their swept values are left out.
-    path : str, optional
-        Dotted path of the value on the horizontal axis.
-    reference : PublishedSet, optional
-        Published values; latencies are shown where a run meets their conditions.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Latency [ms] in each reading of the events; none where one of the two events did not happen.
+    Units: returns [ms].
     """
     words = path_label(path)
     title = f"Latency from incipient to overall slip against {words}"
@@ -144,15 +116,7 @@ def _group_panels(
 
 
 class _Axis:
-    """The horizontal axis: numbers where all values are numbers, or quantities in one unit; else categories in order.
-
-    Parameters
-    ----------
-    runs : sequence of RunResult
-        The runs.
-    path : str
-        Dotted path of the value on the axis.
-    """
+    """The horizontal axis: numbers where all values are numbers or quantities in one unit; else categories."""
 
     def __init__(self, runs: Sequence[RunResult], path: str) -> None:
         self._path = path

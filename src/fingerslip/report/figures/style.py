@@ -100,27 +100,13 @@ _STYLE: Any = MappingProxyType(
 
 @dataclass(frozen=True)
 class Look:
-    """How figures look in one kind of place.
+    """How figures look in one kind of place."""
 
-    Parameters
-    ----------
-    width : float or None
-        Width of figures with several panels beside each other [inch]; None leaves them as wide as their panels.
-    single : float or None
-        Width of figures with one panel beside each other [inch].
-    letters : float
-        Factor on the size of letters.
-    lines : float
-        Factor on the width of lines and the size of marks.
-    titled : bool
-        Whether figures have a title; those of a paper have a caption below them.
-    """
-
-    width: float | None = None
-    single: float | None = None
-    letters: float = 1.0
-    lines: float = 1.0
-    titled: bool = True
+    width: float | None = None  # width of figures with several panels beside each other [inch]
+    single: float | None = None  # width of figures with one panel beside each other [inch]
+    letters: float = 1.0  # factor on the size of letters
+    lines: float = 1.0  # factor on the width of lines and the size of marks
+    titled: bool = True  # whether figures have a title
 
 
 #: Looks by name: pages, journal columns of 3.5 and 7.2 inches, and slides of 13.3 inches with room for a heading.
@@ -203,28 +189,7 @@ def figure_grid(
 ) -> tuple[Figure, list[Axes]]:
     """Make a figure of `count` panels.
 
-    Parameters
-    ----------
-    count : int
-        How many panels.
-    columns : int
-        Largest number of panels beside each other.
-    panel : tuple of float
-        Width and height of a panel [inch].
-    title : str
-        Title of the figure.
-    labels : tuple of str
-        Labels with units of the horizontal axes (written below the lowest panels) and of the vertical ones
-        (written once, on the left).
-    share : {'all', 'x', 'none'}
-        Which axes the panels share.
-    widths : sequence of float, optional
-        Relative widths of the columns.
-
-    Returns
-    -------
-    Figure, list of Axes
-        The figure, and its panels row by row.
+    Units: panel [inch].
     """
     wide = max(min(columns, count), 1)
     rows = max(math.ceil(count / wide), 1)
@@ -261,17 +226,7 @@ def _figure_size(wide: int, rows: int, panel: tuple[float, float]) -> tuple[floa
 
 
 def run_panels(titles: Sequence[str], title: str, labels: tuple[str, str]) -> tuple[Figure, list[Axes]]:
-    """Make a figure with a panel for each run.
-
-    Parameters
-    ----------
-    titles : sequence of str
-        Title of each panel.
-    title : str
-        Title of the figure.
-    labels : tuple of str
-        Labels with units of the axes, as in :func:`figure_grid`.
-    """
+    """Make a figure with a panel for each run."""
     columns = columns_for(len(titles))
     figure, panels = figure_grid(len(titles), columns, _RUN_PANELS[columns], title, labels)
     for axes, name in zip(panels, titles, strict=True):

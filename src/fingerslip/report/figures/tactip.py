@@ -37,20 +37,7 @@ def sensor_colours() -> Mapping[str, str]:
 
 @styled
 def tactip_figure(sensor: TacTip, title: str = "") -> Figure:
-    """Draw a sensor: its section through the axis, and where its markers are, coloured by ring.
-
-    Parameters
-    ----------
-    sensor : TacTip
-        The sensor, of which any part may be modelled; the whole of it is drawn.
-    title : str, optional
-        What the title adds, such as the name of the preset.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Lengths in millimetres; on the right internal markers from inside, external ones from below.
-    """
+    """Draw a sensor: its section through the axis, and where its markers are, coloured by ring."""
     labels = ("x [mm]", "")
     figure, panels = figure_grid(3, 3, (4.2, 3.6), titled("Sensor", title), labels, share="none", widths=(1.5, 1, 1))
     _draw_section(panels[0], dataclasses.replace(sensor, part="section"))

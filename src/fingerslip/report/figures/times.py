@@ -20,21 +20,11 @@ _GROWTH = 20.0
 
 @dataclass(frozen=True)
 class ShownTime:
-    """The time of a history's records as a figure shows it.
+    """The time of a history's records as a figure shows it."""
 
-    Parameters
-    ----------
-    values : (n_times,) array
-        [s]; NaN for records that a logarithmic axis cannot show.
-    logarithmic : bool
-        Whether the axis is.
-    held : bool
-        Whether the time is counted from the start of a hold.
-    """
-
-    values: NDArray[np.float64]
-    logarithmic: bool = False
-    held: bool = False
+    values: NDArray[np.float64]  # (n_times,), [s]
+    logarithmic: bool = False  # whether the axis is
+    held: bool = False  # whether the time is counted from the start of a hold
 
     @property
     def label(self) -> str:
@@ -53,11 +43,6 @@ def shown_time(history: xr.Dataset) -> ShownTime:
 
     It is logarithmic where the time between records grows twentyfold and more and nothing slides then: from the start
     of the last hold, or of the run where there is none.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history.
     """
     times, held = history["time"].values, _last_hold(history)
     since = times - (held or 0.0)

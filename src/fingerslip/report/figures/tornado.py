@@ -35,18 +35,7 @@ _LABELS = 1.9  # inch
 def tornado_figure(fits: Sequence[Fit], published: Mapping[int, tuple[float, float]] | None = None) -> Figure:
     """Draw the change of one slip time over the range of each value, a panel for each fit.
 
-    Parameters
-    ----------
-    fits : sequence of Fit
-        Fits of one time for different groups of samples over the same values.
-    published : mapping of int to tuple of float, optional
-        Smallest and largest published time [s] of a fit, by its number.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Bars from the fitted time at the smallest to that at the largest value, all others in the middle of their
-        ranges, with the standard error of the change; behind them the interval of the samples.
+    Units: published [s].
     """
     largest = {one.path: max(abs(_of(fit, one.path).change) for fit in fits) for one in fits[0].effects}
     paths = sorted(largest, key=lambda path: largest[path])

@@ -19,14 +19,7 @@ __all__ = ["answer"]
 def answer(study: StudyResult, starts: Mapping[str, float], references: Sequence[PublishedSet] = ()) -> tuple[str, ...]:
     """Say in a few sentences what a study found, how that stands beside published times, and what it is worth.
 
-    Parameters
-    ----------
-    study : StudyResult
-        The study and its finished runs.
-    starts : mapping of str to float
-        When the slide of each run begins [s], by the name of the run; runs in which nothing slides are left out.
-    references : sequence of PublishedSet, optional
-        Published values; slip and latency are put beside them where a run meets their conditions.
+    Units: starts [s].
     """
     sliding = [run for run in study.runs if run.name in starts]
     if not sliding:

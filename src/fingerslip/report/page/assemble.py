@@ -36,21 +36,7 @@ __all__ = ["study_report"]
 
 
 def study_report(content: ReportContent) -> Report:
-    """Assemble the report of a study.
-
-    Parameters
-    ----------
-    content : ReportContent
-        Runs, histories, and what they are compared with.
-
-    Returns
-    -------
-    Report
-        Sections: slip events and how they are defined, comparison with published values, numerical uncertainty where it
-        was studied, the runs side by side, what cameras saw, the model, all values with their sources, and each run in
-        detail (folded, the first twelve). Of a study with samples: the intervals of the slip times, what moves them,
-        all samples, some of them in motion, and all values.
-    """
+    """Assemble the report of a study."""
     if content.study.ranges:
         sections = (
             *sample_sections(content),

@@ -33,21 +33,7 @@ class _Pair:
 
 
 def beside_published(runs: Sequence[RunResult], references: Sequence[PublishedSet]) -> tuple[str, ...]:
-    """Put overall slip, incipient slip and latency from accumulated slip beside published times, in plain sentences.
-
-    Parameters
-    ----------
-    runs : sequence of RunResult
-        Runs in which something slides.
-    references : sequence of PublishedSet
-        Published values.
-
-    Returns
-    -------
-    tuple of str
-        How far overall slip is off, and on how many times the model was calibrated; the same of incipient slip and
-        latency; why these are no comparison, where they are none. Empty where no run meets any published condition.
-    """
+    """Put overall slip, incipient slip and latency from accumulated slip beside published times, in plain sentences."""
     overall, incipient, latency = (_pairs(runs, references, name) for name in ("overall", "incipient", LATENCY))
     second = _sentence([part for part in (_early(incipient), _left(latency)) if part])
     reasons = dict.fromkeys(pair.published.otherwise for pair in (*incipient, *latency) if pair.published.otherwise)

@@ -24,15 +24,7 @@ def bibliography() -> dict[str, str]:
 
 
 def cited(values: Sequence[ShownValue], references: Iterable[PublishedSet]) -> str:
-    """Return the entries of all that a study rests on.
-
-    Parameters
-    ----------
-    values : sequence of ShownValue
-        The values of its runs with their sources.
-    references : iterable of PublishedSet
-        What its results are beside.
-    """
+    """Return the entries of all that a study rests on."""
     known = bibliography()
     named = {word for value in values for word in re.findall(r"\w+", value.source)}
     named |= {reference.name.partition("-")[0] for reference in references} | {_NOTICED}

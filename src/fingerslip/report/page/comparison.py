@@ -22,21 +22,11 @@ __all__ = ["ComparedStudy", "comparison_report", "pairs_of"]
 
 @dataclass(frozen=True)
 class ComparedStudy:
-    """A study that is compared with another.
+    """A study that is compared with another."""
 
-    Parameters
-    ----------
-    study : StudyResult
-        The study.
-    values : sequence of ShownValue
-        All values of its runs with their sources.
-    starts : mapping of str to float
-        When the slide of each run begins [s], by its name.
-    """
-
-    study: StudyResult
-    values: Sequence[ShownValue]
-    starts: Mapping[str, float]
+    study: StudyResult  # the study
+    values: Sequence[ShownValue]  # all values of its runs with their sources
+    starts: Mapping[str, float]  # when the slide of each run begins [s], by its name
 
     @property
     def title(self) -> str:
@@ -57,21 +47,7 @@ def _key(run: RunResult) -> tuple[tuple[str, str], ...]:
 
 
 def comparison_report(first: ComparedStudy, second: ComparedStudy, provenance: Mapping[str, str]) -> Report:
-    """Assemble the report of two studies.
-
-    Parameters
-    ----------
-    first, second : ComparedStudy
-        The studies, A and B.
-    provenance : mapping of str to str
-        Programs and dates of both.
-
-    Returns
-    -------
-    Report
-        Differences of events where both have runs with the same swept values, what differs in the values, and the
-        events of each.
-    """
+    """Assemble the report of two studies."""
     pairs = pairs_of(first.study, second.study)
     names = (f"A: {first.title}", f"B: {second.title}")
     hero = (

@@ -41,49 +41,22 @@ def detailed_of(runs: int) -> int:
 class ReportContent:
     """What a study's report is made of.
 
-    Parameters
-    ----------
-    study : StudyResult
-        The study and its finished runs.
-    histories : mapping of str to xarray.Dataset
-        Their histories by name of the run; a run without one appears in the tables only.
-    meshes : mapping of str to skfem.Mesh
-        Meshes by name of the run, for the pictures of the model.
-    pictures : mapping of str to RunPictures
-        Pictures of single runs that are drawn already, by name of the run; the others are drawn.
-    references : tuple of PublishedSet
-        Published values to compare with.
-    values : tuple of ShownValue
-        All values of the runs with their sources.
-    provenance : mapping of str to str
-        Programs, commit and times that made the results.
-    settings : EventSettings
-        The constants that the events were found with.
-    convergences : mapping of str to mapping of str to Convergence
-        Convergence by name of the run and key of the number; runs that were not refined are left out.
-    starts : mapping of str to float
-        When the slide of each run begins [s], by its name; runs in which nothing slides are left out.
-    notes : str
-        The user's own notes and figures as HTML.
-    representatives : mapping of str to xarray.Dataset
-        Histories of the samples that are seen in motion, by name of the run; none in a study without samples.
-    films : tuple of Film
-        What the cameras of the study saw.
+    Arrays: starts  [s].
     """
 
-    study: StudyResult
-    histories: Mapping[str, xr.Dataset]
+    study: StudyResult  # the study and its finished runs
+    histories: Mapping[str, xr.Dataset]  # their histories by name of the run
     meshes: Mapping[str, skfem.Mesh] = field(default_factory=lambda: _EMPTY)
     pictures: Mapping[str, RunPictures] = field(default_factory=lambda: _EMPTY)
-    references: tuple[PublishedSet, ...] = ()
-    values: tuple[ShownValue, ...] = ()
+    references: tuple[PublishedSet, ...] = ()  # published values to compare with
+    values: tuple[ShownValue, ...] = ()  # all values of the runs with their sources
     provenance: Mapping[str, str] = field(default_factory=lambda: _EMPTY)
     settings: EventSettings = field(default_factory=EventSettings)
     convergences: Mapping[str, Mapping[str, Convergence]] = field(default_factory=lambda: _EMPTY)
     starts: Mapping[str, float] = field(default_factory=lambda: _EMPTY)
-    notes: str = ""
+    notes: str = ""  # the user's own notes and figures as HTML
     representatives: Mapping[str, xr.Dataset] = field(default_factory=lambda: _EMPTY)
-    films: tuple[Film, ...] = ()
+    films: tuple[Film, ...] = ()  # what the cameras of the study saw
 
     @property
     def title(self) -> str:

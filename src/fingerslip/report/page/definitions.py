@@ -8,13 +8,7 @@ __all__ = ["definitions"]
 
 
 def definitions(settings: EventSettings) -> dict[str, str]:
-    """Return a sentence for each reading, by its name, that says how the slip events are defined, and one on latency.
-
-    Parameters
-    ----------
-    settings : EventSettings
-        The constants.
-    """
+    """Return a sentence for each reading, by its name, that defines its slip events, and one on latency."""
     latency = "Latency is the time from incipient to overall slip."
     return {
         "slip": _by_slip(settings),

@@ -17,25 +17,11 @@ __all__ = ["Film"]
 
 @dataclass(frozen=True)
 class Film:
-    """What one camera saw of one run.
+    """What one camera saw of one run."""
 
-    Parameters
-    ----------
-    run : str
-        Name of the run.
-    kind : {'internal', 'external'}
-        Which camera.
-    tracks, truth : xarray.Dataset
-        Tracks in pixels of the tracker, with the markers of the truth, and the truth.
-    numbers : mapping of str to float or None
-        How far they are from each other; the fields of :class:`~fingerslip.vision.comparison.TrackErrors`.
-    frames : mapping of float to (height, width) array of uint8
-        Some frames by their times [s]; none of a point camera.
-    """
-
-    run: str
-    kind: str
-    tracks: xr.Dataset
-    truth: xr.Dataset
-    numbers: Mapping[str, float | None]
-    frames: Mapping[float, NDArray[np.uint8]]
+    run: str  # name of the run
+    kind: str  # which camera
+    tracks: xr.Dataset  # tracks in pixels of the tracker, with the markers of the truth, and the truth
+    truth: xr.Dataset  # tracks in pixels of the tracker, with the markers of the truth, and the truth
+    numbers: Mapping[str, float | None]  # how far they are from each other
+    frames: Mapping[float, NDArray[np.uint8]]  # (height, width), some frames by their times [s]

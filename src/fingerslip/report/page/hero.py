@@ -47,15 +47,7 @@ def hero_pictures(content: ReportContent) -> tuple[Picture, ...]:
 
 
 def swept_pictures(content: ReportContent, which: slice = slice(None)) -> list[Picture]:
-    """Draw event times from the start of the slide and latency against swept values; nothing where nothing slid.
-
-    Parameters
-    ----------
-    content : ReportContent
-        The study.
-    which : slice, optional
-        Which of the values that differ between runs, in the order of the study; without it all.
-    """
+    """Draw event times from the start of the slide and latency against swept values; nothing where nothing slid."""
     if are_held(content.titled_histories()):
         return []
     runs = content.study.runs

@@ -62,22 +62,7 @@ def language() -> dict[str, Any]:
 
 
 def run_motion(history: xr.Dataset, events: Events, title: str) -> dict[str, Any]:
-    """Return a run in motion as plain data.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with contact.
-    events : Events
-        Its slip events.
-    title : str
-        Title of the run.
-
-    Returns
-    -------
-    dict
-        What the page's script reads: times, events, signals, the slip map and, of a run with snapshots, the body.
-    """
+    """Return a run in motion as plain data."""
     records = _records(history)
     times = history["time"].values[records]
     frames = _frames(history, events)
@@ -100,13 +85,7 @@ def run_motion(history: xr.Dataset, events: Events, title: str) -> dict[str, Any
 
 
 def run_motions(shown: Iterable[tuple[xr.Dataset, Events, str]]) -> tuple[dict[str, Any], ...]:
-    """Return runs in motion, the first and as many more as keep the page small.
-
-    Parameters
-    ----------
-    shown : iterable of tuple
-        History, events and title of each run, as :func:`run_motion` takes them; those without a plate are left out.
-    """
+    """Return runs in motion, the first and as many more as keep the page small."""
     motions: list[dict[str, Any]] = []
     size = 0
     for history, events, title in shown:

@@ -29,16 +29,6 @@ def notes_html(folder: Path) -> str:
 
     ``notes.md`` is Markdown; HTML in it is shown as text. Its pictures are files of the folder. Figures in ``notes/``
     that it does not show follow below it, each with its name.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results of a study.
-
-    Raises
-    ------
-    ResultError
-        Where a picture that the notes show is not there, or the notes cannot be read.
     """
     shown: set[Path] = set()
     text = _text(folder / NOTES)

@@ -17,13 +17,7 @@ _TYPES = ("u1", "i2", "u2", "u4", "f4")
 
 
 def packed(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
-    """Return arrays as plain data: their types, shapes and places, and all of their bytes compressed, in base 64.
-
-    Parameters
-    ----------
-    arrays : mapping of str to array
-        Arrays of the types ``u1``, ``i2``, ``u2``, ``u4`` or ``f4``.
-    """
+    """Return arrays as plain data: their types, shapes and places, and all of their bytes compressed, in base 64."""
     header, parts, at = {}, [], 0
     for name, array in arrays.items():
         kind = array.dtype.str[1:]

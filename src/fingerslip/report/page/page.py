@@ -25,21 +25,11 @@ __all__ = ["DrawnPicture", "Picture", "Report", "ReportSection", "render_page", 
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure in a report.
+    """A figure in a report."""
 
-    Parameters
-    ----------
-    name : str
-        Short name, also that of its file.
-    caption : str
-        What it shows, in a sentence.
-    figure : Figure
-        The figure.
-    """
-
-    name: str
-    caption: str
-    figure: Figure
+    name: str  # short name, also that of its file
+    caption: str  # what it shows, in a sentence
+    figure: Figure  # the figure
 
     @cached_property
     def png(self) -> bytes:
@@ -58,39 +48,18 @@ class DrawnPicture:
 
 @dataclass(frozen=True)
 class ReportSection:
-    """A section of a report.
+    """A section of a report."""
 
-    Parameters
-    ----------
-    title : str
-        Its heading.
-    text : tuple of str
-        Paragraphs.
-    tables : tuple of Table
-        Tables, below the text.
-    pictures : tuple of Picture or DrawnPicture
-        Figures, below the tables.
-    folded : bool
-        Whether the page shows the section only when it is opened.
-    warnings : tuple of str
-        Paragraphs that stand out, above the text.
-    motions : tuple of mapping
-        Runs in motion, as :func:`~fingerslip.report.page.motion.run_motion` gives them; one player shows them all.
-    body : str
-        Finished HTML below the figures, such as the user's notes.
-    code : str
-        Text that is shown as it is, to be copied.
-    """
-
-    title: str
-    text: tuple[str, ...] = ()
-    tables: tuple[Table, ...] = ()
-    pictures: tuple[Picture | DrawnPicture, ...] = ()
-    folded: bool = False
-    warnings: tuple[str, ...] = ()
+    title: str  # its heading
+    text: tuple[str, ...] = ()  # paragraphs
+    tables: tuple[Table, ...] = ()  # tables, below the text
+    pictures: tuple[Picture | DrawnPicture, ...] = ()  # figures, below the tables
+    folded: bool = False  # whether the page shows the section only when it is opened
+    warnings: tuple[str, ...] = ()  # paragraphs that stand out, above the text
+    # runs in motion, as :func:`~fingerslip.report.page.motion.run_motion` gives them
     motions: tuple[Mapping[str, Any], ...] = ()
-    body: str = ""
-    code: str = ""
+    body: str = ""  # finished HTML below the figures, such as the user's notes
+    code: str = ""  # text that is shown as it is, to be copied
 
     @property
     def is_empty(self) -> bool:
@@ -100,30 +69,14 @@ class ReportSection:
 
 @dataclass(frozen=True)
 class Report:
-    """A report.
+    """A report."""
 
-    Parameters
-    ----------
-    title : str
-        Its title.
-    sections : tuple of ReportSection
-        Its sections, in order.
-    provenance : mapping of str to str
-        Programs, commit and times that made the results.
-    question : str
-        What was asked, in a sentence.
-    answer : tuple of str
-        What was found, in a few sentences; it opens the page.
-    hero : tuple of Picture or DrawnPicture
-        The picture of the answer.
-    """
-
-    title: str
-    sections: tuple[ReportSection, ...]
+    title: str  # its title
+    sections: tuple[ReportSection, ...]  # its sections, in order
     provenance: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
-    question: str = ""
-    answer: tuple[str, ...] = ()
-    hero: tuple[Picture | DrawnPicture, ...] = ()
+    question: str = ""  # what was asked, in a sentence
+    answer: tuple[str, ...] = ()  # what was found, in a few sentences
+    hero: tuple[Picture | DrawnPicture, ...] = ()  # the picture of the answer
 
     @property
     def pictures(self) -> tuple[Picture | DrawnPicture, ...]:
@@ -132,18 +85,7 @@ class Report:
 
 
 def render_page(report: Report) -> str:
-    """Write a report as one HTML page that needs no other file.
-
-    Parameters
-    ----------
-    report : Report
-        The report.
-
-    Returns
-    -------
-    str
-        The page; every text of the report is escaped.
-    """
+    """Write a report as one HTML page that needs no other file."""
     anchors = {f"s{number}": section.title for number, section in enumerate(report.sections)}
     if report.provenance:
         anchors["provenance"] = "Provenance"
@@ -185,13 +127,7 @@ def _lead(report: Report) -> str:
 
 
 def write_page(report: Report, path: str | Path) -> None:
-    """Write a report to a file, whole or not at all.
-
-    Raises
-    ------
-    ResultError
-        Where the file cannot be written.
-    """
+    """Write a report to a file, whole or not at all."""
     write_text(Path(path), render_page(report))
 
 

@@ -18,56 +18,27 @@ __all__ = ["PictureSet", "RunPictures", "RunToDraw"]
 
 @dataclass(frozen=True)
 class RunToDraw:
-    """A run as pictures need it.
+    """A run as pictures need it."""
 
-    Parameters
-    ----------
-    name : str
-        Its name, with which the names of its pictures begin.
-    title : str
-        Its title, which the titles of its pictures have.
-    history : xarray.Dataset
-        Its history.
-    events : Events
-        Its slip events.
-    """
-
-    name: str
-    title: str
-    history: xr.Dataset
-    events: Events
+    name: str  # its name, with which the names of its pictures begin
+    title: str  # its title, which the titles of its pictures have
+    history: xr.Dataset  # its history
+    events: Events  # its slip events
 
 
 @dataclass(frozen=True)
 class RunPictures:
-    """Pictures of one run that were drawn before its report is made.
+    """Pictures of one run that were drawn before its report is made."""
 
-    Parameters
-    ----------
-    contact : tuple of DrawnPicture or None
-        Those of the section that shows it in detail; None where they were not drawn.
-    model : tuple of DrawnPicture or None
-        Those of its model at the start; None where they were not drawn.
-    """
-
-    contact: tuple[DrawnPicture, ...] | None = None
-    model: tuple[DrawnPicture, ...] | None = None
+    contact: tuple[DrawnPicture, ...] | None = None  # those of the section that shows it in detail
+    model: tuple[DrawnPicture, ...] | None = None  # those of its model at the start
 
 
 @dataclass(frozen=True)
 class PictureSet:
-    """The pictures that a report shows of a kind of runs.
+    """The pictures that a report shows of a kind of runs."""
 
-    Parameters
-    ----------
-    model : callable
-        Gets a run and its mesh; returns the pictures of the model at the start.
-    run : callable
-        Gets a run; returns the pictures of its contact.
-    side_by_side : callable
-        Gets histories and events by title; returns the pictures that compare runs.
-    """
-
-    model: Callable[[RunToDraw, skfem.Mesh], list[Picture]]
-    run: Callable[[RunToDraw], list[Picture]]
+    model: Callable[[RunToDraw, skfem.Mesh], list[Picture]]  # gets a run and its mesh
+    run: Callable[[RunToDraw], list[Picture]]  # gets a run
+    # gets histories and events by title
     side_by_side: Callable[[Mapping[str, xr.Dataset], Mapping[str, Events]], list[Picture]]

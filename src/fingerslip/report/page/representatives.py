@@ -19,40 +19,18 @@ __all__ = ["Representative", "representatives", "samples_in_motion"]
 
 @dataclass(frozen=True)
 class Representative:
-    """A sample that stands for others.
+    """A sample that stands for others."""
 
-    Parameters
-    ----------
-    run : RunResult
-        The run of the sample.
-    title : str
-        What it is among the samples, such as 'earliest overall slip'.
-    event : str
-        The event that it was chosen by.
-    since : float
-        Time of that event from the start of the slide [s].
-    """
-
-    run: RunResult
-    title: str
-    event: str
-    since: float
+    run: RunResult  # the run of the sample
+    title: str  # what it is among the samples, such as 'earliest overall slip'
+    event: str  # the event that it was chosen by
+    since: float  # time of that event from the start of the slide [s]
 
 
 def representatives(study: StudyResult, starts: Mapping[str, float]) -> tuple[Representative, ...]:
     """Choose samples by overall slip, or by an earlier event where no sample reaches that.
 
-    Parameters
-    ----------
-    study : StudyResult
-        A study with samples.
-    starts : mapping of str to float
-        When the slide of each run begins [s], by its name.
-
-    Returns
-    -------
-    tuple of Representative
-        The sample nearest to the median, the earliest and the latest; each once, and none where nothing slips.
+    Units: starts [s].
     """
     for event in reversed(MAIN_EVENTS):
         since = {

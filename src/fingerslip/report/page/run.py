@@ -44,21 +44,7 @@ def run_section(
     settings: PeakSettings,
     drawn: tuple[DrawnPicture, ...] | None = None,
 ) -> ReportSection:
-    """Assemble the section of one run: all readings of its events, its measures, and its pictures; folded.
-
-    Parameters
-    ----------
-    result : RunResult
-        The run.
-    history : xarray.Dataset
-        Its history.
-    title : str
-        Its title.
-    settings : PeakSettings
-        How peaks are distinguished from noise.
-    drawn : tuple of DrawnPicture, optional
-        Its pictures, where they are drawn already.
-    """
+    """Assemble the section of one run: all readings of its events, its measures, and its pictures; folded."""
     tables = [readings_table(result), measures_table([result], ["value"])]
     if has_receptors(history):
         tables.append(peaks_table(acceleration_peaks(history, settings)))
@@ -72,17 +58,7 @@ def model_pictures(run: RunToDraw, mesh: skfem.Mesh) -> list[Picture]:
 
 
 def draw_ahead(run: RunToDraw, mesh: skfem.Mesh | None, *, contact: bool) -> RunPictures:
-    """Draw the pictures of one run before its report is made.
-
-    Parameters
-    ----------
-    run : RunToDraw
-        The run.
-    mesh : skfem.Mesh, optional
-        Its mesh, for the pictures of the model at the start; without it these are not drawn.
-    contact : bool
-        Whether to draw the pictures of the section that shows the run in detail.
-    """
+    """Draw the pictures of one run before its report is made."""
     return RunPictures(
         contact=_rendered(_pictures(run)) if contact else None,
         model=None if mesh is None else _rendered(model_pictures(run, mesh)),

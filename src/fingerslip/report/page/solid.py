@@ -33,15 +33,7 @@ __all__ = ["SOLID", "scene_figure"]
 
 @styled
 def scene_figure(history: xr.Dataset, title: str) -> Figure:
-    """Draw the layers, cut open, at the start.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history in space with snapshots.
-    title : str
-        What the title adds, such as the title of the run.
-    """
+    """Draw the layers, cut open, at the start."""
     options = SceneOptions(scalar="region", cut="z", edges=True, written=False)
     figure, (axes,) = figure_grid(1, 1, (7.0, 3.4), titled("Layers and mesh at the start, cut open", title), ("", ""))
     axes.imshow(cropped([still(history, 0.0, options)])[0])

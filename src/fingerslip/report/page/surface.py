@@ -78,15 +78,7 @@ class _Part:
 
 
 def surface_arrays(history: xr.Dataset, frames: Sequence[int]) -> Surface:
-    """Return the surfaces of all layers, and the section across z through the middle of the body.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history in space with snapshots.
-    frames : sequence of int
-        Numbers of the snapshots.
-    """
+    """Return the surfaces of all layers, and the section across z through the middle of the body."""
     points = history["node_position"].values
     # A little beside the middle, where the nodes of symmetric meshes lie.
     cut_at = float(points[:, 2].mean() + 1e-5 * np.ptp(points[:, 2]))

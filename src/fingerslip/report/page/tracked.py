@@ -20,21 +20,7 @@ def track_video(
     *,
     fields: bool = False,
 ) -> Iterator[str]:
-    """Track a video, write the folder, and yield lines that say what came out.
-
-    Parameters
-    ----------
-    video : Path
-        A video file, or a folder of images.
-    out : Path or None
-        The folder to write; None is a folder beside the video, of its name and ``_tracks``.
-    options : mapping
-        Keyword arguments of :func:`fingerslip.track_markers`.
-    tell : callable, optional
-        Gets lines that say what is being done.
-    fields : bool, optional
-        Whether to write fields of the markers too, with a picture and a video of each.
-    """
+    """Track a video, write the folder, and yield lines that say what came out."""
     frames = open_frames(video, options.get("frame_rate"), options.get("channel", "grey"))
     # The tracker is slow to load, and figures are: what is wrong with a video is said before.
     from fingerslip.vision.tracking.track import TrackingWarning, track_markers

@@ -35,32 +35,7 @@ _TRACKS = "tracks.nc"
 
 
 def write_tracking(tracks: xr.Dataset, frames: Frames, folder: str | Path, *, fields: xr.Dataset | None = None) -> Path:
-    """Write tracks and what shows their quality to a folder, whole or not at all.
-
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        What :func:`fingerslip.track_markers` returned.
-    frames : Frames
-        The video that they come from.
-    folder : path
-        Gets ``tracks.nc``, ``tracks.csv``, ``overlay.avi`` and ``quality.html``; such a folder is replaced.
-    fields : xarray.Dataset, optional
-        What :func:`fingerslip.marker_fields` makes of the tracks. Then the folder gets ``fields.nc``, ``fields.png`` of
-        the time at which a rigid motion leaves most, and a video of each field, such as ``curl.avi``.
-
-    Returns
-    -------
-    Path
-        The folder.
-
-    Raises
-    ------
-    InputError
-        Where the folder holds something else.
-    ResultError
-        Where it cannot be written.
-    """
+    """Write tracks and what shows their quality to a folder, whole or not at all."""
     final = Path(folder)
     check_replaceable(final, _TRACKS)
     with new_folder(final) as partial:
@@ -97,12 +72,7 @@ def _in_the_image(tracks: xr.Dataset) -> xr.Dataset:
 def quality_report(tracks: xr.Dataset, frame: NDArray[np.uint8] | None = None) -> Report:
     """Return the page on the quality of tracks.
 
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        What :func:`fingerslip.track_markers` returned.
-    frame : (height, width) array of uint8, optional
-        The first frame, drawn behind the markers.
+    Arrays: frame (height, width).
     """
     warnings = tuple(filter(None, str(tracks.attrs.get("warnings", "")).split("\n")))
     if tracks.attrs.get("partial"):

@@ -28,16 +28,7 @@ Floats = NDArray[np.float64]
 class SceneControl:
     """A scene that is drawn anew when something of it is changed.
 
-    Parameters
-    ----------
-    plotter : pyvista.Plotter
-        Where it is drawn.
-    history : xarray.Dataset
-        A history with snapshots.
-    options : SceneOptions
-        What is shown at first.
-    time : float, optional
-        The time that is shown at first [s]; the last one without it.
+    Units: time [s].
     """
 
     def __init__(self, plotter: Any, history: xr.Dataset, options: SceneOptions, time: float | None = None) -> None:
@@ -57,13 +48,7 @@ class SceneControl:
         self.draw()
 
     def choose(self, **values: Any) -> None:
-        """Change options by name, such as the field, the cut or what is drawn.
-
-        Parameters
-        ----------
-        **values : object
-            Values of :class:`~fingerslip.report.scene.scene.SceneOptions`.
-        """
+        """Change options by name, such as the field, the cut or what is drawn."""
         self.options = dataclasses.replace(self.options, **values)
         self._clear()
         self.draw()
@@ -89,14 +74,7 @@ class SceneControl:
 def nearest_node(history: xr.Dataset, number: int, point: Floats) -> int:
     """Return the node of the mesh nearest to a point of the scene.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    number : int
-        Number of the snapshot that is shown.
-    point : (3,) array
-        The point [mm].
+    Arrays: point (3,) [mm].
     """
     positions = 1e3 * (history["node_position"].values + history["snapshot_displacement"].values[number])
     return int(np.linalg.norm(positions - np.asarray(point)[: positions.shape[1]], axis=1).argmin())
@@ -104,17 +82,7 @@ def nearest_node(history: xr.Dataset, number: int, point: Floats) -> int:
 
 @styled
 def picked_figure(history: xr.Dataset, node: int, events: Events | None = None) -> Figure:
-    """Draw what a node does over the snapshots: displacement by components, and von Mises stress around it.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    node : int
-        Number of the node.
-    events : Events, optional
-        Slip events, which are marked.
-    """
+    """Draw what a node does over the snapshots: displacement by components, and von Mises stress around it."""
     times = history["snapshot_time"].values
     place = ", ".join(f"{value:.2f}" for value in 1e3 * history["node_position"].values[node])
     title = f"Node {node} at ({place}) mm"

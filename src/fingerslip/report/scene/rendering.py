@@ -57,11 +57,6 @@ def prepare_rendering() -> None:
     """Make VTK draw without a display where there is none.
 
     VTK ends the whole process where it cannot draw, so each kind of window is tried once in a process of its own.
-
-    Raises
-    ------
-    ResultError
-        Where nothing can be drawn on this machine.
     """
     if has_display() or _WINDOW in os.environ:
         return

@@ -70,15 +70,7 @@ def soft_regions(history: xr.Dataset, hidden: Sequence[str] = ()) -> list[int]:
 
 
 def check_options(history: xr.Dataset, options: SceneOptions) -> None:
-    """Check that a history can be shown with these options.
-
-    Raises
-    ------
-    ResultError
-        Where it has no snapshots.
-    InputError
-        For a region that is not there.
-    """
+    """Check that a history can be shown with these options."""
     if history.sizes.get("snapshot_time", 0) == 0:
         raise ResultError(
             "the result has no snapshots of the whole mesh; write record: {snapshots_every: 50 ms} and run again"
@@ -92,18 +84,7 @@ def check_options(history: xr.Dataset, options: SceneOptions) -> None:
 def snapshot_grid(history: xr.Dataset, number: int) -> pyvista.UnstructuredGrid:
     """Return the deformed mesh of a snapshot with its fields in the units of :data:`SCALARS`.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    number : int
-        Number of the snapshot.
-
-    Returns
-    -------
-    pyvista.UnstructuredGrid
-        Points [mm]; magnitudes of displacement and velocity at points, stress, strain energy density and region in
-        cells.
+    Units: returns [mm].
     """
     # Slow to import; most figures need only the names and limits of this module.
     import pyvista
@@ -119,24 +100,7 @@ def snapshot_grid(history: xr.Dataset, number: int) -> pyvista.UnstructuredGrid:
 
 
 def draw_scene(plotter: Any, history: xr.Dataset, number: int, options: SceneOptions) -> dict[str, Any]:
-    """Draw a snapshot.
-
-    Parameters
-    ----------
-    plotter : pyvista.Plotter
-        Where to draw; actors of the same names are replaced.
-    history : xarray.Dataset
-        A history with snapshots.
-    number : int
-        Number of the snapshot.
-    options : SceneOptions
-        What is shown.
-
-    Returns
-    -------
-    dict
-        The actor of every region that is shown, by its name.
-    """
+    """Draw a snapshot."""
     grid = snapshot_grid(history, number)
     limits = field_limits(history, options)
     actors = {}
@@ -185,18 +149,6 @@ def field_limits(history: xr.Dataset, options: SceneOptions) -> tuple[float, flo
 
     The range leaves out the largest thousandth of the values. The phalanx does not count where anything else is shown:
     its stresses are so large that the soft layers would have one colour.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    options : SceneOptions
-        What is shown.
-
-    Returns
-    -------
-    tuple of float
-        Lower and upper end, in the units of :data:`SCALARS`.
     """
     if options.scalar == "region":
         return 0.0, 1.0

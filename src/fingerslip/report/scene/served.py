@@ -20,34 +20,16 @@ _HOST, _PORT = "view: --host", "view: --port"
 
 @dataclass(frozen=True)
 class Served:
-    """How a result is served.
+    """How a result is served."""
 
-    Parameters
-    ----------
-    host : str
-        Address at which it listens.
-    port : int
-        Port; 0 takes one that is free.
-    opened : bool
-        Whether a browser is opened.
-    announce : callable
-        Gets the address as text as soon as a browser can open it.
-    """
-
-    host: str = LOCAL
-    port: int = 0
-    opened: bool = True
-    announce: Callable[[str], None] = lambda _: None
+    host: str = LOCAL  # address at which it listens
+    port: int = 0  # port
+    opened: bool = True  # whether a browser is opened
+    announce: Callable[[str], None] = lambda _: None  # gets the address as text as soon as a browser can open it
 
 
 def require_free(served: Served) -> None:
-    """Refuse a place at which nothing can listen, before anything is loaded or drawn.
-
-    Raises
-    ------
-    InputError
-        For a host that is none of this machine, and a port that is in use, reserved for the system or no port at all.
-    """
+    """Refuse a place at which nothing can listen, before anything is loaded or drawn."""
     if not 0 <= served.port <= _LARGEST_PORT:
         raise InputError(_PORT, f"got {served.port}", f"needs a number from 0 to {_LARGEST_PORT}", "0 takes a free one")
     try:

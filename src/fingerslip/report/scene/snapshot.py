@@ -53,42 +53,18 @@ _CELL_FIELDS = {"strain_energy_density": "snapshot_strain_energy_density", "von_
 
 @dataclass(frozen=True)
 class Snapshot:
-    """One moment of the whole mesh.
+    """One moment of the whole mesh."""
 
-    Parameters
-    ----------
-    time : float
-        The moment [s].
-    cell_type : CellType
-        The kind of all cells.
-    points : (n_nodes, 3) array
-        Reference positions [m].
-    cells : (n_cells, n) array
-        Nodes of each cell, in the order of VTK.
-    point_fields : mapping of str to (n_nodes, 3) array
-        ``displacement`` [m] and ``velocity`` [m/s].
-    cell_fields : mapping of str to (n_cells,) array
-        ``strain_energy_density`` [J/m^3], ``von_mises`` stress [Pa] and the number of the ``region``.
-    """
-
-    time: float
-    cell_type: CellType
-    points: Floats
-    cells: NDArray[np.integer[Any]]
-    point_fields: Mapping[str, Floats]
-    cell_fields: Mapping[str, NDArray[Any]]
+    time: float  # the moment [s]
+    cell_type: CellType  # the kind of all cells
+    points: Floats  # (n_nodes, 3), reference positions [m]
+    cells: NDArray[np.integer[Any]]  # (n_cells, n), nodes of each cell, in the order of VTK
+    point_fields: Mapping[str, Floats]  # (n_nodes, 3), ``displacement`` [m] and ``velocity`` [m/s]
+    cell_fields: Mapping[str, NDArray[Any]]  # (n_cells,) [J/m^3]
 
 
 def read_snapshot(history: xr.Dataset, number: int) -> Snapshot:
-    """Return a snapshot of a history.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    number : int
-        Number of the snapshot.
-    """
+    """Return a snapshot of a history."""
     cell_fields = {name: history[stored].values[number] for name, stored in _CELL_FIELDS.items()}
     return Snapshot(
         time=float(history["snapshot_time"].values[number]),
@@ -107,31 +83,15 @@ def in_space(vectors: Floats) -> Floats:
 
 @dataclass(frozen=True)
 class FlatFace:
-    """A flat counterface at a moment.
+    """A flat counterface at a moment."""
 
-    Parameters
-    ----------
-    number : int
-        Its number among the counterfaces.
-    centre, normal : (3,) array
-        The middle of what may touch it, on the face [m], and its outward unit normal.
-    """
-
-    number: int
-    centre: Floats
-    normal: Floats
+    number: int  # its number among the counterfaces
+    centre: Floats  # (3,), the middle of what may touch it, on the face [m], and its outward unit normal
+    normal: Floats  # (3,), the middle of what may touch it, on the face [m], and its outward unit normal
 
 
 def flat_faces(history: xr.Dataset, number: int) -> tuple[FlatFace, ...]:
-    """Return the flat counterfaces where the gaps of the contact candidates say that they are.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    number : int
-        Number of the snapshot.
-    """
+    """Return the flat counterfaces where the gaps of the contact candidates say that they are."""
     step = nearest_record(history, float(history["snapshot_time"][number]))
     extent = float(np.linalg.norm(np.ptp(history["node_position"].values, axis=0)))
     faces = []

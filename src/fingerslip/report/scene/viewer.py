@@ -46,26 +46,7 @@ def still(
 ) -> NDArray[np.uint8]:
     """Render the snapshot nearest to a time, with or without a display.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    time : float, optional
-        Time [s] whose nearest snapshot is drawn; the last one without it.
-    options : SceneOptions, optional
-        What is shown.
-    size : tuple of int, optional
-        Width and height [pixels].
-
-    Returns
-    -------
-    (height, width, 3) array of uint8
-        The picture.
-
-    Raises
-    ------
-    InputError, ResultError
-        Where the history cannot be shown so, or nothing can be drawn on this machine.
+    Arrays: time [s]; size [pixels]; returns (height, width, 3).
     """
     options = options or SceneOptions()
     check_options(history, options)
@@ -78,21 +59,7 @@ def stills(
 ) -> Iterator[NDArray[np.uint8]]:
     """Render snapshots with one camera, see :func:`still`.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    numbers : sequence of int
-        Numbers of the snapshots.
-    options : SceneOptions
-        What is shown.
-    size : tuple of int, optional
-        Width and height [pixels].
-
-    Yields
-    ------
-    (height, width, 3) array of uint8
-        A picture.
+    Arrays: size [pixels]; returns (height, width, 3).
     """
     check_options(history, options)
     prepare_rendering()
@@ -113,21 +80,7 @@ def save_still(
 ) -> None:
     """Write a picture of one snapshot, see :func:`still`.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    path : path
-        A ``.png``, ``.jpg`` or ``.webp`` file.
-    time : float, optional
-        Time [s].
-    options : SceneOptions, optional
-        What is shown.
-
-    Raises
-    ------
-    InputError, ResultError
-        As :func:`still`, and where the file cannot be written.
+    Units: time [s].
     """
     path = _checked_path(path, PICTURES)
     picture = Image.fromarray(still(history, time, options))
@@ -135,22 +88,7 @@ def save_still(
 
 
 def save_movie(history: xr.Dataset, path: str | Path, options: SceneOptions | None = None) -> None:
-    """Write a film of all snapshots.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    path : path
-        A ``.gif`` or ``.webp`` file.
-    options : SceneOptions, optional
-        What is shown.
-
-    Raises
-    ------
-    InputError, ResultError
-        As :func:`still`, and where the file cannot be written.
-    """
+    """Write a film of all snapshots."""
     path = _checked_path(path, FILMS)
     options = options or SceneOptions()
     check_options(history, options)
@@ -164,22 +102,6 @@ def open_window(
     """Open an interactive window: a slider for time, boxes for layers, plate, receptors and contact, keys for the rest.
 
     The keys F and X show the next field and the next cut; P over the body draws what the node below the mouse does.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    options : SceneOptions, optional
-        What is shown at first.
-    title : str, optional
-        Title of the window.
-    events : Events, optional
-        Slip events, which are listed with their times.
-
-    Raises
-    ------
-    InputError, ResultError
-        Where the history cannot be shown so, or there is no display.
     """
     options = options or SceneOptions()
     check_options(history, options)

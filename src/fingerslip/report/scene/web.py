@@ -32,26 +32,7 @@ _SIZE = (1100, 800)
 
 
 def serve(history: xr.Dataset, events: Events, options: SceneOptions, title: str, served: Served | None = None) -> None:
-    """Serve a result to a browser until it is stopped.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with snapshots.
-    events : Events
-        Its slip events.
-    options : SceneOptions
-        What is shown at first.
-    title : str
-        Title of the page.
-    served : Served, optional
-        Address and port, and who is told of them.
-
-    Raises
-    ------
-    InputError, ResultError
-        Where the history cannot be shown so, nothing can be drawn on this machine, or trame is not installed.
-    """
+    """Serve a result to a browser until it is stopped."""
     served = served or Served()
     require_free(served)
     check_options(history, options)

@@ -22,18 +22,6 @@ def compare_table(runs: Sequence[RunResult], reference: PublishedSet) -> Table:
     A published time is shown for every run that meets its conditions (friction, programme, direction, angle of the
     finger), with our time in each reading and the difference; one that no run meets has a row that says so. The note
     says which runs are not compared, and what differs.
-
-    Parameters
-    ----------
-    runs : sequence of RunResult
-        The runs; `values` has to hold what the conditions name.
-    reference : PublishedSet
-        Published values; those that are no event are left out.
-
-    Returns
-    -------
-    Table
-        Times in seconds, differences (ours less published) in milliseconds; without rows where the set has no events.
     """
     values = [value for value in reference.values if value.value is not None and value.quantity in _TIMES]
     columns = (*swept_columns(runs), Column("event"), Column("published", "s"), *_reading_columns())

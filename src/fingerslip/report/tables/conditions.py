@@ -34,20 +34,7 @@ _GIVEN = "study file"
 
 
 def conditions_table(values: Sequence[ShownValue], histories: Mapping[str, xr.Dataset]) -> Table:
-    """Show the conditions that runs had: specimen, materials, friction, motion, mesh, time, and all that was changed.
-
-    Parameters
-    ----------
-    values : sequence of ShownValue
-        All values of the runs with their sources.
-    histories : mapping of str to xarray.Dataset
-        Histories by the titles of runs, which say how large the meshes are.
-
-    Returns
-    -------
-    Table
-        Assumed values are marked.
-    """
+    """Show the conditions of runs: specimen, materials, friction, motion, mesh, time, and all that was changed."""
     used = [value for value in values if value.source != NOT_USED]
     named = [(words, value) for value in used if (words := _words(value))]
     places = {words: number for number, (words, _) in enumerate(_CONDITIONS)}

@@ -24,15 +24,7 @@ _WORDS = {"oscillatory": "up/down", "divergent": "away", "slow": "slow"}
 
 
 def convergence_table(quantities: Mapping[str, Convergence], title: str) -> Table:
-    """Show how well the numbers of a run are known.
-
-    Parameters
-    ----------
-    quantities : mapping of str to Convergence
-        The numbers by key, see :func:`fingerslip.results.quantities`.
-    title : str
-        What they are of.
-    """
+    """Show how well the numbers of a run are known."""
     columns = (
         Column("quantity"),
         Column("unit"),
@@ -51,13 +43,7 @@ def convergence_table(quantities: Mapping[str, Convergence], title: str) -> Tabl
 
 
 def series_table(runs: Mapping[str, Mapping[str, Convergence]]) -> Table:
-    """List every number at every level, one row each, for other programs.
-
-    Parameters
-    ----------
-    runs : mapping of str to mapping of str to Convergence
-        The numbers by run and key.
-    """
+    """List every number at every level, one row each, for other programs."""
     names = ("run", "quantity", "unit", "setting", "size", "value")
     rows = tuple(
         (run, key, one.unit, setting, size, value)

@@ -17,15 +17,6 @@ _MOST_NAMED = 4
 def differences_table(first: Mapping[str, str], second: Mapping[str, str], *, same: str, note: str = "") -> Table:
     """Put the values that differ into a table; values that only say what is recorded are named below it.
 
-    Parameters
-    ----------
-    first, second : mapping of str to str
-        Values by their dotted paths, as people read them.
-    same : str
-        What is said where nothing differs.
-    note : str, optional
-        What else a reader has to know.
-
     Examples
     --------
     >>> table = differences_table({"a": "1", "record.c": "2"}, {"a": "3"}, same="Same.")

@@ -32,18 +32,7 @@ _MILLI = 1e3
 
 
 def energies_table(histories: Mapping[str, xr.Dataset]) -> Table:
-    """Show energies at the end of runs [mJ], and the largest imbalance over time as a share of the largest work.
-
-    Parameters
-    ----------
-    histories : mapping of str to xarray.Dataset
-        Histories by the titles of the runs.
-
-    Returns
-    -------
-    Table
-        A row for each energy, a column for each run.
-    """
+    """Show energies at the end of runs [mJ], and the largest imbalance over time as a share of the largest work."""
     columns = (Column("energy at the end"), Column("unit"), *(Column(title, significant=3) for title in histories))
     rows = [(words, "mJ", *(_cell(history, name) for history in histories.values())) for name, words in _PARTS.items()]
     shares = ("largest imbalance over largest work", "", *(_share(history) for history in histories.values()))

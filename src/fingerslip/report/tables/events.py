@@ -30,19 +30,7 @@ _MOST_DIGITS = 3
 
 
 def time_cell(run: RunResult, reading: str, time: str, factor: float = 1.0) -> Cell:
-    """Return the time of an event, or the latency, with its uncertainty where that is known; else why there is none.
-
-    Parameters
-    ----------
-    run : RunResult
-        The run.
-    reading : str
-        One of :data:`~fingerslip.slip.names.READINGS`.
-    time : str
-        One of :data:`~fingerslip.slip.names.TIMES`.
-    factor : float, optional
-        What times are multiplied with, for another unit.
-    """
+    """Return the time of an event, or the latency, with its uncertainty where that is known; else why there is none."""
     events = run.events.reading(reading)
     value = events.time(time)
     if not is_defined(reading, time):
@@ -54,17 +42,7 @@ def time_cell(run: RunResult, reading: str, time: str, factor: float = 1.0) -> C
 
 
 def events_table(runs: Sequence[RunResult], reading: str = "slip", *, way: str | None = None) -> Table:
-    """Show the slip events of all runs in one reading.
-
-    Parameters
-    ----------
-    runs : sequence of RunResult
-        The runs.
-    reading : {'slip', 'displacement', 'acceleration'}, optional
-        How events are read.
-    way : str, optional
-        Old name of `reading`.
-    """
+    """Show the slip events of all runs in one reading."""
     if way is not None:
         warn_renamed("way", "reading")
         reading = way

@@ -18,16 +18,7 @@ __all__ = ["runs_frame", "table_frame"]
 def runs_frame(study: StudyResult) -> pd.DataFrame:
     """Put the results of a study into a data frame: a row for each run, the columns of its ``summary.csv``.
 
-    Parameters
-    ----------
-    study : StudyResult
-        The study.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Numbers are numbers, with NaN for an event that did not happen or was not recorded (`readings_recorded` tells
-        which); ``attrs["units"]`` has the SI unit of each column that has one.
+    Units: returns ["units"].
     """
     import pandas as pd
 
@@ -41,19 +32,7 @@ def runs_frame(study: StudyResult) -> pd.DataFrame:
 
 
 def table_frame(table: Table) -> pd.DataFrame:
-    """Put a table into a data frame.
-
-    Parameters
-    ----------
-    table : Table
-        The table.
-
-    Returns
-    -------
-    pandas.DataFrame
-        The names of the columns are those of the table; what is missing for any reason is NaN, and of a number with an
-        uncertainty the number is kept. ``attrs`` has ``units`` by column, ``title`` and ``note``.
-    """
+    """Put a table into a data frame."""
     import pandas as pd
 
     columns = zip(*table.rows, strict=True) if table.rows else ([] for _ in table.columns)

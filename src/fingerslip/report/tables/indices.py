@@ -71,15 +71,7 @@ def _fitted_to(found: Validation) -> str:
 
 
 def prediction_table(predicted: Sequence[tuple[Surrogate, Prediction]], values: Mapping[str, Any]) -> Table:
-    """Show predictions with their 95 % intervals, and how good the surrogates are.
-
-    Parameters
-    ----------
-    predicted : sequence of (Surrogate, Prediction)
-        A prediction for each output.
-    values : mapping of str to object
-        The values for which they hold.
-    """
+    """Show predictions with their 95 % intervals, and how good the surrogates are."""
     columns = (
         *(Column(name) for name in ("output", "unit")),
         *(Column(name, significant=5) for name in ("predicted", "from", "to")),

@@ -13,17 +13,7 @@ __all__ = ["measures_table"]
 
 
 def measures_table(runs: Sequence[RunResult], titles: Sequence[str], title: str = "Measures") -> Table:
-    """Show the measures of runs, a row for each measure and a column for each run.
-
-    Parameters
-    ----------
-    runs : sequence of RunResult
-        The runs.
-    titles : sequence of str
-        A heading for each.
-    title : str, optional
-        Title of the table.
-    """
+    """Show the measures of runs, a row for each measure and a column for each run."""
     columns = (Column("measure"), Column("unit"), *(Column(heading, significant=4) for heading in titles))
     rows = tuple(
         (measure.label, typeset(measure.unit.shown) if measure.unit else "", *(_cell(run, measure) for run in runs))

@@ -33,18 +33,7 @@ _ATTRIBUTES: Mapping[str, str] = MappingProxyType(
 
 
 def models_table(histories: Mapping[str, xr.Dataset]) -> Table:
-    """Show how runs were computed, as their histories say: a row for each property, a column for each run.
-
-    Parameters
-    ----------
-    histories : mapping of str to xarray.Dataset
-        Histories by the titles of the runs.
-
-    Returns
-    -------
-    Table
-        Without rows where no history says how it was computed.
-    """
+    """Show how runs were computed, as their histories say: a row for each property, a column for each run."""
     columns = (Column("property"), *(Column(title, significant=3) for title in histories))
     rows = tuple(
         (words, *(_cell(history, name) for history in histories.values()))

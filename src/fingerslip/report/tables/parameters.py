@@ -30,24 +30,12 @@ GROUPS: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class ShownValue:
-    """One value of a run as a reader needs it.
+    """One value of a run as a reader needs it."""
 
-    Parameters
-    ----------
-    path : str
-        Dotted path in the study file.
-    value : str
-        The value with its unit; all values where it is swept.
-    source : str
-        Key of the reference that it is from, ``assumed``, ``study file``, ``default`` or ``not used``.
-    note : str
-        What the value rests on.
-    """
-
-    path: str
-    value: str
-    source: str
-    note: str = ""
+    path: str  # dotted path in the study file
+    value: str  # the value with its unit
+    source: str  # key of the reference that it is from, ``assumed``, ``study file``, ``default`` or ``not used``
+    note: str = ""  # what the value rests on
 
 
 def group_of(path: str) -> str:
@@ -65,13 +53,7 @@ def group_of(path: str) -> str:
 
 
 def value_tables(values: Sequence[ShownValue]) -> tuple[Table, ...]:
-    """Show values in a table for each group: the assumed ones first and marked, those that are not used last.
-
-    Parameters
-    ----------
-    values : sequence of ShownValue
-        The values.
-    """
+    """Show values in a table for each group: the assumed ones first and marked, those that are not used last."""
     grouped = {group: [value for value in values if group_of(value.path) == group] for group in GROUPS}
     return tuple(_table(group, members) for group, members in grouped.items() if members)
 

@@ -44,15 +44,7 @@ def interval_cells(interval: Interval | None) -> tuple[Cell, ...]:
 
 
 def sample_tables(study: StudyResult, references: Sequence[PublishedSet]) -> tuple[Table, ...]:
-    """Return the tables of a study with samples: intervals beside published times, and what moves overall slip.
-
-    Parameters
-    ----------
-    study : StudyResult
-        The study, with the ranges of its samples.
-    references : sequence of PublishedSet
-        Published values to compare with.
-    """
+    """Return the tables of a study with samples: intervals beside published times, and what moves overall slip."""
     overall = [sensitivity_table(fit) for fit in fits_of(study) if (fit.reading, fit.time) == ("slip", "overall")]
     tables = (published_table(study.runs, references), intervals_table(study.runs), *overall)
     return tuple(table for table in (*tables, refused_table(study.refused)) if table.rows)

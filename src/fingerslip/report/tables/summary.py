@@ -30,13 +30,6 @@ def summary_table(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ())
     ``normal_force_max_N``; then derived quantities; then the numerical uncertainties that are known, such as
     ``slip_overall_uncertainty_s``; then, in a study with samples, ``refused``: why a sample was not computed. Such
     rows stand at the end.
-
-    Parameters
-    ----------
-    runs : sequence of RunResult
-        The finished runs.
-    refused : sequence of RefusedRun, optional
-        Samples that were not computed.
     """
     columns = _columns(runs, refused)
     rows = tuple(tuple(column.of_run(run) for column in columns) for run in runs)
@@ -45,13 +38,7 @@ def summary_table(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ())
 
 
 def summary_units(runs: Sequence[RunResult], refused: Sequence[RefusedRun] = ()) -> dict[str, str]:
-    """Return the SI units of the columns of a summary by their names; pure numbers and words have none.
-
-    Parameters
-    ----------
-    runs, refused : sequence
-        As for :func:`summary_table`.
-    """
+    """Return the SI units of the columns of a summary by their names; pure numbers and words have none."""
     return {column.name: column.unit for column in _columns(runs, refused) if column.unit}
 
 

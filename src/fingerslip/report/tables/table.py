@@ -26,16 +26,10 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Measured:
-    """A number with its numerical uncertainty.
+    """A number with its numerical uncertainty."""
 
-    Parameters
-    ----------
-    value, uncertainty : float
-        Both in the unit of their column.
-    """
-
-    value: float
-    uncertainty: float
+    value: float  # both in the unit of their column
+    uncertainty: float  # both in the unit of their column
 
 
 class Missing(enum.Enum):
@@ -65,27 +59,13 @@ _TYPESET = (("^2", "²"), ("^3", "³"), ("um", "µm"))
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a table.
+    """One column of a table."""
 
-    Parameters
-    ----------
-    name : str
-        Its heading.
-    unit : str
-        Unit of its numbers; empty for text.
-    digits : int or None
-        Digits after the point for people, negative for zeros before it; None for `significant` ones.
-    significant : int
-        Largest number of significant digits for people, where `digits` is None.
-    answers : bool
-        Whether it stays in sight where the table is wider than the page.
-    """
-
-    name: str
-    unit: str = ""
-    digits: int | None = None
-    significant: int = 6
-    answers: bool = False
+    name: str  # its heading
+    unit: str = ""  # unit of its numbers
+    digits: int | None = None  # digits after the point for people, negative for zeros before it
+    significant: int = 6  # largest number of significant digits for people, where `digits` is None
+    answers: bool = False  # whether it stays in sight where the table is wider than the page
 
     @property
     def heading(self) -> str:
@@ -180,15 +160,7 @@ def to_csv(table: Table) -> str:
 
 
 def to_mapping(table: Table) -> dict[str, Any]:
-    """Return a table as plain data for JSON, with full precision.
-
-    Returns
-    -------
-    dict
-        ``title``, ``columns`` with `name` and `unit`, ``rows`` and ``note``. A number with an uncertainty has the keys
-        `value` and `uncertainty`, a value that is missing for a reason the key `missing`; an empty cell and what is no
-        finite number are null.
-    """
+    """Return a table as plain data for JSON, with full precision."""
     return {
         "title": table.title,
         "columns": [{"name": column.name, "unit": column.unit} for column in table.columns],

@@ -23,16 +23,7 @@ _PART = re.compile(r".+?(?:(?<=\w)[_/-](?=\w)|(?<=\w)\.(?=[a-z])|$)")
 
 
 def to_rich(table: Table, width: int = 80) -> rich.console.Group:
-    """Turn a table into one for the terminal, with its remarks below it.
-
-    Parameters
-    ----------
-    table : Table
-        The table.
-    width : int, optional
-        Letters in a line of the terminal. Long words are broken where it is narrow; where even that leaves no room for
-        all columns, or long texts would stand in narrow ones, every row becomes a list of its cells.
-    """
+    """Turn a table into one for the terminal, with its remarks below it."""
     widths = _widths(table, width)
     shown = _listed(table, width) if widths is None else [_gridded(table, widths)]
     # A caption of the table itself would be as narrow as the table.

@@ -19,24 +19,12 @@ _SPACING = 1e-5
 
 @dataclass(frozen=True)
 class Curve:
-    """A finely sampled plane curve that runs counter-clockwise round the finger.
+    """A finely sampled plane curve that runs counter-clockwise round the finger."""
 
-    Parameters
-    ----------
-    arc_length : (n,) array
-        Arc length from the lowest point of the skin [m], increasing.
-    points : (n, 2) array
-        Positions [m].
-    tangents : (n, 2) array
-        Unit tangents; the inside of the finger is on their left.
-    closed : bool
-        Whether the last point is the first one again.
-    """
-
-    arc_length: Floats
-    points: Floats
-    tangents: Floats
-    closed: bool
+    arc_length: Floats  # (n,), arc length from the lowest point of the skin [m], increasing
+    points: Floats  # (n, 2), positions [m]
+    tangents: Floats  # (n, 2), unit tangents
+    closed: bool  # whether the last point is the first one again
 
 
 def outline_curve(fingertip: FingertipNumbers) -> Curve:

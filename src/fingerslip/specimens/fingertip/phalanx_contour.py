@@ -25,11 +25,6 @@ def phalanx_contour(fingertip: FingertipNumbers) -> Floats:
 
     A contour that ends on the proximal cut is open there, from the palmar to the dorsal end; else its last point is
     the first one again.
-
-    Raises
-    ------
-    InputError
-        Where the phalanx leaves no tissue, or where nothing is left of a scaled phalanx.
     """
     if fingertip.phalanx.variant == "scaled":
         contour = _scaled(fingertip)

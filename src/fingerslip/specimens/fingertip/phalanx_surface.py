@@ -38,19 +38,10 @@ _CHECKED = 3
 
 @dataclass(frozen=True)
 class PhalanxSurface:
-    """Points of the phalanx's surface in rows across the finger.
+    """Points of the phalanx's surface in rows across the finger."""
 
-    Parameters
-    ----------
-    points : (rows, columns, 3) array
-        Positions [m], rows from the proximal to the distal end; columns run from the palmar line z = 0 towards +z and
-        round, a quarter of them to either side, to the back, and to the other side.
-    open : bool
-        Whether the first row lies on the proximal cut; else it is a single place, as the last row always is.
-    """
-
-    points: Floats
-    open: bool
+    points: Floats  # (rows, columns, 3), positions [m], rows from the proximal to the distal end
+    open: bool  # whether the first row lies on the proximal cut
 
 
 @dataclass(frozen=True)

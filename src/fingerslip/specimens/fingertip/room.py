@@ -14,19 +14,7 @@ def skin_room(outline: SagittalOutline | TransverseOutline, phalanx: Phalanx) ->
     The limit is where the skin reaches a face of the phalanx or, of a `scaled` phalanx, the centre of the section. The
     corners of the phalanx may come nearer; that shows with its contour.
 
-    Parameters
-    ----------
-    outline : SagittalOutline or TransverseOutline
-        Outline of the section.
-    phalanx : Phalanx
-        The phalanx in it.
-
-    Returns
-    -------
-    float
-        Limit of the skin's thickness [m].
-    str
-        Dotted path of the value that sets it.
+    Units: returns [m].
     """
     if isinstance(outline, SagittalOutline):
         centre, faces = "sagittal.half_height", _sagittal_limits(outline, phalanx)

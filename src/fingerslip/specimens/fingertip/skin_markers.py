@@ -23,24 +23,7 @@ def skin_markers(fingertip: FingertipNumbers, spacing: float = 1.5e-3, layers: i
 
     No paper prints such dots with dimensions; spacing and number are assumed.
 
-    Parameters
-    ----------
-    fingertip : FingertipNumbers
-        A fingertip in space.
-    spacing : float, optional
-        Distance between neighbours [m], across the line of sight.
-    layers : int, optional
-        Hexagons around the dot in the middle: 4 are 61 dots.
-
-    Returns
-    -------
-    tuple of Site
-        Sites of the kind `external marker`, from the middle outwards, ``external-marker-RING-NUMBER``.
-
-    Raises
-    ------
-    InputError
-        Where the fingertip has only sections.
+    Units: spacing [m].
     """
     solid_shape(fingertip)
     layout = hexagonal_layout(spacing, layers)

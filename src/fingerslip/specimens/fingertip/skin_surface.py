@@ -32,13 +32,7 @@ _QUARTER = 60
 
 
 def solid_shape(fingertip: FingertipNumbers) -> SolidShape:
-    """Return what the fingertip in space has beyond its sections.
-
-    Raises
-    ------
-    InputError
-        Where the fingertip has only sections.
-    """
+    """Return what the fingertip in space has beyond its sections."""
     if fingertip.solid is None:
         repair = "start from the preset wang2014-3d, or give its values"
         raise InputError("fingertip.solid", "is missing", "needs the widths of the finger in space", repair)
@@ -48,12 +42,7 @@ def solid_shape(fingertip: FingertipNumbers) -> SolidShape:
 def skin_section(fingertip: FingertipNumbers, x: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the ellipses across the finger at the positions x [m]: centre height, half height and half width [m].
 
-    Parameters
-    ----------
-    fingertip : FingertipNumbers
-        A fingertip in space.
-    x : (n,) array
-        Positions up to the tip [m]; the surface goes on beyond the proximal cut.
+    Arrays: x (n,) [m].
     """
     sagittal, widest = fingertip.sagittal, fingertip.transverse.half_width
     back = (np.minimum(x, 0.0) / sagittal.pad_length) ** 2

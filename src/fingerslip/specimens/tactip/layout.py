@@ -21,21 +21,11 @@ _ON_PLANE = 1e-9
 
 @dataclass(frozen=True)
 class MarkerPlaces:
-    """The places of n markers, from the axis outwards.
+    """The places of n markers, from the axis outwards."""
 
-    Parameters
-    ----------
-    ring : (n,) array
-        Number of the ring, 0 on the axis.
-    along : (n,) array
-        Arc length from the axis along the outermost surface [m].
-    azimuth : (n,) array
-        Angle about the axis, 0 towards +x, a quarter turn towards +z [rad].
-    """
-
-    ring: Integers
-    along: Floats
-    azimuth: Floats
+    ring: Integers  # (n,), number of the ring, 0 on the axis
+    along: Floats  # (n,), arc length from the axis along the outermost surface [m]
+    azimuth: Floats  # (n,), angle about the axis, 0 towards +x, a quarter turn towards +z [rad]
 
     @property
     def across(self) -> Floats:
@@ -53,11 +43,6 @@ class MarkerPlaces:
 
 def marker_places(markers: Markers) -> MarkerPlaces:
     """Return the places of all markers of a layout.
-
-    Parameters
-    ----------
-    markers : Markers
-        The layout.
 
     Examples
     --------

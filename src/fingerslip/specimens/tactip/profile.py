@@ -21,19 +21,11 @@ _LONGEST = 1e-3
 
 @dataclass(frozen=True)
 class SkinLines:
-    """The outer and the inner line of the skin, from the axis to the window, finely sampled.
+    """The outer and the inner line of the skin, from the axis to the window, finely sampled."""
 
-    Parameters
-    ----------
-    outer, inner : (n, 2) arrays
-        Distance from the axis and height [m].
-    corners : (k,) array
-        Rows at which smooth pieces of both lines begin and end: crowns, valleys and both ends.
-    """
-
-    outer: Floats
-    inner: Floats
-    corners: Integers
+    outer: Floats  # (n, 2), distance from the axis and height [m]
+    inner: Floats  # (n, 2), distance from the axis and height [m]
+    corners: Integers  # (k,), rows at which smooth pieces of both lines begin and end: crowns, valleys and both ends
 
 
 def placed(dome: Dome, along: Floats, depth: Floats) -> Floats:
@@ -70,14 +62,7 @@ def inward(dome: Dome, along: Floats) -> Floats:
 def skin_lines(dome: Dome, skin: Skin, spacing: float) -> SkinLines:
     """Return the lines of the skin of a sensor.
 
-    Parameters
-    ----------
-    dome : Dome
-        The outermost surface.
-    skin : Skin
-        Thickness and ridges.
-    spacing : float
-        Distance of rings of markers [m], at which a smooth skin has points.
+    Units: spacing [m].
     """
     step = spacing / np.ceil(spacing / _LONGEST)
     if not skin.ridges.enabled:

@@ -32,18 +32,10 @@ __all__ = ["StudyConvergence", "converge", "level_folders"]
 
 @dataclass(frozen=True)
 class StudyConvergence:
-    """The convergence of a study.
+    """The convergence of a study."""
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results of the study; the refined runs, tables and figures are in its folder `convergence`.
-    runs : tuple of RunConvergence
-        The runs that were refined.
-    """
-
-    folder: Path
-    runs: tuple[RunConvergence, ...]
+    folder: Path  # folder of the results of the study
+    runs: tuple[RunConvergence, ...]  # the runs that were refined
 
     @property
     def tables(self) -> tuple[Table, ...]:
@@ -126,15 +118,7 @@ def converge(
 
 
 def level_folders(path: str | Path, results_dir: str | Path) -> dict[Level, tuple[Path, ...]]:
-    """Return where :func:`converge` keeps the repetitions of a study's runs: a folder for each run at each level.
-
-    Parameters
-    ----------
-    path : path
-        The study file.
-    results_dir : path
-        Folder of the results of all studies.
-    """
+    """Return where :func:`converge` keeps the repetitions of a study's runs: a folder for each run at each level."""
     plan = plan_study(path, results_dir)
     folder = plan.folder / FOLDER
     return {level: tuple(folder / f"{run.name}_{level.label}" for run in plan.runs) for level in levels_of(plan.study)}

@@ -16,18 +16,10 @@ __all__ = ["Level", "levels_of", "run_at"]
 
 @dataclass(frozen=True)
 class Level:
-    """One change of one setting.
+    """One change of one setting."""
 
-    Parameters
-    ----------
-    setting : {'mesh', 'step', 'penalty', 'alpha'}
-        What is changed.
-    value : float
-        Factor on element sizes, time step or contact stiffness; for alpha the value itself.
-    """
-
-    setting: str
-    value: float
+    setting: str  # what is changed
+    value: float  # factor on element sizes, time step or contact stiffness
 
     @property
     def label(self) -> str:
@@ -47,17 +39,7 @@ def levels_of(study: Study) -> tuple[Level, ...]:
 
 
 def run_at(run: Run, level: Level, model: Model) -> Run:
-    """Return a run with one setting changed, and without snapshots.
-
-    Parameters
-    ----------
-    run : Run
-        A run of the study.
-    level : Level
-        The change.
-    model : Model
-        The run's own model, which knows the automatic contact stiffness.
-    """
+    """Return a run with one setting changed, and without snapshots."""
     study = dataclasses.replace(
         _changed(run.study, level, model), record=dataclasses.replace(run.study.record, snapshots_every=0.0)
     )

@@ -30,38 +30,15 @@ _logger = logging.getLogger("fingerslip.study")
 
 @dataclass(frozen=True)
 class RunConvergence:
-    """The convergence of every number of one run.
+    """The convergence of every number of one run."""
 
-    Parameters
-    ----------
-    run : str
-        Its name.
-    identity : str
-        Hash of its inputs.
-    quantities : mapping of str to Convergence
-        By key, see :func:`fingerslip.results.quantities`.
-    """
-
-    run: str
-    identity: str
-    quantities: Mapping[str, Convergence]
+    run: str  # its name
+    identity: str  # hash of its inputs
+    quantities: Mapping[str, Convergence]  # by key, see :func:`fingerslip.results.quantities`
 
 
 def write_convergences(folder: Path, convergences: Mapping[str, RunConvergence]) -> None:
-    """Write the convergence of the runs of a study into its results.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results of the study.
-    convergences : mapping of str to RunConvergence
-        By name of the run.
-
-    Raises
-    ------
-    ResultError
-        Where the file cannot be written.
-    """
+    """Write the convergence of the runs of a study into its results."""
     values = {name: _run_mapping(found) for name, found in convergences.items()}
     with writing(folder):
         (folder / FOLDER).mkdir(exist_ok=True)
@@ -69,20 +46,7 @@ def write_convergences(folder: Path, convergences: Mapping[str, RunConvergence])
 
 
 def read_convergences(folder: Path, identities: Mapping[str, str]) -> dict[str, RunConvergence]:
-    """Read back the convergence of the runs with these inputs.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results of the study.
-    identities : mapping of str to str
-        Hash of the inputs of every run, by its name.
-
-    Returns
-    -------
-    dict
-        By name of the run; of a damaged file nothing is known, and a warning says so.
-    """
+    """Read back the convergence of the runs with these inputs."""
     try:
         stored = read_json(folder / FOLDER / _FILE, "run fingerslip converge again")
     except (FileNotFoundError, NotADirectoryError):

@@ -20,21 +20,6 @@ def read_with_base(path: Path) -> dict[str, Any]:
     """Read a study file, and what it does not write from its base.
 
     Groups are merged key by key; anything else that is written replaces what the base has, lists as a whole.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    dict
-        Plain data with text keys, without a base.
-
-    Raises
-    ------
-    InputError
-        Where a file is missing or holds no mapping, a base is in another folder, or files are each other's base.
     """
     files, mappings = [path], [read_mapping(path)]
     while BASE in mappings[-1]:

@@ -32,13 +32,6 @@ def choice_of(union: Any, what: str) -> Callable[[type[T]], type[T]]:
     """Return a class decorator that makes a parameter set with one optional field for each member of a union.
 
     Exactly one of the fields has to be given; :func:`chosen` returns it. The fields are listed in the docstring.
-
-    Parameters
-    ----------
-    union : union of classes
-        The kinds to choose from.
-    what : str
-        What errors call a kind.
     """
     kinds = kinds_of(union)
 

@@ -61,13 +61,7 @@ _ALLOWED = f"needs numbers, names, + - * / **, parentheses and {', '.join(FUNCTI
 
 
 def check_expression(text: str) -> str:
-    """Return an expression that can be read; refuse any other, without knowing the names in it.
-
-    Raises
-    ------
-    InputError
-        Where it is no expression, or holds what is not allowed.
-    """
+    """Return an expression that can be read; refuse any other, without knowing the names in it."""
     tree, _ = _parsed(text)
     for node in ast.walk(tree):
         _check_node(node, text)
@@ -75,13 +69,7 @@ def check_expression(text: str) -> str:
 
 
 def check_names(expressions: Mapping[str, str]) -> Mapping[str, str]:
-    """Return derived quantities whose names are words of their own: they name columns, and outputs of a run.
-
-    Raises
-    ------
-    InputError
-        For a name with other characters, or that of an event, of a measure or of a column of the summary.
-    """
+    """Return derived quantities whose names are words of their own: they name columns, and outputs of a run."""
     for name in expressions:
         if not _WORD.fullmatch(name):
             raise InputError(name, "is no name of a column", "needs letters, digits and '_', a letter first")
@@ -99,20 +87,7 @@ def _taken() -> frozenset[str]:
 
 
 def derived_of(expressions: Mapping[str, str], result: RunResult) -> dict[str, Quantity]:
-    """Return the derived quantities of a run.
-
-    Parameters
-    ----------
-    expressions : mapping of str to str
-        Expressions by name.
-    result : RunResult
-        The run, with all its values.
-
-    Raises
-    ------
-    InputError
-        For names that are not known or stand for several parameters, and for units that do not fit together.
-    """
+    """Return the derived quantities of a run."""
     return {name: derive(name, text, result) for name, text in expressions.items()}
 
 

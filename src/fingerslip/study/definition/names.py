@@ -24,16 +24,6 @@ def run_names(combinations: Sequence[Mapping[str, Any]]) -> list[str]:
     once what no folder may be called is taken out, as ``a b`` and ``a-b``, or differ only in case, a hash of the values
     does.
 
-    Parameters
-    ----------
-    combinations : sequence of mapping of str to object
-        The swept values of each run by dotted path, no two the same.
-
-    Returns
-    -------
-    list of str
-        Names of letters, digits and ``._+-``, no two the same.
-
     Examples
     --------
     >>> run_names([{"fingertip.finger_angle": "-15 deg"}, {"fingertip.finger_angle": "15 deg"}])

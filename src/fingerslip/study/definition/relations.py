@@ -28,13 +28,7 @@ _KINDS = " or ".join(SPECIMENS)
 
 
 def mistakes_between(fields: Mapping[str, Any]) -> list[InputError]:
-    """Return the mistakes in the relations between fields of a study.
-
-    Parameters
-    ----------
-    fields : mapping of str to object
-        Values of fields that are right on their own. A relation is checked where all its fields are among them.
-    """
+    """Return the mistakes in the relations between fields of a study."""
     mistakes, known = Mistakes(), dict(fields)
     if SPECIMENS.keys() <= fields.keys():
         with mistakes.collected():

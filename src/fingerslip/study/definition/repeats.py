@@ -60,20 +60,6 @@ def repeat_seed(settings: RepeatSettings, number: int) -> int:
 def scattered(settings: RepeatSettings, number: int, values: Mapping[str, Any]) -> dict[str, Any]:
     """Return the values of a repeat by dotted path, as a study file writes them.
 
-    Parameters
-    ----------
-    settings : RepeatSettings
-        What scatters.
-    number : int
-        Number of the repeat, from 1.
-    values : mapping of str to object
-        The values of the run by dotted path.
-
-    Raises
-    ------
-    InputError
-        For a path that leads to no number, and for a deviation of another unit.
-
     Examples
     --------
     >>> scattered(RepeatSettings(count=2, scatter={"time.end": "0.1 s"}), 1, {"time.end": "3 s"})

@@ -193,17 +193,6 @@ def sample_mistakes(
 
     An end is wrong where the study with this value, and its other values as they stand, is wrong. What is wrong between
     the ends, where several values come together, refuses the sample and not the study.
-
-    Parameters
-    ----------
-    study : mapping
-        What a study file holds, right or wrong.
-    known_mistakes : sequence of InputError
-        The mistakes of the study without its samples.
-    known_paths : mapping of str to sequence of str
-        The paths that may be sampled, by the field of the study that they begin with.
-    mistakes_of : callable
-        Returns the mistakes of a study as plain data, with dotted paths as locations.
     """
     if any(is_below(mistake.where, SAMPLE) for mistake in known_mistakes):
         return []

@@ -236,13 +236,7 @@ def read_study(path: str | Path) -> Study:
 
 
 def given_paths(path: str | Path) -> tuple[str, ...]:
-    """Return the dotted paths of all values that a study file gives, in its order; swept and sampled ones at the end.
-
-    Parameters
-    ----------
-    path : path
-        A study file without mistakes.
-    """
+    """Return the dotted paths of all values that a study file gives, in its order; swept and sampled ones last."""
     return given_in(read_with_base(Path(path)))
 
 
@@ -257,25 +251,7 @@ def given_in(mapping: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
-    """Build a study from plain data, quantities as text with units.
-
-    Parameters
-    ----------
-    mapping : mapping
-        What a study file holds.
-    source : Path
-        Its file, which errors name and to which the path of a mesh file is relative.
-
-    Returns
-    -------
-    Study
-        The study; the path of a mesh file in it is absolute.
-
-    Raises
-    ------
-    InputError
-        For all mistakes, in the order of `mapping`.
-    """
+    """Build a study from plain data, quantities as text with units."""
     mapping = _with_marks(_with_current_sweep(mapping))
     study, mistakes = _read(mapping)
     if mapping.get("sweep"):
@@ -356,13 +332,7 @@ def _completed(mapping: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def known_paths(mapping: Mapping[str, Any]) -> Mapping[str, tuple[str, ...]]:
-    """Return the dotted paths that a sweep may name, by the field of the study that they begin with.
-
-    Parameters
-    ----------
-    mapping : mapping
-        What a study file holds; of a field that is wrong no paths are known.
-    """
+    """Return the dotted paths that a sweep may name, by the field of the study that they begin with."""
     sections = plain_fields(Study, valid_fields(Study, mapping))
     for kind, presets in SPECIMENS.items():
         if sections.get(kind) is not None:

@@ -26,29 +26,13 @@ __all__ = ["Expansion", "Run", "expand", "expand_checked", "expand_samples"]
 
 @dataclass(frozen=True)
 class Run:
-    """One run of a study.
+    """One run of a study."""
 
-    Parameters
-    ----------
-    name : str
-        Name of its folder, from the swept values and the number of the sample.
-    where : str
-        Its name in errors: the study file, the swept values and the number of the sample.
-    swept : mapping of str to object
-        The swept values by dotted path, as the study file writes them; the number of the sample under ``sample``.
-    study : Study
-        The study with these values, without a sweep and without samples.
-    specimen : Specimen or None
-        The specimen with all its values.
-    sampled : mapping of str to object
-        The sampled values by dotted path; empty in a study without samples.
-    """
-
-    name: str
-    where: str
-    swept: Mapping[str, Any]
-    study: Study
-    specimen: Specimen | None
+    name: str  # name of its folder, from the swept values and the number of the sample
+    where: str  # its name in errors: the study file, the swept values and the number of the sample
+    swept: Mapping[str, Any]  # the swept values by dotted path, as the study file writes them
+    study: Study  # the study with these values, without a sweep and without samples
+    specimen: Specimen | None  # the specimen with all its values
     sampled: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
     def resolved(self) -> dict[str, Any]:
@@ -89,18 +73,10 @@ class _Named:
 
 @dataclass(frozen=True)
 class Expansion:
-    """The runs that a study makes.
+    """The runs that a study makes."""
 
-    Parameters
-    ----------
-    runs : tuple of Run
-        The runs, all of them checked.
-    refused : tuple of RefusedRun
-        Samples whose values do not fit together.
-    """
-
-    runs: tuple[Run, ...]
-    refused: tuple[RefusedRun, ...] = ()
+    runs: tuple[Run, ...]  # the runs, all of them checked
+    refused: tuple[RefusedRun, ...] = ()  # samples whose values do not fit together
 
 
 def expand(study: Study, source: Path) -> tuple[Run, ...]:
@@ -109,21 +85,7 @@ def expand(study: Study, source: Path) -> tuple[Run, ...]:
 
 
 def expand_samples(study: Study, source: Path) -> Expansion:
-    """Return the runs of a study; the first swept path varies slowest, samples vary fastest.
-
-    Parameters
-    ----------
-    study : Study
-        The study.
-    source : Path
-        Its file, which errors name and to which paths of mesh files are relative.
-
-    Raises
-    ------
-    InputError
-        For all swept paths that do not exist, and all values that do not fit there; for the last sample where all of
-        them are refused.
-    """
+    """Return the runs of a study; the first swept path varies slowest, samples vary fastest."""
     parse_study(study_mapping(study), source)
     return expand_checked(study, source)
 

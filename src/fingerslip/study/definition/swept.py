@@ -19,19 +19,7 @@ _Check = Callable[[Mapping[str, Any]], Sequence[InputError]]
 
 
 def check_sweep(sweep: Mapping[str, tuple[Any, ...]]) -> Mapping[str, tuple[Any, ...]]:
-    """Return a sweep whose lists are right on their own.
-
-    Parameters
-    ----------
-    sweep : mapping of str to tuple
-        Values by dotted path; lists of values by several paths.
-
-    Raises
-    ------
-    InputError
-        For every empty list, every value that stands twice in its list, every list without one value for each of its
-        paths, and every path inside another one.
-    """
+    """Return a sweep whose lists are right on their own."""
     mistakes = Mistakes()
     for path, values in sweep.items():
         with mistakes.collected():
@@ -97,20 +85,7 @@ def _rows(key: str, values: Sequence[Any]) -> list[dict[str, Any]]:
 
 
 def with_values(mapping: Mapping[str, Any], swept: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a copy of a study as plain data with other values, without a sweep, samples and repeats.
-
-    Parameters
-    ----------
-    mapping : mapping
-        What a study file holds.
-    swept : mapping of str to object
-        Values by dotted path.
-
-    Raises
-    ------
-    LookupError
-        Where a path leads through a scalar, or to an item that a list does not have.
-    """
+    """Return a copy of a study as plain data with other values, without a sweep, samples and repeats."""
     kept = {name: value for name, value in mapping.items() if name not in ("sample", "repeats")}
     changed = copy.deepcopy({**kept, "sweep": {}})
     for path, value in swept.items():
@@ -128,18 +103,6 @@ def swept_mistakes(
 
     A value is wrong where a run that has it is: all combinations are checked, so a value may be right or wrong because
     of the other swept values, and what the sweep replaces does not matter.
-
-    Parameters
-    ----------
-    study : mapping
-        What a study file holds, right or wrong.
-    known_mistakes : sequence of InputError
-        The mistakes of the study without its sweep.
-    known_paths : mapping of str to sequence of str
-        The paths that may be swept, by the field of the study that they begin with; of a field that is wrong itself
-        none are known, and paths into it are not judged.
-    mistakes_of : callable
-        Returns the mistakes of a study as plain data, with dotted paths as locations.
     """
     if any(is_below(mistake.where, "sweep") for mistake in known_mistakes):
         return []

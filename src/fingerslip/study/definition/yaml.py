@@ -18,23 +18,7 @@ __all__ = ["line_numbers", "read_mapping", "write_mapping"]
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
-    """Read a YAML file that holds one mapping.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    dict
-        Plain data with text keys.
-
-    Raises
-    ------
-    InputError
-        Where the file is missing, is no YAML, has a key twice, or holds no mapping.
-    """
+    """Read a YAML file that holds one mapping."""
     content = copy.deepcopy(_document(_read_text(path), str(path)).content)
     if not isinstance(content, dict):
         found = "is empty" if content is None else f"holds a {type(content).__name__}"
@@ -43,30 +27,14 @@ def read_mapping(path: Path) -> dict[str, Any]:
 
 
 def write_mapping(mapping: Mapping[str, Any], path: Path, *, comment: str = "") -> None:
-    """Write plain data as YAML, keys in their order, below a comment line.
-
-    Parameters
-    ----------
-    mapping : mapping
-        Nested dictionaries, lists and scalars.
-    path : Path
-        The file.
-    comment : str, optional
-        The first line, without its ``#``.
-    """
+    """Write plain data as YAML, keys in their order, below a comment line."""
     text = to_text(mapping)
     path.write_text(f"# {comment}\n{text}" if comment else text, encoding="utf-8")
 
 
 @contextlib.contextmanager
 def line_numbers(path: Path) -> Iterator[None]:
-    """Give the mistakes that are raised in the block their lines in a file, and the order in which they stand there.
-
-    Parameters
-    ----------
-    path : Path
-        The file, with whose name the mistakes begin.
-    """
+    """Give the mistakes that are raised in the block their lines in a file, and the order in which they stand there."""
     try:
         yield
     except InputError as error:

@@ -37,25 +37,7 @@ _CONTROLLED = (
 
 
 def check_studies(paths: Sequence[str | Path], results_dir: str | Path = "results") -> Table:
-    """Check studies, and estimate the size and time of every run.
-
-    Parameters
-    ----------
-    paths : sequence of path
-        Study files.
-    results_dir : path, optional
-        Folder of the results, in which finished runs are found.
-
-    Returns
-    -------
-    Table
-        A row for each run.
-
-    Raises
-    ------
-    InputError
-        For all mistakes in the files; where there are none, for the first model that cannot be built.
-    """
+    """Check studies, and estimate the size and time of every run."""
     return check_plans(plan_studies(paths, results_dir))
 
 

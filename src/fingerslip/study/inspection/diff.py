@@ -24,24 +24,7 @@ _ROUNDING = 1e-9
 
 
 def diff_runs(first: str | Path, second: str | Path) -> tuple[Table, ...]:
-    """Compare two finished runs, of one study or of two.
-
-    Parameters
-    ----------
-    first, second : path
-        Their folders, A and B.
-
-    Returns
-    -------
-    tuple of Table
-        The values and versions in which they differ; and their slip events and measures with B - A, marked where the
-        difference exceeds the numerical uncertainties of both, where these are known.
-
-    Raises
-    ------
-    ResultError
-        Where a folder holds no finished run.
-    """
+    """Compare two finished runs, of one study or of two."""
     runs = read_stored_run(first), read_stored_run(second)
     values = _values(Path(first), runs[0]), _values(Path(second), runs[1])
     differ = differences_table(

@@ -27,22 +27,7 @@ _FIGURES: Mapping[str, Callable[[Any, str], Figure]] = MappingProxyType(
 
 
 def draw_specimen(target: str, path: Path) -> None:
-    """Draw a fingertip, both sections and the finger in space, or a sensor, cut open and its markers.
-
-    Parameters
-    ----------
-    target : str
-        Name of a preset, or a study file (of a sweep its first run).
-    path : Path
-        The picture, of a type that the suffix names: ``.png``, ``.svg`` or ``.pdf``.
-
-    Raises
-    ------
-    InputError
-        Where there is no such preset or study, it has no specimen, or the suffix is another.
-    ResultError
-        Where the file cannot be written.
-    """
+    """Draw a fingertip, both sections and the finger in space, or a sensor, cut open and its markers."""
     if path.suffix not in _SUFFIXES:
         raise InputError("show --figure", f"got '{path}'", f"needs a file that ends in {', '.join(_SUFFIXES)}")
     kind, specimen = _specimen(target)

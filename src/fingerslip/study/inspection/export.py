@@ -14,29 +14,7 @@ __all__ = ["export_result"]
 
 
 def export_result(target: Path, kind: str, output: Path | None = None) -> Path:
-    """Write a result for other programs, whole or not at all.
-
-    Parameters
-    ----------
-    target : Path
-        Folder of a run, or of a study.
-    kind : {'csv', 'json', 'mat', 'parquet', 'vtu'}
-        The format; a study has no snapshots of its own, and so no ``vtu``.
-    output : Path, optional
-        The folder to write; without it ``export-FORMAT`` in the folder of the result.
-
-    Returns
-    -------
-    Path
-        The folder that was written.
-
-    Raises
-    ------
-    InputError
-        For a format that is not known.
-    ResultError
-        Where there is no result, or it cannot be written.
-    """
+    """Write a result for other programs, whole or not at all."""
     # Data frames and the formats are slow to load: what is wrong with the result is said before.
     folder = output or target / f"export-{kind}"
     if read_manifest(target).get("runs"):

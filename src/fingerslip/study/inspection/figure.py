@@ -33,34 +33,14 @@ _CODEC, _MP4 = "vp09", ".mp4"
 
 @dataclass(frozen=True)
 class FigureChoice:
-    """Which figure is wanted, and how it looks.
+    """Which figure is wanted, and how it looks."""
 
-    Parameters
-    ----------
-    kind : str
-        Its name; see :func:`kinds_text`.
-    style : str
-        One of ``page``, ``paper`` and ``slides``.
-    form : str
-        One of :data:`FORMATS`; films are ``mp4``.
-    run : str
-        Name of the run, of a study with several.
-    path : str
-        Dotted path of the swept value on the axis; without it the first.
-    times : sequence of str
-        Times with their units.
-    options : mapping
-        Values of :class:`~fingerslip.report.scene.scene.SceneOptions`.
-    film : mapping
-        Values of :class:`~fingerslip.report.figures.film.Film`.
-    """
-
-    kind: str
-    style: str = "paper"
-    form: str = "pdf"
-    run: str = ""
-    path: str = ""
-    times: Sequence[str] = ()
+    kind: str  # its name
+    style: str = "paper"  # one of ``page``, ``paper`` and ``slides``
+    form: str = "pdf"  # one of :data:`FORMATS`; films are ``mp4``
+    run: str = ""  # name of the run, of a study with several
+    path: str = ""  # dotted path of the swept value on the axis
+    times: Sequence[str] = ()  # times with their units
     options: Mapping[str, Any] = dataclasses.field(default_factory=dict)
     film: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
@@ -72,13 +52,7 @@ def kinds_text() -> str:
 
 
 def film_size(text: str) -> tuple[int, int]:
-    """Return width and height [pixels] of a text such as '1280x720'.
-
-    Raises
-    ------
-    InputError
-        For any other text.
-    """
+    """Return width and height [pixels] of a text such as '1280x720'."""
     parts = text.lower().split("x")
     if len(parts) != 2 or not all(part.isdigit() for part in parts):
         raise InputError("figure: --size", f"got '{text}'", "needs a width and a height in pixels", "write 1280x720")
@@ -86,29 +60,7 @@ def film_size(text: str) -> tuple[int, int]:
 
 
 def write_figure(target: Path, choice: FigureChoice, output: Path | None = None) -> Path:
-    """Write a figure or a film of stored results.
-
-    Parameters
-    ----------
-    target : Path
-        Folder of a study's results, or of one of its runs.
-    choice : FigureChoice
-        Which figure.
-    output : Path, optional
-        The file; without it one that is called as the kind (and the run), in `target`.
-
-    Returns
-    -------
-    Path
-        The file that was written.
-
-    Raises
-    ------
-    InputError
-        For a kind, style, format, run or path that is not there.
-    ResultError
-        Where results cannot be read, lack what is asked for, or the file cannot be written.
-    """
+    """Write a figure or a film of stored results."""
     _check(choice)
     named = f"{choice.kind}-{choice.run}" if choice.run else choice.kind
     path = output or target / f"{named}{_MP4 if choice.kind == FILM else f'.{choice.form}'}"

@@ -19,28 +19,7 @@ __all__ = ["save_mesh"]
 
 
 def save_mesh(target: str, path: Path | None = None) -> tuple[Table, ...]:
-    """Write the mesh of a study (of its first run) or of a preset, and say what is worth knowing of it.
-
-    Parameters
-    ----------
-    target : str
-        A study file, or the name of a preset; one with a shape in space gives the mesh in space.
-    path : Path, optional
-        The file, of a type that its suffix names; without it one in ``meshes/``, for Gmsh or, where it is the mesh of a
-        scan, for ParaView.
-
-    Returns
-    -------
-    tuple of Table
-        The quality of the cells, region by region, and for a scan also its distance from the mesh and its repairs.
-
-    Raises
-    ------
-    InputError
-        Where there is no such study or preset, or its mesh cannot be built.
-    ResultError
-        Where the file cannot be written.
-    """
+    """Write the mesh of a study (of its first run) or of a preset, and say what is worth knowing of it."""
     is_study = Path(target).suffix in (".yaml", ".yml")
     inspected = inspect_mesh(plan_study(target).runs[0]) if is_study else _mesh_of_preset(target)
     path = path or Path("meshes") / f"{Path(target).stem if is_study else target}{inspected.suffix}"

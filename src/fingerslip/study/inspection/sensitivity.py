@@ -25,25 +25,7 @@ Method = Literal["auto", "linear", "morris", "sobol", "surrogate"]
 
 
 def write_sensitivities(folder: Path, output: str, method: Method) -> tuple[Table, ...]:
-    """Return tables of what moves an output, and write them and their figure into the folder of the study.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results of a study with samples.
-    output : str
-        Name of the output, as in :func:`~fingerslip.sampling.outputs.output_of`.
-    method : {'auto', 'linear', 'morris', 'sobol', 'surrogate'}
-        Linear regression, elementary effects, Sobol indices from the runs or of a surrogate; 'auto': what the samples
-        were drawn for, else the surrogate.
-
-    Raises
-    ------
-    InputError
-        For a study without samples, an unknown output, or a method that does not fit the samples.
-    ResultError
-        Where the folder holds no results, or nothing can be written there.
-    """
+    """Return tables of what moves an output, and write them and their figure into the folder of the study."""
     study = open_study(folder).result
     if method == "linear":
         return _linear(study, output)
@@ -80,22 +62,7 @@ def _linear(study: StudyResult, output: str) -> tuple[Table, ...]:
 
 
 def predicted(folder: Path, given: Sequence[str], outputs: Sequence[str]) -> Table:
-    """Predict what a run between those of a study would come to.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results of a study.
-    given : sequence of str
-        ``path=value`` for everything that differs between its runs.
-    outputs : sequence of str
-        Names of the outputs.
-
-    Raises
-    ------
-    InputError
-        For values that are missing or outside those of the runs, an unknown output, or too few runs.
-    """
+    """Predict what a run between those of a study would come to."""
     study = open_study(folder).result
     values = dict(map(_pair, given))
     if not study.runs:

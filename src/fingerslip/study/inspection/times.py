@@ -14,22 +14,7 @@ __all__ = ["time_of_run"]
 
 
 def time_of_run(history: xr.Dataset, given: str, where: str) -> float:
-    """Return a time of a run [s].
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        Its history.
-    given : str
-        The time with its unit.
-    where : str
-        What it was given to, for errors.
-
-    Raises
-    ------
-    InputError
-        Where it is no time, or the run has it not.
-    """
+    """Return a time of a run [s]."""
     time, end = parse_quantity(given, "s", where=where), float(history["time"].values[-1])
     if not 0.0 <= time <= end:
         raise InputError(where, f"got {given}", f"needs a time of the run, 0 to {end:.4g} s")

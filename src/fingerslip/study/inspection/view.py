@@ -30,31 +30,7 @@ def view_result(
     movie: Path | None = None,
     served: Served | None = None,
 ) -> tuple[Path, ...]:
-    """Show a stored run.
-
-    Parameters
-    ----------
-    target : path
-        Folder of a run, of a study with one run, or a ``history.nc``.
-    options : mapping
-        Values of :class:`~fingerslip.report.scene.scene.SceneOptions`.
-    time : str, optional
-        Time with its unit; without it the last one.
-    screenshot, movie : Path, optional
-        Files to write; without them a window opens.
-    served : Served, optional
-        Where a browser finds the scene; without it a window opens.
-
-    Returns
-    -------
-    tuple of Path
-        The files that were written.
-
-    Raises
-    ------
-    InputError, ResultError
-        Where there is no such result, an option is wrong, or the picture cannot be written.
-    """
+    """Show a stored run."""
     chosen = from_mapping(SceneOptions, dict(options), "view")
     if served is not None:
         require_free(served)

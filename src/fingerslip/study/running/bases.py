@@ -18,18 +18,7 @@ __all__ = ["choose_bases"]
 
 
 def choose_bases(jobs: Sequence[Job]) -> tuple[Job, ...]:
-    """Decide where a study says ``basis: automatic``: for a reduced basis where the runs that share it save time.
-
-    Parameters
-    ----------
-    jobs : sequence of Job
-        What to compute.
-
-    Returns
-    -------
-    tuple of Job
-        The same jobs. What is decided stands in their runs, so that ``run.yaml`` repeats it.
-    """
+    """Decide where a study says ``basis: automatic``: for a reduced basis where the runs that share it save time."""
     first = first_alike([job.model for job in jobs], same_body, material_key)
     members = {kind: [job.model for job, own in zip(jobs, first, strict=True) if own == kind] for kind in set(first)}
     saves = {

@@ -53,20 +53,7 @@ class _NoSpecimen:
 def build_mesh(run: Run) -> Any:
     """Build or read the mesh of a run.
 
-    Parameters
-    ----------
-    run : Run
-        The run.
-
-    Returns
-    -------
-    skfem.Mesh
-        The mesh, with named regions and boundaries [m].
-
-    Raises
-    ------
-    InputError
-        Where the mesh cannot be built or read.
+    Units: returns [m].
     """
     with _errors_named(run):
         require_mesh_memory(run.study.mesh, run.specimen)
@@ -85,37 +72,13 @@ def inspect_mesh(run: Run) -> InspectedMesh:
 
 
 def mesh_key(run: Run) -> str:
-    """Return what decides the mesh of a run, hashed: runs with the same key share one mesh.
-
-    Raises
-    ------
-    InputError
-        Where a file of the mesh cannot be read.
-    """
+    """Return what decides the mesh of a run, hashed: runs with the same key share one mesh."""
     with _errors_named(run):
         return run.study.mesh.key(run.specimen)
 
 
 def build_model(run: Run, mesh: Any = None) -> Model:
-    """Make the model of a run.
-
-    Parameters
-    ----------
-    run : Run
-        The run.
-    mesh : skfem.Mesh, optional
-        Its mesh; built where it is not given.
-
-    Returns
-    -------
-    Model
-        The model, ready to be simulated.
-
-    Raises
-    ------
-    InputError
-        Where the values of the run do not fit together.
-    """
+    """Make the model of a run."""
     with _errors_named(run):
         return _model(run, build_mesh(run) if mesh is None else mesh)
 
@@ -156,17 +119,7 @@ def _model(run: Run, mesh: Any) -> Model:
 
 
 def located(error: InputError, where: str, study: Study | None = None) -> InputError:
-    """Return the error with the name of the run in front of its place, and the place as the study file calls it.
-
-    Parameters
-    ----------
-    error : InputError
-        An error of the model; one that names the run already is returned as it is.
-    where : str
-        Name of the run.
-    study : Study, optional
-        The study, which says how its contacts are written; without it there is one contact, in its short form.
-    """
+    """Return the error with the name of the run in front of its place, and the place as the study file calls it."""
     source = where.partition(" (")[0]
     if all(one.where.startswith(source) for one in error.all):
         return error

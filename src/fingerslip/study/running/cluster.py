@@ -58,38 +58,15 @@ class SchedulerLostError(FingerslipError):
 
 @dataclass(frozen=True)
 class Task:
-    """Runs that a worker computes together, without their mesh.
+    """Runs that a worker computes together, without their mesh."""
 
-    Parameters
-    ----------
-    runs : tuple of Run
-        The runs.
-    identities : tuple of str
-        Hashes of their inputs.
-    version : str
-        Version of fingerslip that asks for them.
-    """
-
-    runs: tuple[Run, ...]
-    identities: tuple[str, ...]
-    version: str
+    runs: tuple[Run, ...]  # the runs
+    identities: tuple[str, ...]  # hashes of their inputs
+    version: str  # version of fingerslip that asks for them
 
 
 def compute_task(task: Task, mesh: Any) -> _Outcome:
-    """Compute runs in a folder that is removed, and return their files or errors by the names of the runs.
-
-    Parameters
-    ----------
-    task : Task
-        The runs.
-    mesh : skfem.Mesh
-        Their mesh.
-
-    Raises
-    ------
-    InputError
-        Where the worker has another version of fingerslip.
-    """
+    """Compute runs in a folder that is removed, and return their files or errors by the names of the runs."""
     _check_version("worker", metadata.version("fingerslip"), task.version)
     with _ONE_AT_A_TIME, _alone(), tempfile.TemporaryDirectory(prefix="fingerslip-") as name:
         parts = zip(task.runs, task.identities, strict=True)
@@ -115,27 +92,7 @@ def _alone() -> contextlib.AbstractContextManager[Any]:
 
 
 def compute_on_cluster(jobs: Sequence[Job], address: str, progress: StudyProgress) -> dict[str, FingerslipError]:
-    """Compute jobs on the workers of a Dask cluster, and write their folders here as they come.
-
-    Parameters
-    ----------
-    jobs : sequence of Job
-        What to compute.
-    address : str
-        Address of the scheduler, such as ``tcp://host:8786``.
-    progress : StudyProgress
-        Is told which runs are done.
-
-    Returns
-    -------
-    dict
-        The error of each job that failed, by the name of the run.
-
-    Raises
-    ------
-    InputError
-        Where Dask is not installed, no scheduler answers, or a worker has no fingerslip, or another version of it.
-    """
+    """Compute jobs on the workers of a Dask cluster, and write their folders here as they come."""
     progress.begin([job.run.name for job in jobs])
     errors: dict[str, FingerslipError | None] = {}
 

@@ -28,41 +28,12 @@ _logger = logging.getLogger("fingerslip.study")
 
 
 def compute(job: Job, progress: Callable[[float], None], threads: int | None = None) -> None:
-    """Simulate a run and write its folder, whole or not at all.
-
-    Parameters
-    ----------
-    job : Job
-        What to compute.
-    progress : callable
-        Receives the fraction done, from 0 to 1; what it raises ends the run.
-    threads : int, optional
-        Threads to use at most; see :func:`fingerslip.dynamics.simulation.simulate`.
-
-    Raises
-    ------
-    InputError
-        Where contact leaves its candidates.
-    ConvergenceError
-        Where the contact of a step was not solved.
-    ResultError
-        Where the folder cannot be written.
-    """
+    """Simulate a run and write its folder, whole or not at all."""
     compute_together([job], progress, threads)
 
 
 def compute_together(jobs: Sequence[Job], progress: Callable[[float], None], threads: int | None = None) -> None:
-    """Simulate runs that share a matrix and write their folders, all whole or none; see :func:`compute`.
-
-    Parameters
-    ----------
-    jobs : sequence of Job
-        What to compute.
-    progress : callable
-        Receives the fraction done of all of them, from 0 to 1; what it raises ends the runs.
-    threads : int, optional
-        Threads to use at most.
-    """
+    """Simulate runs that share a matrix and write their folders, all whole or none; see :func:`compute`."""
     with contextlib.ExitStack() as stack:
         folders = [stack.enter_context(new_folder(job.folder)) for job in jobs]
         with contextlib.ExitStack() as logs:

@@ -55,19 +55,7 @@ _KINDS = {2: "cells", 3: "tetrahedra"}
 
 
 def estimated_seconds(unknowns: int, steps: int, dim: int = 2, kinematics: Kinematics = "small") -> float:
-    """Estimate how long the simulation of a run takes [s]; rough away from the size of the shipped studies.
-
-    Parameters
-    ----------
-    unknowns : int
-        Degrees of freedom.
-    steps : int
-        Time steps.
-    dim : int, optional
-        Dimension of space.
-    kinematics : {'small', 'finite'}, optional
-        Whether strains are small.
-    """
+    """Estimate how long the simulation of a run takes [s]; rough away from the size of the shipped studies."""
     per_unknown = _SECONDS_PER_UNKNOWN[dim] + _SECONDS_PER_UNKNOWN_AND_STEP[dim] * steps
     times = _TIMES_AT_LARGE_STRAIN[dim] if kinematics == "finite" else 1.0
     return _SECONDS_AT_START + times * per_unknown * unknowns
@@ -76,14 +64,7 @@ def estimated_seconds(unknowns: int, steps: int, dim: int = 2, kinematics: Kinem
 def process_bytes(unknowns: int, records: int, dim: int = 2) -> float:
     """Estimate the memory of a process that computes runs together [bytes]; rough as :func:`estimated_seconds`.
 
-    Parameters
-    ----------
-    unknowns : int
-        Degrees of freedom of their mesh.
-    records : int
-        What their records take [bytes].
-    dim : int, optional
-        Dimension of space.
+    Units: records [bytes].
     """
     return _BYTES_OF_PROCESS + _BYTES_PER_UNKNOWN[dim] * unknowns + _BYTES_PER_RECORDED * records
 
@@ -97,19 +78,7 @@ def most_together(model: Model) -> int:
 
 
 def basis_saves(unknowns: int, interface: int, steps: int, dim: int = 2) -> bool:
-    """Tell whether a reduced basis saves time, made once for so many steps of all runs that share it.
-
-    Parameters
-    ----------
-    unknowns : int
-        Degrees of freedom of the mesh.
-    interface : int
-        Those of contact candidates among them, whose static responses make the basis.
-    steps : int
-        Steps of all runs together.
-    dim : int, optional
-        Dimension of space.
-    """
+    """Tell whether a reduced basis saves time, made once for so many steps of all runs that share it."""
     made = _SECONDS_PER_RESPONSE[dim] * unknowns * interface + _SECONDS_PER_CUBE * interface**3
     on_mesh = _SECONDS_OF_SUBSTITUTION[dim] * unknowns
     in_basis = _SECONDS_PER_SQUARE * interface**2
@@ -117,33 +86,12 @@ def basis_saves(unknowns: int, interface: int, steps: int, dim: int = 2) -> bool
 
 
 def estimated_bytes(cells: float, element: str) -> float:
-    """Estimate what assembling the matrices of a mesh takes [bytes].
-
-    Parameters
-    ----------
-    cells : float
-        Number of cells.
-    element : {'Q4', 'T3', 'T6', 'H8', 'T4', 'T10'}
-        Their kind.
-    """
+    """Estimate what assembling the matrices of a mesh takes [bytes]."""
     return _BYTES_PER_ENTRY * cells * (_DIMENSIONS[element] * _NODES[element]) ** 2
 
 
 def require_mesh_memory(source: MeshSource, specimen: Any) -> None:
-    """Refuse elements that are too small for the memory, before they are made.
-
-    Parameters
-    ----------
-    source : MeshSource
-        Where the mesh comes from; one that does not know its cells is let through.
-    specimen : Specimen or None
-        What it meshes.
-
-    Raises
-    ------
-    InputError
-        With the estimate.
-    """
+    """Refuse elements that are too small for the memory, before they are made."""
     cells, element = source.estimated_cells(specimen), source.element
     if cells is not None and element is not None:
         name = f"assembly of about {cells:.2g} {_KINDS[_DIMENSIONS[element]]}"

@@ -25,21 +25,11 @@ __all__ = ["Drawing", "draw_runs", "drawings_of"]
 
 @dataclass(frozen=True)
 class Drawing:
-    """What a report will show of a run alone.
+    """What a report will show of a run alone."""
 
-    Parameters
-    ----------
-    title : str
-        Title of the study.
-    contact : bool
-        Whether the run is shown in detail.
-    model : bool
-        Whether its model is shown at the start.
-    """
-
-    title: str
-    contact: bool
-    model: bool
+    title: str  # title of the study
+    contact: bool  # whether the run is shown in detail
+    model: bool  # whether its model is shown at the start
 
 
 def drawings_of(plan: Plan, jobs: Sequence[Job]) -> dict[str, Drawing]:
@@ -60,17 +50,7 @@ def drawings_of(plan: Plan, jobs: Sequence[Job]) -> dict[str, Drawing]:
 def draw_runs(
     jobs: Sequence[Job], drawings: Mapping[str, Drawing], stopped: Callable[[], bool]
 ) -> dict[str, RunPictures]:
-    """Draw finished runs from their folders, as the report would.
-
-    Parameters
-    ----------
-    jobs : sequence of Job
-        The runs.
-    drawings : mapping of str to Drawing
-        What to draw of each, by its name; of others nothing is drawn.
-    stopped : callable
-        Tells before each run whether the study is being ended.
-    """
+    """Draw finished runs from their folders, as the report would."""
     pictures = {}
     for job in jobs:
         drawing = drawings.get(job.run.name)

@@ -55,20 +55,7 @@ _LIGHTS = {"even": Lighting(), "harsh": HARSH_LIGHT}
 
 
 def film_runs(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]:
-    """Film the finished runs of a study with its cameras, but for what is filmed already.
-
-    Parameters
-    ----------
-    plan : Plan
-        The study.
-    progress : StudyProgress
-        Receives what came out.
-
-    Returns
-    -------
-    dict of str to FingerslipError
-        What went wrong, by run and camera.
-    """
+    """Film the finished runs of a study with its cameras, but for what is filmed already."""
     errors: dict[str, FingerslipError] = {}
     for name, result in plan.finished().items() if plan.study.cameras else ():
         for kind, settings in plan.study.cameras.items():
@@ -85,33 +72,7 @@ def film_runs(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]
 
 
 def film_history(history: xr.Dataset, kind: str, settings: CameraSettings, folder: Path, key: str = "") -> TrackErrors:
-    """Film the markers of a history, track them, compare them with the truth, and write the folder of the camera.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with recorded markers.
-    kind : {'internal', 'external'}
-        Which camera.
-    settings : CameraSettings
-        The camera.
-    folder : Path
-        Is written whole or not at all.
-    key : str, optional
-        What tells this film from others.
-
-    Returns
-    -------
-    TrackErrors
-        How far the tracks are from the truth.
-
-    Raises
-    ------
-    InputError
-        Where no such marker was recorded, or too few are found in the frames.
-    ResultError
-        Where the folder cannot be written.
-    """
+    """Film the markers of a history, track them, compare them with the truth, and write the folder of the camera."""
     markers = filmed_tracks(history, kind, settings.rest)
     camera = camera_of(settings, kind, markers)
     # Without its parents a new folder cannot take its name.
@@ -128,14 +89,7 @@ def film_history(history: xr.Dataset, kind: str, settings: CameraSettings, folde
 def camera_of(settings: CameraSettings, kind: str, markers: xr.Dataset) -> Camera:
     """Return the camera of settings, aimed at markers as of :func:`~fingerslip.vision.cameras.presets.aimed_camera`.
 
-    Parameters
-    ----------
-    settings : CameraSettings
-        The camera.
-    kind : {'internal', 'external'}
-        On which side it stands.
-    markers : xarray.Dataset
-        Tracks [m] of the markers that it films.
+    Units: markers [m].
     """
     return aimed_camera(
         kind,

@@ -25,56 +25,26 @@ __all__ = ["Computed", "Job", "Prepared", "groups"]
 
 @dataclass(frozen=True)
 class Job:
-    """A run with its model, ready to be computed.
+    """A run with its model, ready to be computed."""
 
-    Parameters
-    ----------
-    run : Run
-        The run.
-    model : Model
-        Its model.
-    identity : str
-        Hash of its inputs.
-    folder : Path
-        Where its results go.
-    doubts : tuple of str
-        What is doubtful in the model.
-    """
-
-    run: Run
-    model: Model
-    identity: str
-    folder: Path
-    doubts: tuple[str, ...] = ()
+    run: Run  # the run
+    model: Model  # its model
+    identity: str  # hash of its inputs
+    folder: Path  # where its results go
+    doubts: tuple[str, ...] = ()  # what is doubtful in the model
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """Runs that are ready to be computed, and samples that are not.
+    """Runs that are ready to be computed, and samples that are not."""
 
-    Parameters
-    ----------
-    jobs : tuple of Job
-        The runs with their models.
-    refused : tuple of RefusedRun
-        All samples that make no model.
-    """
-
-    jobs: tuple[Job, ...]
-    refused: tuple[RefusedRun, ...] = ()
+    jobs: tuple[Job, ...]  # the runs with their models
+    refused: tuple[RefusedRun, ...] = ()  # all samples that make no model
 
 
 @dataclass(frozen=True)
 class Computed:
-    """What became of jobs.
-
-    Parameters
-    ----------
-    failures : dict
-        The error of each job that failed, by the name of the run.
-    pictures : dict
-        Pictures that were drawn of the others, by the name of the run.
-    """
+    """What became of jobs."""
 
     failures: dict[str, FingerslipError] = field(default_factory=dict)
     pictures: dict[str, RunPictures] = field(default_factory=dict)

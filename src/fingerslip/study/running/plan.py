@@ -24,54 +24,24 @@ __all__ = ["Plan", "plan_mapping", "plan_studies", "plan_study"]
 
 @dataclass(frozen=True)
 class Plan:
-    """What running a study would do.
+    """What running a study would do."""
 
-    Parameters
-    ----------
-    source : Path
-        The study file.
-    study : Study
-        What it holds.
-    folder : Path
-        Where the results go.
-    runs : tuple of Run
-        All runs.
-    identities : mapping of str to str
-        Hash of the inputs of every run, by its name.
-    given : tuple of str
-        Dotted paths of the values that the file gives; the others are the preset's or defaults.
-    refused : tuple of RefusedRun
-        Samples whose values do not fit together, which make no run.
-    """
-
-    source: Path
-    study: Study
-    folder: Path
-    runs: tuple[Run, ...]
-    identities: Mapping[str, str]
-    given: tuple[str, ...] = ()
-    refused: tuple[RefusedRun, ...] = ()
+    source: Path  # the study file
+    study: Study  # what it holds
+    folder: Path  # where the results go
+    runs: tuple[Run, ...]  # all runs
+    identities: Mapping[str, str]  # hash of the inputs of every run, by its name
+    given: tuple[str, ...] = ()  # dotted paths of the values that the file gives
+    refused: tuple[RefusedRun, ...] = ()  # samples whose values do not fit together, which make no run
 
     def finished(self, whole: Collection[str] = ()) -> dict[str, RunResult]:
-        """Return the results of the runs that are finished with these inputs, by their names.
-
-        Parameters
-        ----------
-        whole : collection of str, optional
-            Names of runs whose files are known to be as they were written, and are not read through again.
-        """
+        """Return the results of the runs that are finished with these inputs, by their names."""
         stored = {run.name: read_result(self.folder / run.name, is_whole=run.name in whole) for run in self.runs}
         return {name: found for name, found in stored.items() if found and found.identity == self.identities[name]}
 
 
 def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
-    """Read a study and list its runs.
-
-    Raises
-    ------
-    InputError
-        For all mistakes in the file and in the swept values, in the order of the file.
-    """
+    """Read a study and list its runs."""
     source = Path(path)
     mapping = read_with_base(source)
     with line_numbers(source):
@@ -79,22 +49,7 @@ def plan_study(path: str | Path, results_dir: str | Path = "results") -> Plan:
 
 
 def plan_mapping(mapping: Mapping[str, Any], source: Path, folder: Path) -> Plan:
-    """List the runs of a study that is given as plain data.
-
-    Parameters
-    ----------
-    mapping : mapping
-        What a study file holds, quantities as text with units.
-    source : Path
-        Its file, which errors name and to which the path of a mesh file is relative; it need not exist.
-    folder : Path
-        Where the results go.
-
-    Raises
-    ------
-    InputError
-        For all mistakes in the study.
-    """
+    """List the runs of a study that is given as plain data."""
     study = parse_study(mapping, source)
     expansion = expand_checked(study, source)
     _check_derived(study, expansion.runs, source)
@@ -122,25 +77,7 @@ def _check_units(name: str, units: Mapping[str, str]) -> None:
 
 
 def plan_studies(paths: Sequence[str | Path], results_dir: str | Path = "results") -> tuple[Plan, ...]:
-    """Read several studies and plan their runs.
-
-    Parameters
-    ----------
-    paths : sequence of path
-        The study files.
-    results_dir : path, optional
-        Folder of the results of all studies.
-
-    Returns
-    -------
-    tuple of Plan
-        A plan for each study.
-
-    Raises
-    ------
-    InputError
-        For all mistakes in all files, and where the results of two studies would go to one folder.
-    """
+    """Read several studies and plan their runs."""
     mistakes, plans = Mistakes(), dict[Path, Plan]()
     for path in paths:
         with mistakes.collected():

@@ -45,31 +45,7 @@ class _StoppedError(Exception):
 def compute_all(
     jobs: Sequence[Job], workers: int, progress: StudyProgress, drawings: Mapping[str, Drawing] | None = None
 ) -> Computed:
-    """Compute all jobs; one that fails does not keep the others from being computed.
-
-    Parameters
-    ----------
-    jobs : sequence of Job
-        What to compute.
-    workers : int
-        Number of cores. So many jobs are computed at once, each in its own process; fewer jobs use several threads
-        each. With one worker or one job this process computes.
-    progress : StudyProgress
-        Receives the progress of every run.
-    drawings : mapping of str to Drawing, optional
-        What to draw of the runs, by their names. Workers draw what they have computed; this process draws nothing, as
-        nothing is computed beside.
-
-    Returns
-    -------
-    Computed
-        Errors and pictures.
-
-    Raises
-    ------
-    KeyboardInterrupt
-        After Ctrl-C, when all workers have ended and removed what was unfinished.
-    """
+    """Compute all jobs; one that fails does not keep the others from being computed."""
     progress.begin([job.run.name for job in jobs])
     parts = groups(jobs, workers)
     at_once = max(min(workers, len(parts)), 1)

@@ -23,13 +23,7 @@ _Meshes = dict[str, tuple[Any, Space]]
 
 
 def prepare_samples(plan: Plan, runs: Sequence[Run]) -> Prepared:
-    """Build and check the models of runs as :func:`prepare`, but go on where the values of a sample make no model.
-
-    Raises
-    ------
-    InputError
-        For a run that is no sample; for the last sample where none of the study makes a model.
-    """
+    """Build and check the models of runs as :func:`prepare`, but go on where the values of a sample make no model."""
     meshes: _Meshes = {}
     jobs: list[Job] = []
     refused = list(plan.refused)
@@ -44,13 +38,7 @@ def prepare_samples(plan: Plan, runs: Sequence[Run]) -> Prepared:
 
 
 def prepare(plan: Plan, runs: Sequence[Run]) -> tuple[Job, ...]:
-    """Build and check the models of runs; runs with the same mesh inputs share one mesh.
-
-    Raises
-    ------
-    InputError
-        Where a mesh cannot be built or a model cannot be simulated.
-    """
+    """Build and check the models of runs; runs with the same mesh inputs share one mesh."""
     meshes: _Meshes = {}
     return choose_bases([_job(plan, run, meshes) for run in runs])
 

@@ -62,13 +62,7 @@ class SilentProgress:
 
 
 class BarProgress(SilentProgress):
-    """One bar for every run that has begun and one for the study, with the estimated time left.
-
-    Parameters
-    ----------
-    console : rich.console.Console
-        Where they are drawn.
-    """
+    """One bar for every run that has begun and one for the study, with the estimated time left."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
@@ -121,13 +115,7 @@ class BarProgress(SilentProgress):
 
 
 class LineProgress(SilentProgress):
-    """A line when a run begins or ends and one every half minute, for logs.
-
-    Parameters
-    ----------
-    console : rich.console.Console
-        Where they are written.
-    """
+    """A line when a run begins or ends and one every half minute, for logs."""
 
     def __init__(self, console: Console) -> None:
         self._console = console

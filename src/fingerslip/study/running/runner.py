@@ -249,26 +249,7 @@ def compute_jobs(
     progress: StudyProgress,
     drawings: Mapping[str, Drawing] | None = None,
 ) -> Computed:
-    """Compute jobs of a study; what is unfinished at the end is removed, also after Ctrl-C.
-
-    Parameters
-    ----------
-    plan : Plan
-        The study.
-    jobs : sequence of Job
-        What to compute.
-    engine : callable or int
-        What computes them; a number means so many local processes.
-    progress : StudyProgress
-        Receives the progress of the runs.
-    drawings : mapping of str to Drawing, optional
-        What to draw of the runs beside, by their names.
-
-    Returns
-    -------
-    Computed
-        The error of each job that failed, and the pictures that were drawn of the others.
-    """
+    """Compute jobs of a study; what is unfinished at the end is removed, also after Ctrl-C."""
     made = [folder for folder in (plan.folder, *plan.folder.parents) if not folder.exists()]
     clean_stale(plan.folder)
     if not jobs:
@@ -299,29 +280,7 @@ def write_up(
     pictures: Mapping[str, RunPictures] | None = None,
     whole: Collection[str] = (),
 ) -> StudyResult:
-    """Write summary, report and manifest of the runs that are finished.
-
-    Parameters
-    ----------
-    plan : Plan
-        The study.
-    refused : tuple of RefusedRun, optional
-        Its samples that make no model; without them those that were found so when the study was run last.
-    pictures : mapping of str to RunPictures, optional
-        Pictures of single runs that are drawn already, by name of the run.
-    whole : collection of str, optional
-        Names of runs whose files are known to be as they were written.
-
-    Returns
-    -------
-    StudyResult
-        The finished runs, with their uncertainties where they are known.
-
-    Raises
-    ------
-    ResultError
-        Where something cannot be written.
-    """
+    """Write summary, report and manifest of the runs that are finished."""
     finished, manifest = plan.finished(whole), read_manifest(plan.folder)
     refused = refused_in(manifest) if refused is None else refused
     identities = {name: plan.identities[name] for name in finished}

@@ -15,22 +15,7 @@ Tell = Callable[[str, float], None]
 
 
 def compute_group(jobs: Sequence[Job], tell: Tell, threads: int) -> dict[str, FingerslipError | MemoryError]:
-    """Compute jobs together, or in halves where that fails, so that only those fail that would fail alone.
-
-    Parameters
-    ----------
-    jobs : sequence of Job
-        What to compute.
-    tell : callable
-        Receives the name of a run and the fraction of it that is done; what it raises ends all.
-    threads : int
-        Threads to use at most.
-
-    Returns
-    -------
-    dict
-        The error of each job that failed, by the name of the run.
-    """
+    """Compute jobs together, or in halves where that fails, so that only those fail that would fail alone."""
     if len(jobs) == 1:
         return _compute_one(jobs[0], tell, threads)
 

@@ -32,14 +32,9 @@ class BasisFolder:
     """A folder of bases: a :class:`fingerslip.dynamics.reduced.march.BasisStore`.
 
     Each file is the checksum of its arrays, then the arrays in NumPy's format. It has the key as its name.
-
-    Parameters
-    ----------
-    folder : Path
-        The folder, which is made when the first basis is kept.
     """
 
-    folder: Path
+    folder: Path  # the folder, which is made when the first basis is kept
 
     def load(self, key: str) -> Mapping[str, Array] | None:
         """Return the arrays of a basis; None where there is none, or where its file is damaged, which the log says."""

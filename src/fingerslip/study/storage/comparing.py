@@ -15,25 +15,7 @@ __all__ = ["compare_studies"]
 
 
 def compare_studies(first: str | Path, second: str | Path, output: Path | None = None) -> Path:
-    """Write the page of two studies side by side.
-
-    Parameters
-    ----------
-    first, second : path
-        Folders of their results, A and B.
-    output : Path, optional
-        The page; without it ``comparison-B.html`` in the folder of A.
-
-    Returns
-    -------
-    Path
-        The page.
-
-    Raises
-    ------
-    ResultError
-        Where a folder holds no results, or the page cannot be written.
-    """
+    """Write the page of two studies side by side."""
     folders = Path(first), Path(second)
     compared = [_compared(folder) for folder in folders]
     provenance = {

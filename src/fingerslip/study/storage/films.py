@@ -31,20 +31,7 @@ def film_keys(folder: Path, runs: Sequence[str]) -> list[str]:
 
 
 def read_films(folder: Path, histories: Mapping[str, xr.Dataset]) -> tuple[Film, ...]:
-    """Read the films of the runs whose histories are shown.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the results of a study.
-    histories : mapping of str to xarray.Dataset
-        Histories by name of the run.
-
-    Raises
-    ------
-    ResultError
-        Where a file is damaged.
-    """
+    """Read the films of the runs whose histories are shown."""
     return tuple(
         _film(run, path.parent, history) for run, history in histories.items() for path in _stored(folder / run)
     )

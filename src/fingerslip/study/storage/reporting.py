@@ -50,18 +50,7 @@ REPORT = "report.html"
 
 
 def read_stored(folder: str | Path) -> StudyResult:
-    """Read the finished runs of a study back.
-
-    Parameters
-    ----------
-    folder : path
-        Folder of the results of a study, as ``fingerslip run`` leaves it.
-
-    Raises
-    ------
-    ResultError
-        Where the folder holds no results of a study, or one of its files is damaged.
-    """
+    """Read the finished runs of a study back."""
     folder = Path(folder)
     manifest = stored_manifest(folder)
     known = read_uncertainties(folder, identities(manifest))
@@ -69,18 +58,7 @@ def read_stored(folder: str | Path) -> StudyResult:
 
 
 def read_stored_run(folder: str | Path) -> RunResult:
-    """Read one finished run back, with all its values and the uncertainties that are known.
-
-    Parameters
-    ----------
-    folder : path
-        Folder of the run, within that of its study.
-
-    Raises
-    ------
-    ResultError
-        Where the folder holds no finished run; that of a study names its runs.
-    """
+    """Read one finished run back, with all its values and the uncertainties that are known."""
     folder = Path(folder)
     runs = read_manifest(folder).get("runs")
     if runs:
@@ -98,37 +76,13 @@ def study_tables(study: StudyResult) -> tuple[Table, ...]:
 
 
 def event_tables(runs: Sequence[RunResult], compare: Sequence[str]) -> tuple[Table, ...]:
-    """Return the table of events, and one beside each published set that has events.
-
-    Parameters
-    ----------
-    runs : sequence of RunResult
-        The finished runs.
-    compare : sequence of str
-        Names of published sets.
-    """
+    """Return the table of events, and one beside each published set that has events."""
     beside = (compare_table(runs, published(name)) for name in compare)
     return (events_table(runs), *(table for table in beside if table.rows))
 
 
 def report_again(folder: str | Path) -> tuple[Table, ...]:
-    """Make the report of a study again from its stored histories.
-
-    Parameters
-    ----------
-    folder : path
-        Folder of the results of a study.
-
-    Returns
-    -------
-    tuple of Table
-        The events of its runs, alone and beside published ones; of samples their intervals and sensitivities.
-
-    Raises
-    ------
-    ResultError
-        Where the folder holds no results, or the report cannot be written.
-    """
+    """Make the report of a study again from its stored histories."""
     stored = read_stored(folder)
     write_report(stored)
     return study_tables(stored)
@@ -141,39 +95,12 @@ def report_key(
     uncertainties: Mapping[str, Mapping[str, float]],
     *more: Sequence[str],
 ) -> str:
-    """Return a hash of all that a report shows, so that an unchanged one is not made again.
-
-    Parameters
-    ----------
-    title : str
-        Title of the study.
-    compare : sequence of str
-        Names of published sets.
-    inputs : mapping of str to str
-        Hash of the inputs of each run.
-    uncertainties : mapping of str to mapping of str to float
-        Known uncertainties of each run.
-    *more : sequence of str
-        What else tells one report from another: paths of values that are given, films.
-    """
+    """Return a hash of all that a report shows, so that an unchanged one is not made again."""
     return digest([title, list(compare), dict(inputs), dict(uncertainties), *map(list, more)])
 
 
 def write_report(study: StudyResult, pictures: Mapping[str, RunPictures] | None = None) -> None:
-    """Make ``figures/`` and ``report.html`` of a study from its stored histories.
-
-    Parameters
-    ----------
-    study : StudyResult
-        The study; its folder holds the runs.
-    pictures : mapping of str to RunPictures, optional
-        Pictures of single runs that are drawn already, by name of the run; the others are drawn.
-
-    Raises
-    ------
-    ResultError
-        Where a history cannot be read, or figures and page cannot be written.
-    """
+    """Make ``figures/`` and ``report.html`` of a study from its stored histories."""
     from fingerslip.report.page.assemble import study_report
     from fingerslip.report.page.page import write_page
 

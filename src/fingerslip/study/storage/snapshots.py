@@ -16,13 +16,6 @@ def write_snapshots(history: xr.Dataset, folder: Path) -> None:
 
     The points are reference positions. The field ``displacement`` [m] has three components, so that *Warp By Vector*
     shows the deformed body, to scale or exaggerated.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history.
-    folder : Path
-        The folder of the run.
     """
     from fingerslip.export.paraview import snapshot_mesh, write_series
 

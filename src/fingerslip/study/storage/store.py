@@ -56,25 +56,7 @@ def mesh_size(mesh: Any) -> float:
 def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh: Any, seconds: float) -> None:
     """Write the files of a run, and log its measures.
 
-    Parameters
-    ----------
-    folder : Path
-        Where to; it is there.
-    run : Run
-        The run.
-    history : xarray.Dataset
-        What ``simulate`` returned.
-    inputs : str
-        Hash of its inputs, see :func:`identity`.
-    mesh : skfem.Mesh
-        Its mesh.
-    seconds : float
-        Wall time of the simulation [s].
-
-    Raises
-    ------
-    ResultError
-        Where a file cannot be written.
+    Units: seconds [s].
     """
     result = dataclasses.replace(
         result_of(history, run.name, run.swept),
@@ -94,20 +76,7 @@ def write_run(folder: Path, run: Run, history: xr.Dataset, *, inputs: str, mesh:
 
 
 def read_run(folder: Path, uncertainty: Mapping[str, float]) -> RunResult:
-    """Read a finished run back, with all its values.
-
-    Parameters
-    ----------
-    folder : Path
-        Folder of the run.
-    uncertainty : mapping of str to float
-        Numerical uncertainty of its times and numbers, as far as it is known.
-
-    Raises
-    ------
-    ResultError
-        Where there is no finished run, or one of its files is damaged.
-    """
+    """Read a finished run back, with all its values."""
     result = stored_result(folder)
     return dataclasses.replace(result, values=flatten(read_mapping(folder / RUN)), uncertainty=uncertainty)
 

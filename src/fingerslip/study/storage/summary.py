@@ -37,46 +37,17 @@ _REPAIR = "run the study again"
 
 
 def write_summary(study: StudyResult) -> None:
-    """Write one row per run as comma-separated values, see :func:`~fingerslip.report.tables.summary.summary_table`.
-
-    Raises
-    ------
-    ResultError
-        Where the file cannot be written.
-    """
+    """Write one row per run as comma-separated values, see :func:`~fingerslip.report.tables.summary.summary_table`."""
     write_text(study.folder / SUMMARY, to_csv(summary_table(study.runs, study.refused)))
 
 
 def write_sensitivity(study: StudyResult) -> None:
-    """Write what each sampled value does to each slip time: a row for each time and value, see `sensitivity_rows`.
-
-    Raises
-    ------
-    ResultError
-        Where the file cannot be written.
-    """
+    """Write what each sampled value does to each slip time: a row for each time and value, see `sensitivity_rows`."""
     write_text(study.folder / SENSITIVITY, to_csv(sensitivity_rows(fits_of(study))))
 
 
 def write_manifest(source: Path, study: StudyResult, report: str, *, given: Sequence[str] = ()) -> None:
-    """Write what made the results of a study.
-
-    Parameters
-    ----------
-    source : Path
-        The study file.
-    study : StudyResult
-        The results.
-    report : str
-        Hash of what the report shows; empty where there is none yet.
-    given : sequence of str, optional
-        Dotted paths of the values that the study file gives.
-
-    Raises
-    ------
-    ResultError
-        Where the file cannot be written.
-    """
+    """Write what made the results of a study."""
     manifest = {
         "study": source.name,
         "title": study.title,
@@ -149,13 +120,7 @@ def read_manifest(folder: Path) -> dict[str, Any]:
 
 
 def stored_manifest(folder: Path) -> dict[str, Any]:
-    """Return what made the results of a study.
-
-    Raises
-    ------
-    ResultError
-        Where there are none, or the file is damaged.
-    """
+    """Return what made the results of a study."""
     needed = f"{folder}: holds no results of a study; needs a folder that fingerslip run wrote"
     try:
         manifest = read_json(folder / MANIFEST, _REPAIR)

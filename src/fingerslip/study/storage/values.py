@@ -49,33 +49,13 @@ class _Row:
 
 
 def read_specified(path: Path) -> Specified:
-    """Read what makes a run from its ``run.yaml``.
-
-    Raises
-    ------
-    InputError
-        Where the file is missing or damaged.
-    """
+    """Read what makes a run from its ``run.yaml``."""
     study = read_study(path)
     return Specified(study, study.specimen(str(path)))
 
 
 def value_rows(runs: Sequence[Specified], given: Collection[str] | None = None) -> tuple[ShownValue, ...]:
-    """Return every value of some runs of one study, in the order of the study file.
-
-    Parameters
-    ----------
-    runs : sequence of Specified
-        The runs. A value that differs between them is swept.
-    given : collection of str, optional
-        Dotted paths that the study file gives, where that is known; without them a value is taken as given where it
-        differs from the preset and from the program's default.
-
-    Returns
-    -------
-    tuple of ShownValue
-        A row for each path that any of the runs has.
-    """
+    """Return every value of some runs of one study, in the order of the study file."""
     found: dict[str, list[_Row]] = {}
     for run in runs:
         for row in _rows(run, given):
@@ -138,13 +118,7 @@ def _specimen_rows(run: Specified, specimen: Specimen, given: Collection[str] | 
 
 
 def _named_materials(values: Mapping[str, Any]) -> Mapping[str, str]:
-    """Return the names of materials that ship from which those of a specimen start, by their paths in it.
-
-    Parameters
-    ----------
-    values : mapping of str to object
-        What a study gives of a specimen.
-    """
+    """Return the names of materials that ship from which those of a specimen start, by their paths in it."""
     materials = values.get("materials") or {}
     named = {name: own for name, own in materials.items() if isinstance(own, Mapping) and PRESET in own}
     return {f"materials.{name}": str(own[PRESET]) for name, own in named.items()}

@@ -32,14 +32,7 @@ _OF_BODY = ("materials", "supports", "integration", "kinematics", "formulation",
 def body_key(run: Run, settings: TrialSettings, deepest: float) -> str:
     """Return what decides the body of a run, hashed.
 
-    Parameters
-    ----------
-    run : Run
-        The run.
-    settings : TrialSettings
-        How runs become trials.
-    deepest : float
-        The deepest press of all runs [m].
+    Units: deepest [m].
     """
     values = run.resolved()
     own = {name: values.get(name) for name in _OF_BODY}
@@ -49,22 +42,7 @@ def body_key(run: Run, settings: TrialSettings, deepest: float) -> str:
 
 
 def shared_body(runs: Sequence[Run], settings: TrialSettings, folder: Path) -> tuple[str, StaticBody]:
-    """Return the body of all runs with its key, from disk or made anew.
-
-    Parameters
-    ----------
-    runs : sequence of Run
-        The runs.
-    settings : TrialSettings
-        How they become trials.
-    folder : Path
-        Where it is kept.
-
-    Raises
-    ------
-    InputError
-        Where runs have different bodies, or none that can be condensed.
-    """
+    """Return the body of all runs with its key, from disk or made anew."""
     key, run, deepest = _one_body(runs, settings)
     store = BasisFolder(folder)
     kept: Mapping[str, Any] | None = store.load(key)

@@ -26,24 +26,12 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Eyes:
-    """The cameras of one trial.
+    """The cameras of one trial."""
 
-    Parameters
-    ----------
-    noise : float
-        Standard deviation of positions [px].
-    shift : (float, float)
-        How far the cameras are beside the axis, along x and z [m].
-    turn : float
-        How far they are turned about their own axis [rad].
-    seed : int
-        Seed of the errors.
-    """
-
-    noise: float
-    shift: tuple[float, float]
-    turn: float
-    seed: int
+    noise: float  # standard deviation of positions [px]
+    shift: tuple[float, float]  # (float, float), how far the cameras are beside the axis, along x and z [m]
+    turn: float  # how far they are turned about their own axis [rad]
+    seed: int  # seed of the errors
 
 
 def drawn_eyes(settings: TrialSettings, number: int) -> Eyes:
@@ -57,14 +45,7 @@ def drawn_eyes(settings: TrialSettings, number: int) -> Eyes:
 def drawn_cameras(settings: TrialSettings, eyes: Eyes, markers: xr.Dataset) -> CameraPair:
     """Return the cameras of a trial, which look at its markers.
 
-    Parameters
-    ----------
-    settings : TrialSettings
-        Size and rate of the images.
-    eyes : Eyes
-        The cameras of the trial.
-    markers : xarray.Dataset
-        Tracks [m] of internal and external markers; external ones at heights above the plate.
+    Units: markers [m].
     """
     cameras = {}
     for kind in ("internal", "external"):

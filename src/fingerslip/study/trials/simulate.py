@@ -33,15 +33,7 @@ _VERSION = 1
 
 
 class TrialsFailedError(FingerslipError):
-    """Some trials failed; the others are kept.
-
-    Parameters
-    ----------
-    errors : mapping of str to FingerslipError
-        The error of each trial that failed.
-    total : int
-        Number of all trials.
-    """
+    """Some trials failed; the others are kept."""
 
     def __init__(self, errors: Mapping[str, FingerslipError], total: int) -> None:
         self.errors, self.total = dict(errors), total
@@ -61,26 +53,6 @@ def simulate_trials(
     Finished trials are kept beside the data set, in ``OUTPUT.unfinished``, until it is whole: an interrupted call goes
     on where it stopped. A whole data set of the same study is read back; trials whose study has changed are computed
     again.
-
-    Parameters
-    ----------
-    path : path
-        A study file with ``trials``, of the half of a sensor.
-    output : path
-        Folder of the data set.
-    workers : int, optional
-        Trials at once, each in its own process.
-    progress : StudyProgress, optional
-        Receives the progress.
-
-    Raises
-    ------
-    InputError
-        For mistakes in the study, before anything is computed.
-    TrialsFailedError
-        Where trials could not be simulated, after the others are finished.
-    ResultError
-        Where the data set cannot be written.
     """
     source, final = Path(path), Path(output)
     check_replaceable(final, MANIFEST)

@@ -51,25 +51,12 @@ _FALL = 14e-3
 
 @dataclass(frozen=True)
 class TrialPlan:
-    """What a trial is to be.
+    """What a trial is to be."""
 
-    Parameters
-    ----------
-    number : int
-        Its number, from 0.
-    run : Run
-        Its run.
-    direction : float
-        Direction of the slide or fall, from +x towards +z of the sensor, which is from x to y of the internal image
-        [rad].
-    repeat : int
-        How many trials of the same indentation and direction come before it.
-    """
-
-    number: int
-    run: Run
-    direction: float
-    repeat: int
+    number: int  # its number, from 0
+    run: Run  # its run
+    direction: float  # [rad]
+    repeat: int  # how many trials of the same indentation and direction come before it
 
     @property
     def name(self) -> str:
@@ -78,22 +65,7 @@ class TrialPlan:
 
 
 def trial_plans(runs: tuple[Run, ...], settings: TrialSettings, samples: int | None) -> tuple[TrialPlan, ...]:
-    """Return the trials of a study: samples take turns through the directions; without samples each run has all.
-
-    Parameters
-    ----------
-    runs : tuple of Run
-        The runs, samples varying fastest.
-    settings : TrialSettings
-        How they become trials.
-    samples : int or None
-        Number of samples of each combination of swept values; None where there are none.
-
-    Raises
-    ------
-    InputError
-        Where the samples are no multiple of the directions.
-    """
+    """Return the trials of a study: samples take turns through the directions; without samples each run has all."""
     count = settings.directions
     if samples is None:
         runs, samples = tuple(run for run in runs for _ in range(count)), count
@@ -107,27 +79,7 @@ def trial_plans(runs: tuple[Run, ...], settings: TrialSettings, samples: int | N
 
 
 def simulated_trial(plan: TrialPlan, settings: TrialSettings, body: StaticBody, origin: Mapping[str, Any]) -> Trial:
-    """Simulate a trial and film it.
-
-    Parameters
-    ----------
-    plan : TrialPlan
-        The trial.
-    settings : TrialSettings
-        How runs become trials.
-    body : StaticBody
-        The condensed body of its run.
-    origin : mapping
-        What the provenance says of the data set: study, key of the body.
-
-    Raises
-    ------
-    ConvergenceError, SlipOutsideContactError
-        As of :func:`fingerslip.dynamics.statics.march.march_static`.
-    InputError
-        Where the programme is no press, hold and slide, or second hold under a plate that is free along x, or the
-        sensor does not look the same after the turn.
-    """
+    """Simulate a trial and film it."""
     _check(plan, settings)
     study, eyes = plan.run.study, drawn_eyes(settings, plan.number)
     contact = contact_of(study.all_contacts[0], 3)

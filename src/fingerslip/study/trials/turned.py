@@ -24,24 +24,7 @@ _ROUNDING = 1e-6
 def turned_whole(positions: Floats, half: MarkerPlaces, whole: MarkerPlaces, turn: float) -> Floats:
     """Return where all markers of a sensor are that slides in a direction.
 
-    Parameters
-    ----------
-    positions : (n_times, n_half, 3) array
-        Markers of the half while it slides along +x; the axis of the sensor is y [m].
-    half, whole : MarkerPlaces
-        Places of these markers, and of all.
-    turn : float
-        Direction of the slide, from +x towards +z [rad].
-
-    Returns
-    -------
-    (n_times, n_whole, 3) array
-        Positions [m], in the order of `whole`.
-
-    Raises
-    ------
-    InputError
-        Where the layout is not the same after the turn.
+    Arrays: positions (n_times, n_half, 3) [m]; turn [rad]; returns (n_times, n_whole, 3) [m].
     """
     source = np.mod(whole.azimuth - turn, 2.0 * np.pi)
     rows, mirrored = np.empty(len(source), dtype=np.int64), np.empty(len(source), dtype=bool)

@@ -133,14 +133,7 @@ def pixels_per_metre(camera: Camera, points: Floats, step: float = 1e-6) -> Floa
 
     The geometric mean over both directions, by central differences.
 
-    Parameters
-    ----------
-    camera : Camera
-        The camera.
-    points : (..., 3) array
-        The points [m].
-    step : float, optional
-        Half the distance over which the differences are taken [m].
+    Arrays: points (..., 3) [m]; step [m].
     """
     local = camera.pose.to_camera(points)
     sight = local / np.linalg.norm(local, axis=-1, keepdims=True)

@@ -37,17 +37,7 @@ def pinhole_distorted(points: Floats, coefficients: Sequence[float]) -> Floats:
     With r² = x² + y²: x' = x (1 + k1 r² + k2 r⁴ + k3 r⁶)/(1 + k4 r² + k5 r⁴ + k6 r⁶) + 2 p1 x y + p2 (r² + 2 x²)
     + s1 r² + s2 r⁴, and y' alike with p1 (r² + 2 y²) + 2 p2 x y + s3 r² + s4 r⁴ (OpenCV, module calib).
 
-    Parameters
-    ----------
-    points : (..., 2) array
-        Points at distance one [-].
-    coefficients : sequence of float
-        As many as :data:`PINHOLE_COUNTS` allows.
-
-    Returns
-    -------
-    (..., 2) array
-        Distorted points [-].
+    Arrays: points (..., 2) [-]; returns (..., 2) [-].
     """
     radial, shift = _pinhole_terms(points, coefficients)
     return points * radial[..., None] + shift
@@ -73,12 +63,7 @@ def _pinhole_terms(points: Floats, coefficients: Sequence[float]) -> tuple[Float
 def pinhole_undistorted(points: Floats, coefficients: Sequence[float]) -> Floats:
     """Return the undistorted points of distorted ones, by fixed-point iteration; NaN where it does not converge.
 
-    Parameters
-    ----------
-    points : (..., 2) array
-        Distorted points [-].
-    coefficients : sequence of float
-        As in :func:`pinhole_distorted`.
+    Arrays: points (..., 2) [-].
     """
     found = np.array(points, dtype=np.float64)
     with np.errstate(all="ignore"):
@@ -109,12 +94,7 @@ def fisheye_distances(angles: Floats, coefficients: Sequence[float]) -> Floats:
 
     Theta (1 + k1 theta² + k2 theta⁴ + k3 theta⁶ + k4 theta⁸) (Kannala & Brandt 2006; OpenCV, module fisheye).
 
-    Parameters
-    ----------
-    angles : array
-        Angles from the axis [rad].
-    coefficients : sequence of float
-        None or four: k1 to k4.
+    Units: angles [rad].
     """
     found: Floats = angles * _fisheye(coefficients)(angles * angles)
     return found

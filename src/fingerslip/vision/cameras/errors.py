@@ -59,18 +59,7 @@ class PositionErrors:
 
 
 def position_errors(found: xr.Dataset, truth: xr.Dataset) -> PositionErrors:
-    """Return the statistics of the errors of tracks.
-
-    Parameters
-    ----------
-    found, truth : xarray.Dataset
-        Tracks in pixels with the same times and markers. Markers that are NaN in the truth do not count.
-
-    Raises
-    ------
-    InputError
-        Where times or markers differ, or no marker has been found in three frames.
-    """
+    """Return the statistics of the errors of tracks."""
     if found["position"].shape != truth["position"].shape or (found["marker"].values != truth["marker"].values).any():
         shapes = f"got {dict(found.sizes)} beside {dict(truth.sizes)}"
         raise InputError("found, truth", shapes, "needs the same times and markers in both")

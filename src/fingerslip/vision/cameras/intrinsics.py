@@ -220,18 +220,7 @@ def pinhole_for_view(width: int, height: int, view_width: float, distance: float
 
 
 def fisheye_for_view(width: int, height: int, view_width: float, distance: float) -> Fisheye:
-    """Return a fisheye with equal distances for equal angles that sees a given width at a given distance.
-
-    Parameters
-    ----------
-    width, height, view_width, distance
-        As for :func:`pinhole_for_view`.
-
-    Raises
-    ------
-    InputError
-        Where a length is not above 0.
-    """
+    """Return a fisheye with equal distances for equal angles that sees a given width at a given distance."""
     _check_view(view_width, distance)
     focal = 0.5 * width / math.atan2(0.5 * view_width, distance)
     return Fisheye(width, height, focal, focal, 0.5 * (width - 1), 0.5 * (height - 1))

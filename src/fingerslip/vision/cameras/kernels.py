@@ -40,16 +40,7 @@ def draw_spots(  # noqa: PLR0917  numba takes them in order
 ) -> None:
     """Lay spots over a picture, in place.
 
-    Parameters
-    ----------
-    picture, top : (height, width) array of float32
-        The picture, and the grey levels where a spot covers it [grey levels].
-    middles, halves : (n, 2) array
-        Middle of each spot, and how far it moves to either side during the exposure [px]. NaN is not drawn.
-    radii : (n,) array
-        Radii [px].
-    softness : float
-        Standard deviation of the blurred edge [px].
+    Arrays: picture, top (height, width) [grey levels]; middles, halves (n, 2) [px]; radii (n,) [px]; softness [px].
     """
     for spot in range(len(middles)):
         x, y, dx, dy = middles[spot, 0], middles[spot, 1], halves[spot, 0], halves[spot, 1]
@@ -102,20 +93,8 @@ def expose(  # noqa: PLR0917  numba takes them in order
 ) -> NDArray[np.uint8]:
     """Return what a sensor makes of light: noise added, and whole grey levels from 0 to 255.
 
-    Parameters
-    ----------
-    picture : (height, width) array of float32
-        The light [grey levels].
-    factor : float
-        Brightness [-].
-    read : float
-        Variance of the noise in the dark [grey levels squared].
-    shot : float
-        Variance that each grey level adds [grey levels].
-    seed, number : int
-        Seed of the noise and number of the frame: what they are decides the noise.
-    table : (65536,) array of float32
-        See :func:`normal_table`.
+    Arrays: picture (height, width) [grey levels]; factor [-]; read [grey levels squared]; shot [grey levels]; table
+    (65536,).
     """
     frame = np.empty(picture.shape, dtype=np.uint8)
     light, levels = picture.ravel(), frame.ravel()

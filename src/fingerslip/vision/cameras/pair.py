@@ -27,27 +27,12 @@ _KEPT = 1.0 / 1024.0
 
 @dataclass(frozen=True)
 class CameraPair:
-    """The cameras of one trial.
+    """The cameras of one trial."""
 
-    Parameters
-    ----------
-    internal, external : Camera
-        Both cameras, with one frame rate.
-    errors : PositionErrors, optional
-        Errors of the positions of both.
-    seed : int, optional
-        Seed of the errors; each camera has errors of its own.
-
-    Raises
-    ------
-    InputError
-        Where the frame rates differ, or a camera sees the markers of the other one.
-    """
-
-    internal: Camera
-    external: Camera
-    errors: PositionErrors = MEASURED_ERRORS
-    seed: int = 0
+    internal: Camera  # both cameras, with one frame rate
+    external: Camera  # both cameras, with one frame rate
+    errors: PositionErrors = MEASURED_ERRORS  # errors of the positions of both
+    seed: int = 0  # seed of the errors
 
     def __post_init__(self) -> None:
         """Check that both take the same frames, each of its own markers."""
@@ -64,22 +49,7 @@ class CameraPair:
 def pair_tracks(pair: CameraPair, markers: xr.Dataset) -> xr.Dataset:
     """Return what both cameras and a tracker make of markers.
 
-    Parameters
-    ----------
-    pair : CameraPair
-        The cameras.
-    markers : xarray.Dataset
-        Tracks [m] of internal and external markers, each as its camera has it before it; NaN where it is not seen.
-
-    Returns
-    -------
-    xarray.Dataset
-        Tracks [px] of the internal, then of the external markers, with the length of a pixel of the external camera.
-
-    Raises
-    ------
-    InputError
-        Where the tracks are not in metres, or lack markers of a kind.
+    Units: markers [m]; returns [px].
     """
     seen = [
         point_tracks(PointCamera(camera, pair.errors, 2 * pair.seed + number), markers)
@@ -109,14 +79,7 @@ def pair_tracks(pair: CameraPair, markers: xr.Dataset) -> xr.Dataset:
 def plate_mark(pair: CameraPair, displacement: NDArray[np.float64], time: NDArray[np.float64]) -> xr.Dataset:
     """Return the track of a marker on the plate, below the axis at first, as the external camera sees it [px].
 
-    Parameters
-    ----------
-    pair : CameraPair
-        The cameras.
-    displacement : (n, 3) array
-        Displacement of the plate along the skin [m].
-    time : (n,) array
-        Times [s], between which the plate moves along straight lines.
+    Arrays: displacement (n, 3) [m]; time (n,) [s].
     """
     mark = make_tracks(displacement[:, None], time, units="m", kind="external")
     camera, times = pair.external, frame_times(pair.external, mark)

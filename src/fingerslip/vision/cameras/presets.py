@@ -114,19 +114,7 @@ def external_camera(
 def aimed_camera(kind: str, heights: ArrayLike, distance: float, view_width: float, **more: Any) -> Camera:
     """Return a camera that is aimed at markers: at their middle from inside, at the lowest one from outside.
 
-    Parameters
-    ----------
-    kind : {'internal', 'external'}
-        On which side it stands.
-    heights : (n_markers,) array_like
-        Heights y of its markers at rest [m]; NaN for those that it does not see.
-    distance, view_width, **more
-        As for :func:`internal_camera` and :func:`external_camera`.
-
-    Raises
-    ------
-    InputError
-        As of these.
+    Arrays: heights (n_markers,) [m].
     """
     seen = np.asarray(heights, dtype=np.float64)
     if kind == "internal":

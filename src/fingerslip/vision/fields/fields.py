@@ -113,19 +113,8 @@ def contact_centroid(position: Floats, divergence: Floats, floor: float) -> Floa
     A contact that presses spreads the markers behind it; where and how far is the sensor's own, so this is a measure to
     compare, and no position of a contact edge.
 
-    Parameters
-    ----------
-    position : (n_times, n_markers, n_axes) array
-        Positions.
-    divergence : (n_times, n_markers) array
-        Divergence of the displacement [-].
-    floor : float
-        Divergence from which a marker counts [-].
-
-    Returns
-    -------
-    (n_times, n_axes) array
-        The middle, in units of the positions; NaN where no marker counts.
+    Arrays: position (n_times, n_markers, n_axes); divergence (n_times, n_markers) [-]; floor [-]; returns (n_times,
+    n_axes).
     """
     weights = np.maximum(np.nan_to_num(divergence) - floor, 0.0) * ~np.isnan(position).any(axis=2)
     total = weights.sum(axis=1)

@@ -17,17 +17,7 @@ _DEGREE = 2
 def rest_positions(position: Floats, frames: int) -> Floats:
     """Return the mean position of each marker in the first frames, shape (n_markers, n_axes); NaN where never seen.
 
-    Parameters
-    ----------
-    position : (n_times, n_markers, n_axes) array
-        Positions, NaN where not seen.
-    frames : int
-        Number of frames at rest.
-
-    Raises
-    ------
-    InputError
-        Where there are not that many frames, or less than one is asked for.
+    Arrays: position (n_times, n_markers, n_axes).
     """
     if not 1 <= frames <= len(position):
         raise InputError("rest", f"got {frames} frames", f"needs 1 to {len(position)}, as many as there are")
@@ -38,13 +28,7 @@ def rest_positions(position: Floats, frames: int) -> Floats:
 
 
 def window_frames(times: Floats, smoothing: float) -> int:
-    """Return the odd number of frames, at least five, that a smoothing time [s] spans.
-
-    Raises
-    ------
-    InputError
-        Where the tracks are shorter, or the time is not above 0.
-    """
+    """Return the odd number of frames, at least five, that a smoothing time [s] spans."""
     if not (np.isfinite(smoothing) and smoothing > 0):
         raise InputError("smoothing", f"got {smoothing}", "needs a time > 0 in seconds")
     step = float(np.median(np.diff(times))) if times.size > 1 else np.inf
@@ -63,19 +47,7 @@ def smooth_velocity(position: Floats, times: Floats, frames: int) -> Floats:
     White noise of a deviation s in the positions becomes s sqrt(3 / (h (h + 1) (2 h + 1))) / step in the velocity, with
     2 h + 1 frames.
 
-    Parameters
-    ----------
-    position : (n_times, n_markers, n_axes) array
-        Positions, NaN where not seen.
-    times : (n_times,) array
-        Times [s].
-    frames : int
-        Odd number of frames of a fit.
-
-    Returns
-    -------
-    (n_times, n_markers, n_axes) array
-        Velocity, in units of the position a second; NaN where the marker was not seen, or in too few of the frames.
+    Arrays: position (n_times, n_markers, n_axes); times (n_times,) [s]; returns (n_times, n_markers, n_axes).
     """
     half, count = frames // 2, times.size
     middles = np.clip(np.arange(count), half, count - 1 - half)

@@ -73,24 +73,7 @@ def field_frames(frames: Iterable[Frame], fields: xr.Dataset, name: str) -> Iter
     Divergence, curl and the larger principal strain are colours of the triangles between markers, orange above zero and
     blue below. The contact centroid is a cross on each picture.
 
-    Parameters
-    ----------
-    frames : iterable of (height, width) or (height, width, 3) arrays of uint8
-        Frames, as many as the fields have times.
-    fields : xarray.Dataset
-        What :func:`~fingerslip.vision.fields.fields.marker_fields` returned for tracks in pixels.
-    name : str
-        One of :data:`SHOWN_FIELDS`.
-
-    Yields
-    ------
-    (height, width, 3) array of uint8
-        Each frame, blue first.
-
-    Raises
-    ------
-    InputError
-        Where there is no such field, fields are not in pixels, or there are less frames than times.
+    Arrays: frames (height, width); returns (height, width, 3).
     """
     if name not in SHOWN_FIELDS:
         raise InputError("field", f"got {name!r}", f"needs one of {', '.join(SHOWN_FIELDS)}")

@@ -14,37 +14,17 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class RigidMotions:
-    """Rigid motions from rest, one for each time; NaN where too few markers are seen.
+    """Rigid motions from rest, one for each time; NaN where too few markers are seen."""
 
-    Parameters
-    ----------
-    translation : (n_times, n_axes) array
-        Mean displacement of the markers that are seen, in units of the positions.
-    rotation : (n_times,) array
-        Angle [rad]: in the plane from x towards y, in space without a sign.
-    residual : (n_times, n_markers, n_axes) array
-        Positions less those that the motion gives, in units of the positions.
-    """
-
-    translation: Floats
-    rotation: Floats
-    residual: Floats
+    translation: Floats  # (n_times, n_axes), mean displacement of the markers that are seen, in units of the positions
+    rotation: Floats  # (n_times,), angle [rad]: in the plane from x towards y, in space without a sign
+    residual: Floats  # (n_times, n_markers, n_axes)
 
 
 def fit_rigid_motions(rest: Floats, position: Floats) -> RigidMotions:
     """Fit a rotation and a translation to markers at each time by least squares (Kabsch 1976).
 
-    Parameters
-    ----------
-    rest : (n_markers, n_axes) array
-        Positions at rest, of two or three axes; NaN where not known.
-    position : (n_times, n_markers, n_axes) array
-        Positions; NaN where not seen.
-
-    Returns
-    -------
-    RigidMotions
-        The motions; of as many markers as there are axes at least, other times are NaN.
+    Arrays: rest (n_markers, n_axes); position (n_times, n_markers, n_axes).
     """
     dim = rest.shape[1]
     known = ~(np.isnan(position).any(axis=2) | np.isnan(rest).any(axis=1))

@@ -19,10 +19,7 @@ def marker_triangles(rest: Floats) -> Ints:
     Flat ones along the edge, whose strain would be noise, are left out: those whose height is below a tenth of their
     longest edge.
 
-    Parameters
-    ----------
-    rest : (n_markers, 2) array
-        Positions at rest; markers that are NaN are in no triangle.
+    Arrays: rest (n_markers, 2).
     """
     known = np.flatnonzero(~np.isnan(rest).any(axis=1))
     if known.size < 3:
@@ -45,20 +42,8 @@ def marker_triangles(rest: Floats) -> Ints:
 def triangle_gradients(rest: Floats, position: Floats, triangles: Ints) -> Floats:
     """Return the gradients of the displacement in triangles, exact where the motion is affine.
 
-    Parameters
-    ----------
-    rest : (n_markers, 2) array
-        Positions at rest.
-    position : (n_times, n_markers, 2) array
-        Positions.
-    triangles : (n_triangles, 3) array
-        Markers at the corners of each.
-
-    Returns
-    -------
-    (n_times, n_triangles, 2, 2) array
-        Derivatives of the displacement along its first axis by the position at rest along the second [-]; NaN where a
-        corner is not seen.
+    Arrays: rest (n_markers, 2); position (n_times, n_markers, 2); triangles (n_triangles, 3); returns (n_times,
+    n_triangles, 2, 2) [-].
     """
     before = rest[triangles[:, 1:]] - rest[triangles[:, :1]]
     after = position[:, triangles[:, 1:]] - position[:, triangles[:, :1]]
@@ -77,19 +62,8 @@ def green_strain(gradients: Floats) -> Floats:
 def marker_means(values: Floats, rest: Floats, triangles: Ints) -> Floats:
     """Return the mean over the triangles around each marker, by their areas at rest.
 
-    Parameters
-    ----------
-    values : (n_times, n_triangles) array
-        Values in triangles; NaN has no weight.
-    rest : (n_markers, 2) array
-        Positions at rest.
-    triangles : (n_triangles, 3) array
-        Markers at the corners of each.
-
-    Returns
-    -------
-    (n_times, n_markers) array
-        Means; NaN where there is nothing around a marker.
+    Arrays: values (n_times, n_triangles); rest (n_markers, 2); triangles (n_triangles, 3); returns (n_times,
+    n_markers).
     """
     first, second = (rest[triangles[:, corner]] - rest[triangles[:, 0]] for corner in (1, 2))
     areas = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
@@ -105,15 +79,7 @@ def marker_means(values: Floats, rest: Floats, triangles: Ints) -> Floats:
 def larger_principal(strain: Floats) -> Floats:
     """Return the principal strain of larger size, with its sign.
 
-    Parameters
-    ----------
-    strain : (..., 3) array
-        Strains xx, yy and xy [-].
-
-    Returns
-    -------
-    (...) array
-        The principal strain [-].
+    Arrays: strain (..., 3) [-]; returns (...) [-].
 
     Examples
     --------

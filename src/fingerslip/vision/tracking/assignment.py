@@ -18,21 +18,7 @@ def assign(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Match markers and candidates so that the sum of all distances, in shares of the reach, is smallest.
 
-    Parameters
-    ----------
-    expected : (n, 2) array
-        Where the markers should be [px].
-    reach : (n,) array
-        How far from there each may be [px].
-    candidates : (m, 2) array
-        What was found [px]; the same thing may be there several times, and is given to one marker only.
-    quality : (m,) array
-        Quality of each candidate, from 0 to 1; it settles ties.
-
-    Returns
-    -------
-    (k,) array of int, (k,) array of int
-        Markers and their candidates.
+    Arrays: expected (n, 2) [px]; reach (n,) [px]; candidates (m, 2) [px]; quality (m,); returns (k,).
 
     Examples
     --------

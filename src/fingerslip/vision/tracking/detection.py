@@ -30,30 +30,14 @@ _DARKEST = 8.0  # grey levels
 
 @dataclass(frozen=True)
 class Blobs:
-    """Blobs that look like markers, the clearest first.
+    """Blobs that look like markers, the clearest first."""
 
-    Parameters
-    ----------
-    position : (n, 2) array
-        Centres, x and y [px].
-    strength : (n,) array
-        Answer of the blob filter, falling: the contrast of a blob in shares of the brightness around.
-    radius : float
-        Radius that fits most of them [px].
-    bright : bool
-        Whether they are brighter than what is around them.
-    count : int
-        How many of them are markers: those behind stand apart by their strength.
-    step : float
-        Strength of the last marker over that of the first blob that is none.
-    """
-
-    position: Floats
-    strength: Floats
-    radius: float
-    bright: bool
-    count: int
-    step: float
+    position: Floats  # (n, 2), centres, x and y [px]
+    strength: Floats  # (n,)
+    radius: float  # radius that fits most of them [px]
+    bright: bool  # whether they are brighter than what is around them
+    count: int  # how many of them are markers: those behind stand apart by their strength
+    step: float  # strength of the last marker over that of the first blob that is none
 
 
 def find_blobs(
@@ -66,21 +50,7 @@ def find_blobs(
     measured by the last of them and by its ratio to the one after. Where it is not, the number is the one at which the
     sorted strengths fall most steeply: a threshold can move there without changing the count.
 
-    Parameters
-    ----------
-    image : (height, width) array
-        Grey levels, best the mean of some frames.
-    mask : (height, width) array of bool or None
-        Where markers may be.
-    n_markers : int or None
-        How many markers there are.
-    bright : bool or None
-        Whether they are brighter than what is around them; None tries both.
-
-    Returns
-    -------
-    Blobs or None
-        The best candidates; None where nothing looks like a marker.
+    Arrays: image (height, width); mask (height, width).
     """
     relative = _relative(image)
     found = [_settled(*one, n_markers) for one in _answers(relative, mask, bright)]

@@ -46,30 +46,14 @@ _FLOW_WINDOW, _FLOW_LEVELS = 31, 4
 
 @dataclass(frozen=True)
 class State:
-    """What the tracker remembers between frames.
+    """What the tracker remembers between frames."""
 
-    Parameters
-    ----------
-    position : (n, 2) array
-        Where each marker was last seen [px].
-    velocity : (n, 2) array
-        Its last displacement between two frames [px], 0 where it is not known.
-    carried : (n, 2) array
-        Its displacement since rest [px]; of one that is not seen, what it was and how its neighbours moved since.
-    amplitude : (n,) array
-        Its contrast [grey levels], following slow changes of the light.
-    missing : (n,) array of int
-        Frames since it was last seen.
-    image : (height, width) array of uint8 or None
-        The frame in which the markers with ``missing == 0`` were seen.
-    """
-
-    position: Floats
-    velocity: Floats
-    carried: Floats
-    amplitude: Floats
-    missing: NDArray[np.intp]
-    image: Frame | None
+    position: Floats  # (n, 2), where each marker was last seen [px]
+    velocity: Floats  # (n, 2), its last displacement between two frames [px], 0 where it is not known
+    carried: Floats  # (n, 2), its displacement since rest [px]
+    amplitude: Floats  # (n,), its contrast [grey levels], following slow changes of the light
+    missing: NDArray[np.intp]  # (n,), frames since it was last seen
+    image: Frame | None  # (height, width), the frame in which the markers with ``missing == 0`` were seen
 
 
 def rest_state(markers: Markers) -> State:

@@ -26,40 +26,17 @@ _COLOURS = ("blue", "green", "red")  # as OpenCV orders them
 
 @dataclass(frozen=True)
 class Frames:
-    """Grey frames that can be read from the beginning as often as needed.
+    """Grey frames that can be read from the beginning as often as needed."""
 
-    Parameters
-    ----------
-    name : str
-        What errors call them, such as the path of the file.
-    frame_rate : float
-        Frames a second [1/s].
-    read : callable
-        Returns an iterator over the frames, each (height, width) of uint8.
-    """
-
-    name: str
-    frame_rate: float
-    read: Callable[[], Iterator[Frame]]
+    name: str  # what errors call them, such as the path of the file
+    frame_rate: float  # frames a second [1/s]
+    read: Callable[[], Iterator[Frame]]  # returns an iterator over the frames, each (height, width) of uint8
 
 
 def open_frames(video: VideoInput, frame_rate: float | None = None, channel: Channel = "grey") -> Frames:
     """Open a video.
 
-    Parameters
-    ----------
-    video : path, array or sequence of arrays
-        A video file that OpenCV reads; a folder of images, taken in the order of the numbers in their names; or frames,
-        (n, height, width) grey or (n, height, width, 3) in OpenCV's order blue, green, red, of uint8 or uint16.
-    frame_rate : float, optional
-        Frames a second [1/s], instead of what the file states; arrays need it.
-    channel : {'grey', 'blue', 'green', 'red'}
-        What is taken of colour frames.
-
-    Raises
-    ------
-    InputError
-        Where there is no such file, or it cannot be read as video, or the frame rate is missing.
+    Units: frame_rate [1/s].
     """
     if channel not in get_args(Channel):
         raise InputError("channel", f"got {channel!r}", f"needs one of {', '.join(get_args(Channel))}")

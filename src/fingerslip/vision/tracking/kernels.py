@@ -47,24 +47,8 @@ _SMALL = 2e-2
 def measure_markers(image, mask, start, radius, window, shapes, profiles, polarity, out):  # type: ignore[no-untyped-def]
     """Measure markers near given positions, in place.
 
-    Parameters
-    ----------
-    image : (height, width) array of uint8
-        Grey levels.
-    mask : (height, width) array of bool
-        Pixels that count; an array of shape (0, 0) where all do.
-    start : (n, 2) array
-        Where the search begins, x and y [px].
-    radius, window : (n,) array
-        Radius of each marker, and of its window [px].
-    shapes : (n, 3) array
-        Metric a, b, c of each marker, of determinant 1: r² = a dx² + 2 b dx dy + c dy².
-    profiles : (n, N_PROFILE) array
-        Brightness over the distance from the centre, 1 in the centre and 0 far off, of each marker.
-    polarity : float
-        1 for markers that are brighter than what is around them, -1 for darker ones.
-    out : (n, COLUMNS) array
-        Gets what was measured; correlation 0 where nothing was found.
+    Arrays: image (height, width); mask (height, width); start (n, 2) [px]; radius, window (n,) [px]; shapes (n, 3);
+    profiles (n, N_PROFILE); out (n, COLUMNS).
     """
     again = np.empty(COLUMNS)
     for n in range(len(start)):
@@ -289,20 +273,8 @@ def _solve(matrix, vector):  # type: ignore[no-untyped-def]
 def learn_profiles(image, points, window, shapes, polarity, out):  # type: ignore[no-untyped-def]
     """Learn the profile of each marker from an image, in place.
 
-    Parameters
-    ----------
-    image : (height, width) array of float64
-        Mean of some frames [grey levels].
-    points : (n, 2) array
-        The centres of the markers [px].
-    window : (n,) array
-        Radius of each window [px].
-    shapes : (n, 3) array
-        Metric of each marker; see :func:`measure_markers`.
-    polarity : float
-        1 for bright markers, -1 for dark ones.
-    out : (n, N_PROFILE) array
-        Gets mean grey level times polarity over the distance, NaN where no pixel is.
+    Arrays: image (height, width) [grey levels]; points (n, 2) [px]; window (n,) [px]; shapes (n, 3); out (n,
+    N_PROFILE).
     """
     for n in range(len(points)):
         (x, y), (a, b, c) = points[n], shapes[n]
@@ -329,18 +301,7 @@ def learn_profiles(image, points, window, shapes, polarity, out):  # type: ignor
 def learn_shapes(image, points, radius, window, polarity, out):  # type: ignore[no-untyped-def]
     """Learn the ellipse of each marker from the second moments of what stands out, in place.
 
-    Parameters
-    ----------
-    image : (height, width) array of float64
-        Mean of some frames [grey levels].
-    points : (n, 2) array
-        The centres of the markers [px].
-    radius, window : (n,) array
-        Radius of each marker and of its window [px].
-    polarity : float
-        1 for bright markers, -1 for dark ones.
-    out : (n, 3) array
-        Gets the metric, see :func:`measure_markers`; that of a circle where the moments are none of an ellipse.
+    Arrays: image (height, width) [grey levels]; points (n, 2) [px]; radius, window (n,) [px]; out (n, 3).
     """
     everywhere = np.empty((0, 0), dtype=np.bool_)
     for n in range(len(points)):

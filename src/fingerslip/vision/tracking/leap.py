@@ -28,10 +28,7 @@ _NARROW, _WIDE, _HALVED = 0.7, 2.5, 4.0
 def lost_suddenly(here: Flags, sure: Flags) -> bool:
     """Tell whether so many of the markers that were seen are not found now that all may have leapt.
 
-    Parameters
-    ----------
-    here, sure : (n,) array of bool
-        Markers that were seen in the last frame, and those that are found in this one.
+    Arrays: here, sure (n,).
     """
     lost = int((here & ~sure).sum())
     return lost >= max(_FEWEST, _SHARE * int(here.sum()))
@@ -40,21 +37,7 @@ def lost_suddenly(here: Flags, sure: Flags) -> bool:
 def common_shift(before: Frame, image: Frame, points: Floats, radius: float, polarity: float) -> Floats:
     """Return how far the pattern of markers moved between two frames.
 
-    Parameters
-    ----------
-    before, image : (height, width) array of uint8
-        The frames.
-    points : (n, 2) array
-        Where markers are in the first [px].
-    radius : float
-        Their radius [px].
-    polarity : {1, -1}
-        Whether they are brighter or darker than what is around them.
-
-    Returns
-    -------
-    (2,) array
-        The shift [px], to a pixel or two.
+    Arrays: before, image (height, width); points (n, 2) [px]; radius [px]; returns (2,) [px].
 
     Examples
     --------

@@ -18,12 +18,7 @@ Floats = NDArray[np.float64]
 def lens_of(calibration: Pinhole | Fisheye | str | Path, size: tuple[int, int]) -> Pinhole | Fisheye:
     """Return intrinsics, from a file where a path is given.
 
-    Parameters
-    ----------
-    calibration : Pinhole or Fisheye or path
-        Intrinsics, or a calibration file in OpenCV's form.
-    size : (int, int)
-        Width and height of the frames [px], for files that do not say.
+    Arrays: size (int, int) [px].
     """
     if isinstance(calibration, str | Path):
         found: Pinhole | Fisheye = read_calibration(calibration, size=size)
@@ -34,12 +29,7 @@ def lens_of(calibration: Pinhole | Fisheye | str | Path, size: tuple[int, int]) 
 def undistorted(lens: Pinhole | Fisheye, position: Floats) -> Floats:
     """Return pixels of a pinhole with the same camera matrix and no distortion; NaN for what it does not see.
 
-    Parameters
-    ----------
-    lens : Pinhole or Fisheye
-        The intrinsics.
-    position : (..., 2) array
-        Positions [px], NaN where they are not known.
+    Arrays: position (..., 2) [px].
     """
     rays = lens.directions(position)
     depth = np.where(rays[..., 2] > 0, rays[..., 2], np.nan)

@@ -42,40 +42,18 @@ _CENTRE = 4  # samples of a profile that are the top
 
 @dataclass(frozen=True)
 class Markers:
-    """Markers as they look in the rest frames.
+    """Markers as they look in the rest frames."""
 
-    Parameters
-    ----------
-    position : (n, 2) array
-        Positions at rest [px].
-    radius, window : (n,) array
-        Radius at half the contrast, and radius of the window in which a marker is measured [px].
-    shape : (n, 3) array
-        Ellipse of each, as the metric of :mod:`fingerslip.vision.tracking.kernels`.
-    profiles : (n, N_PROFILE) array
-        Brightness over the distance from the centre: 1 in the centre, 0 at the edge of the window.
-    polarity : float
-        1 for markers brighter than what is around them, -1 for darker ones.
-    spacing : (n,) array
-        Distance to the nearest neighbour [px].
-    neighbours : (n, k) array of int
-        Neighbours, the nearest first.
-    amplitude : (n,) array
-        Contrast of each [grey levels].
-    quality : (n,) array
-        Quality of each in the mean of the rest frames that it was learnt from.
-    """
-
-    position: Floats
-    radius: Floats
-    window: Floats
-    shape: Floats
-    profiles: Floats
-    polarity: float
-    spacing: Floats
-    neighbours: NDArray[np.intp]
-    amplitude: Floats
-    quality: Floats
+    position: Floats  # (n, 2), positions at rest [px]
+    radius: Floats  # (n,), radius at half the contrast, and radius of the window in which a marker is measured [px]
+    window: Floats  # (n,), radius at half the contrast, and radius of the window in which a marker is measured [px]
+    shape: Floats  # (n, 3), ellipse of each, as the metric of :mod:`fingerslip.vision.tracking.kernels`
+    profiles: Floats  # (n, N_PROFILE)
+    polarity: float  # 1 for markers brighter than what is around them, -1 for darker ones
+    spacing: Floats  # (n,), distance to the nearest neighbour [px]
+    neighbours: NDArray[np.intp]  # (n, k), neighbours, the nearest first
+    amplitude: Floats  # (n,), contrast of each [grey levels]
+    quality: Floats  # (n,), quality of each in the mean of the rest frames that it was learnt from
 
     def taken(self, order: NDArray[np.intp]) -> Markers:
         """Return some of the markers, in another order."""
@@ -97,21 +75,11 @@ class Markers:
 
 @dataclass(frozen=True)
 class Measured:
-    """Markers as they were measured in a frame.
+    """Markers as they were measured in a frame."""
 
-    Parameters
-    ----------
-    position : (n, 2) array
-        Positions [px], NaN where nothing was found.
-    amplitude : (n,) array
-        Contrast [grey levels].
-    quality : (n,) array
-        From 0 to 1: correlation with the marker's own profile, times the share of its pixels that fit it.
-    """
-
-    position: Floats
-    amplitude: Floats
-    quality: Floats
+    position: Floats  # (n, 2), positions [px], NaN where nothing was found
+    amplitude: Floats  # (n,), contrast [grey levels]
+    quality: Floats  # (n,)
 
 
 def measure(
@@ -146,18 +114,7 @@ def measure(
 def known_markers(image: Floats, mask: Flags | None, points: Floats, radius: float, bright: bool) -> Markers:
     """Learn what markers look like from where they roughly are.
 
-    Parameters
-    ----------
-    image : (height, width) array
-        Mean of some rest frames [grey levels].
-    mask : (height, width) array of bool or None
-        Pixels that count.
-    points : (n, 2) array
-        Centres, to a part of the radius [px].
-    radius : float
-        Radius, roughly [px].
-    bright : bool
-        Whether they are brighter than what is around them.
+    Arrays: image (height, width) [grey levels]; mask (height, width); points (n, 2) [px]; radius [px].
     """
     grey = np.clip(np.rint(image), 0, 255).astype(np.uint8)
     polarity = 1.0 if bright else -1.0

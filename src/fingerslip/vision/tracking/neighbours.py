@@ -22,15 +22,7 @@ _STIFFNESS = 0.5
 def nearest_neighbours(points: Floats) -> tuple[NDArray[np.intp], Floats]:
     """Return the nearest neighbours of each point and the distance to the first.
 
-    Parameters
-    ----------
-    points : (n, 2) array
-        Positions [px].
-
-    Returns
-    -------
-    (n, k) array of int, (n,) array
-        Neighbours, nearest first, k at most 8; distance to the nearest [px].
+    Arrays: points (n, 2) [px]; returns (n, k) [px].
     """
     count = min(_COUNT, len(points) - 1)
     if count < 1:
@@ -46,18 +38,7 @@ def consistent(
 
     The one that differs most from the others is left out, and the rest judged again, until all agree.
 
-    Parameters
-    ----------
-    reference : (n, 2) array
-        Positions at rest [px].
-    displacement : (n, 2) array
-        Displacements [px], without what is known to differ from the neighbours.
-    sure : (n,) array of bool
-        Which of the found ones may count.
-    neighbours : (n, k) array of int
-        Neighbours of each.
-    allowed : (n,) array
-        How far each may be from what its neighbours say [px].
+    Arrays: reference (n, 2) [px]; displacement (n, 2) [px]; sure (n,); neighbours (n, k); allowed (n,) [px].
     """
     kept = sure.copy()
     _drop_strangers(reference, displacement, kept, neighbours, allowed)
@@ -69,19 +50,7 @@ def expected_displacement(
 ) -> tuple[Floats, NDArray[np.intp]]:
     """Return what the neighbours' displacements, fitted by an affine map, say of each marker.
 
-    Parameters
-    ----------
-    reference, displacement : (n, 2) array
-        Positions at rest and displacements [px].
-    usable : (n,) array of bool
-        Whose displacement is known.
-    neighbours : (n, k) array of int
-        Neighbours of each.
-
-    Returns
-    -------
-    (n, 2) array, (n,) array of int
-        Displacements [px], NaN without usable neighbours; number of usable neighbours.
+    Arrays: reference, displacement (n, 2) [px]; usable (n,); neighbours (n, k); returns (n, 2) [px].
     """
     out = np.empty_like(displacement)
     counts = np.empty(len(reference), dtype=np.intp)

@@ -21,22 +21,12 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Lost:
-    """An interval in which a marker was not seen.
+    """An interval in which a marker was not seen."""
 
-    Parameters
-    ----------
-    marker : int
-        Number of the marker.
-    first, last : int
-        First and last frame without it.
-    returned : bool
-        Whether it was seen again.
-    """
-
-    marker: int
-    first: int
-    last: int
-    returned: bool
+    marker: int  # number of the marker
+    first: int  # first and last frame without it
+    last: int  # first and last frame without it
+    returned: bool  # whether it was seen again
 
     @property
     def frames(self) -> int:
@@ -78,15 +68,7 @@ def noise_at_rest(tracks: xr.Dataset) -> Floats:
 def jumps(tracks: xr.Dataset) -> Floats:
     """Return how far each marker moved between frames beyond what its neighbours did [px].
 
-    Parameters
-    ----------
-    tracks : xarray.Dataset
-        Tracks with the variable ``reference``.
-
-    Returns
-    -------
-    (n_times - 1, n_markers) array
-        Lengths; NaN where a marker was not seen in both frames.
+    Arrays: returns (n_times - 1, n_markers).
     """
     position, there = tracks["position"].values, seen(tracks)
     # Markers that were not seen at rest have no neighbours by their reference: their place is far away.

@@ -38,35 +38,18 @@ _LEAST_CONTRAST, _SAME_SIZE, _LEAST_LIKENESS = 0.5, 1.5, 0.8
 
 @dataclass(frozen=True)
 class Reference:
-    """The markers at rest, numbered.
+    """The markers at rest, numbered."""
 
-    Parameters
-    ----------
-    markers : Markers
-        What is known of them, in the order of their numbers.
-    ring : (n,) array of int or None
-        Ring of each; None in a free layout.
-    angle : (n,) array or None
-        Angle of each around the centre [rad].
-    warnings : tuple of str
-        What is not as it should be.
-    """
-
-    markers: Markers
-    ring: NDArray[np.intp] | None
-    angle: Floats | None
-    warnings: tuple[str, ...]
+    markers: Markers  # what is known of them, in the order of their numbers
+    ring: NDArray[np.intp] | None  # (n,), ring of each
+    angle: Floats | None  # (n,), angle of each around the centre [rad]
+    warnings: tuple[str, ...]  # what is not as it should be
 
 
 def first_frames(frames: Iterable[Frame], count: int) -> tuple[Floats, Frame]:
     """Return the mean of the first frames, and the first.
 
-    Parameters
-    ----------
-    frames : iterable of (height, width) array
-        The frames.
-    count : int
-        How many, at most.
+    Arrays: frames (height, width).
     """
     total, first, number = np.zeros(0), np.zeros((0, 0), dtype=np.uint8), 0
     for number, frame in enumerate(itertools.islice(frames, count), start=1):
@@ -82,25 +65,7 @@ def reference_of(  # noqa: PLR0917  the options of a search
 ) -> Reference:
     """Find, measure and number the markers of the mean of the first frames.
 
-    Parameters
-    ----------
-    image : (height, width) array
-        Mean of the first frames [grey levels].
-    mask : (height, width) array of bool or None
-        Where markers may be.
-    n_markers : int or None
-        How many there are; None where the image decides.
-    layout : {'rings', 'hex', 'free'}
-        How they are arranged.
-    bright : bool or None
-        Whether they are brighter than what is around them; None where the image decides.
-    name : str
-        What errors call the video.
-
-    Raises
-    ------
-    InputError
-        Where there are fewer than ten markers, or less than four fifths of those that there should be.
+    Arrays: image (height, width) [grey levels]; mask (height, width).
     """
     markers = _best(image, mask, n_markers, layout, bright)
     count = 0 if markers is None else len(markers.position)

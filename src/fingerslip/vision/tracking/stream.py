@@ -35,49 +35,23 @@ _OLD_QUALITY = 0.5
 
 @dataclass(frozen=True)
 class SeenMarkers:
-    """What was found in a frame.
+    """What was found in a frame."""
 
-    Parameters
-    ----------
-    time : float
-        Time of the frame [s].
-    position : (n_markers, 2) array
-        Positions [px], NaN where a marker is not seen.
-    quality : (n_markers,) array
-        From 0 (not seen) to 1.
-    state : int
-        0 fine, 1 dark, 2 overexposed, 3 duplicated.
-    """
-
-    time: float
-    position: NDArray[np.float32]
-    quality: NDArray[np.float32]
-    state: int
+    time: float  # time of the frame [s]
+    position: NDArray[np.float32]  # (n_markers, 2), positions [px], NaN where a marker is not seen
+    quality: NDArray[np.float32]  # (n_markers,), from 0 (not seen) to 1
+    state: int  # 0 fine, 1 dark, 2 overexposed, 3 duplicated
 
 
 @dataclass(frozen=True)
 class MarkerStream:
-    """The markers of a video, which are followed while one goes through them.
+    """The markers of a video, which are followed while one goes through them."""
 
-    Parameters
-    ----------
-    frames : Frames
-        The frames.
-    reference : Reference
-        The markers at rest, numbered.
-    mask : (height, width) array of bool or None
-        Pixels that count.
-    exposure : Exposure
-        How light the frames are at rest.
-    shape : (int, int)
-        Height and width of the frames [px].
-    """
-
-    frames: Frames
-    reference: Reference
-    mask: Flags | None
-    exposure: Exposure
-    shape: tuple[int, int]
+    frames: Frames  # the frames
+    reference: Reference  # the markers at rest, numbered
+    mask: Flags | None  # (height, width), pixels that count
+    exposure: Exposure  # how light the frames are at rest
+    shape: tuple[int, int]  # (int, int), height and width of the frames [px]
 
     @property
     def at_rest(self) -> xr.Dataset:
@@ -109,23 +83,7 @@ def open_markers(
     frame_rate: float | None = None,
     channel: Channel = "grey",
 ) -> MarkerStream:
-    """Find the markers of a video in its first frames, so that they can be followed frame by frame.
-
-    Parameters
-    ----------
-    video, n_markers, rest_frames, layout, mask, bright, frame_rate, channel
-        As for :func:`fingerslip.track_markers`.
-
-    Returns
-    -------
-    MarkerStream
-        The markers.
-
-    Raises
-    ------
-    InputError
-        As :func:`fingerslip.track_markers`.
-    """
+    """Find the markers of a video in its first frames, so that they can be followed frame by frame."""
     check_layout(layout)
     _check_counts(n_markers, rest_frames)
     frames = open_frames(video, frame_rate, channel)

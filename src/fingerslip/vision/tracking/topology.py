@@ -33,24 +33,12 @@ _HEX_STEPS = ((1, 0), (0, 1), (-1, 1), (-1, 0), (0, -1), (1, -1))
 
 @dataclass(frozen=True)
 class Topology:
-    """The order of markers.
+    """The order of markers."""
 
-    Parameters
-    ----------
-    order : (n,) array of int
-        Which of the detected markers has each number.
-    ring : (n,) array of int or None
-        Ring of each marker, in the new order; None in a free layout.
-    angle : (n,) array or None
-        Angle from the x axis of the image towards its y axis around the centre [rad], in the new order.
-    complaint : str
-        What does not fit the layout; empty where all does.
-    """
-
-    order: Integers
-    ring: Integers | None
-    angle: Floats | None
-    complaint: str = ""
+    order: Integers  # (n,), which of the detected markers has each number
+    ring: Integers | None  # (n,), ring of each marker, in the new order
+    angle: Floats | None  # (n,) [rad]
+    complaint: str = ""  # what does not fit the layout
 
 
 def check_layout(layout: str) -> None:
@@ -62,12 +50,7 @@ def check_layout(layout: str) -> None:
 def topology(points: Floats, layout: LayoutName) -> Topology:
     """Return the order of markers: ring by ring and by rising angle, or by rows of the image where they are free.
 
-    Parameters
-    ----------
-    points : (n, 2) array
-        Positions at rest [px].
-    layout : {'rings', 'hex', 'free'}
-        Concentric rings; a hexagonal lattice, whose rings are hexagons; or neither.
+    Arrays: points (n, 2) [px].
     """
     check_layout(layout)
     if layout == "free" or len(points) < 2:
@@ -95,10 +78,7 @@ def _rows(points: Floats) -> Integers:
 def out_of_place(points: Floats) -> NDArray[np.bool_]:
     """Tell which points are no part of evenly spaced rings: of two that are too near, the one the ring is even without.
 
-    Parameters
-    ----------
-    points : (n, 2) array
-        Positions at rest [px].
+    Arrays: points (n, 2) [px].
     """
     odd = np.zeros(len(points), dtype=bool)
     if len(points) < _FEWEST:

@@ -33,14 +33,7 @@ _STEEPEST = 0.5
 def with_names(mesh: Mesh, region: Integers, fine: Flags) -> Mesh:
     """Return a mesh with the names of its regions and boundaries, without those that are empty.
 
-    Parameters
-    ----------
-    mesh : skfem.Mesh
-        The mesh; the nodes of the outer skin come first.
-    region : (n_cells,) array
-        Region of every cell: EPIDERMIS, DERMIS, TISSUE, PHALANX or NAIL.
-    fine : (n_skin_nodes,) array
-        Whether a node of the outer skin is in the part that is meshed at the contact size.
+    Arrays: region (n_cells,); fine (n_skin_nodes,).
     """
     regions = {name: _numbers(region == number) for number, name in enumerate(_NAMES)}
     boundaries = {name: facets_between(mesh, region, *pair) for name, pair in _INTERFACES.items()}

@@ -19,31 +19,16 @@ Integers = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class SmoothCurves:
-    """A line drawn in pieces.
+    """A line drawn in pieces."""
 
-    Parameters
-    ----------
-    points : list of int
-        Tags of the points between pieces, and of both ends.
-    curves : list of int
-        Tags of the pieces.
-    """
-
-    points: list[int]
-    curves: list[int]
+    points: list[int]  # tags of the points between pieces, and of both ends
+    curves: list[int]  # tags of the pieces
 
 
 def smooth_curves(line: Floats, corners: Integers, first: int | None = None) -> SmoothCurves:
     """Draw a line as cubic splines through its points, one for each piece.
 
-    Parameters
-    ----------
-    line : (n, 2) array
-        Points of the line [m].
-    corners : (k,) array
-        Rows at which pieces begin and end, both ends included.
-    first : int, optional
-        Tag of the first point, where it is drawn already.
+    Arrays: line (n, 2) [m]; corners (k,).
     """
     tags = [_point(point) for point in line[1:]]
     tags = [_point(line[0]) if first is None else first, *tags]

@@ -24,14 +24,7 @@ _ON_PLANE = 1e-9
 def with_names(mesh: Mesh, region: NDArray[np.int64], half: bool) -> Mesh:
     """Return a mesh with the names of its regions and boundaries, without those that are empty.
 
-    Parameters
-    ----------
-    mesh : skfem.Mesh
-        The mesh [m].
-    region : (n_cells,) array
-        Region of every cell, by its place in `REGIONS`.
-    half : bool
-        Whether it is the half z >= 0, whose plane z = 0 is the boundary `symmetry`.
+    Arrays: mesh [m]; region (n_cells,).
     """
     regions = {name: _numbers(region == number) for number, name in enumerate(REGIONS)}
     outer = mesh.f2t[1] < 0

@@ -41,22 +41,7 @@ class _Sizes:
 
 
 def mesh_sensor_section(sensor: TacTipNumbers, sizes: SensorSizes, element: str) -> skfem.Mesh2D:
-    """Build the mesh of a section, somewhat finer than asked for where cells would be refused.
-
-    Parameters
-    ----------
-    sensor : TacTipNumbers
-        The sensor.
-    sizes : SensorSizes
-        Element sizes.
-    element : {'Q4', 'T3', 'T6'}
-        Kind of cell.
-
-    Raises
-    ------
-    MeshError
-        Where no mesh of good quality comes out.
-    """
+    """Build the mesh of a section, somewhat finer than asked for where cells would be refused."""
     refused: list[MeshError] = []
     for share, at_rods in _ATTEMPTS:
         finer = _Sizes(share * sizes.contact_size, share * sizes.bulk_size, sizes.contact_reach)

@@ -57,16 +57,7 @@ def size_function(
 ) -> Callable[[float, float, float], float]:
     """Return the wanted size [m] at x, y, z [m], looked up on a grid because Gmsh asks for it very often.
 
-    Parameters
-    ----------
-    sensor : TacTipNumbers
-        The sensor.
-    sizes : SensorSizes
-        Sizes.
-    rods : (n, 2, dim) array
-        Both ends of the axes of the rods [m].
-    rod_size : float
-        Largest size at rods [m].
+    Arrays: rods (n, 2, dim) [m]; rod_size [m].
     """
     spacing = 0.5 * sizes.contact_size
     half = sensor.dome.radius + sensor.dome.flat_radius

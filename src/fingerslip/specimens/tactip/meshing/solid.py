@@ -34,22 +34,7 @@ _ON_PLANE = 1e-9
 
 
 def mesh_sensor_solid(sensor: TacTipNumbers, sizes: SolidSizes, element: str) -> skfem.Mesh3D:
-    """Build the mesh of a half or the whole of a sensor; the whole is its half and the mirror image of it.
-
-    Parameters
-    ----------
-    sensor : TacTipNumbers
-        The sensor.
-    sizes : SolidSizes
-        Element sizes.
-    element : {'T4', 'T10'}
-        Kind of cell.
-
-    Raises
-    ------
-    MeshError
-        Where no mesh of good quality comes out.
-    """
+    """Build the mesh of a half or the whole of a sensor; the whole is its half and the mirror image of it."""
     half = _half(dataclasses.replace(sensor, part="half"), sizes)
     found = half if sensor.part == "half" else _with_mirror_image(half)
     mesh = skfem.MeshTet1(np.ascontiguousarray(found.points.T), np.ascontiguousarray(found.cells.T.astype(np.int32)))

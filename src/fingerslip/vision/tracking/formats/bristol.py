@@ -35,24 +35,12 @@ _IMAGE = "sensor_image"
 
 @dataclass(frozen=True)
 class BristolSet:
-    """A data set.
+    """A data set."""
 
-    Parameters
-    ----------
-    folder : Path
-        Where it is.
-    targets : pandas.DataFrame
-        A row for each image: ``sensor_image`` and labels.
-    image_parameters : mapping
-        Settings of the camera; empty where there is no such file.
-    markers : tuple of (n, 2) arrays
-        Markers of each image in shares of its width and height; empty where they are not processed.
-    """
-
-    folder: Path
-    targets: pd.DataFrame
-    image_parameters: Mapping[str, Any]
-    markers: tuple[NDArray[np.float64], ...]
+    folder: Path  # where it is
+    targets: pd.DataFrame  # A row for each image: ``sensor_image`` and labels
+    image_parameters: Mapping[str, Any]  # settings of the camera
+    markers: tuple[NDArray[np.float64], ...]  # (n, 2), markers of each image in shares of its width and height
 
 
 def read_bristol(folder: str | Path) -> BristolSet:

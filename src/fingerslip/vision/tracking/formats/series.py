@@ -37,18 +37,10 @@ _TIMES = ("time", "timestamp", "t")
 
 @dataclass(frozen=True)
 class SeriesRun:
-    """A run.
+    """A run."""
 
-    Parameters
-    ----------
-    images : Path
-        Folder of its images, which :func:`fingerslip.track_markers` takes.
-    tables : mapping of str to pandas.DataFrame
-        Its tables by their names in :data:`TABLES`, as far as they are there.
-    """
-
-    images: Path
-    tables: Mapping[str, pd.DataFrame]
+    images: Path  # folder of its images, which :func:`fingerslip.track_markers` takes
+    tables: Mapping[str, pd.DataFrame]  # its tables by their names in :data:`TABLES`, as far as they are there
 
     @property
     def image_times(self) -> NDArray[np.float64] | None:

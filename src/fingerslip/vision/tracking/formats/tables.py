@@ -15,15 +15,7 @@ __all__ = ["read_table", "write_table"]
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """Read a CSV file with a line of names.
-
-    Raises
-    ------
-    InputError
-        Where there is no such file, or it is no table.
-    ResultError
-        Where it cannot be read.
-    """
+    """Read a CSV file with a line of names."""
     import pandas as pd
 
     if not path.is_file():

@@ -28,18 +28,10 @@ _FRONTAL, _FRONTAL_FOR_QUADRILATERALS = 6, 8
 
 @dataclass(frozen=True)
 class CoreMesh:
-    """Mesh of tissue and phalanx, in the plane or in space.
+    """Mesh of tissue and phalanx, in the plane or in space."""
 
-    Parameters
-    ----------
-    points : (n, dim) array
-        Node positions [m]; in space first those of the dermis-tissue interface, in their order.
-    cells : dict of str to (m, 3) or (m, 4) arrays
-        Nodes of the cells of `tissue` and `phalanx`, in the plane counter-clockwise.
-    """
-
-    points: Floats
-    cells: dict[str, Integers]
+    points: Floats  # (n, dim), node positions [m]
+    cells: dict[str, Integers]  # (m, 3), nodes of the cells of `tissue` and `phalanx`, in the plane counter-clockwise
 
 
 @dataclass(frozen=True)
@@ -58,21 +50,7 @@ def mesh_core(contour: Floats, border: Floats, closed: bool, sizes: ElementSizes
     Quadrilaterals come from a mesh of twice the size, whose triangles and quadrilaterals are all divided into
     quadrilaterals; the nodes of the border are therefore every second one of `border`, and the midpoints between them.
 
-    Parameters
-    ----------
-    contour : (n, 2) array
-        Contour of the phalanx [m].
-    border : (n, 2) array
-        Nodes of the dermis-tissue interface [m], counter-clockwise.
-    closed : bool
-        Whether the border closes on itself; else it starts and ends on the proximal cut.
-    sizes : ElementSizes
-        Element sizes and type.
-
-    Raises
-    ------
-    MeshError
-        Where Gmsh fails.
+    Arrays: contour (n, 2) [m]; border (n, 2) [m].
     """
     quadrilaterals = sizes.element == "Q4"
     contours = _contours(contour, border, closed, sizes)
@@ -87,24 +65,7 @@ def mesh_core(contour: Floats, border: Floats, closed: bool, sizes: ElementSizes
 def mesh_ring(outer: Floats, inner: Floats | None, largest: float) -> CoreMesh:
     """Mesh what lies inside a ring of nodes with triangles, all nodes of the rings kept.
 
-    Parameters
-    ----------
-    outer : (n, 2) array
-        Nodes of the outer ring [m], counter-clockwise.
-    inner : (m, 2) array, optional
-        Nodes of the contour of the phalanx in it [m], counter-clockwise.
-    largest : float
-        Largest element size [m].
-
-    Returns
-    -------
-    CoreMesh
-        Cells of `tissue`, and of `phalanx` where there is an inner ring.
-
-    Raises
-    ------
-    MeshError
-        Where Gmsh fails.
+    Arrays: outer (n, 2) [m]; inner (m, 2) [m]; largest [m].
     """
     with gmsh_session() as geometry:
         if inner is None:

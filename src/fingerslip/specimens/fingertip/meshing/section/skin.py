@@ -28,45 +28,19 @@ _BLEND = 3.0
 
 @dataclass(frozen=True)
 class SkinGrid:
-    """Nodes of the skin in rows from the outer surface to the dermis-tissue interface.
+    """Nodes of the skin in rows from the outer surface to the dermis-tissue interface."""
 
-    Parameters
-    ----------
-    points : (rows, columns, 2) array
-        Node positions [m]; columns run counter-clockwise round the finger.
-    arc_length : (columns,) array
-        Arc length of each column on the outer surface from the lowest point [m].
-    epidermis_rows : int
-        Number of rows of cells in the epidermis; the others are dermis.
-    closed : bool
-        Whether the last column is followed by the first one.
-    contact : tuple of float
-        First and last arc length of the part meshed at the contact size [m].
-    """
-
-    points: Floats
-    arc_length: Floats
-    epidermis_rows: int
-    closed: bool
-    contact: tuple[float, float]
+    points: Floats  # (rows, columns, 2), node positions [m]
+    arc_length: Floats  # (columns,), arc length of each column on the outer surface from the lowest point [m]
+    epidermis_rows: int  # number of rows of cells in the epidermis
+    closed: bool  # whether the last column is followed by the first one
+    contact: tuple[float, float]  # first and last arc length of the part meshed at the contact size [m]
 
 
 def sweep_skin(fingertip: FingertipNumbers, sizes: ElementSizes, contour: Floats) -> SkinGrid:
     """Divide the skin into rows and columns.
 
-    Parameters
-    ----------
-    fingertip : FingertipNumbers
-        Gives outline and layers.
-    sizes : ElementSizes
-        Element sizes and type.
-    contour : (n, 2) array
-        Contour of the phalanx [m]; outside the contact no column is much wider than the tissue is thick.
-
-    Raises
-    ------
-    InputError
-        Where the contact size cannot resolve ridges or fingerprint, or the ridge zone leaves the section.
+    Arrays: contour (n, 2) [m].
     """
     curve = outline_curve(fingertip)
     spacing = _contact_spacing(fingertip, sizes)

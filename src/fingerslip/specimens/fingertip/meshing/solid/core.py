@@ -36,19 +36,7 @@ class _Hull:
 def mesh_solid_core(skin: Triangulation, phalanx: Triangulation, largest: float) -> CoreMesh:
     """Mesh what lies inside the skin.
 
-    Parameters
-    ----------
-    skin : Triangulation
-        The dermis-tissue interface, its rim on the proximal cut.
-    phalanx : Triangulation
-        The surface of the phalanx; a rim, where it has one, on the same cut.
-    largest : float
-        Largest element size [m].
-
-    Raises
-    ------
-    MeshError
-        Where Gmsh fails.
+    Units: largest [m].
     """
     hull, unit = _hull(skin, phalanx, largest), length_unit(largest)
     with gmsh_session():

@@ -19,19 +19,7 @@ _TISSUE_SHARE = 0.7
 def mesh_phalanx(
     fingertip: FingertipNumbers, phalanx: PhalanxSurface, sizes: ElementSizes, skin: SolidSkin
 ) -> Triangulation:
-    """Mesh the surface of the phalanx.
-
-    Parameters
-    ----------
-    fingertip : FingertipNumbers
-        A fingertip in space.
-    phalanx : PhalanxSurface
-        The surface of its phalanx.
-    sizes : ElementSizes
-        Element sizes.
-    skin : SolidSkin
-        The skin around it; no triangle is much wider than the tissue between is thick.
-    """
+    """Mesh the surface of the phalanx."""
     points = phalanx.points.reshape(-1, 3)
     tissue, _ = cKDTree(skin.points[-1]).query(points)
     largest = np.clip(_TISSUE_SHARE * tissue, sizes.contact_size, sizes.bulk_size)

@@ -49,43 +49,18 @@ _SHIFTS = 30
 
 @dataclass(frozen=True)
 class SolidSkin:
-    """Nodes of the skin in rows from the outer surface to the dermis-tissue interface.
+    """Nodes of the skin in rows from the outer surface to the dermis-tissue interface."""
 
-    Parameters
-    ----------
-    points : (rows, columns, 3) array
-        Node positions of the level finger [m]; the nodes of a column are below each other.
-    triangles : (m, 3) array
-        Columns of each triangle of a row, counter-clockwise as seen from outside.
-    levels : (rows,) array
-        Mean depth of each row below the outer surface [m].
-    fine : (columns,) array
-        Whether a column is in the part meshed at the contact size.
-    """
-
-    points: Floats
-    triangles: Integers
-    levels: Floats
-    fine: Flags
+    points: Floats  # (rows, columns, 3), node positions of the level finger [m]
+    triangles: Integers  # (m, 3), columns of each triangle of a row, counter-clockwise as seen from outside
+    levels: Floats  # (rows,), mean depth of each row below the outer surface [m]
+    fine: Flags  # (columns,), whether a column is in the part meshed at the contact size
 
 
 def sweep_solid_skin(fingertip: FingertipNumbers, sizes: ElementSizes, phalanx: Floats) -> SolidSkin:
     """Divide the skin into rows and columns.
 
-    Parameters
-    ----------
-    fingertip : FingertipNumbers
-        A fingertip in space.
-    sizes : ElementSizes
-        Element sizes.
-    phalanx : (n, 3) array
-        Points of the surface of the phalanx [m]; outside the contact no triangle is much wider than the tissue is
-        thick.
-
-    Raises
-    ------
-    InputError
-        Where the skin is thicker than its surface allows, or the contact size cannot resolve the fingerprint.
+    Arrays: phalanx (n, 3) [m].
     """
     _check_relief(fingertip, sizes)
     levels = _levels(fingertip, sizes)
@@ -97,13 +72,7 @@ def sweep_solid_skin(fingertip: FingertipNumbers, sizes: ElementSizes, phalanx: 
 
 
 def check_skin_fits(fingertip: FingertipNumbers) -> None:
-    """Refuse a skin so thick that its inner surface would cross itself.
-
-    Raises
-    ------
-    InputError
-        That names the place.
-    """
+    """Refuse a skin so thick that its inner surface would cross itself."""
     thickness, skin = fingertip.layers.skin_thickness, skin_grid(fingertip)[:, ::2].reshape(-1, 3)
     depth = depth_below_skin(fingertip, below_skin(fingertip, skin, thickness))
     thinnest = int(depth.argmin())
