@@ -97,7 +97,12 @@ def test_every_verb_that_is_ended_leaves_nothing_half_written(
         pass
 
     monkeypatch.setattr("fingerslip.commands.app._verbs", lambda: iter([(train, ()), (other, ())]))
-    assert CliRunner().invoke(command_line(), ["train"]).exit_code == 130
+    # A shell in the background ignores Ctrl-C, and so do the tests that it runs.
+    before = signal.signal(getattr(signal, ending), signal.SIG_DFL)
+    try:
+        assert CliRunner().invoke(command_line(), ["train"]).exit_code == 130
+    finally:
+        signal.signal(getattr(signal, ending), before)
     assert list(tmp_path.iterdir()) == []
 
 
