@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from collections.abc import Mapping, Sequence
-from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -159,13 +159,16 @@ def slide_starts(study: StudyResult) -> dict[str, float]:
     return {name: own[0][0] for name, own in slides.items() if own}
 
 
+_MINUTE = "%Y-%m-%d %H:%M %Z"  # of any time zone, those that datetime refuses too
+
+
 def provenance_of(folder: Path, manifest: Mapping[str, Any]) -> dict[str, str]:
     """Return what made the results, in words: file, dates, commit, computing time, and the versions of all programs."""
-    written = datetime.fromtimestamp((folder / MANIFEST).stat().st_mtime).astimezone()
+    written = time.localtime((folder / MANIFEST).stat().st_mtime)
     words = {
         "study": manifest.get("study"),
-        "results of": f"{written:%Y-%m-%d %H:%M %Z}",
-        "page of": f"{datetime.now().astimezone():%Y-%m-%d %H:%M %Z}",
+        "results of": time.strftime(_MINUTE, written),
+        "page of": time.strftime(_MINUTE),
         "commit": manifest.get("commit"),
         "computing time": f"{manifest['wall_time_s']:g} s" if "wall_time_s" in manifest else None,
         **manifest.get("versions", {}),
