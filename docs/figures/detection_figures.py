@@ -26,11 +26,12 @@ from fingerslip.detect.splits import benchmark_test_trials
 from fingerslip.detect.training import Detector, train
 from fingerslip.detect.trial_set import TrialSet, open_trials
 from fingerslip.detect.unseen import on_unseen
-from fingerslip.export.markers import marker_tracks
 from fingerslip.history import phase_times, read_history
+from fingerslip.marker_tracks import marker_tracks
+from fingerslip.report.colours import BLUE, GREEN, GREY, VERMILLION
 from fingerslip.report.figures.markers import ring_colours
 from fingerslip.report.figures.save import save_figure
-from fingerslip.report.figures.style import BLUE, GREEN, GREY, VERMILLION, add_legend, figure_grid, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, styled
 from fingerslip.validation.pouring import POURING, POURING_IN_SPACE
 from fingerslip.vision.cameras.camera import true_tracks
 from fingerslip.vision.cameras.pixel import frames_of

@@ -17,7 +17,8 @@ import numpy as np
 import xarray as xr
 from scipy.signal import find_peaks
 
-from fingerslip.history import OPEN, read_history
+from fingerslip.contact.states import OPEN
+from fingerslip.history import read_history
 from fingerslip.report.tables.events import events_table
 from fingerslip.report.tables.table import Cell, Column, Missing, Table, to_markdown
 from fingerslip.run_folder import HISTORY

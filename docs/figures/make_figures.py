@@ -16,7 +16,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fingerslip.history import OPEN, read_history
+from fingerslip.contact.states import OPEN
+from fingerslip.history import read_history
 from fingerslip.report.colours import EVENT_COLOURS
 from fingerslip.slip import (
     EventSettings,

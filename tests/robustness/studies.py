@@ -9,7 +9,8 @@ from typing import Any
 
 import yaml
 
-from fingerslip.dynamics.simulation import simulate, step_times
+from fingerslip.dynamics.recording.steps import step_times
+from fingerslip.dynamics.simulation import simulate
 from fingerslip.dynamics.system.checks import check_model
 from fingerslip.mesh.io import write_mesh
 from fingerslip.study.definition.sweep import Run

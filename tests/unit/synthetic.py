@@ -13,7 +13,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.history import OPEN, SLIP, STICK, make_history
+from fingerslip.contact.states import OPEN, SLIP, STICK
+from fingerslip.history import make_history
 
 PRESS_END, END, SPEED, HALF_WIDTH = 1.0, 2.0, 3e-3, 4e-3
 KINDS = ("FA-I", "SA-I", "FA-II", "SA-II")

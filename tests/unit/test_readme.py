@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fingerslip.history import OPEN
+from fingerslip.contact.states import OPEN
 from places import ROOT
 
 README, SOLID, VISION = ROOT / "README.md", ROOT / "docs" / "solid.md", ROOT / "docs" / "vision.md"

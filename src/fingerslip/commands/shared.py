@@ -17,8 +17,8 @@ from fingerslip.report.scene.names import CAMERAS, FIELDS
 
 if TYPE_CHECKING:
     from fingerslip.report.tables.table import Table
+    from fingerslip.results import StudyResult
     from fingerslip.study.running.progress import StudyProgress
-    from fingerslip.study.running.runner import StudyResult
 
 __all__ = [
     "AsJson",

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.history import OPEN
+from fingerslip.contact.states import OPEN
 from fingerslip.slip.fractions import relative_displacement, slipped_steps
 from fingerslip.slip.names import EVENTS, READINGS, TIMES
 from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors

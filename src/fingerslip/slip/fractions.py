@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.history import OPEN, SLIP
+from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.slip.counterface import split_along
 from fingerslip.slip.windows import SlideWindow
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.history import OPEN
+from fingerslip.contact.states import OPEN
 
 if TYPE_CHECKING:
     import xarray as xr

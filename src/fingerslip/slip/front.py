@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.history import OPEN, is_solid, sites_of_kinds
+from fingerslip.contact.states import OPEN
+from fingerslip.history import is_solid, sites_of_kinds
 from fingerslip.sites import Site
 from fingerslip.slip.counterface import contact_forces, slide_tangent
 from fingerslip.slip.fractions import accumulated_slip

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.errors import InputError, warn_renamed
-from fingerslip.history import OPEN, SLIP, is_solid
+from fingerslip.history import is_solid
 from fingerslip.slip.counterface import contact_forces, counterface_normal, slide_tangent
 from fingerslip.slip.fractions import contact_area, stick_ratio
 

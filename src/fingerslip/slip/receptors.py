@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.history import OPEN, site_kinds, site_rows
+from fingerslip.contact.states import OPEN
+from fingerslip.history import site_kinds, site_rows
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip.counterface import slide_tangent
 from fingerslip.slip.windows import slide_window

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fingerslip.history import OPEN
+from fingerslip.contact.states import OPEN
 from fingerslip.slip.fractions import slipped_fraction
 from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.windows import slide_window

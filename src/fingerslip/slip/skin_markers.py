@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.history import OPEN, sites_of_kinds
+from fingerslip.contact.states import OPEN
+from fingerslip.history import sites_of_kinds
 from fingerslip.slip.counterface import contact_forces, split_along
 from fingerslip.slip.settings import EventSettings
 from fingerslip.slip.windows import slide_window, sustained_crossings

@@ -19,9 +19,10 @@ from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.materials.elastic import Elastic
 from fingerslip.mesh.joining import join_meshes
-from fingerslip.model import Contact, Model, QuasiStatic, SupportMotion, TimeStepping
+from fingerslip.model import Contact, Model, SupportMotion
 from fingerslip.programme import Hold, Press, Ramp
 from fingerslip.rigid_bodies import BodyLoad, BodyVelocity, Dampers, RigidBody, Springs
+from fingerslip.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
 

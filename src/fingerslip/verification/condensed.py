@@ -13,15 +13,16 @@ from numpy.typing import NDArray
 from fingerslip.contact.counterfaces import Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.contact.states import OPEN, SLIP, STICK
-from fingerslip.dynamics.simulation import step_times
+from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.system.system import System
 from fingerslip.fe.integration import Integration
 from fingerslip.linear.threads import allowed_threads, limited_threads, suitable_threads
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model import Contact, Model, TimeStepping
+from fingerslip.model import Contact, Model
 from fingerslip.programme import Press, Slide
+from fingerslip.timing import TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute
 from fingerslip.verification.reference import condensed_states, full_motions, full_system, make_stepper

@@ -20,9 +20,10 @@ from fingerslip.materials.material import SHEARS, Formulation
 from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden, OgdenTerm
-from fingerslip.model import Model, QuasiStatic, Recording, SupportMotion, Traction
+from fingerslip.model import Model, Recording, SupportMotion, Traction
 from fingerslip.programme import Ramp
 from fingerslip.sites import Site
+from fingerslip.timing import QuasiStatic
 from fingerslip.verification.meshes import box, jiggled
 from fingerslip.verification.problem import Check, Problem, absolute, solved
 

@@ -24,9 +24,10 @@ from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden
 from fingerslip.materials.prony import Prony, PronyTerm
-from fingerslip.model import Component, Kinematics, Model, QuasiStatic, Recording, SupportMotion, TimeStepping, Traction
+from fingerslip.model import Component, Kinematics, Model, Recording, SupportMotion, Traction
 from fingerslip.programme import Ramp
 from fingerslip.sites import Site
+from fingerslip.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.large_laws import (
     BODIES,
     CASES,

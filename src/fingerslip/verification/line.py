@@ -25,8 +25,9 @@ from fingerslip.contact.counterfaces import Counterface, Cylinder, Plane
 from fingerslip.contact.friction import Coulomb
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.prony import Prony
-from fingerslip.model import Component, Contact, Model, QuasiStatic
+from fingerslip.model import Component, Contact, Model
 from fingerslip.programme import Phase, Press, Slide
+from fingerslip.timing import QuasiStatic
 from fingerslip.verification.meshes import box, graded, mirrored
 from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.dynamics.simulation import step_times
+from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.step.state import State, first_state
 from fingerslip.dynamics.step.step import advance
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch, build_steppers
@@ -24,7 +24,8 @@ from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import mass_matrix, stiffness_matrix
 from fingerslip.fe.space import boundary_nodes, build_space, nodal_areas, vector_dofs
 from fingerslip.linear.solver import LinearSolver
-from fingerslip.model import Model, TimeStepping
+from fingerslip.model import Model
+from fingerslip.timing import TimeStepping
 
 __all__ = ["FullMotion", "FullSystem", "condensed_states", "full_motions", "full_system", "make_stepper"]
 

@@ -16,8 +16,8 @@ from fingerslip.detect.simulated import Filming, film_results
 from fingerslip.detect.training import Detector, detect, train
 from fingerslip.detect.trial_set import TrialSet, write_trials
 from fingerslip.detect.trials import Trial
-from fingerslip.export.markers import marker_tracks
 from fingerslip.history import phase_times, read_history
+from fingerslip.marker_tracks import marker_tracks
 from fingerslip.vision.tracking.stream import open_markers
 
 pytestmark = pytest.mark.slow

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.detect import simulated
 from fingerslip.detect.labels import LabelSettings
 from fingerslip.detect.simulated import Filming, film_results, pouring_trial, slide_trial
 from fingerslip.errors import InputError
-from fingerslip.history import OPEN, SLIP, STICK
 from fingerslip.run_folder import RESULT
 from fingerslip.vision.cameras.pair import PUBLISHED_FRAME_RATE
 

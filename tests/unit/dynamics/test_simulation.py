@@ -13,7 +13,7 @@ import fingerslip as fs
 from fingerslip.contact.friction import ISOTROPIC
 from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.dynamics import simulation
-from fingerslip.dynamics.simulation import step_times
+from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.history import VARIABLES
 from problems.pushed import pad, push_and_slide
 

@@ -15,7 +15,6 @@ from hypothesis import strategies as st
 from fingerslip.contact.friction import Coulomb
 from fingerslip.errors import InputError, MeshError
 from fingerslip.materials.elastic import Elastic
-from fingerslip.model import TimeStepping
 from fingerslip.parameters import (
     FileName,
     PositiveLength,
@@ -29,6 +28,7 @@ from fingerslip.parameters import (
 )
 from fingerslip.parameters.fields import unit_of
 from fingerslip.programme import Hold, Press
+from fingerslip.timing import TimeStepping
 
 
 @parameters

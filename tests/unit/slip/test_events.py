@@ -12,8 +12,8 @@ import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fingerslip.contact.states import OPEN
 from fingerslip.errors import InputError
-from fingerslip.history import OPEN
 from fingerslip.slip import (
     Events,
     EventSettings,

@@ -8,7 +8,7 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.history import OPEN, SLIP, STICK
+from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.slip import (
     contact_area,
     relative_displacement,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.history import OPEN, STICK
+from fingerslip.contact.states import OPEN, STICK
 from fingerslip.slip import EdgeContact, edge_contact
 from fingerslip.slip.free_edge import edge_distance, edge_warning
 from unit.synthetic import HALF_WIDTH, Process, make

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
-from fingerslip.history import OPEN, SLIP, STICK
 from fingerslip.slip.patch import (
     contact_patch,
     patch_series,

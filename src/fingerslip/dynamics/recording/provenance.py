@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.contact.states import OPEN
 from fingerslip.dynamics.step.energy import made_energy
 from fingerslip.dynamics.step.stepper import Stepper, Stopwatch
 from fingerslip.dynamics.system.scheme import HHT
-from fingerslip.history import OPEN, make_history
+from fingerslip.history import make_history
 from fingerslip.units import millimetres
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.symmetric_sparse import SymmetricMatrix, symmetric_parts
 from fingerslip.materials.damping import RayleighDamping
-from fingerslip.model import Timing
+from fingerslip.timing import Timing
 
 __all__ = ["Forces", "Stepper", "Stopwatch", "build_stepper", "build_steppers", "with_known"]
 

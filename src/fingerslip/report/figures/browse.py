@@ -16,9 +16,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.widgets import Slider
 
+from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
-from fingerslip.history import OPEN, SLIP, STICK
-from fingerslip.report.figures.style import BLACK, BLUE, GREY, ORANGE, VERMILLION, styled
+from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, VERMILLION
+from fingerslip.report.figures.style import styled
 from fingerslip.slip.counterface import contact_forces, slide_tangent
 
 __all__ = ["HistoryPlot", "plot"]

@@ -9,8 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fingerslip.report.colours import EVENT_COLOURS
-from fingerslip.report.figures.style import BLACK, add_legend, figure_grid, styled
+from fingerslip.report.colours import BLACK, EVENT_COLOURS
+from fingerslip.report.figures.style import add_legend, figure_grid, styled
 from fingerslip.slip.names import EVENTS, MAIN_EVENTS
 from fingerslip.uncertainty import SETTINGS, Convergence, Refinement, Series
 

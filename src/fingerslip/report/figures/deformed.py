@@ -16,8 +16,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
-from fingerslip.history import OPEN, SLIP, STICK, is_solid, nearest_record, nearest_snapshot
+from fingerslip.history import is_solid, nearest_record, nearest_snapshot
 from fingerslip.report.colours import BLACK, FIELD_MAP, STATE_COLOURS, STATE_NAMES, region_colours
 from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, name_panel, styled, titled
 from fingerslip.report.scene.names import Scalar

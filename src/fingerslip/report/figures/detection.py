@@ -12,18 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from fingerslip.report.figures.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    add_legend,
-    figure_grid,
-    say,
-    styled,
-    titled,
-)
+from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE
+from fingerslip.report.figures.style import add_legend, figure_grid, say, styled, titled
 
 __all__ = ["assumption_figure", "importance_figure", "learning_curve_figure", "robustness_figure"]
 

@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fingerslip.history import is_solid, nearest_snapshot
+from fingerslip.report.colours import BLACK, GREY
 from fingerslip.report.figures.cut import cropped
-from fingerslip.report.figures.style import BLACK, GREY, figure_grid, say, styled, titled
+from fingerslip.report.figures.style import figure_grid, say, styled, titled
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.viewer import stills
 

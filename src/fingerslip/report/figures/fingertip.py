@@ -15,7 +15,8 @@ from matplotlib.patches import Patch
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
-from fingerslip.report.figures.style import BLACK, REGION_COLOURS, add_legend, figure_grid, styled, titled
+from fingerslip.report.colours import BLACK, REGION_COLOURS
+from fingerslip.report.figures.style import add_legend, figure_grid, styled, titled
 from fingerslip.specimens.fingertip import (
     REGIONS,
     Fingertip,

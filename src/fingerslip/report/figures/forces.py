@@ -10,22 +10,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 from fingerslip.report.figures.marks import limit_to_slides, mark_run, name_run, run_keys
-from fingerslip.report.figures.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILLION,
-    add_legend,
-    figure_grid,
-    run_panels,
-    styled,
-    titled,
-)
+from fingerslip.report.figures.style import add_legend, figure_grid, run_panels, styled, titled
 from fingerslip.report.figures.times import ShownTime, shown_time, shown_times
 from fingerslip.slip import Events, contact_forces, slipping_fraction
 

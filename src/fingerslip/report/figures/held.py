@@ -10,17 +10,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fingerslip.history import phase_times
-from fingerslip.report.figures.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILLION,
-    figure_grid,
-    styled,
-)
+from fingerslip.report.colours import BLACK, BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION
+from fingerslip.report.figures.style import figure_grid, styled
 from fingerslip.report.figures.times import shown_times
 from fingerslip.slip import contact_forces
 

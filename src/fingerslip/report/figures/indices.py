@@ -9,7 +9,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from fingerslip.report.figures.style import BLACK, BLUE, SKY, add_legend, figure_grid, styled
+from fingerslip.report.colours import BLACK, BLUE, SKY
+from fingerslip.report.figures.style import add_legend, figure_grid, styled
 from fingerslip.report.labels import short_labels
 from fingerslip.report.tables.samples import group_text
 from fingerslip.sampling.indices import Sensitivity

@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 from numpy.typing import NDArray
 
-from fingerslip.report.figures.style import BLACK, BLUE, GREY, VERMILLION, add_legend, figure_grid, say, styled, titled
+from fingerslip.report.colours import BLACK, BLUE, GREY, VERMILLION
+from fingerslip.report.figures.style import add_legend, figure_grid, say, styled, titled
 from fingerslip.vision.fields.triangles import larger_principal
 
 __all__ = ["fields_figure", "marker_tracks_figure", "ring_colours"]

@@ -13,9 +13,10 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from fingerslip.contact.frames import sliding_direction
-from fingerslip.history import OPEN, STICK
+from fingerslip.contact.states import OPEN, STICK
+from fingerslip.report.colours import BLACK
 from fingerslip.report.figures.patch import fill_patch, touched_frame
-from fingerslip.report.figures.style import BLACK, figure_grid, styled
+from fingerslip.report.figures.style import figure_grid, styled
 from fingerslip.slip import Patch, contact_patch, slide_window
 from fingerslip.slip.counterface import counterface_normal
 from fingerslip.slip.patch import triangle_states

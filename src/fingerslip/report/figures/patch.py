@@ -14,7 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch as Swatch
 from numpy.typing import NDArray
 
-from fingerslip.history import OPEN, SLIP, STICK, nearest_record
+from fingerslip.contact.states import OPEN, SLIP, STICK
+from fingerslip.history import nearest_record
 from fingerslip.report.colours import STATE_COLOURS, STATE_NAMES
 from fingerslip.report.figures.style import add_legend, figure_grid, styled, titled
 from fingerslip.slip import Events, Patch, contact_patch, slide_window, surface_strain_rates, surface_strains

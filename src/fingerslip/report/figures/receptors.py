@@ -13,19 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fingerslip.history import sites_of_kinds
+from fingerslip.report.colours import AREA_COLOURS, BLACK, BLUE, GREY
 from fingerslip.report.figures.marks import event_keys, happened, limit_to_slides, mark_run, name_run
-from fingerslip.report.figures.style import (
-    AREA_COLOURS,
-    BLACK,
-    BLUE,
-    GREY,
-    add_legend,
-    figure_grid,
-    run_panels,
-    say,
-    styled,
-    titled,
-)
+from fingerslip.report.figures.style import add_legend, figure_grid, run_panels, say, styled, titled
 from fingerslip.report.figures.times import shown_time
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, PeakSettings, PeakTable, acceleration_peaks, peak_signal, receptor_signals

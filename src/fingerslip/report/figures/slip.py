@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from fingerslip.history import OPEN, SLIP, STICK
-from fingerslip.report.colours import STATE_COLOURS, STATE_NAMES
+from fingerslip.contact.states import OPEN, SLIP, STICK
+from fingerslip.report.colours import BLACK, STATE_COLOURS, STATE_NAMES
 from fingerslip.report.figures.marks import (
     limit_to_slides,
     mark_events,
@@ -23,7 +23,7 @@ from fingerslip.report.figures.marks import (
     run_keys,
     shown_until,
 )
-from fingerslip.report.figures.style import BLACK, add_legend, figure_grid, run_panels, say, styled, titled
+from fingerslip.report.figures.style import add_legend, figure_grid, run_panels, say, styled, titled
 from fingerslip.report.figures.times import ShownTime, shown_times
 from fingerslip.slip import Events, SlideWindow, slide_tangent, slide_window
 

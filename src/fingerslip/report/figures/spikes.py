@@ -7,8 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fingerslip.afferents.model import Spikes
+from fingerslip.report.colours import BLACK, RECEPTOR_COLOURS
 from fingerslip.report.figures.marks import mark_run, name_run
-from fingerslip.report.figures.style import BLACK, RECEPTOR_COLOURS, figure_grid, styled, titled
+from fingerslip.report.figures.style import figure_grid, styled, titled
 from fingerslip.slip import Events
 
 __all__ = ["spike_figure"]

@@ -14,14 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from fingerslip.published import PublishedSet, PublishedValue
-from fingerslip.report.colours import EVENT_COLOURS, READING_COLOURS
-from fingerslip.report.figures.style import (
-    BLACK,
-    add_legend,
-    columns_for,
-    figure_grid,
-    styled,
-)
+from fingerslip.report.colours import BLACK, EVENT_COLOURS, READING_COLOURS
+from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, styled
 from fingerslip.report.labels import path_label, swept_text
 from fingerslip.results import RunResult
 from fingerslip.slip.names import EVENTS, LATENCY, MAIN_EVENTS, READINGS

@@ -14,8 +14,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from fingerslip.report.colours import GREY
 from fingerslip.report.figures.markers import ring_colours
-from fingerslip.report.figures.style import GREY, add_legend, figure_grid, styled, titled
+from fingerslip.report.figures.style import add_legend, figure_grid, styled, titled
 from fingerslip.specimens.tactip import TacTip, marker_places, skin_lines
 from fingerslip.specimens.tactip.sites import modelled_places, points_at
 

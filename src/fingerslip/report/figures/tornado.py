@@ -11,14 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from fingerslip.report.figures.style import (
-    BLACK,
-    BLUE,
-    ORANGE,
-    add_legend,
-    figure_grid,
-    styled,
-)
+from fingerslip.report.colours import BLACK, BLUE, ORANGE
+from fingerslip.report.figures.style import add_legend, figure_grid, styled
 from fingerslip.report.labels import path_label, short_labels, swept_text
 from fingerslip.sampling import Effect, Fit
 from fingerslip.slip.names import READINGS, event_label

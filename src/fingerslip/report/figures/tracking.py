@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from fingerslip.report.figures.style import BLUE, GREY, ORANGE, SKY, VERMILLION, figure_grid, say, styled
+from fingerslip.report.colours import BLUE, GREY, ORANGE, SKY, VERMILLION
+from fingerslip.report.figures.style import figure_grid, say, styled
 from fingerslip.vision.exposure import FINE
 from fingerslip.vision.tracking.quality import jumps, lost_intervals, noise_at_rest, seen_count
 

@@ -10,7 +10,8 @@ from matplotlib import colormaps
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
-from fingerslip.history import OPEN, is_solid, nearest_record, sites_of_kinds
+from fingerslip.contact.states import OPEN
+from fingerslip.history import is_solid, nearest_record, sites_of_kinds
 from fingerslip.report.colours import (
     BLACK,
     BLUE,

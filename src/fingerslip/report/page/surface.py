@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.history import OPEN, SLIP, STICK, nearest_record
+from fingerslip.contact.states import OPEN, SLIP, STICK
+from fingerslip.history import nearest_record
 from fingerslip.report.scene.scene import region_names
 
 if TYPE_CHECKING:

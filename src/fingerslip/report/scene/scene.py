@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.contact.states import SLIP, STICK
 from fingerslip.errors import InputError, ResultError
-from fingerslip.history import SLIP, STICK, is_solid, nearest_record, site_kinds
+from fingerslip.history import is_solid, nearest_record, site_kinds
 from fingerslip.report.colours import BLACK, FIELD_MAP, RECEPTOR_COLOURS, STATE_COLOURS, region_colours
 from fingerslip.report.scene.names import Camera
 from fingerslip.report.scene.options import SCALARS, SceneOptions

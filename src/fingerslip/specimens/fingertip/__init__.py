@@ -1,5 +1,6 @@
 """What a fingertip is, in numbers: layers, phalanx, ridges, fingerprint, receptors, and the presets that ship."""
 
+from fingerslip.parameters.presets import PresetValue
 from fingerslip.specimens.fingertip.fingertip import Fingertip
 from fingerslip.specimens.fingertip.interfaces import interface_depth, surface_depth
 from fingerslip.specimens.fingertip.numbers import REGIONS, FingertipNumbers
@@ -17,14 +18,7 @@ from fingerslip.specimens.fingertip.phalanx import Phalanx, SagittalPhalanx, Tra
 from fingerslip.specimens.fingertip.phalanx_contour import phalanx_contour, reaches_cut
 from fingerslip.specimens.fingertip.phalanx_surface import PhalanxSurface, phalanx_surface
 from fingerslip.specimens.fingertip.pose import posed
-from fingerslip.specimens.fingertip.presets import (
-    PresetValue,
-    fingertip_from,
-    preset,
-    preset_header,
-    preset_names,
-    preset_table,
-)
+from fingerslip.specimens.fingertip.presets import fingertip_from, preset, preset_header, preset_names, preset_table
 from fingerslip.specimens.fingertip.relief import relief_depth
 from fingerslip.specimens.fingertip.skin_surface import (
     below_skin,

@@ -11,9 +11,9 @@ from fingerslip.report.tables.events import time_cell
 from fingerslip.report.tables.measures import measures_table
 from fingerslip.report.tables.table import Cell, Column, Measured, Table
 from fingerslip.results import RunResult
+from fingerslip.run_folder import RUN
 from fingerslip.slip.names import LATENCY, READINGS, TIMES, event_label, is_defined
 from fingerslip.study.storage.reporting import read_stored_run
-from fingerslip.study.storage.store import RUN
 from fingerslip.study.storage.values import read_specified, value_rows
 
 __all__ = ["diff_runs"]

@@ -18,11 +18,11 @@ from fingerslip.report.tables.events import events_table
 from fingerslip.report.tables.samples import sample_tables
 from fingerslip.report.tables.table import Table
 from fingerslip.results import RunResult, StudyResult
-from fingerslip.run_folder import HISTORY
+from fingerslip.run_folder import HISTORY, RUN
 from fingerslip.study.convergence.storage import read_convergences, read_uncertainties
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
-from fingerslip.study.storage.store import RUN, read_run
+from fingerslip.study.storage.store import read_run
 from fingerslip.study.storage.summary import MANIFEST, identities, read_manifest, stored_manifest, stored_study
 from fingerslip.study.storage.values import read_specified, value_rows
 

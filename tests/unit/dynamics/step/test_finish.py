@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.dynamics.simulation import step_times
-from fingerslip.dynamics.step.contact_step import solve_step
+from fingerslip.dynamics.recording.steps import step_times
+from fingerslip.dynamics.step.contact_step import solve_step, weighted_forces
 from fingerslip.dynamics.step.finish import finish
 from fingerslip.dynamics.step.prediction import predict
-from fingerslip.dynamics.step.step import weighted_forces
 from fingerslip.verification.reference import condensed_states, make_stepper
 from problems.pushed import push_and_slide
 

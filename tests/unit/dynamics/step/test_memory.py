@@ -21,18 +21,10 @@ from fingerslip.materials.damping import RayleighDamping
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.prony import PronyTerm
-from fingerslip.model import (
-    Contact,
-    Model,
-    QuasiStatic,
-    Ramp,
-    Recording,
-    ReducedBasis,
-    SupportMotion,
-    TimeStepping,
-)
-from fingerslip.programme import Press, Slide
+from fingerslip.model import Contact, Model, Recording, ReducedBasis, SupportMotion
+from fingerslip.programme import Press, Ramp, Slide
 from fingerslip.sites import Site
+from fingerslip.timing import QuasiStatic, TimeStepping
 from fingerslip.verification.meshes import box
 
 TERMS = (PronyTerm(0.3, 0.02), PronyTerm(0.2, 0.2))

@@ -7,7 +7,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.contact.states import OPEN, SLIP, STICK
-from fingerslip.dynamics.simulation import step_times
+from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.step import condensation, step
 from fingerslip.dynamics.step.state import first_state
 from fingerslip.dynamics.step.step import advance

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fingerslip.report.colours import EVENT_COLOURS
 from fingerslip.report.figures.marks import (
-    EVENT_COLOURS,
     event_keys,
     limit_to_slides,
     mark_events,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.history import OPEN, SLIP, STICK
+from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.report.figures.onset import slip_onset_figure
 from fingerslip.slip import slide_window
 from unit.report.scenes import block_history

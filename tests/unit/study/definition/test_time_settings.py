@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fingerslip.model import QuasiStatic, TimeStepping
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.definition.time_settings import TimeSettings
-from fingerslip.timing import Adaptive
+from fingerslip.timing import Adaptive, QuasiStatic, TimeStepping
 from unit.study.block import block_values
 
 SOURCE = Path("studies/x.yaml")

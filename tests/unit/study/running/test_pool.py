@@ -17,7 +17,8 @@ import pytest
 from fingerslip.errors import ConvergenceError, FingerslipError, ResultError
 from fingerslip.report.page.pictures import RunPictures
 from fingerslip.study.running import pool, together
-from fingerslip.study.running.pool import Computed, WorkerLostError, compute_all
+from fingerslip.study.running.jobs import Computed
+from fingerslip.study.running.pool import WorkerLostError, compute_all
 from fingerslip.study.running.progress import SilentProgress
 from unit.study.block import FRICTIONS
 

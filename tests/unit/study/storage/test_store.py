@@ -13,10 +13,11 @@ import skfem
 
 from fingerslip.errors import ResultError
 from fingerslip.history import read_history
+from fingerslip.run_folder import RUN
 from fingerslip.slip import find_events, measures
 from fingerslip.slip.measures import Measure
 from fingerslip.study.running.plan import plan_study
-from fingerslip.study.storage.store import RUN, identity, mesh_hash, mesh_size, read_run, write_run
+from fingerslip.study.storage.store import identity, mesh_hash, mesh_size, read_run, write_run
 from unit.study.block import block_mesh, block_values
 from unit.synthetic import Process, make
 
