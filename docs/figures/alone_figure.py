@@ -10,9 +10,9 @@ import csv
 import sys
 from pathlib import Path
 
-from fingerslip.detect.evaluation.bootstrap import Estimate
+from fingerslip.detect.evaluation.scores import Estimate
 from fingerslip.report.figures.detection import assumption_figure
-from fingerslip.report.figures.save import save_figure
+from fingerslip.report.figures.style import save_figure
 
 _WORDS = 4
 

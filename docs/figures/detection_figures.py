@@ -1,6 +1,6 @@
 """Draw the figures of docs/slip-in-pictures.md and measure its tables.
 
-First: fingerslip validate --pouring (or what it computes in fingerslip.validation.pouring)
+First: fingerslip validate --pouring (or what it computes in fingerslip.validation.sensor)
 Then: python docs/figures/detection_figures.py [RESULTS] [section] [space]
 """
 
@@ -18,11 +18,10 @@ from matplotlib.axes import Axes
 import fingerslip as fs
 from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.features import features_of
+from fingerslip.detect.labels import CLASSES
 from fingerslip.detect.motion import motion_of
-from fingerslip.detect.onsets import CLASSES
-from fingerslip.detect.samples import Sampling
+from fingerslip.detect.samples import Sampling, benchmark_test_trials
 from fingerslip.detect.simulated import Filming
-from fingerslip.detect.splits import benchmark_test_trials
 from fingerslip.detect.training import Detector, train
 from fingerslip.detect.trial_set import TrialSet, open_trials
 from fingerslip.detect.unseen import on_unseen
@@ -30,9 +29,8 @@ from fingerslip.history import phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.report.colours import BLUE, GREEN, GREY, VERMILLION
 from fingerslip.report.figures.markers import ring_colours
-from fingerslip.report.figures.save import save_figure
-from fingerslip.report.figures.style import add_legend, figure_grid, styled
-from fingerslip.validation.pouring import POURING, POURING_IN_SPACE
+from fingerslip.report.figures.style import add_legend, figure_grid, save_figure, styled
+from fingerslip.validation.sensor import POURING, POURING_IN_SPACE
 from fingerslip.vision.cameras.camera import true_tracks
 from fingerslip.vision.cameras.pixel import frames_of
 

@@ -11,7 +11,7 @@ import sys
 from pathlib import Path
 
 from fingerslip.published import published
-from fingerslip.report.figures.save import save_figure
+from fingerslip.report.figures.style import save_figure
 from fingerslip.report.page.samples import tornado_pictures
 from fingerslip.report.tables.samples import intervals_table, sensitivity_table
 from fingerslip.report.tables.table import Table, to_markdown

@@ -13,12 +13,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.trial_set import TrialSet, open_trials
 from fingerslip.report.colours import BLUE, VERMILLION
 from fingerslip.report.figures.markers import ring_colours
-from fingerslip.report.figures.save import save_figure
-from fingerslip.report.figures.style import add_legend, figure_grid, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, save_figure, styled
 
 HERE = Path(__file__).parent
 REST = 100

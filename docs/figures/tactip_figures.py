@@ -20,8 +20,7 @@ from fingerslip.history import nearest_snapshot, phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
 from fingerslip.report.colours import BLUE
 from fingerslip.report.figures.markers import ring_colours
-from fingerslip.report.figures.save import save_figure
-from fingerslip.report.figures.style import add_legend, figure_grid, styled
+from fingerslip.report.figures.style import add_legend, figure_grid, save_figure, styled
 from fingerslip.specimens.choice import presets_of
 from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes, SensorSolidSizes
 

@@ -16,13 +16,12 @@ import xarray as xr
 
 import fingerslip as fs
 from fingerslip.report.figures.markers import fields_figure, marker_tracks_figure
-from fingerslip.report.figures.save import save_figure
+from fingerslip.report.figures.style import save_figure
 from fingerslip.vision.cameras.errors import following, window_centroids
 from fingerslip.vision.cameras.look import DARK_ON_BRIGHT, HARSH_LIGHT
 from fingerslip.vision.cameras.pixel import frames_of
-from fingerslip.vision.fields.overlay import field_frames
-from fingerslip.vision.opencv import opencv
-from fingerslip.vision.overlay import overlay_frames
+from fingerslip.vision.overlay import field_frames, overlay_frames
+from fingerslip.vision.video import opencv
 
 FOLDER = Path(__file__).parent
 CAMERA = fs.Camera(fs.pinhole_for_view(640, 480, 0.064, 0.05), fs.Pose((0.0, 0.0, 0.05), (0.0, 0.0, 0.0)))

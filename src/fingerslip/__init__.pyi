@@ -83,8 +83,8 @@ from .specimens.fingertip import (
 )
 from .specimens.fingertip.meshing.section.source import MeshSizes as MeshSizes, build_section as build_section
 from .specimens.fingertip.meshing.solid.source import SolidSizes as SolidSizes, build_solid as build_solid
-from .specimens.fingertip.receptors import receptor_sites as receptor_sites
-from .specimens.fingertip.solid_sites import (
+from .specimens.fingertip.sites import receptor_sites as receptor_sites
+from .specimens.fingertip.sites import (
     reference_sites as reference_sites,
     solid_receptor_sites as solid_receptor_sites,
 )

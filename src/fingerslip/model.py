@@ -17,7 +17,7 @@ from fingerslip.fe.finite.thickness import check_thickness
 from fingerslip.fe.integration import Integration
 from fingerslip.materials.choice import AnyMaterial, conforming_law
 from fingerslip.materials.damping import RayleighDamping
-from fingerslip.materials.finite import FiniteMaterial
+from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Formulation
 from fingerslip.parameters import (
     Duration,
@@ -30,7 +30,7 @@ from fingerslip.parameters import (
     Stiffness,
     parameters,
 )
-from fingerslip.parameters.protocols import conforms, describe
+from fingerslip.parameters.schema import conforms, describe
 from fingerslip.programme import CONSTANT, Phase, Ramp, phase_duration
 from fingerslip.rigid_bodies import RigidBody
 from fingerslip.sites import Site
@@ -228,7 +228,7 @@ class Model:
     materials : mapping of str to Material or FiniteMaterial
         The material of every region: one of :data:`~fingerslip.materials.choice.LAWS`, or a law of one's own that
         answers :class:`~fingerslip.materials.material.Material` or
-        :class:`~fingerslip.materials.finite.FiniteMaterial`.
+        :class:`~fingerslip.materials.large_strain.FiniteMaterial`.
     formulation : {'plane_strain', 'plane_stress', 'solid'}
         The two-dimensional assumption, or 'solid' in space.
     depth : float
@@ -258,7 +258,7 @@ class Model:
         What is recorded.
     kinematics : {'small', 'finite'}
         Whether strains and rotations are taken as small, or as large as they are; then all materials need laws of
-        :class:`~fingerslip.materials.finite.FiniteMaterial`.
+        :class:`~fingerslip.materials.large_strain.FiniteMaterial`.
     basis : ReducedBasis, optional
         The reduced basis in which the motion is computed; without it on the mesh.
     gravity : tuple of float, optional

@@ -12,10 +12,10 @@ from fingerslip.errors import warn_renamed
 from fingerslip.slip import measures
 from fingerslip.slip.events import Events
 from fingerslip.slip.finding import find_slip
-from fingerslip.slip.free_edge import EdgeContact, edge_contact
+from fingerslip.slip.front import EdgeContact, edge_contact
 from fingerslip.slip.measures import Number
-from fingerslip.slip.names import READINGS, TIMES, event_label, is_defined
 from fingerslip.slip.peaks import Peak
+from fingerslip.slip.windows import READINGS, TIMES, event_label, is_defined
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,7 +11,7 @@ from fingerslip.errors import DamagedError, ResultError
 from fingerslip.files import read_json, write_json
 from fingerslip.results import RunResult
 from fingerslip.slip.events import events_from_mapping, events_mapping
-from fingerslip.slip.free_edge import EdgeContact
+from fingerslip.slip.front import EdgeContact
 from fingerslip.slip.peaks import Peak
 
 __all__ = [

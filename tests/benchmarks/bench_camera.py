@@ -19,8 +19,8 @@ from fingerslip.vision.cameras.intrinsics import pinhole_for_view
 from fingerslip.vision.cameras.look import DARK_ON_BRIGHT, HARSH_LIGHT, PixelCamera, SensorNoise
 from fingerslip.vision.cameras.pixel import frames_of
 from fingerslip.vision.cameras.point import PointCamera, point_tracks
-from fingerslip.vision.opencv import opencv
 from fingerslip.vision.tracks import make_tracks
+from fingerslip.vision.video import opencv
 
 
 def main() -> None:

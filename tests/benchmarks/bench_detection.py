@@ -24,14 +24,12 @@ from fingerslip.detect.evaluation.crossval import FrameResult, events_by_trial, 
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.live import run_on_markers
 from fingerslip.detect.motion import MotionSettings
-from fingerslip.detect.samples import Sampling, samples_of
-from fingerslip.detect.splits import grouped_folds
-from fingerslip.detect.synthetic import SyntheticSensor, synthetic_slides
-from fingerslip.detect.synthetic_films import film_trials
+from fingerslip.detect.samples import Sampling, grouped_folds, samples_of
+from fingerslip.detect.synthetic import SyntheticSensor, film_trials, synthetic_slides
 from fingerslip.detect.training import train
 from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
 from fingerslip.detect.trials import Trial
-from fingerslip.vision.tracking.stream import open_markers
+from fingerslip.vision.tracking.track import open_markers
 
 SENSOR = SyntheticSensor(frame_rate=67.0, rest_frames=100)
 

@@ -23,11 +23,9 @@ import rows
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import fingerslip as fs
-from fingerslip.vision.exposure import frame_state, rest_exposure
 from fingerslip.vision.tracking.follow import follow, rest_state
-from fingerslip.vision.tracking.frames import open_frames
 from fingerslip.vision.tracking.reference import first_frames, reference_of
-from fingerslip.vision.video import write_video
+from fingerslip.vision.video import frame_state, open_frames, rest_exposure, write_video
 from problems import clips
 from problems.nearest import track_nearest
 

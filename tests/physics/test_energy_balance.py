@@ -13,7 +13,7 @@ from fingerslip.dynamics.step.stepper import Stopwatch
 from fingerslip.dynamics.stepwise import make_course
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.linear.solver import preferred_solver
-from fingerslip.mesh.file import MeshFile
+from fingerslip.mesh.source import MeshFile
 from fingerslip.results import SAMPLE
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand

@@ -11,7 +11,7 @@ import fingerslip as fs
 from fingerslip.contact.friction import StaticKinetic
 from fingerslip.specimens.tactip import PRESETS, marker_places
 from fingerslip.specimens.tactip.sites import modelled_places
-from fingerslip.study.trials.turned import turned_whole
+from fingerslip.study.trials.bodies import turned_whole
 from problems.sensors import slid_sensor
 from problems.whole_sensors import slid_beside_half
 

@@ -18,14 +18,14 @@ import yaml
 from fingerslip.files import write_text
 from fingerslip.history import read_history
 from fingerslip.mesh.io import write_mesh
-from fingerslip.report.figures import convergence, save
+from fingerslip.report.figures import study as convergence
+from fingerslip.report.figures import style as save
 from fingerslip.report.scene.options import SceneOptions
 from fingerslip.report.scene.scene import check_options
 from fingerslip.report.scene.snapshot import read_snapshot
 from fingerslip.run_folder import read_result
 from fingerslip.study.convergence import converge as refining
-from fingerslip.study.inspection.diff import diff_runs
-from fingerslip.study.inspection.show import show
+from fingerslip.study.inspection.show import diff_runs, show
 from fingerslip.study.inspection.view import _stored_history
 from fingerslip.study.running import runner
 from fingerslip.study.storage import reporting

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fingerslip.commands.app import app
-from fingerslip.detect.onsets import Onsets, write_onsets
+from fingerslip.detect.labels import Onsets, write_onsets
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.trial_set import write_trials
 from fingerslip.detect.trials import Trial

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 from fingerslip.results import result_of
-from fingerslip.slip.free_edge import EdgeContact
+from fingerslip.slip.front import EdgeContact
 from unit.synthetic import Process, make
 
 SWEPT = {"contact.friction_coefficient": 0.6, "programme.1.slide.direction": [1, 0, 1]}

@@ -12,7 +12,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from fingerslip.afferents.bandwidth import warn_beyond
+from fingerslip.afferents.signals import warn_beyond
 from fingerslip.afferents.stimuli import STIMULI, receptor_stimuli
 from fingerslip.errors import InputError, ResultError
 

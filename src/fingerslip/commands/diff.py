@@ -18,6 +18,6 @@ def diff(
     as_json: AsJson = False,
 ) -> None:
     """Show two runs side by side: the values in which they differ, and events and measures with their differences."""
-    from fingerslip.study.inspection.diff import diff_runs
+    from fingerslip.study.inspection.show import diff_runs
 
     print_tables(diff_runs(first, second), as_json)

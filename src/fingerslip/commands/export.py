@@ -20,6 +20,6 @@ def export(
     ] = None,
 ) -> None:
     """Write a result for pandas, R, MATLAB or ParaView: tidy tables, one MATLAB file, or snapshots with the contact."""
-    from fingerslip.study.inspection.export import export_result
+    from fingerslip.study.inspection.show import export_result
 
     typer.echo(str(export_result(target, kind, output)))

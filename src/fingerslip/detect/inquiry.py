@@ -17,10 +17,9 @@ from fingerslip.detect.evaluation.inquiries import importance_by_ring, learning_
 from fingerslip.detect.evaluation.parts import parts_beside
 from fingerslip.detect.evaluation.robustness import robustness_of
 from fingerslip.detect.features import FeatureSettings, ring_of_features
-from fingerslip.detect.onsets import Onsets
-from fingerslip.detect.samples import Samples, samples_of
+from fingerslip.detect.labels import Onsets
+from fingerslip.detect.samples import Samples, benchmark_test_trials, left_out, samples_of
 from fingerslip.detect.session import Choices
-from fingerslip.detect.splits import benchmark_test_trials, left_out
 from fingerslip.detect.tables import assumption_table, condition_table, curve_table, importance_table, robustness_table
 from fingerslip.detect.training import candidate_named, train
 from fingerslip.detect.trial_set import TrialSet, open_trials
@@ -33,7 +32,7 @@ from fingerslip.report.figures.detection import (
     learning_curve_figure,
     robustness_figure,
 )
-from fingerslip.report.figures.save import save_figure
+from fingerslip.report.figures.style import save_figure
 from fingerslip.report.tables.table import Table, to_csv
 
 if TYPE_CHECKING:

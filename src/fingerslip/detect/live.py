@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.features import features_of
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.motion import Motion, filled, markers_of, neighbour_weights, velocities
-from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.training import Detector, check_tracks_fit
 from fingerslip.errors import InputError
-from fingerslip.vision.tracking.stream import MarkerStream
+from fingerslip.vision.tracking.track import MarkerStream
 
 if TYPE_CHECKING:
     import xarray as xr

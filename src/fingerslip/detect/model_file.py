@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pydantic
 
+from fingerslip.detect.alarms import ForwardFilter, Hysteresis, Thresholds
 from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.features import FeatureSettings
+from fingerslip.detect.labels import CLASSES
 from fingerslip.detect.motion import MotionSettings
-from fingerslip.detect.onsets import CLASSES
 from fingerslip.detect.optional import optional
-from fingerslip.detect.smoothing import ForwardFilter, Hysteresis, Thresholds
 from fingerslip.detect.training import Calibration, Detector, candidate_named
 from fingerslip.digest import file_digest
 from fingerslip.errors import DamagedError, InputError, shortened

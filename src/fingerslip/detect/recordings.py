@@ -5,14 +5,15 @@ from __future__ import annotations
 import csv
 import io
 import re
+import warnings
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.detect.labels import LabelSettings, labels_from_external_markers
-from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.labels import LabelSettings, Onsets, labels_from_external_markers
 from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError, shortened
 from fingerslip.files import plain_cell
@@ -23,7 +24,19 @@ from fingerslip.vision.tracks import make_tracks, read_tracks
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["EXTERNAL", "TRACK_FILES", "read_any_tracks", "read_conditions", "recorded_trials", "with_external"]
+    from fingerslip.vision.tracking.markers import LayoutName
+
+__all__ = [
+    "EXTERNAL",
+    "TRACK_FILES",
+    "read_any_tracks",
+    "read_conditions",
+    "read_recording",
+    "readers",
+    "recorded_trials",
+    "with_external",
+]
+
 
 #: Column of a table of conditions that names the recording of the outer camera.
 EXTERNAL = "external"
@@ -164,3 +177,42 @@ def _labels(
         allowed = "needs external markers in the tracks, or a label of your own"
         raise InputError(f"trial {name}", "has nothing to label it by", allowed)
     return found
+
+
+def read_recording(
+    path: Path, n_markers: int | None = None, rest_frames: int = 100, layout: LayoutName = "rings"
+) -> xr.Dataset:
+    """Return the tracks of a recording: read where it is a file of tracks, else followed through the video.
+
+    What is wrong with a video stands in the attribute ``warnings`` of its tracks.
+    """
+    if path.suffix in TRACK_FILES:
+        return read_any_tracks(path)
+    # The tracker is slow to load, and files of tracks do not need it.
+    from fingerslip.vision.tracking.track import TrackingWarning, track_markers
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", TrackingWarning)
+        tracks = track_markers(path, n_markers=n_markers, rest_frames=rest_frames, layout=layout)
+    if n_markers is not None and tracks.sizes["marker"] != n_markers:
+        found = f"shows {tracks.sizes['marker']} markers"
+        raise InputError(
+            str(path), found, f"needs {n_markers}", "look at it with fingerslip track, or give another number"
+        )
+    # What only its quality page needs stays behind: data sets hold positions and qualities.
+    return tracks.drop_vars([name for name in tracks.data_vars if name not in ("position", "quality")])
+
+
+def readers(
+    n_markers: int | None = None,
+    n_external: int | None = None,
+    rest_frames: int = 100,
+    layout: LayoutName = "rings",
+) -> tuple[Callable[[Path], xr.Dataset], Callable[[Path], xr.Dataset]]:
+    """Return what reads the recordings of the inner and of the outer camera; see :func:`read_recording`.
+
+    The markers of the outer camera are numbered by rows: only the middle one of them counts by itself.
+    """
+    inner = partial(read_recording, n_markers=n_markers, rest_frames=rest_frames, layout=layout)
+    outer = partial(read_recording, n_markers=n_external, rest_frames=rest_frames, layout="free")
+    return inner, outer

@@ -11,19 +11,14 @@ from threadpoolctl import threadpool_limits
 
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate
 from fingerslip.detect.evaluation.benchmark import rest_ends, score_submission
-from fingerslip.detect.evaluation.bootstrap import Estimate
-from fingerslip.detect.evaluation.calibration import reliability_of
-from fingerslip.detect.evaluation.confusion import frame_scores_of
 from fingerslip.detect.evaluation.crossval import FoldFrames, joined_folds
 from fingerslip.detect.evaluation.evaluate import Evaluation, begun_evaluation
-from fingerslip.detect.evaluation.events import event_scores_of
-from fingerslip.detect.labels import LabelSettings
+from fingerslip.detect.evaluation.scores import Estimate, event_scores_of, frame_scores_of, reliability_of
+from fingerslip.detect.labels import LabelSettings, Onsets, read_onsets
 from fingerslip.detect.model_file import read_detector, write_detector
 from fingerslip.detect.motion import MotionSettings
-from fingerslip.detect.onsets import Onsets, read_onsets
-from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks, recorded_trials
-from fingerslip.detect.samples import Sampling
-from fingerslip.detect.splits import benchmark_test_trials, grouped_folds, left_out
+from fingerslip.detect.recordings import TRACK_FILES, read_any_tracks, readers, recorded_trials
+from fingerslip.detect.samples import Sampling, benchmark_test_trials, grouped_folds, left_out
 from fingerslip.detect.tables import (
     accuracy_table,
     calibration_table,
@@ -37,13 +32,12 @@ from fingerslip.detect.tables import (
 from fingerslip.detect.training import calibration_count, candidate_named, train
 from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
 from fingerslip.detect.unseen import on_unseen, unseen_tables
-from fingerslip.detect.videos import readers
 from fingerslip.errors import InputError, shortened
 from fingerslip.files import write_text, writing
 from fingerslip.report.tables.table import Table, to_csv, to_markdown
 
 if TYPE_CHECKING:
-    from fingerslip.vision.tracking.topology import LayoutName
+    from fingerslip.vision.tracking.markers import LayoutName
 
 __all__ = [
     "Choices",
@@ -237,7 +231,7 @@ def run_detector(detector: Path, source: Path, n_markers: int | None = None, lay
     made = read_detector(detector)
     # The tracker is slow to load, and nothing else here needs it.
     from fingerslip.detect.live import run_on_markers, run_on_tracks
-    from fingerslip.vision.tracking.stream import open_markers
+    from fingerslip.vision.tracking.track import open_markers
 
     title = f"{source.name} with {made.classifier}"
     with threadpool_limits(1):

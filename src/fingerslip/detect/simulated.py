@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from fingerslip.detect.labels import (
     LabelSettings,
+    Onsets,
     labels_from_contact,
     labels_from_external_markers,
     labels_from_plate,
 )
-from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.trials import CONDITIONS, Trial
 from fingerslip.errors import InputError
 from fingerslip.history import phase_times, read_history
@@ -30,7 +30,7 @@ from fingerslip.marker_tracks import marker_tracks, seen_with_plate
 from fingerslip.run_folder import HISTORY, RESULT, stored_result
 from fingerslip.slip.fractions import stick_ratio
 from fingerslip.units import parse_quantity
-from fingerslip.vision.cameras.pair import PUBLISHED_FRAME_RATE, CameraPair, pair_tracks, plate_mark
+from fingerslip.vision.cameras.point import PUBLISHED_FRAME_RATE, CameraPair, pair_tracks, plate_mark
 from fingerslip.vision.cameras.presets import external_camera, internal_camera
 
 if TYPE_CHECKING:

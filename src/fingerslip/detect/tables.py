@@ -9,13 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.detect.evaluation.assumptions import Sensitivity
-from fingerslip.detect.evaluation.bootstrap import Estimate
-from fingerslip.detect.evaluation.calibration import Reliability
-from fingerslip.detect.evaluation.confusion import FrameScores
-from fingerslip.detect.evaluation.events import EventScores
 from fingerslip.detect.evaluation.inquiries import CurvePoint
 from fingerslip.detect.evaluation.robustness import Robustness
-from fingerslip.detect.onsets import CLASSES
+from fingerslip.detect.evaluation.scores import Estimate, EventScores, FrameScores, Reliability
+from fingerslip.detect.labels import CLASSES
 from fingerslip.report.tables.table import Cell, Column, Missing, Table
 
 if TYPE_CHECKING:

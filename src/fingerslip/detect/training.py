@@ -9,14 +9,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.detect.alarms import (
+    ForwardFilter,
+    Smoother,
+    Thresholds,
+    false_alarm_threshold,
+    least_trials,
+    onsets_from,
+)
 from fingerslip.detect.classifiers import CLASSIFIERS, Candidate, columns_of, fit, probabilities
-from fingerslip.detect.conformal import false_alarm_threshold, least_trials
 from fingerslip.detect.features import FeatureSettings, features_of
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.motion import MotionSettings, markers_of, motion_of
-from fingerslip.detect.onsets import Onsets
-from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, samples_of
-from fingerslip.detect.smoothing import ForwardFilter, Smoother, Thresholds, onsets_from
-from fingerslip.detect.splits import held_out
+from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, held_out, samples_of
 from fingerslip.detect.trial_set import TrialSet, check_labels
 from fingerslip.detect.trials import layout_digest, layout_text
 from fingerslip.errors import InputError, shortened

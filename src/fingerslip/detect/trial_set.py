@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.detect.labels import read_labels
-from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.labels import Onsets, read_labels
 from fingerslip.detect.trials import FILES, Trial, layout_digest, layout_text, read_trial, write_trial
 from fingerslip.digest import digest, file_digest
 from fingerslip.errors import DamagedError, InputError, ResultError, shortened

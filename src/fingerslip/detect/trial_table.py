@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.detect.onsets import CLASSES, Onsets, classes_at
+from fingerslip.detect.labels import CLASSES, Onsets, classes_at
 from fingerslip.detect.optional import optional
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fingerslip.detect.labels import read_labels, write_labels
-from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.labels import Onsets, read_labels, write_labels
 from fingerslip.digest import digest
 from fingerslip.errors import InputError, shortened
 from fingerslip.files import read_json, write_json

@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from fingerslip.detect.alarms import Hysteresis, Thresholds, onsets_from
 from fingerslip.detect.classifiers import probabilities
 from fingerslip.detect.evaluation.benchmark import rest_ends
-from fingerslip.detect.evaluation.confusion import confusion_by_trial, frame_scores_of
-from fingerslip.detect.evaluation.events import EventScores, event_scores_of
+from fingerslip.detect.evaluation.scores import EventScores, confusion_by_trial, event_scores_of, frame_scores_of
 from fingerslip.detect.features import features_of
+from fingerslip.detect.labels import Onsets, classes_at
 from fingerslip.detect.motion import motion_of
-from fingerslip.detect.onsets import Onsets, classes_at
-from fingerslip.detect.smoothing import Hysteresis, Thresholds, onsets_from
 from fingerslip.detect.tables import confusion_table, event_table, frame_table
 from fingerslip.detect.training import Detector, check_tracks_fit, frame_scores
 from fingerslip.detect.trial_set import TrialSet

@@ -25,7 +25,7 @@ from fingerslip.errors import InputError, SlipOutsideContactError
 from fingerslip.linear.solver import LinearSolver, preferred_solver
 from fingerslip.linear.threads import allowed_threads, limited_threads, suitable_threads
 from fingerslip.model import Model
-from fingerslip.parameters.protocols import describe
+from fingerslip.parameters.schema import describe
 from fingerslip.timing import Adaptive
 
 if TYPE_CHECKING:

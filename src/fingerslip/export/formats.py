@@ -16,12 +16,19 @@ from fingerslip.export.matlab import write_history_mat, write_tables_mat
 from fingerslip.export.paraview import write_paraview
 from fingerslip.export.tables import history_tables
 from fingerslip.files import check_replaceable, frame_csv, json_text, new_folder, write_json, write_text, writing
+from fingerslip.marker_tracks import marker_tracks
 from fingerslip.version import __version__
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["FORMATS", "export_history", "export_tables"]
+__all__ = [
+    "FORMATS",
+    "export_history",
+    "export_tables",
+    "marker_tracks",
+]
+
 
 _Tables = Mapping[str, pd.DataFrame]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import meshio
@@ -11,16 +12,36 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import ResultError
-from fingerslip.export.tensors import cell_tensors
 from fingerslip.files import csv_text, write_text
-from fingerslip.history import is_solid, nearest_record, site_kinds
+from fingerslip.history import full_tensors, is_solid, nearest_record, site_kinds
 from fingerslip.report.scene.snapshot import flat_faces, in_space, read_snapshot
 from fingerslip.sites import RECEPTOR_KINDS
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["snapshot_mesh", "write_paraview", "write_series"]
+__all__ = [
+    "cell_tensors",
+    "snapshot_mesh",
+    "write_paraview",
+    "write_series",
+]
+
+
+_STORED: Mapping[str, str] = MappingProxyType({"stress": "snapshot_stress", "strain": "snapshot_strain"})
+
+
+def cell_tensors(history: xr.Dataset, number: int) -> dict[str, NDArray[np.float64]]:
+    """Return the recorded tensors of all cells in a snapshot.
+
+    Arrays: returns (n_cells, 3, 3) [Pa].
+    """
+    return {
+        name: full_tensors(history[stored][number].astype(np.float64))
+        for name, stored in _STORED.items()
+        if stored in history
+    }
+
 
 Floats = NDArray[np.float64]
 
@@ -44,7 +65,7 @@ def write_paraview(history: xr.Dataset, folder: Path) -> None:
     ``body.pvd`` has the body: on its points `displacement` and `velocity` with three components, and on those that may
     touch `contact_pressure`, `friction_traction`, `gap`, `slip_distance` and `contact_state` (0 open, 1 stick, 2 slip;
     elsewhere no number); on its cells strain energy density, von Mises stress, the tensors `stress` [Pa] and `strain`
-    [-] at their centres (:func:`~fingerslip.export.tensors.cell_tensors`), and the number of the region, whose names
+    [-] at their centres (:func:`~fingerslip.export.paraview.cell_tensors`), and the number of the region, whose names
     are in ``regions.csv``. ``counterfaces.pvd`` has the flat counterfaces, ``sites.pvd`` the recorded sites with the
     number of their kind. ``show.py``, loaded by File > Load State, shows all of them. Lengths are in metres, points are
     reference positions, and the script warps them by `displacement`.

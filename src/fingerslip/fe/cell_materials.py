@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from fingerslip.errors import InputError
 from fingerslip.fe.space import Space
 from fingerslip.materials.choice import AnyMaterial
-from fingerslip.materials.finite import FiniteMaterial
+from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Formulation, Material
 
 __all__ = ["CellMaterials", "Law", "cell_materials", "finite_cell_materials", "small_strain_law"]

@@ -3,7 +3,7 @@
 from fingerslip.materials.choice import LAWS, AnyMaterial, MaterialChoice
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.finite import FiniteMaterial
+from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Formulation, Material
 from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean

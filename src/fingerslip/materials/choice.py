@@ -17,13 +17,13 @@ import pydantic
 
 from fingerslip.errors import InputError
 from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.finite import FiniteMaterial
+from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
 from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden
 from fingerslip.parameters.presets import Presets
-from fingerslip.parameters.protocols import require
+from fingerslip.parameters.schema import require
 
 __all__ = [
     "LAWS",

@@ -5,8 +5,8 @@ With the isochoric principal stretches l_i = J^(-1/3) lambda_i the energy per re
     c10 (l_1^2 + l_2^2 + l_3^2 - 3) + c01 (l_1^-2 + l_2^-2 + l_3^-2 - 3) + K/2 (ln J)^2
 
 after Mooney, J. Appl. Phys. 11 (1940) 582-592, and Rivlin, Phil. Trans. R. Soc. A 241 (1948) 379-397; FEBio has the
-same law as "Mooney-Rivlin". The shear modulus at rest is 2 (c10 + c01). :mod:`fingerslip.materials.isochoric` has the
-part of the volume.
+same law as "Mooney-Rivlin". The shear modulus at rest is 2 (c10 + c01). The part of the volume is that of
+:mod:`fingerslip.materials.large_strain`.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ import pydantic
 from numpy.typing import NDArray
 
 from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.finite import log_volume_of
+from fingerslip.materials.large_strain import log_volume_of
 from fingerslip.materials.prony import Prony, check_prony
 from fingerslip.parameters import Density, Number, Pressure, parameters
 

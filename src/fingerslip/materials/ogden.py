@@ -6,7 +6,7 @@ With the isochoric principal stretches l_i = J^(-1/3) lambda_i the energy per re
 
 as in Ogden, Proc. R. Soc. Lond. A 326 (1972) 565-584. The shear modulus at rest is half the sum of mu_p alpha_p. Other
 codes print other moduli for the same law: those of Abaqus are mu_p alpha_p/2, those of FEBio mu_p alpha_p.
-:mod:`fingerslip.materials.isochoric` has the part of the volume.
+:mod:`fingerslip.materials.large_strain` has the part of the volume.
 """
 
 from __future__ import annotations

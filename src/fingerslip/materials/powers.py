@@ -4,7 +4,7 @@ With the isochoric principal stretches l_i = J^(-1/3) lambda_i the energy per re
 
     sum_p mu_p/alpha_p (l_1^alpha_p + l_2^alpha_p + l_3^alpha_p - 3) + K/2 (ln J)^2
 
-as in Ogden, Proc. R. Soc. Lond. A 326 (1972) 565-584; :mod:`fingerslip.materials.isochoric` says why the part of the
+as in Ogden, Proc. R. Soc. Lond. A 326 (1972) 565-584; :mod:`fingerslip.materials.large_strain` says why the part of the
 volume is this.
 """
 
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.isochoric import (
+from fingerslip.materials.large_strain import (
     check_stability,
     chosen_bulk_modulus,
     deviator,

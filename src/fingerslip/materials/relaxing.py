@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import FingerslipError
-from fingerslip.materials.finite import FiniteMaterial, log_volume_of
-from fingerslip.materials.isochoric import SHAPES, deviator
+from fingerslip.materials.large_strain import SHAPES, FiniteMaterial, deviator, log_volume_of
 from fingerslip.materials.prony import Prony
 
 __all__ = ["Constants", "StepLaw", "constants_of", "shape_energy", "shape_stress", "spring_strain", "volume_part"]

@@ -4,15 +4,29 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import gmsh
+import numpy as np
 import pygmsh
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from fingerslip.errors import MeshError
 
-__all__ = ["MILLIMETRES", "gmsh_session", "length_unit"]
+__all__ = [
+    "MILLIMETRES",
+    "Fragments",
+    "fragmented",
+    "generate",
+    "gmsh_session",
+    "length_unit",
+    "read_fragments",
+]
+
 
 MILLIMETRES = 1e3
 """Gmsh's tolerances suit lengths near one, so it works in millimetres."""
@@ -61,3 +75,139 @@ def _broken_pipes_as_before() -> Iterator[None]:
         yield
     finally:
         signal.signal(signal.SIGPIPE, before)
+
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+#: Wanted element size [m] at a point x, y, z [m].
+SizeAt = Callable[[float, float, float], float]
+
+_Entity = tuple[int, int]
+
+# Kinds of cells in Gmsh by their corners.
+_KINDS = {(2, 3): 2, (2, 4): 3, (3, 4): 4}
+# Straight edges in place of a circle, at least, in the plane.
+_SEGMENTS_OF_A_CIRCLE = 20
+_QUADRILATERALS_ONLY = 2
+_PLANE = 2
+_FRONTAL, _DELAUNAY = 6, 5
+
+
+@dataclass(frozen=True)
+class Fragments:
+    """Cells of the regions of a mesh."""
+
+    points: Floats  # (n, dim), node positions [m]
+    cells: Integers  # (m, corners), nodes of all cells, region after region
+    region: Integers  # (m,), number of the region of each cell, in the order in which they were named
+
+
+def fragmented(shapes: Mapping[str, Sequence[int]], points: Floats, dim: int) -> dict[str, list[int]]:
+    """Cut shapes of Gmsh's OpenCASCADE kernel along each other.
+
+    Arrays: points (k, dim) [m].
+    """
+    nodes = [(0, gmsh.model.occ.addPoint(*_three(point * MILLIMETRES))) for point in points]
+    drawn = {name: [(dim, tag) for tag in tags] for name, tags in shapes.items()}
+    try:
+        # In space cutting first takes many times as long; the faces inside covered solids are taken out afterwards.
+        own = _without_overlap(drawn) if dim == _PLANE else drawn
+        every = [piece for pieces in own.values() for piece in pieces]
+        _, pieces = gmsh.model.occ.fragment(every[:1], [*every[1:], *nodes])
+    except Exception as error:
+        raise MeshError("shapes", f"Gmsh says '{error}'", "needs shapes that can be cut") from error
+    gmsh.model.occ.synchronize()
+    names = [name for name, own_pieces in own.items() for _ in own_pieces]
+    owner = {tag: name for name, made in zip(names, pieces, strict=False) for _, tag in made}
+    found = {name: sorted(tag for tag, kept in owner.items() if kept == name) for name in shapes}
+    empty = next((name for name, tags in found.items() if shapes[name] and not tags), None)
+    if empty is not None:
+        raise MeshError(empty, "is covered by other regions", "needs some room of its own")
+    return found if dim == _PLANE else {name: _without_inner_faces(tags) for name, tags in found.items()}
+
+
+def _without_inner_faces(volumes: Sequence[int]) -> list[int]:
+    """Make one volume of those that touch, as faces between them would leave slivers; return the tags."""
+    faces = [[face for _, face in gmsh.model.getBoundary([(3, tag)], oriented=False)] for tag in volumes]
+    joined = [_joined([(volumes[row], faces[row]) for row in group]) for group in _touching(faces)]
+    gmsh.model.occ.synchronize()
+    return sorted(joined)
+
+
+def _joined(pieces: Sequence[tuple[int, list[int]]]) -> int:
+    """Make one volume of pieces and their faces; it keeps the faces that it shares with others, as they are."""
+    if len(pieces) == 1:
+        return pieces[0][0]
+    faces, uses = np.unique(np.concatenate([own for _, own in pieces]), return_counts=True)
+    gmsh.model.occ.remove([(3, tag) for tag, _ in pieces])
+    joined: int = gmsh.model.occ.addVolume([gmsh.model.occ.addSurfaceLoop(faces[uses == 1].tolist())])
+    gmsh.model.occ.remove([(2, face) for face in faces[uses > 1].tolist()], recursive=True)
+    return joined
+
+
+def _touching(faces: Sequence[Sequence[int]]) -> list[list[int]]:
+    """Return rows in groups, each of which hangs together by common faces."""
+    count = len(faces)
+    face, row = np.concatenate(faces), np.repeat(np.arange(count), [len(own) for own in faces])
+    of_face = coo_array((np.ones(len(face)), (row, np.unique(face, return_inverse=True)[1]))).tocsr()
+    number, group = connected_components(of_face @ of_face.T, directed=False)
+    return [np.flatnonzero(group == own).tolist() for own in range(number)]
+
+
+def _without_overlap(shapes: Mapping[str, list[_Entity]]) -> dict[str, list[_Entity]]:
+    """Cut from every region what later ones cover, so that these keep no lines of what they cover."""
+    own: dict[str, list[_Entity]] = {}
+    later: list[_Entity] = []
+    for name, shape in reversed(list(shapes.items())):
+        made = gmsh.model.occ.cut(shape, later, removeTool=False)[0] if later and shape else shape
+        own[name] = list(made)
+        later += own[name]
+    return dict(reversed(list(own.items())))
+
+
+def generate(dim: int, size: SizeAt, *, quadrilaterals: bool = False, segments: float = _SEGMENTS_OF_A_CIRCLE) -> None:
+    """Mesh what was cut, with element sizes given point by point.
+
+    Units: size [m].
+    """
+    # Gmsh passes the size that bends need.
+    gmsh.model.mesh.setSizeCallback(
+        lambda _dim, _tag, x, y, z, bend: min(
+            bend, MILLIMETRES * size(x / MILLIMETRES, y / MILLIMETRES, z / MILLIMETRES)
+        )
+    )
+    for option in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints"):
+        gmsh.option.setNumber(f"Mesh.{option}", 0)
+    gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", segments)
+    gmsh.option.setNumber("Mesh.RecombineAll", int(quadrilaterals))
+    gmsh.option.setNumber("Mesh.RecombinationAlgorithm", _QUADRILATERALS_ONLY)
+    gmsh.option.setNumber("Mesh.Algorithm", _DELAUNAY if quadrilaterals else _FRONTAL)
+    try:
+        gmsh.model.mesh.generate(dim)
+    except Exception as error:
+        raise MeshError("shapes", f"Gmsh says '{error}'", "needs shapes that Gmsh can mesh") from error
+
+
+def read_fragments(pieces: Mapping[str, Sequence[int]], dim: int, corners: int) -> Fragments:
+    """Read the cells of all regions out of Gmsh, and the points that they use."""
+    kind = _KINDS[dim, corners]
+    tags, positions, _ = gmsh.model.mesh.getNodes()
+    order = np.argsort(tags)
+    found = {
+        name: np.concatenate([gmsh.model.mesh.getElementsByType(kind, tag)[1] for tag in own]).astype(np.int64)
+        for name, own in pieces.items()
+        if own
+    }
+    empty = next((name for name, nodes in found.items() if not len(nodes)), None)
+    if empty is not None:
+        raise MeshError(empty, f"Gmsh made no cells of {corners} corners", "needs some")
+    used = np.unique(np.concatenate(list(found.values())))
+    points = positions.reshape(-1, 3)[order[np.searchsorted(tags, used, sorter=order)], :dim] / MILLIMETRES
+    cells = [np.searchsorted(used, nodes).reshape(-1, corners) for nodes in found.values()]
+    region = np.repeat([list(pieces).index(name) for name in found], [len(own) for own in cells])
+    return Fragments(points, np.vstack(cells), region)
+
+
+def _three(point: Floats) -> tuple[float, float, float]:
+    x, y, z = (*map(float, point), 0.0)[:3]
+    return x, y, z

@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 from skfem.io.meshio import from_meshio, to_meshio
 
 from fingerslip.errors import MeshError, shortened
-from fingerslip.mesh.folds import check_folds, turned_cells
 from fingerslip.mesh.formats import read_file, write_file
-from fingerslip.mesh.orientation import positive_tetrahedra
+from fingerslip.mesh.quality import check_folds, positive_tetrahedra, turned_cells
 from fingerslip.units import LengthUnit, coordinates, metres
 
 __all__ = ["read_mesh", "write_mesh"]

@@ -5,16 +5,25 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, TypeVar
 
 from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
+from fingerslip.errors import InputError
 from fingerslip.parameters.definition import plain_fields
 
-__all__ = ["field_words", "json_schema"]
+__all__ = [
+    "conforms",
+    "describe",
+    "field_words",
+    "json_schema",
+    "require",
+    "require_kind",
+]
+
 
 _ENTRY = re.compile(r"^(?P<names>\w+(?:, \w+)*) : .*\n(?P<words>(?:(?:    .*)?(?:\n|$))*)", re.MULTILINE)
 _ROLE = re.compile(r":\w+:`~?(?:[\w.]*\.)?(\w+)`")
@@ -105,3 +114,41 @@ def _is_plain(value: object) -> bool:
     if isinstance(value, Sequence) and not isinstance(value, str):
         return all(map(_is_plain, value))
     return value is None or isinstance(value, bool | int | float | str)
+
+
+T = TypeVar("T")
+
+
+def describe(value: object) -> str:
+    """Return what errors call a value of the wrong type.
+
+    Examples
+    --------
+    >>> describe(0.5), describe("plate"), describe([1, 2])
+    ('0.5', "'plate'", 'a list')
+    """
+    return repr(value) if isinstance(value, str | int | float | None) else f"a {type(value).__name__}"
+
+
+def require(value: Any, protocol: type[T], needs: str, where: str = "") -> T:
+    """Return a value that has all members of a protocol; refuse any other."""
+    members = [name for name in vars(protocol) if not name.startswith("_")]
+    missing = [name for name in members if not hasattr(value, name)]
+    if isinstance(value, type):
+        raise InputError(where, f"got the class {value.__name__}", f"needs {needs}", f"write {value.__name__}(...)")
+    if missing:
+        repair = f"{type(value).__name__} lacks {', '.join(missing)}" if len(missing) < len(members) else ""
+        raise InputError(where, f"got {describe(value)}", f"needs {needs}", repair)
+    return value  # type: ignore[no-any-return]
+
+
+def require_kind(value: Any, kind: type[T] | tuple[type, ...], needs: str, where: str) -> T:
+    """Return a value of a class; refuse any other."""
+    if not isinstance(value, kind):
+        raise InputError(where, f"got {describe(value)}", f"needs {needs}")
+    return value  # type: ignore[return-value]
+
+
+def conforms(protocol: type[T], needs: str) -> Callable[[Any], T]:
+    """Return the validator of a parameter that :func:`require` checks."""
+    return lambda value: require(value, protocol, needs)

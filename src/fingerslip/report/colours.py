@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.sites import RECEPTOR_KINDS
-from fingerslip.slip.names import EVENTS, READINGS
+from fingerslip.slip.windows import EVENTS, READINGS
 
 __all__ = [
     "AREA_COLOURS",

@@ -2,8 +2,17 @@
 
 from __future__ import annotations
 
-from fingerslip.sampling.intervals import Interval, PublishedInterval, interval_of, published_intervals
-from fingerslip.sampling.sensitivity import Effect, Fit, fit_samples, fits_of, groups_of
+from fingerslip.sampling.sensitivity import (
+    Effect,
+    Fit,
+    Interval,
+    PublishedInterval,
+    fit_samples,
+    fits_of,
+    groups_of,
+    interval_of,
+    published_intervals,
+)
 
 __all__ = [
     "Effect",

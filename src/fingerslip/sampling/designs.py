@@ -10,14 +10,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["LEVELS", "METHODS", "Method", "block_size", "design_size", "draw_shares", "needs_power_of_two"]
+from fingerslip.errors import InputError, shortened
+from fingerslip.results import REPEAT, SAMPLE, Quantity, RunResult
+from fingerslip.slip import measures
+from fingerslip.slip.windows import LATENCY, READINGS, TIMES, event_label, is_defined
+from fingerslip.units import si_quantity
+
+__all__ = [
+    "LEVELS",
+    "METHODS",
+    "Input",
+    "Method",
+    "block_size",
+    "design_size",
+    "draw_shares",
+    "encoded",
+    "inputs_of",
+    "needs_power_of_two",
+    "output_names",
+    "output_of",
+    "required_output",
+    "varied",
+]
+
 
 Array = NDArray[np.float64]
 Method = Literal["latin_hypercube", "sobol", "random", "saltelli", "morris"]
@@ -104,3 +127,128 @@ METHODS: Mapping[str, Callable[[int, int, int], Array]] = MappingProxyType(
         "morris": _morris,
     }
 )
+
+
+@dataclass(frozen=True)
+class Input:
+    """A value that differs between runs."""
+
+    path: str  # its dotted path
+    unit: str = ""  # its SI unit
+    low: float = 0.0  # smallest and largest value [SI]
+    high: float = 0.0  # smallest and largest value [SI]
+    choices: tuple[Any, ...] = ()  # the values without order
+
+    def columns(self, value: Any) -> tuple[float, ...]:
+        """Return a value in columns from 0 to 1.
+
+        Raises
+        ------
+        InputError
+            For a value that no run is near: outside the range, another unit, or another choice.
+        """
+        if self.choices:
+            if value not in self.choices:
+                raise InputError(self.path, f"got {shortened(repr(value))}", f"needs one of {self._shown()}")
+            return tuple(float(value == choice) for choice in self.choices)
+        known = _number(value)
+        if known is None or known[1] != self.unit or not self.low <= known[0] <= self.high:
+            allowed = f"needs {self._shown()}, the range of the runs"
+            raise InputError(self.path, f"got {shortened(repr(value))}", allowed, "predictions outside are guesses")
+        return ((known[0] - self.low) / (self.high - self.low),)
+
+    def at(self, share: float) -> Any:
+        """Return the value at a share from 0 to 1."""
+        if self.choices:
+            return self.choices[min(int(share * len(self.choices)), len(self.choices) - 1)]
+        value = min(max(self.low + share * (self.high - self.low), self.low), self.high)
+        return f"{value!r} {self.unit}" if self.unit else value
+
+    def _shown(self) -> str:
+        if self.choices:
+            return ", ".join(map(str, self.choices))
+        return f"{self.low:.6g} to {self.high:.6g} {self.unit}".strip()
+
+
+def varied(run: RunResult) -> dict[str, Any]:
+    """Return the swept and sampled values of a run by dotted path, without the numbers of samples and repeats."""
+    own = {path: value for path, value in run.swept.items() if path not in (SAMPLE, REPEAT)}
+    return {**own, **run.sampled}
+
+
+def inputs_of(runs: Sequence[RunResult]) -> tuple[Input, ...]:
+    """Return what differs between runs, in the order of their values."""
+    paths = dict.fromkeys(path for run in runs for path in varied(run))
+    found = tuple(_inputs(paths, [varied(run) for run in runs]))
+    if not found:
+        raise InputError("study", "has runs that do not differ", "needs values that are swept or sampled")
+    return found
+
+
+def encoded(inputs: Sequence[Input], values: Mapping[str, Any]) -> Array:
+    """Return the columns of a run or of what is to be predicted."""
+    missing = [one.path for one in inputs if one.path not in values]
+    if missing:
+        raise InputError(missing[0], "has no value", f"needs values of {', '.join(one.path for one in inputs)}")
+    return np.array([column for one in inputs for column in one.columns(values[one.path])])
+
+
+def _inputs(paths: Mapping[str, Any], values: Sequence[Mapping[str, Any]]) -> Iterator[Input]:
+    for path in paths:
+        found = [own.get(path) for own in values]
+        numbers = [_number(one) for one in found]
+        known = [one for one in numbers if one is not None]
+        if len(known) == len(found) and len({unit for _, unit in known}) == 1:
+            low, high = min(known)[0], max(known)[0]
+            if low < high:
+                yield Input(path, known[0][1], low, high)
+        else:
+            choices = tuple({repr(one): one for one in found}.values())
+            if len(choices) > 1:
+                yield Input(path, choices=choices)
+
+
+def _number(value: object) -> tuple[float, str] | None:
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return float(value), ""
+    return si_quantity(value) if isinstance(value, str) else None
+
+
+def output_of(run: RunResult, name: str) -> Quantity | None:
+    """Return a number of a run by its name; None where nothing has it."""
+    if name in run.derived:
+        return run.derived[name]
+    if name in _EVENTS:
+        reading, time = _EVENTS[name]
+        return Quantity(f"{event_label(time)} ({READINGS[reading]})", "s", run.events.reading(reading).time(time))
+    measure = next((one for one in measures.MEASURES if one.name == name), None)
+    if measure is None:
+        return None
+    value = run.numbers.get(measure.key)
+    return Quantity(measure.label, measure.unit.si if measure.unit else "", None if value is None else float(value))
+
+
+def required_output(run: RunResult, name: str) -> Quantity:
+    """Return a number of a run by its name as :func:`output_of`."""
+    found = output_of(run, name)
+    if found is None:
+        raise InputError("of", f"'{name}' is not known", f"needs one of {', '.join(output_names(run))}")
+    return found
+
+
+def output_names(run: RunResult) -> tuple[str, ...]:
+    """Return all names that :func:`output_of` knows of a run."""
+    return (*_EVENTS, *(one.name for one in measures.MEASURES), *run.derived)
+
+
+def _event_names() -> dict[str, tuple[str, str]]:
+    names = {}
+    for reading in READINGS:
+        for time in TIMES:
+            if is_defined(reading, time):
+                words = time if time == LATENCY else f"{time}_slip"
+                names[words if reading == "slip" else f"{words}_{reading}"] = (reading, time)
+    return names
+
+
+_EVENTS: Mapping[str, tuple[str, str]] = MappingProxyType(_event_names())

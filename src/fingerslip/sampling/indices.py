@@ -20,9 +20,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.results import SAMPLE, RunResult, StudyResult
-from fingerslip.sampling.designs import block_size, draw_shares
-from fingerslip.sampling.inputs import Input, encoded
-from fingerslip.sampling.outputs import required_output
+from fingerslip.sampling.designs import Input, block_size, draw_shares, encoded, required_output
 from fingerslip.sampling.sensitivity import groups_of
 from fingerslip.sampling.surrogate import Validation, fit_surrogate
 

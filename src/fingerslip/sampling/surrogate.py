@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
 from fingerslip.results import RunResult
-from fingerslip.sampling.inputs import Input, encoded, inputs_of, varied
-from fingerslip.sampling.outputs import required_output
+from fingerslip.sampling.designs import Input, encoded, inputs_of, required_output, varied
 
 __all__ = ["Prediction", "Surrogate", "Validation", "fit_surrogate"]
 
@@ -56,7 +55,7 @@ class Prediction:
 class Surrogate:
     """A fitted surrogate of one output."""
 
-    output: str  # name of the output, as in :func:`~fingerslip.sampling.outputs.output_of`
+    output: str  # name of the output, as in :func:`~fingerslip.sampling.designs.output_of`
     unit: str  # its SI unit
     inputs: tuple[Input, ...]  # what may differ
     validation: Validation  # how good it is

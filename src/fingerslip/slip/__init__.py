@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fingerslip.slip.counterface import ContactForces, contact_forces, slide_tangent
 from fingerslip.slip.events import (
     Events,
     SlipEvents,
@@ -21,10 +20,8 @@ from fingerslip.slip.fractions import (
     slipping_fraction,
     stick_ratio,
 )
-from fingerslip.slip.free_edge import EdgeContact, edge_contact
-from fingerslip.slip.front import force_ratio_times, front_arrivals
+from fingerslip.slip.front import EdgeContact, edge_contact, force_ratio_times, front_arrivals, reference_events
 from fingerslip.slip.measures import MEASURES, Measure, read_measures
-from fingerslip.slip.names import EVENTS, READINGS
 from fingerslip.slip.patch import Patch, contact_patch, patch_series, surface_strain_rates, surface_strains
 from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, peak_signal
 from fingerslip.slip.receptors import (
@@ -33,9 +30,18 @@ from fingerslip.slip.receptors import (
     receptor_signals,
     receptors_in_areas,
 )
-from fingerslip.slip.reference import reference_events
 from fingerslip.slip.settings import EventSettings, PeakSettings
-from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing, sustained_crossings
+from fingerslip.slip.windows import (
+    EVENTS,
+    READINGS,
+    ContactForces,
+    SlideWindow,
+    contact_forces,
+    slide_tangent,
+    slide_window,
+    sustained_crossing,
+    sustained_crossings,
+)
 
 __all__ = [
     "AREAS",

@@ -25,10 +25,17 @@ import numpy as np
 
 from fingerslip.contact.states import OPEN
 from fingerslip.slip.fractions import relative_displacement, slipped_steps
-from fingerslip.slip.names import EVENTS, READINGS, TIMES
 from fingerslip.slip.peaks import Peak, PeakTable, acceleration_peaks, followed_share, has_receptors, slide_receptors
 from fingerslip.slip.settings import EventSettings, PeakSettings
-from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing, sustained_crossings
+from fingerslip.slip.windows import (
+    EVENTS,
+    READINGS,
+    TIMES,
+    SlideWindow,
+    slide_window,
+    sustained_crossing,
+    sustained_crossings,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,7 +88,7 @@ class SlipEvents:
         return self.overall - self.incipient
 
     def time(self, name: str) -> float | None:
-        """Return an event's time, or the latency, by its name in :data:`~fingerslip.slip.names.TIMES` [s]."""
+        """Return an event's time, or the latency, by its name in :data:`~fingerslip.slip.windows.TIMES` [s]."""
         time: float | None = getattr(self, name)
         return time
 
@@ -130,7 +137,7 @@ class Events:
         return self.slip.latency
 
     def reading(self, name: str) -> SlipEvents:
-        """Return a reading by its name in :data:`~fingerslip.slip.names.READINGS`."""
+        """Return a reading by its name in :data:`~fingerslip.slip.windows.READINGS`."""
         events: SlipEvents = getattr(self, name)
         return events
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from fingerslip.parameters.protocols import require_kind
+from fingerslip.parameters.schema import require_kind
 from fingerslip.slip.events import Events, displacement_events, events_of_peaks, slip_events
 from fingerslip.slip.peaks import PeakTable, acceleration_peaks
 from fingerslip.slip.settings import EventSettings

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP
-from fingerslip.slip.counterface import split_along
-from fingerslip.slip.windows import SlideWindow
+from fingerslip.slip.windows import SlideWindow, split_along
 
 if TYPE_CHECKING:
     import xarray as xr

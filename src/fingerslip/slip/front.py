@@ -5,24 +5,43 @@ Neither takes part in the slip events or in the validation; both are there for c
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN
-from fingerslip.history import is_solid, sites_of_kinds
+from fingerslip.history import is_solid, site_rows, sites_of_kinds
 from fingerslip.sites import Site
-from fingerslip.slip.counterface import contact_forces, slide_tangent
+from fingerslip.slip.events import SlipEvents, events_of_leaving
 from fingerslip.slip.fractions import accumulated_slip
 from fingerslip.slip.settings import EventSettings
-from fingerslip.slip.windows import SlideWindow, slide_window, sustained_crossing, sustained_crossings
+from fingerslip.slip.windows import (
+    SlideWindow,
+    contact_forces,
+    counterface_normal,
+    slide_tangent,
+    slide_window,
+    split_along,
+    sustained_crossing,
+    sustained_crossings,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["force_ratio_times", "front_arrivals"]
+__all__ = [
+    "EdgeContact",
+    "edge_contact",
+    "edge_distance",
+    "edge_warning",
+    "force_ratio_times",
+    "front_arrivals",
+    "reference_events",
+]
+
 
 Floats = NDArray[np.float64]
 
@@ -142,3 +161,140 @@ def _arrivals(names: Sequence[str], times: Floats) -> xr.DataArray:
 
     attributes = {"units": "s", "long_name": "arrival of the slip front"}
     return xr.DataArray(times, {"site": list(names)}, ("site",), "front_arrival", attributes)
+
+
+def reference_events(
+    history: xr.Dataset,
+    sites: Sequence[str],
+    settings: EventSettings | None = None,
+    slide: int = 0,
+    counterface: int = 0,
+) -> SlipEvents:
+    """Find the events from sites of the skin that leave the plate's line in a plot of displacement over time.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history that records these sites.
+    sites : sequence of str
+        Names of sites on the skin, such as ``skin-h2``; all should be in contact when the slide begins.
+    settings : EventSettings, optional
+        Distance from which a site has left the line (`displacement_tolerance`), and how long it has to last.
+    slide : int, optional
+        Which of the slides, from 0.
+    counterface : int, optional
+        The counterface.
+
+    Returns
+    -------
+    SlipEvents
+        When the first site, 48 % of them, three quarters and the last one left the line; without recorded events
+        where the history lacks one of the sites.
+    """
+    settings = settings or EventSettings()
+    known = set(history["site"].values.tolist()) if "site" in history.coords else set()
+    if not sites or not known.issuperset(sites) or "displacement" not in history:
+        return SlipEvents(recorded=False)
+    window = slide_window(history, slide)
+    if window is None:
+        return SlipEvents()
+    times = history["time"].values[window.records]
+    lags = _lags(history, window, sites, counterface)
+    level, sustained = settings.displacement_tolerance, settings.sustained
+    return events_of_leaving(sustained_crossings(times, lags, level, sustained), settings)
+
+
+def _lags(history: xr.Dataset, window: SlideWindow, sites: Sequence[str], counterface: int) -> NDArray[np.float64]:
+    """Return how far sites have moved along the plate, relative to it, in the slide; (n_times, n_sites) [m]."""
+    skin = history["displacement"].values[window.records][:, site_rows(history, sites)]
+    plate = history["counterface_displacement"].values[window.records][:, [counterface]]
+    _, along = split_along((skin - skin[0]) - (plate - plate[0]), counterface_normal(history, counterface))
+    return np.asarray(np.linalg.norm(along, axis=-1), dtype=float)
+
+
+# Contact within so many facets of a free edge is taken to reach it.
+_FACETS = 2.0
+# Elements whose sides carry a node in their middle.
+_QUADRATIC = {"T6", "T10"}
+
+
+@dataclass(frozen=True)
+class EdgeContact:
+    """Contact that came close to a free edge of its boundary."""
+
+    boundary: str  # the boundary that touches
+    time: float  # when the contact first came that close [s]
+    distance: float  # smallest distance between the contact and the edge [m]
+
+
+def edge_contact(history: xr.Dataset) -> EdgeContact | None:
+    """Find out whether the contact comes within two facets of a free edge of its boundary.
+
+    A free edge is where the boundary meets another free part of the surface, such as the cut end of a fingertip.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with ``contact_edge_distance``; one that lacks it has no known edges.
+
+    Returns
+    -------
+    EdgeContact or None
+        The first counterface, in their order, that comes that close; None where all contact keeps away.
+    """
+    if "contact_edge_distance" not in history.variables:
+        return None
+    for counterface, boundary in enumerate(history["counterface"].values):
+        nodes = np.flatnonzero(history["contact_counterface"].values == counterface)
+        near = _near_edge(history, nodes)
+        if near.any():
+            first = float(history["time"].values[int(near.argmax())])
+            return EdgeContact(str(boundary), first, float(_distances(history, nodes).min()))
+    return None
+
+
+def edge_distance(history: xr.Dataset) -> float | None:
+    """Return the smallest distance between contact and a free edge of its boundary [m]; None where there is none."""
+    if "contact_edge_distance" not in history.variables:
+        return None
+    distances = _distances(history, np.arange(history.sizes["contact_node"]))
+    smallest = float(distances.min(initial=np.inf))
+    return smallest if np.isfinite(smallest) else None
+
+
+def edge_warning(found: Mapping[str, EdgeContact | None]) -> str:
+    """Return a warning about the runs whose contact came close to a free edge; empty where none did."""
+    cases = [
+        f"{title} ('{edge.boundary}' from {edge.time:.3g} s on, smallest distance {1e3 * edge.distance:.3g} mm)"
+        for title, edge in found.items()
+        if edge is not None
+    ]
+    if not cases:
+        return ""
+    return (
+        f"Contact within two facets of a free edge of its boundary: {'; '.join(cases)}. The model ends there, so "
+        f"forces and slip times are those of a body that is cut off."
+    )
+
+
+def _near_edge(history: xr.Dataset, nodes: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Tell for each record whether one of `nodes` touches within two facets of an edge."""
+    close = history["contact_edge_distance"].values[nodes] <= _FACETS * _facet_size(history, nodes)
+    touching: NDArray[np.bool_] = (history["contact_state"].values[:, nodes[close]] != OPEN).any(axis=1)
+    return touching
+
+
+def _distances(history: xr.Dataset, nodes: NDArray[np.intp]) -> NDArray[np.float64]:
+    """Return the distances from an edge of those of `nodes` that touch at any time [m]."""
+    touched = (history["contact_state"].values[:, nodes] != OPEN).any(axis=0)
+    return np.asarray(history["contact_edge_distance"].values[nodes[touched]], dtype=float)
+
+
+def _facet_size(history: xr.Dataset, nodes: NDArray[np.intp]) -> float:
+    """Return the typical size of the facets between `nodes`: how far apart neighbours are [m]."""
+    from scipy.spatial import cKDTree
+
+    if nodes.size < 2:
+        return 0.0
+    apart, _ = cKDTree(history["contact_position"].values[nodes]).query(history["contact_position"].values[nodes], k=2)
+    return float(np.median(apart[:, 1])) * (2.0 if history.attrs.get("element") in _QUADRATIC else 1.0)

@@ -13,14 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fingerslip.history import phase_times
-from fingerslip.slip.counterface import contact_forces, counterface_normal, split_along
 from fingerslip.slip.finding import Found, find_slip
 from fingerslip.slip.fractions import contact_area
-from fingerslip.slip.free_edge import edge_distance
-from fingerslip.slip.front import force_ratio_times, front_arrivals
+from fingerslip.slip.front import edge_distance, force_ratio_times, front_arrivals
 from fingerslip.slip.resolution import largest_step_share, nodes_across, record_interval, slide_records
 from fingerslip.slip.skin_markers import share_before_centre, skin_marker_slips, stick_slip_cycles
-from fingerslip.slip.windows import slide_window
+from fingerslip.slip.windows import contact_forces, counterface_normal, slide_window, split_along
 from fingerslip.units import Unit
 
 if TYPE_CHECKING:
@@ -51,7 +49,7 @@ class Measure:
     mechanical : bool, optional
         Whether it is a number of mechanics, whose convergence is studied; the others say how the run was computed.
     reading : str, optional
-        The reading of the slip events that it is a number of, as in :data:`~fingerslip.slip.names.READINGS`.
+        The reading of the slip events that it is a number of, as in :data:`~fingerslip.slip.windows.READINGS`.
     """
 
     name: str

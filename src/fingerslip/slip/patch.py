@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN, SLIP
 from fingerslip.errors import InputError, warn_renamed
 from fingerslip.history import is_solid
-from fingerslip.slip.counterface import contact_forces, counterface_normal, slide_tangent
 from fingerslip.slip.fractions import contact_area, stick_ratio
+from fingerslip.slip.windows import contact_forces, counterface_normal, slide_tangent
 
 if TYPE_CHECKING:
     import xarray as xr

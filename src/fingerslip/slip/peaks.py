@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.history import site_rows, sites_of_kinds
-from fingerslip.slip.counterface import slide_tangent
 from fingerslip.slip.receptors import receptor_rows, tangential_acceleration
 from fingerslip.slip.settings import PeakSettings
-from fingerslip.slip.windows import SlideWindow, slide_window
+from fingerslip.slip.windows import SlideWindow, slide_tangent, slide_window
 
 if TYPE_CHECKING:
     import xarray as xr

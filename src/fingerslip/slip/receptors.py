@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN
 from fingerslip.history import site_kinds, site_rows
 from fingerslip.sites import RECEPTOR_KINDS
-from fingerslip.slip.counterface import slide_tangent
-from fingerslip.slip.windows import slide_window
+from fingerslip.slip.windows import slide_tangent, slide_window
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN
 from fingerslip.history import sites_of_kinds
-from fingerslip.slip.counterface import contact_forces, split_along
 from fingerslip.slip.settings import EventSettings
-from fingerslip.slip.windows import slide_window, sustained_crossings
+from fingerslip.slip.windows import contact_forces, slide_window, split_along, sustained_crossings
 
 if TYPE_CHECKING:
     import xarray as xr

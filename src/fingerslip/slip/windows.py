@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +16,26 @@ from fingerslip.history import phase_times
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["SlideWindow", "slide_window", "sustained_crossing", "sustained_crossings"]
+__all__ = [
+    "EVENTS",
+    "LATENCY",
+    "MAIN_EVENTS",
+    "NOTICED_NOTE",
+    "READINGS",
+    "READING_HEADINGS",
+    "TIMES",
+    "ContactForces",
+    "SlideWindow",
+    "contact_forces",
+    "counterface_normal",
+    "event_label",
+    "is_defined",
+    "slide_tangent",
+    "slide_window",
+    "split_along",
+    "sustained_crossing",
+    "sustained_crossings",
+]
 
 
 @dataclass(frozen=True)
@@ -110,3 +131,113 @@ def _crossing(times: NDArray[np.float64], values: NDArray[np.float64], level: fl
         return float(times[index])
     share = (level - values[index - 1]) / (values[index] - values[index - 1])
     return float(times[index - 1] + share * (times[index] - times[index - 1]))
+
+
+#: The slip events in order of time: name in files, and in words.
+EVENTS: Mapping[str, str] = MappingProxyType(
+    {"incipient": "incipient", "noticed": "48 %", "three_quarter": "three-quarter", "overall": "overall"}
+)
+#: What stands below tables that have the second of them.
+NOTICED_NOTE = "48 %: the share of the contact that slips when people notice it (Barrea et al. 2018)."
+#: The events that every reading gives; figures mark these.
+MAIN_EVENTS = ("incipient", "three_quarter", "overall")
+#: The time from incipient to overall slip.
+LATENCY = "latency"
+#: All times of a reading.
+TIMES = (*EVENTS, LATENCY)
+
+#: The readings: name in files, and in words.
+READINGS: Mapping[str, str] = MappingProxyType(
+    {"slip": "accumulated slip", "displacement": "displacement", "acceleration": "acceleration peaks"}
+)
+#: The readings where there is little room.
+READING_HEADINGS: Mapping[str, str] = MappingProxyType(
+    {"slip": "slip", "displacement": "displ.", "acceleration": "peaks"}
+)
+
+
+def event_label(time: str) -> str:
+    """Return the name of a slip event, or of the latency, in words.
+
+    Examples
+    --------
+    >>> event_label("three_quarter"), event_label("latency")
+    ('three-quarter slip', 'latency')
+    """
+    return LATENCY if time == LATENCY else f"{EVENTS[time]} slip"
+
+
+def is_defined(reading: str, time: str) -> bool:
+    """Tell whether a reading defines a time: no acceleration peak belongs to 48 % slip."""
+    return (reading, time) != ("acceleration", "noticed")
+
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ContactForces:
+    """The force of a counterface on the body over time, split along the counterface's normal."""
+
+    normal: Floats  # (n_times,), normal force, positive in compression [N]
+    tangential: Floats  # (n_times, dim), tangential force, a vector in the surface of the counterface [N]
+
+    @property
+    def friction(self) -> Floats:
+        """Magnitude of the tangential force [N], shape (n_times,)."""
+        return np.asarray(np.linalg.norm(self.tangential, axis=1), dtype=float)
+
+    def ratio(self, least: float = 1e-9) -> Floats:
+        """Return tangential over normal force [-], shape (n_times,).
+
+        Parameters
+        ----------
+        least : float, optional
+            The ratio is missing (NaN) where the normal force is at or below this share of its largest value [-].
+        """
+        ratio = np.full(self.normal.shape, np.nan)
+        np.divide(self.friction, self.normal, out=ratio, where=self.normal > least * self.normal.max(initial=0.0))
+        return ratio
+
+
+def contact_forces(history: xr.Dataset, counterface: int = 0) -> ContactForces:
+    """Return the force of a counterface on the body over time, split into its normal and tangential parts."""
+    force = np.asarray(history.variables["counterface_force"].values[:, counterface], dtype=float)
+    return ContactForces(*split_along(force, counterface_normal(history, counterface)))
+
+
+def counterface_normal(history: xr.Dataset, counterface: int = 0) -> Floats:
+    """Return the outward unit normal of a counterface, shape (dim,)."""
+    return np.asarray(history.variables["counterface_normal"].values[counterface], dtype=float)
+
+
+def slide_tangent(history: xr.Dataset, counterface: int = 0) -> Floats:
+    """Return the unit tangent of a counterface along its slide, shape (dim,).
+
+    In the plane it is the normal turned clockwise: (1, 0) for a plate below. In space it is the direction in which the
+    counterface travels furthest along its surface, and x where it does not travel.
+    """
+    normal = counterface_normal(history, counterface)
+    if normal.size == 2:
+        return np.array([normal[1], -normal[0]])
+    travel = np.asarray(history["counterface_displacement"].values[:, counterface], dtype=float)
+    _, along = split_along(travel, normal)
+    furthest = along[np.linalg.norm(along, axis=1).argmax()]
+    direction = furthest if np.linalg.norm(furthest) > 0.0 else split_along(np.eye(3)[0], normal)[1]
+    return np.asarray(direction / np.linalg.norm(direction))
+
+
+def split_along(vectors: Floats, normals: Floats) -> tuple[Floats, Floats]:
+    """Split vectors into their components along unit normals and what is left of them.
+
+    Arrays: vectors (..., dim); normals (..., dim); returns (...,).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> normal, tangential = split_along(np.array([[3.0, 4.0]]), np.array([0.0, 1.0]))
+    >>> normal.tolist(), tangential.tolist()
+    ([4.0], [[3.0, 0.0]])
+    """
+    along = np.asarray(np.einsum("...c,...c->...", vectors, normals), dtype=float)
+    return along, vectors - along[..., None] * normals

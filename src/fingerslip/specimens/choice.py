@@ -15,7 +15,7 @@ from fingerslip.parameters import parameters
 from fingerslip.parameters.presets import Presets
 from fingerslip.specimens.fingertip.presets import PRESETS as FINGERTIPS
 from fingerslip.specimens.protocol import Specimen
-from fingerslip.specimens.tactip.presets import PRESETS as TACTIPS
+from fingerslip.specimens.tactip.tactip import PRESETS as TACTIPS
 
 __all__ = [
     "SPECIMENS",

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 from fingerslip.errors import InputError
 from fingerslip.history import read_history
 from fingerslip.parameters.dotted import flatten
-from fingerslip.parameters.protocols import require_kind
-from fingerslip.report.tables.frame import runs_frame
+from fingerslip.parameters.schema import require_kind
+from fingerslip.report.tables.runs import runs_frame
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.run_folder import HISTORY, RUN, unchecked_result
 from fingerslip.study.convergence.storage import read_uncertainties
-from fingerslip.study.definition.yaml import read_mapping
+from fingerslip.study.definition.file import read_mapping
 from fingerslip.study.storage.summary import identities, stored_manifest, stored_study
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ class OpenedStudy:
             yield name, read_history(self.folder / name / HISTORY)
 
     def to_dataframe(self) -> pd.DataFrame:
-        """Return one row for each run, in SI units: see :func:`~fingerslip.report.tables.frame.runs_frame`."""
+        """Return one row for each run, in SI units: see :func:`~fingerslip.report.tables.runs.runs_frame`."""
         return runs_frame(self.result)
 
     def __len__(self) -> int:

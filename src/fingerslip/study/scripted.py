@@ -14,12 +14,11 @@ import numpy as np
 
 from fingerslip.errors import InputError
 from fingerslip.parameters.dotted import assign
-from fingerslip.parameters.protocols import require_kind
-from fingerslip.report.tables.frame import table_frame
-from fingerslip.study.definition.base import read_with_base
+from fingerslip.parameters.schema import require_kind
+from fingerslip.report.tables.runs import table_frame
+from fingerslip.study.definition.file import read_with_base, write_mapping
 from fingerslip.study.definition.spec import Study as Definition
 from fingerslip.study.definition.spec import study_mapping
-from fingerslip.study.definition.yaml import write_mapping
 from fingerslip.study.inspection.check import check_plans
 from fingerslip.study.opened import OpenedStudy, open_study
 from fingerslip.study.running.plan import Plan, plan_mapping

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from fingerslip.validation.comparison import Comparison, compare, comparison_mapping, comparison_markdown
+from fingerslip.validation.comparison import (
+    PAPERS,
+    Comparison,
+    compare,
+    comparison_mapping,
+    comparison_markdown,
+    validate,
+)
 from fingerslip.validation.detection import detection_rows
 from fingerslip.validation.evidence import STUDIES
 from fingerslip.validation.geometry import allowed_geometry, geometry_table
-from fingerslip.validation.pouring import pouring_rows
-from fingerslip.validation.rows import Row, rows_mapping, rows_markdown, rows_table
-from fingerslip.validation.stored import Stored
-from fingerslip.validation.validate import PAPERS, validate
+from fingerslip.validation.rows import Row, Stored, rows_mapping, rows_markdown, rows_table
+from fingerslip.validation.sensor import pouring_rows
 
 __all__ = [
     "PAPERS",

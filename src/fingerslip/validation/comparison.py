@@ -2,24 +2,263 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+import math
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from fingerslip.errors import InputError, shortened
+from fingerslip.published import PublishedValue, published
 from fingerslip.report.tables.table import Table, to_markdown
+from fingerslip.results import RunResult
+from fingerslip.slip.windows import READINGS
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.shipped import studies_folder
+from fingerslip.validation.checks import CHECKS, PHALANX_CHECKS, Finding
 from fingerslip.validation.detection import detection_rows
+from fingerslip.validation.evidence import FORMULATION, SECTION, SOLID, TABLE2, VARIANT, Evidence, gather
 from fingerslip.validation.geometry import GeometryRow, allowed_geometry, geometry_table
-from fingerslip.validation.pouring import pouring_rows
-from fingerslip.validation.rows import Row, rows_mapping, rows_markdown, rows_table
-from fingerslip.validation.stored import Stored
-from fingerslip.validation.validate import PAPERS, validate
+from fingerslip.validation.measures import SOLID_READINGS
+from fingerslip.validation.rows import (
+    TIME_RESOLUTION,
+    Basis,
+    Row,
+    Stored,
+    number_row,
+    rows_mapping,
+    rows_markdown,
+    rows_table,
+    statement_row,
+)
+from fingerslip.validation.sensor import pouring_rows, sensor_rows
 
-__all__ = ["PARTS", "Comparison", "compare", "comparison_mapping", "comparison_markdown"]
+__all__ = [
+    "PAPERS",
+    "PARTS",
+    "Comparison",
+    "compare",
+    "comparison_mapping",
+    "comparison_markdown",
+    "rows_of",
+    "validate",
+]
+
+
+#: Papers whose values are compared: on fingers, and on a tactile sensor.
+PAPERS = ("wang2014", "bulens2023")
+
+
+# Travel of the plate in one published resolution at 3 mm/s, over a friction coefficient of 0.6 times 1.5 mm.
+_TRAVEL_RESOLUTION = TIME_RESOLUTION * 3.0 / (0.6 * 1.5)
+_TRAVEL_PER_SECOND = _TRAVEL_RESOLUTION / TIME_RESOLUTION
+# Statements on the phalanges that do not rest on acceleration peaks, of which large strain shows no other ones.
+_AT_LARGE_STRAIN = (
+    "overall-order",
+    "latency-order",
+    "edges-first",
+    "density-rises",
+    "density-then-stays",
+    "density-larger-in-b",
+)
+_OTHER_MODELS = (
+    (FORMULATION, "fingertip.formulation", "plane_strain"),
+    (SECTION, "fingertip.section", "transverse"),
+)
+
+
+def validate(
+    studies: str | Path = "studies",
+    results: str | Path = "results",
+    workers: int = 2,
+    progress: StudyProgress | None = None,
+    *,
+    papers: Sequence[str] = PAPERS,
+) -> tuple[Row, ...]:
+    """Compare the shipped studies with the published values.
+
+    The studies are run like any other; runs that are finished with the same inputs are read back.
+
+    Parameters
+    ----------
+    studies : path, optional
+        Folder of the study files.
+    results : path, optional
+        Folder of the results.
+    workers : int, optional
+        How many runs are computed at once.
+    progress : StudyProgress, optional
+        Receives the progress.
+    papers : sequence of str, optional
+        Those of :data:`PAPERS` whose values are compared.
+
+    Returns
+    -------
+    tuple of Row
+        Calibrated rows first, then the predictions, misses included; those on the sensor last.
+
+    Raises
+    ------
+    InputError
+        Where a study file is missing or wrong.
+    StudyFailedError
+        Where runs failed.
+    ResultError
+        Where results cannot be written or read back.
+    """
+    fingers, sensors = (paper in papers for paper in PAPERS)
+    return (
+        *(rows_of(gather(studies, results, workers=workers, progress=progress)) if fingers else ()),
+        *(sensor_rows(studies, results, workers, progress) if sensors else ()),
+    )
+
+
+def rows_of(evidence: Evidence) -> tuple[Row, ...]:
+    """Return the rows, calibrated ones first."""
+    rows = (
+        *_event_rows(evidence, "slip"),
+        *_event_rows(evidence, "acceleration"),
+        *_travel_rows(evidence),
+        *_height_rows(evidence),
+        *(row for model in _OTHER_MODELS for row in _other_model_rows(evidence, *model)),
+        *_solid_rows(evidence),
+        *_statement_rows(evidence),
+        *_large_strain_rows(evidence),
+    )
+    return tuple(sorted(rows, key=lambda row: row.basis != "calibrated"))
+
+
+def _event_rows(evidence: Evidence, reading: str) -> Iterator[Row]:
+    """Yield the times of Table 2 and of the three-quarter peaks, in one reading."""
+    middle = [value for value in published("wang2014-peaks").values if value.quantity == "three_quarter"]
+    for value in (*published("wang2014-table2").values, *middle):
+        variant = str(value.conditions[VARIANT])
+        basis = _basis(value) if reading == "slip" else "predicted"
+        run = evidence.one(TABLE2, {VARIANT: variant}).run
+        name = f"{_words(value.quantity)}, {variant} ({READINGS[reading]})"
+        comparable = reading == "acceleration" or not value.otherwise
+        yield _event_row(name, value, run, reading, basis=basis, comparable=comparable)
+
+
+def _travel_rows(evidence: Evidence) -> Iterator[Row]:
+    """Yield the travel of the plate at overall slip in units of friction times indentation."""
+    for value in published("wang2014-derived").values:
+        ours = evidence.one(TABLE2, {VARIANT: value.conditions[VARIANT]})
+        error = ours.run.uncertainty.get("slip.overall")
+        uncertainty = None if error is None else error * _TRAVEL_PER_SECOND
+        name = (
+            f"travel of the plate at overall slip / (friction x depth), {value.conditions[VARIANT]} (accumulated slip)"
+        )
+        yield number_row(name, value, ours.travel, uncertainty, resolution=_TRAVEL_RESOLUTION, basis=_basis(value))
+
+
+def _height_rows(evidence: Evidence) -> Iterator[Row]:
+    """Yield the heights of the peaks, which are not judged: they depend on mesh, step and numerical damping."""
+    for value in published("wang2014-peak-acceleration").values:
+        ours = evidence.one(TABLE2, {VARIANT: value.conditions[VARIANT]})
+        incipient = value.quantity == "incipient_peak"
+        peak = ours.incipient_peak if incipient else ours.overall_peak
+        uncertainty = None if incipient else ours.run.uncertainty.get("overall_peak_height_m_per_s2")
+        name = f"height of the {_words(value.quantity)} peak, {value.conditions[VARIANT]}"
+        yield number_row(name, value, None if peak is None else peak.height, uncertainty, resolution=None)
+
+
+def _other_model_rows(evidence: Evidence, study: str, path: str, choice: str) -> Iterator[Row]:
+    """Yield overall slip of another model of the same section."""
+    for value in published("wang2014-table2").values:
+        if value.quantity != "overall":
+            continue
+        variant = value.conditions[VARIANT]
+        run = evidence.one(study, {VARIANT: variant, path: choice}).run
+        name = f"overall slip, {variant}, {choice.replace('_', ' ')} (accumulated slip)"
+        yield _event_row(name, value, run, "slip")
+
+
+def _solid_rows(evidence: Evidence) -> Iterator[Row]:
+    """Yield the times of the fingertip in space, each in the reading of the paper."""
+    (measures,) = evidence.measured[SOLID]
+    for value in published("wang2014-solid").values:
+        name = f"{_words(value.quantity)}, fingertip in space ({SOLID_READINGS[value.reading]})"
+        ours = measures.run.events.reading(value.reading).time(value.quantity)
+        uncertainty = _solid_uncertainty(evidence, value)
+        yield number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION)
+
+
+def _solid_uncertainty(evidence: Evidence, value: PublishedValue) -> float | None:
+    """Return the numerical uncertainty, for reference nodes together with that of the distance they have to leave.
+
+    `fingerslip converge` knows no reference nodes; what is read at them has the largest change over its runs instead.
+    """
+    (measures,) = evidence.measured[SOLID]
+    if value.reading == "slip":
+        return measures.run.uncertainty.get(f"slip.{value.quantity}")
+    reading = measures.node_range(value.quantity) if value.reading == "displacement" else None
+    known = [part for part in (_largest_change(evidence, value), reading) if part is not None]
+    return math.hypot(*known) if known else None
+
+
+def _largest_change(evidence: Evidence, value: PublishedValue) -> float | None:
+    """Return the largest change of a time of the fingertip in space over its refinements [s]; None if one lacks it."""
+    runs = (*evidence.measured[SOLID], *evidence.refined_solid)
+    times = [one.run.events.reading(value.reading).time(value.quantity) for one in runs]
+    known = [time for time in times if time is not None]
+    return max(abs(time - known[0]) for time in known) if 1 < len(known) == len(times) else None
+
+
+def _event_row(
+    name: str,
+    value: PublishedValue,
+    run: RunResult,
+    reading: str,
+    *,
+    basis: Basis = "predicted",
+    comparable: bool = True,
+) -> Row:
+    ours = run.events.reading(reading).time(value.quantity)
+    uncertainty = run.uncertainty.get(f"{reading}.{value.quantity}")
+    return number_row(name, value, ours, uncertainty, resolution=TIME_RESOLUTION, basis=basis, comparable=comparable)
+
+
+def _statement_rows(evidence: Evidence) -> Iterator[Row]:
+    for value in published("wang2014-qualitative").values:
+        yield _statement_row(evidence, value, CHECKS[value.id], "predicted")
+
+
+def _statement_row(
+    evidence: Evidence, value: PublishedValue, check: Callable[[Evidence], Finding], basis: Basis
+) -> Row:
+    finding = check(evidence)
+    uncertainty = evidence.spread_of(_number_of(check)) if value.id in PHALANX_CHECKS else None
+    return statement_row(value, finding.number, uncertainty, finding.holds, basis=basis, comparable=finding.comparable)
+
+
+def _large_strain_rows(evidence: Evidence) -> Iterator[Row]:
+    """Yield the times of Table 2, and statements on the phalanges, beside the section with geometrical nonlinearity."""
+    finite = evidence.at_large_strain()
+    for value in published("wang2014-table2").values:
+        run = finite.one(TABLE2, {VARIANT: value.conditions[VARIANT]}).run
+        name = f"{_words(value.quantity)}, {value.conditions[VARIANT]}, large strain ({READINGS['slip']})"
+        comparable = not value.otherwise
+        yield _event_row(name, value, run, "slip", basis="large strain", comparable=comparable)
+    for value in published("wang2014-qualitative").values:
+        if value.id in _AT_LARGE_STRAIN:
+            yield _statement_row(finite, value, CHECKS[value.id], "large strain")
+
+
+def _number_of(check: Callable[[Evidence], Finding]) -> Callable[[Evidence], float | None]:
+    return lambda evidence: check(evidence).number
+
+
+def _basis(value: PublishedValue) -> Basis:
+    return "calibrated" if value.calibrated else "predicted"
+
+
+def _words(quantity: str) -> str:
+    """Name a published quantity in words: 'three-quarter slip', 'latency', 'overall slip' for its peak too."""
+    plain = quantity.removesuffix("_peak").replace("_", "-")
+    return plain if plain == "latency" else f"{plain} slip"
+
 
 #: Parts that take so long that they are stored, and the paper that each of them is compared with.
 PARTS: Mapping[str, str] = MappingProxyType(
@@ -67,7 +306,7 @@ def compare(
     progress : StudyProgress, optional
         Receives the progress.
     only : str, optional
-        The paper to compare with, among :data:`~fingerslip.validation.validate.PAPERS`; all of them without it.
+        The paper to compare with, among :data:`~fingerslip.validation.comparison.PAPERS`; all of them without it.
     computed : collection of str, optional
         The :data:`PARTS` to compute; rows of the others are read where they are stored.
 

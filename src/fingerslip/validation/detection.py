@@ -11,17 +11,15 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from fingerslip.detect.onsets import NO_SLIP
+from fingerslip.detect.labels import NO_SLIP
 from fingerslip.published import PublishedValue, published
 from fingerslip.study.running.progress import StudyProgress
-from fingerslip.validation.rows import Row, number_row, statement_row
-from fingerslip.validation.stored import RowFile, Stored, stored_rows
+from fingerslip.validation.rows import Row, RowFile, Stored, number_row, statement_row, stored_rows
 
 # What simulates, samples and trains is loaded where rows are computed: stored ones are read without it.
 if TYPE_CHECKING:
-    from fingerslip.detect.evaluation.bootstrap import Estimate
-    from fingerslip.detect.evaluation.confusion import FrameScores
     from fingerslip.detect.evaluation.evaluate import Evaluation
+    from fingerslip.detect.evaluation.scores import Estimate, FrameScores
     from fingerslip.detect.trial_set import TrialSet
 
 __all__ = [
@@ -124,9 +122,9 @@ def begun_detection(trials: TrialSet, workers: int = 2, output: Path | None = No
 def detection_of(begun: Evaluation) -> Detection:
     """Fit the forest and both support vector machines as published, the other two beside them, and score them."""
     from fingerslip.detect.classifiers import CLASSIFIERS
-    from fingerslip.detect.evaluation.confusion import frame_scores_of
     from fingerslip.detect.evaluation.crossval import joined_folds
-    from fingerslip.detect.splits import grouped_folds, left_out
+    from fingerslip.detect.evaluation.scores import frame_scores_of
+    from fingerslip.detect.samples import grouped_folds, left_out
 
     def scored(tests: Sequence[Sequence[str]]) -> dict[str, FrameScores]:
         found = {name: begun.by_group(CLASSIFIERS[name], tests) for name in _COMPARED}

@@ -16,12 +16,12 @@ from fingerslip.report.tables.table import Cell, Column, Missing, Table
 from fingerslip.results import RunResult, StudyResult
 from fingerslip.sampling import PublishedInterval, published_intervals
 from fingerslip.slip import EventSettings, PeakSettings
-from fingerslip.slip.names import READINGS, event_label
+from fingerslip.slip.windows import READINGS, event_label
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.runner import run_studies
 from fingerslip.validation.evidence import VARIANT, solid_measures
 from fingerslip.validation.measures import NODE_TOLERANCES, REFERENCE_NODES, SOLID_READINGS
-from fingerslip.validation.stored import RowFile, Stored, stored_rows
+from fingerslip.validation.rows import RowFile, Stored, stored_rows
 
 __all__ = [
     "GEOMETRY",

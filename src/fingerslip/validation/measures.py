@@ -30,8 +30,8 @@ from fingerslip.slip import (
     slide_window,
     sustained_crossings,
 )
-from fingerslip.slip.counterface import counterface_normal, slide_tangent
 from fingerslip.slip.receptors import receptor_rows, tangential_acceleration
+from fingerslip.slip.windows import counterface_normal, slide_tangent
 
 if TYPE_CHECKING:
     import xarray as xr

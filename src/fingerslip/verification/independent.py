@@ -16,8 +16,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fingerslip.materials.elastic import Elastic
-from fingerslip.materials.finite import log_volume_of
-from fingerslip.materials.isochoric import deviator, isochoric_tangent, linearised
+from fingerslip.materials.large_strain import deviator, isochoric_tangent, linearised, log_volume_of
 from fingerslip.uncertainty import Series, refine
 from fingerslip.verification.large_contact import dragged_cylinder
 from fingerslip.verification.problem import Check, Problem, absolute, relative

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.counterfaces import Cylinder
 from fingerslip.contact.friction import Coulomb
-from fingerslip.materials.finite import FiniteMaterial
+from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.model import Contact, Model
 from fingerslip.programme import Press, Slide

@@ -15,7 +15,7 @@ from fingerslip.fe.cell_materials import finite_cell_materials
 from fingerslip.fe.finite.bulk import large_strain
 from fingerslip.fe.integration import Integration
 from fingerslip.fe.space import build_space
-from fingerslip.materials.finite import FiniteMaterial
+from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import SHEARS, Formulation
 from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean

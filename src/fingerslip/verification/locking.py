@@ -20,7 +20,7 @@ from fingerslip.fe.cell_materials import cell_materials
 from fingerslip.fe.forms import stiffness_matrix
 from fingerslip.fe.integration import Integration
 from fingerslip.fe.space import Space, boundary_nodes, build_space, vector_dofs
-from fingerslip.linear.factorisation import factorise
+from fingerslip.linear.solver import factorise
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.material import Formulation
 from fingerslip.report.tables.table import Column, Table

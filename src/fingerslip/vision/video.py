@@ -5,21 +5,62 @@ from __future__ import annotations
 import contextlib
 import itertools
 import math
+import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import DamagedError, InputError, ResultError, TruncatedVideoError, shortened
 from fingerslip.files import check_replaceable, new_file, new_folder, read_json, write_json
-from fingerslip.vision.opencv import opencv
 
-__all__ = ["CODECS", "VideoInfo", "frame_rate_of", "read_frames", "video_info", "write_video"]
+__all__ = [
+    "CODECS",
+    "DARK",
+    "DUPLICATED",
+    "FINE",
+    "OVEREXPOSED",
+    "STATES",
+    "Channel",
+    "Exposure",
+    "Frames",
+    "VideoInfo",
+    "VideoInput",
+    "frame_rate_of",
+    "frame_state",
+    "open_frames",
+    "opencv",
+    "read_frames",
+    "rest_exposure",
+    "video_info",
+    "write_video",
+]
+
+
+def opencv() -> ModuleType:
+    """Return the module ``cv2``.
+
+    Its video reader says nothing on standard error unless ``OPENCV_FFMPEG_LOGLEVEL`` is set: what cannot be read is an
+    error of ours, with the file and what to do.
+
+    Raises
+    ------
+    InputError
+        Where OpenCV is not installed.
+    """
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # FFmpeg's level "quiet", read at the first video
+    try:
+        import cv2
+    except ImportError as error:
+        repair = 'pip install "fingerslip[vision]"'
+        raise InputError("vision", f"OpenCV is missing ({error})", "images and videos need it", repair) from error
+    return cv2
+
 
 Frame = NDArray[np.uint8]
 
@@ -300,3 +341,110 @@ def _write_images(folder: Path, frames: Iterator[Frame], rate: float) -> int:
             written += 1
         write_json(partial / _RATE_FILE, {"frame_rate": rate})
     return written
+
+
+Channel = Literal["grey", "blue", "green", "red"]
+VideoInput = str | Path | NDArray[Any] | Sequence[NDArray[Any]]
+
+_COLOURS = ("blue", "green", "red")  # as OpenCV orders them
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Grey frames that can be read from the beginning as often as needed."""
+
+    name: str  # what errors call them, such as the path of the file
+    frame_rate: float  # frames a second [1/s]
+    read: Callable[[], Iterator[Frame]]  # returns an iterator over the frames, each (height, width) of uint8
+
+
+def open_frames(video: VideoInput, frame_rate: float | None = None, channel: Channel = "grey") -> Frames:
+    """Open a video.
+
+    Units: frame_rate [1/s].
+    """
+    if channel not in get_args(Channel):
+        raise InputError("channel", f"got {channel!r}", f"needs one of {', '.join(get_args(Channel))}")
+    if isinstance(video, str | Path):
+        info = video_info(video)
+        colour = "grey" if channel == "grey" else "bgr"
+        rate = frame_rate_of(info, frame_rate)
+        return Frames(
+            str(video), rate, lambda: (_grey(one, channel, str(video)) for one in read_frames(video, colour=colour))
+        )
+    return _arrays(video, frame_rate, channel)
+
+
+def _arrays(video: NDArray[Any] | Sequence[NDArray[Any]], frame_rate: float | None, channel: Channel) -> Frames:
+    if len(video) == 0:
+        raise InputError("video", "has no frames", "needs at least one")
+    if frame_rate is None or not (math.isfinite(frame_rate) and frame_rate > 0):
+        found = "states no frame rate" if frame_rate is None else f"got the frame rate {frame_rate}"
+        raise InputError("video", found, "needs frames a second > 0", "give frame_rate")
+    return Frames("video", frame_rate, lambda: (_grey(np.asarray(one), channel, "video") for one in video))
+
+
+def _grey(frame: NDArray[Any], channel: Channel, name: str) -> Frame:
+    """Return a frame as grey levels from 0 to 255."""
+    if frame.dtype == np.uint16:
+        frame = (frame >> 8).astype(np.uint8)
+    if frame.dtype != np.uint8 or frame.ndim not in (2, 3) or (frame.ndim == 3 and frame.shape[2] not in (1, 3, 4)):
+        found = f"a frame has the type {frame.dtype} and shape {frame.shape}"
+        raise InputError(name, found, "needs uint8 or uint16, (height, width) or (height, width, 3)")
+    if frame.ndim == 2:
+        return np.ascontiguousarray(frame)
+    if frame.shape[2] == 1:
+        return np.ascontiguousarray(frame[:, :, 0])
+    if channel != "grey":
+        return np.ascontiguousarray(frame[:, :, _COLOURS.index(channel)])
+    cv2 = opencv()
+    grey: Frame = cv2.cvtColor(np.ascontiguousarray(frame[:, :, :3]), cv2.COLOR_BGR2GRAY)
+    return grey
+
+
+FINE, DARK, OVEREXPOSED, DUPLICATED = range(4)
+#: States of a frame by their number.
+STATES = ("fine", "dark", "overexposed", "duplicated")
+
+
+_EVERY = 8  # a frame is judged by every eighth pixel of every eighth row
+_SATURATED = 250
+_DARK_SHARE = 0.25
+_DARKEST = 4.0  # grey levels
+_SATURATED_MORE = 0.4
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """How bright the rest frames are."""
+
+    mean: float  # mean grey level
+    saturated: float  # share of pixels that are saturated
+
+
+def rest_exposure(frame: Frame) -> Exposure:
+    """Return how bright a frame is."""
+    few = frame[::_EVERY, ::_EVERY]
+    return Exposure(float(few.mean()), float((few >= _SATURATED).mean()))
+
+
+def frame_state(frame: Frame, before: Frame | None, rest: Exposure) -> int:
+    """Return the state of a frame: `FINE`, `DARK`, `OVEREXPOSED` or `DUPLICATED`.
+
+    Dark is below a quarter of the mean level at rest, overexposed where two fifths more of the pixels are saturated
+    than at rest, duplicated where no pixel differs from the frame before.
+    """
+    now = rest_exposure(frame)
+    if now.mean < max(_DARK_SHARE * rest.mean, _DARKEST):
+        return DARK
+    if now.saturated > rest.saturated + _SATURATED_MORE:
+        return OVEREXPOSED
+    if before is not None and frame.shape == before.shape and _same(frame, before):
+        return DUPLICATED
+    return FINE
+
+
+def _same(frame: Frame, before: Frame) -> bool:
+    # A few pixels settle it nearly always.
+    few = np.array_equal(frame[::_EVERY, ::_EVERY], before[::_EVERY, ::_EVERY])
+    return few and np.array_equal(frame, before)

@@ -18,7 +18,7 @@ from fingerslip.detect.trial_set import TrialSet, write_trials
 from fingerslip.detect.trials import Trial
 from fingerslip.history import phase_times, read_history
 from fingerslip.marker_tracks import marker_tracks
-from fingerslip.vision.tracking.stream import open_markers
+from fingerslip.vision.tracking.track import open_markers
 
 pytestmark = pytest.mark.slow
 

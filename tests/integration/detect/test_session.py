@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner
 
 from fingerslip.commands.app import app
-from fingerslip.detect.onsets import write_onsets
-from fingerslip.detect.splits import benchmark_test_trials
+from fingerslip.detect.labels import write_onsets
+from fingerslip.detect.samples import benchmark_test_trials
 from fingerslip.detect.trial_set import open_trials
 from places import DOCS
 

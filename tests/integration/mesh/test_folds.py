@@ -12,14 +12,14 @@ import skfem
 
 from fingerslip.errors import MeshError
 from fingerslip.fe.space import build_space
-from fingerslip.mesh.folds import check_folds, turned_cells
 from fingerslip.mesh.io import read_mesh
+from fingerslip.mesh.quality import check_folds, turned_cells
 from fingerslip.mesh.scan.layered import LayerSizes, build_from_surfaces
 from fingerslip.specimens.fingertip import preset
 from fingerslip.specimens.fingertip.meshing.section.source import build_section
 from fingerslip.specimens.fingertip.meshing.solid.source import build_solid
 from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes, SensorSolidSizes
-from fingerslip.specimens.tactip.presets import PRESETS
+from fingerslip.specimens.tactip.tactip import PRESETS
 from places import ROOT
 from unit.ellipsoids import ellipsoid
 from unit.fingers import coarse_solid

@@ -8,7 +8,7 @@ import pytest
 from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.specimens.fingertip import preset
 from fingerslip.specimens.fingertip.meshing.section.source import build_section
-from fingerslip.specimens.fingertip.receptors import receptor_sites
+from fingerslip.specimens.fingertip.sites import receptor_sites
 from unit.fingers import SECTIONS, change
 
 # All elements and both sections are in the fast cases.

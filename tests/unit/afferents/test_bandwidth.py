@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import fingerslip as fs
-from fingerslip.afferents.bandwidth import BandwidthWarning, mesh_bandwidth, record_bandwidth, warn_beyond
+from fingerslip.afferents.signals import BandwidthWarning, mesh_bandwidth, record_bandwidth, warn_beyond
 from fingerslip.verification.meshes import box
 
 

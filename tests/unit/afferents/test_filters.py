@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import fingerslip as fs
-from fingerslip.afferents.filters import filtered, spectrum
+from fingerslip.afferents.signals import filtered, spectrum
 
 TIMES = np.arange(4000) * 1e-3
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import fingerslip as fs
-from fingerslip.afferents.bandwidth import BandwidthWarning
 from fingerslip.afferents.integrate_and_fire import human_afferents
 from fingerslip.afferents.model import Spikes, spikes_of
+from fingerslip.afferents.signals import BandwidthWarning
 from problems.pushed import push_and_slide
 
 SITES = (

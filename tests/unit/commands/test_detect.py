@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from fingerslip.detect.onsets import write_onsets
-from fingerslip.detect.splits import benchmark_test_trials
+from fingerslip.detect.labels import write_onsets
+from fingerslip.detect.samples import benchmark_test_trials
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.trial_set import TrialSet, open_trials, write_trials
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.detect.conformal import false_alarm_threshold, lead_bound, least_trials
+from fingerslip.detect.alarms import false_alarm_threshold, lead_bound, least_trials
 from fingerslip.errors import InputError
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.detect.gradients import entropy, rigid_residual, strains
+from fingerslip.detect.features import entropy, rigid_residual, strains
 from fingerslip.errors import InputError
 from fingerslip.marker_layouts import ring_layout
 

@@ -10,7 +10,7 @@ from fingerslip.detect import inquiry
 from fingerslip.detect.evaluation.assumptions import Assumption, Sensitivity
 from fingerslip.detect.evaluation.parts import Parts
 from fingerslip.detect.inquiry import Levels, curve_sizes, inquire, vary, write_inquiry
-from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.session import Choices
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError

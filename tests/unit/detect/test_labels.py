@@ -8,6 +8,7 @@ import xarray as xr
 
 from fingerslip.detect.labels import (
     LabelSettings,
+    Onsets,
     label_differences,
     labels_from_contact,
     labels_from_external_markers,
@@ -15,7 +16,6 @@ from fingerslip.detect.labels import (
     read_labels,
     write_labels,
 )
-from fingerslip.detect.onsets import Onsets
 from fingerslip.errors import InputError, ResultError
 from fingerslip.marker_layouts import ring_layout
 from fingerslip.report.tables.table import Missing

@@ -14,7 +14,7 @@ from fingerslip.detect.live import Frame, LiveDetector, frames_of, latency_of, r
 from fingerslip.detect.training import Detector, detect, train
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
-from fingerslip.vision.tracking.stream import SeenMarkers
+from fingerslip.vision.tracking.track import SeenMarkers
 from unit.detect.conftest import MOTION, SAMPLING
 
 

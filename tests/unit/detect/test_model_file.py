@@ -14,8 +14,8 @@ import skops.io
 from sklearn.preprocessing import FunctionTransformer
 
 from fingerslip.detect import model_file
+from fingerslip.detect.alarms import Hysteresis
 from fingerslip.detect.model_file import read_detector, write_detector
-from fingerslip.detect.smoothing import Hysteresis
 from fingerslip.detect.training import Detector, detect, train
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import DamagedError, InputError, ResultError

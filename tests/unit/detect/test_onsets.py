@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.detect.onsets import GROSS, INCIPIENT, NO_SLIP, Onsets, classes_at, read_onsets, seconds, write_onsets
+from fingerslip.detect.labels import GROSS, INCIPIENT, NO_SLIP, Onsets, classes_at, read_onsets, seconds, write_onsets
 from fingerslip.errors import InputError
 
 TIMES = st.none() | st.floats(0.0, 10.0)

@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerslip.detect.labels import LabelSettings
-from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.labels import LabelSettings, Onsets
 from fingerslip.detect.recordings import read_any_tracks, read_conditions, recorded_trials
 from fingerslip.detect.synthetic import SyntheticSlide, synthetic_trial
 from fingerslip.detect.trial_set import write_trials

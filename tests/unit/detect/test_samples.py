@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.samples import PUBLISHED_SAMPLING, Samples, Sampling, chosen_frames, samples_of
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from fingerslip.detect.labels import Onsets, write_onsets
 from fingerslip.detect.model_file import read_detector
-from fingerslip.detect.onsets import Onsets, write_onsets
+from fingerslip.detect.samples import benchmark_test_trials
 from fingerslip.detect.session import (
     Choices,
     evaluate_classifiers,
@@ -14,7 +15,6 @@ from fingerslip.detect.session import (
     score_onsets,
     train_detector,
 )
-from fingerslip.detect.splits import benchmark_test_trials
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
 from fingerslip.report.tables.table import Missing

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fingerslip.detect.onsets import Onsets
-from fingerslip.detect.smoothing import ForwardFilter, Hysteresis, Smoother, Thresholds, onsets_from
+from fingerslip.detect.alarms import ForwardFilter, Hysteresis, Smoother, Thresholds, onsets_from
+from fingerslip.detect.labels import Onsets
 from fingerslip.errors import InputError
 
 FILTER = ForwardFilter((3.0, 1.0), (0.25, 0.5, 0.25), 0.2)

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.detect.splits import benchmark_test_trials, grouped_folds, held_out, left_out, sample_split
+from fingerslip.detect.samples import benchmark_test_trials, grouped_folds, held_out, left_out, sample_split
 from fingerslip.errors import InputError
 
 NAMES = tuple(f"t{number:02d}" for number in range(23))

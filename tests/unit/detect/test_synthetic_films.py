@@ -7,10 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerslip.detect.recordings import read_conditions
-from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
-from fingerslip.detect.synthetic_films import film_trials
-from fingerslip.detect.videos import read_recording
+from fingerslip.detect.recordings import read_conditions, read_recording
+from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, film_trials, synthetic_trial
 from fingerslip.marker_layouts import ring_layout
 
 SENSOR = SyntheticSensor(

@@ -2,14 +2,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from fingerslip.detect.evaluation.bootstrap import Estimate
-from fingerslip.detect.evaluation.calibration import reliability_of
-from fingerslip.detect.evaluation.confusion import frame_scores_of
-from fingerslip.detect.evaluation.events import event_scores_of
 from fingerslip.detect.evaluation.inquiries import CurvePoint
 from fingerslip.detect.evaluation.robustness import Robustness
+from fingerslip.detect.evaluation.scores import Estimate, event_scores_of, frame_scores_of, reliability_of
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.live import Finding
-from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.tables import (
     accuracy_table,
     calibration_table,

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.synthetic import SyntheticSensor, SyntheticSlide, synthetic_trial
 from fingerslip.detect.trial_set import MANIFEST, TrialSet, check_labels, open_trials, write_trials
 from fingerslip.errors import DamagedError, InputError, ResultError

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from fingerslip.detect.onsets import CLASSES, classes_at
+from fingerslip.detect.labels import CLASSES, classes_at
 from fingerslip.detect.synthetic import SyntheticSlide, synthetic_trial
 from fingerslip.detect.trial_set import TrialSet, write_trials
 from fingerslip.detect.trial_table import write_parquet

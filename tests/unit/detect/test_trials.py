@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.synthetic import SyntheticSlide, synthetic_trial
 from fingerslip.detect.trials import Trial, check_conditions, layout_digest, layout_text, read_trial, write_trial
 from fingerslip.errors import InputError, ResultError

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.synthetic import synthetic_slides
 from fingerslip.detect.training import Detector, train
 from fingerslip.detect.trial_set import TrialSet, write_trials

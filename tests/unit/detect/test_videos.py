@@ -8,12 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerslip.detect.labels import LabelSettings
-from fingerslip.detect.onsets import Onsets
-from fingerslip.detect.recordings import recorded_trials, with_external
+from fingerslip.detect.labels import LabelSettings, Onsets
+from fingerslip.detect.recordings import read_recording, readers, recorded_trials, with_external
 from fingerslip.detect.session import collect_trials
 from fingerslip.detect.trial_set import open_trials
-from fingerslip.detect.videos import read_recording, readers
 from fingerslip.errors import InputError
 from fingerslip.vision.tracks import make_tracks, write_tracks
 from fingerslip.vision.video import write_video

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import fingerslip.marker_tracks
-from fingerslip.export import markers
+from fingerslip.export import formats as markers
 
 
 def test_tracks_of_histories_have_one_function():

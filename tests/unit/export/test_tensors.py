@@ -11,8 +11,7 @@ import xarray as xr
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
-from fingerslip.export.paraview import write_paraview
-from fingerslip.export.tensors import cell_tensors
+from fingerslip.export.paraview import cell_tensors, write_paraview
 from fingerslip.fe.recovery import von_mises
 from fingerslip.report.scene.snapshot import CELL_TYPES
 from unit.report.scenes import block_history

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import skfem
 
-from fingerslip.fe.edges import free_edge_distances, free_edge_nodes
-from fingerslip.fe.space import Space, boundary_nodes, build_space
+from fingerslip.fe.space import Space, boundary_nodes, build_space, free_edge_distances, free_edge_nodes
 from fingerslip.verification.meshes import box
 
 SIDES = np.linspace(0.0, 1.0, 5)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import skfem
 
-from fingerslip.fe.rigid_motions import free_pieces
-from fingerslip.fe.space import boundary_nodes, build_space, vector_dofs
+from fingerslip.fe.space import boundary_nodes, build_space, free_pieces, vector_dofs
 from fingerslip.verification.meshes import box
 
 GRID = np.linspace(0.0, 4e-3, 5)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from fingerslip.fe.recovery import cell_dofs, divergence_operator, strain_operator
 from fingerslip.fe.space import build_space
-from fingerslip.fe.strain import cell_dofs, divergence_operator, strain_operator
 from problems.blocks import distorted
 
 GRADIENT = {

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from fingerslip.fe.cell_materials import cell_materials
-from fingerslip.fe.forms import stiffness_matrix
+from fingerslip.fe.forms import relaxing_layers, stiffness_matrix
 from fingerslip.fe.space import build_space
-from fingerslip.fe.viscous import relaxing_layers
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.prony import PronyTerm
 from fingerslip.verification.meshes import box

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import FingerslipError
-from fingerslip.linear import factorisation
-from fingerslip.linear.factorisation import factorise, factorise_around
+from fingerslip.linear import solver as factorisation
+from fingerslip.linear.solver import factorise, factorise_around
 from problems.matrices import SOLVERS, positive_definite
 
 

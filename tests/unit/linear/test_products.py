@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from fingerslip.linear.products import add_columns, compiled_parts, long_product, write_products
+from fingerslip.linear.symmetric import add_columns, compiled_parts, long_product, write_products
 
 
 def test_a_product_with_long_rows_is_that_of_scipy():

@@ -10,8 +10,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.linear import solvers
-from fingerslip.linear.factorisation import factorise
-from fingerslip.linear.solver import known_solvers, preferred_solver
+from fingerslip.linear.solver import factorise, known_solvers, preferred_solver
 from fingerslip.linear.solvers.pardiso import Pardiso
 from fingerslip.linear.solvers.superlu import SuperLU
 from problems.matrices import needs_mkl, positive_definite

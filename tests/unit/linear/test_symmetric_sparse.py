@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from fingerslip.linear.symmetric_sparse import symmetric_parts, write_symmetric_products
+from fingerslip.linear.symmetric import symmetric_parts, write_symmetric_products
 
 
 def symmetric(size, density=0.3):

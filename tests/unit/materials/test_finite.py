@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fingerslip.materials import LAWS
-from fingerslip.materials.finite import FiniteMaterial
+from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.mooney_rivlin import MooneyRivlin
 from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.materials.ogden import Ogden, OgdenTerm

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.materials.isochoric import (
+from fingerslip.materials.large_strain import (
     check_stability,
     chosen_bulk_modulus,
     deviator,

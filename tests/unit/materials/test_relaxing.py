@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fingerslip.errors import FingerslipError
-from fingerslip.materials.finite import log_volume_of
+from fingerslip.materials.large_strain import log_volume_of
 from fingerslip.materials.prony import PronyTerm
 from fingerslip.materials.relaxing import (
     StepLaw,

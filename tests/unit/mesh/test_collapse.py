@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial import Delaunay
 
-from fingerslip.mesh.collapse import repaired
-from fingerslip.mesh.fragments import Fragments
+from fingerslip.mesh.gmsh_session import Fragments
 from fingerslip.mesh.quality import tetrahedron_margins
+from fingerslip.mesh.repair import repaired
 
 NONE = np.empty((0, 3))
 

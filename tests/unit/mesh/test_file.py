@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.file import MeshFile
 from fingerslip.mesh.io import write_mesh
+from fingerslip.mesh.source import MeshFile
 from unit.study.block import block_mesh
 
 

@@ -13,8 +13,8 @@ from hypothesis.extra.numpy import arrays
 
 from fingerslip.errors import MeshError
 from fingerslip.fe.space import build_space
-from fingerslip.mesh.folds import check_folds, turned_cells
 from fingerslip.mesh.joining import join_meshes
+from fingerslip.mesh.quality import check_folds, turned_cells
 from fingerslip.verification.meshes import box, jiggled
 from problems.blocks import distorted
 

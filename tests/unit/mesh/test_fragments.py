@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.fragments import fragmented, generate, read_fragments
-from fingerslip.mesh.gmsh_session import gmsh_session
+from fingerslip.mesh.gmsh_session import fragmented, generate, gmsh_session, read_fragments
 
 
 def rectangle(x, y, width, height):

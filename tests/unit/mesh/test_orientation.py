@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import skfem
 
-from fingerslip.mesh.orientation import positive_tetrahedra
+from fingerslip.mesh.quality import positive_tetrahedra
 
 
 @pytest.mark.parametrize("kind", [skfem.MeshTet1, skfem.MeshTet2])

@@ -8,7 +8,7 @@ import skfem
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.mesh.smoothing import scaled_jacobians, smoothed
+from fingerslip.mesh.repair import scaled_jacobians, smoothed
 
 
 def patch():

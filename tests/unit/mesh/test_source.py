@@ -11,9 +11,8 @@ import pytest
 import skfem
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.file import MeshFile
 from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.mesh.source import MeshSource, choose_source, inspected, mesh_size_note
+from fingerslip.mesh.source import MeshFile, MeshSource, choose_source, inspected, mesh_size_note
 from fingerslip.parameters import PositiveLength, parameters
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes

@@ -8,7 +8,7 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.errors import InputError
-from fingerslip.parameters.protocols import conforms, require
+from fingerslip.parameters.schema import conforms, require
 
 
 class Duck(Protocol):

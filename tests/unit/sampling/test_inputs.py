@@ -7,7 +7,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.results import REPEAT, SAMPLE, RunResult
-from fingerslip.sampling.inputs import encoded, inputs_of
+from fingerslip.sampling.designs import encoded, inputs_of
 from fingerslip.slip.events import Events
 
 

@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from fingerslip.published import published
-from fingerslip.sampling.intervals import Interval, interval_of, position, published_intervals
+from fingerslip.sampling.sensitivity import Interval, interval_of, position, published_intervals
 from fingerslip.slip import SlipEvents
 from unit.sampled import study_of
 

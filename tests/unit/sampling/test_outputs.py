@@ -6,7 +6,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.results import Quantity, RunResult
-from fingerslip.sampling.outputs import output_names, output_of, required_output
+from fingerslip.sampling.designs import output_names, output_of, required_output
 from fingerslip.slip.events import Events, SlipEvents
 
 TRAVEL = Quantity("travel", "m", 2.0)

@@ -7,8 +7,9 @@ import doctest
 import numpy as np
 import pytest
 
-from fingerslip.slip import contact_forces, counterface, slide_tangent
-from fingerslip.slip.counterface import ContactForces, counterface_normal, split_along
+from fingerslip.slip import contact_forces, slide_tangent
+from fingerslip.slip import windows as counterface
+from fingerslip.slip.windows import ContactForces, counterface_normal, split_along
 from unit.report.scenes import block_history
 from unit.synthetic import Process, make
 

@@ -24,7 +24,7 @@ from fingerslip.slip import (
     find_events,
     slip_events,
 )
-from fingerslip.slip.names import READINGS
+from fingerslip.slip.windows import READINGS
 from unit.synthetic import HALF_WIDTH, PRESS_END, SPEED, Process, make, slip_times
 
 QUIET = Process(jump=False, nodes=401)

@@ -8,7 +8,7 @@ import xarray as xr
 
 from fingerslip.contact.states import OPEN, STICK
 from fingerslip.slip import EdgeContact, edge_contact
-from fingerslip.slip.free_edge import edge_distance, edge_warning
+from fingerslip.slip.front import edge_distance, edge_warning
 from unit.synthetic import HALF_WIDTH, Process, make
 
 HISTORY = make(Process())

@@ -5,8 +5,9 @@ from __future__ import annotations
 import dataclasses
 import doctest
 
-from fingerslip.slip import Events, SlipEvents, names
-from fingerslip.slip.names import EVENTS, MAIN_EVENTS, READING_HEADINGS, READINGS, TIMES, event_label, is_defined
+from fingerslip.slip import Events, SlipEvents
+from fingerslip.slip import windows as names
+from fingerslip.slip.windows import EVENTS, MAIN_EVENTS, READING_HEADINGS, READINGS, TIMES, event_label, is_defined
 
 
 def test_names_are_the_fields_of_the_data() -> None:

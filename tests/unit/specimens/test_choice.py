@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.file import MeshFile
+from fingerslip.mesh.source import MeshFile
 from fingerslip.parameters import parameters
 from fingerslip.specimens import choice
 from fingerslip.specimens.choice import (

@@ -15,8 +15,7 @@ from fingerslip.published import published
 from fingerslip.validation import comparison as module
 from fingerslip.validation.comparison import compare, comparison_mapping, comparison_markdown
 from fingerslip.validation.geometry import GeometryRow
-from fingerslip.validation.rows import Row, number_row
-from fingerslip.validation.stored import Stored
+from fingerslip.validation.rows import Row, Stored, number_row
 
 GEOMETRY = GeometryRow("incipient slip", "Table 2", 1.53, None, "", 0, 50)
 

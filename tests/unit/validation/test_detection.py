@@ -7,7 +7,7 @@ import functools
 import numpy as np
 import pytest
 
-from fingerslip.detect.evaluation.confusion import frame_scores_of
+from fingerslip.detect.evaluation.scores import frame_scores_of
 from fingerslip.detect.motion import MotionSettings
 from fingerslip.detect.samples import Sampling
 from fingerslip.detect.synthetic import SyntheticSensor, synthetic_slides

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerslip.detect.evaluation.events import event_scores_of
-from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.evaluation.scores import event_scores_of
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.unseen import READINGS, Unseen
 from fingerslip.study.running import runner
-from fingerslip.validation import pouring
-from fingerslip.validation.pouring import pouring_rows, rows_of_pouring
+from fingerslip.validation import sensor as pouring
+from fingerslip.validation.sensor import pouring_rows, rows_of_pouring
 from places import ROOT
 
 LABELS = {name: Onsets(2.0, 6.0) for name in ("a", "b", "c")}

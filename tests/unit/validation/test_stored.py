@@ -10,7 +10,7 @@ import pytest
 
 from fingerslip.errors import DamagedError, ResultError
 from fingerslip.files import write_json
-from fingerslip.validation.stored import RowFile, stored_rows
+from fingerslip.validation.rows import RowFile, stored_rows
 from places import ROOT
 
 

@@ -13,8 +13,8 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.published import published
 from fingerslip.validation import Row, rows_markdown, validate
+from fingerslip.validation.comparison import rows_of
 from fingerslip.validation.evidence import Evidence
-from fingerslip.validation.validate import rows_of
 from places import ROOT
 
 

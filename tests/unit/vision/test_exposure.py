@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fingerslip.vision.exposure import DARK, DUPLICATED, FINE, OVEREXPOSED, frame_state, rest_exposure
+from fingerslip.vision.video import DARK, DUPLICATED, FINE, OVEREXPOSED, frame_state, rest_exposure
 
 FRAME = np.random.default_rng(0).integers(80, 160, (64, 96)).astype(np.uint8)
 REST = rest_exposure(FRAME)

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.opencv import opencv
+from fingerslip.vision.video import opencv
 
 
 def test_opencv_is_found():

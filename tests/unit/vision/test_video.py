@@ -10,8 +10,7 @@ import pytest
 
 from fingerslip.errors import DamagedError, InputError, ResultError, TruncatedVideoError
 from fingerslip.files import write_json
-from fingerslip.vision.opencv import opencv
-from fingerslip.vision.video import VideoInfo, frame_rate_of, read_frames, video_info, write_video
+from fingerslip.vision.video import VideoInfo, frame_rate_of, opencv, read_frames, video_info, write_video
 
 
 def clip(count: int = 12, colour: bool = False) -> Iterator[np.ndarray]:

@@ -12,17 +12,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.detect.classifiers import Candidate, described, union_of_sets
-from fingerslip.detect.evaluation.bootstrap import Estimate
-from fingerslip.detect.evaluation.confusion import frame_scores_of
 from fingerslip.detect.evaluation.crossval import frames_by_trial
 from fingerslip.detect.evaluation.parts import Parts
 from fingerslip.detect.evaluation.robustness import disturbed
+from fingerslip.detect.evaluation.scores import Estimate, frame_scores_of
 from fingerslip.detect.features import FeatureSettings
-from fingerslip.detect.labels import LabelSettings, labels_from_external_markers
+from fingerslip.detect.labels import LabelSettings, Onsets, labels_from_external_markers
 from fingerslip.detect.motion import MotionSettings, motion_of
-from fingerslip.detect.onsets import Onsets
-from fingerslip.detect.samples import Samples, Sampling, TrialSample, joined_samples, trial_sample
-from fingerslip.detect.splits import grouped_folds, left_out
+from fingerslip.detect.samples import (
+    Samples,
+    Sampling,
+    TrialSample,
+    grouped_folds,
+    joined_samples,
+    left_out,
+    trial_sample,
+)
 from fingerslip.detect.trial_set import TrialSet, check_labels
 from fingerslip.detect.trials import condition_text
 from fingerslip.errors import InputError

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from fingerslip.detect.evaluation.events import EventScores, event_scores_of
-from fingerslip.detect.onsets import Onsets, read_onsets
-from fingerslip.detect.splits import benchmark_test_trials
+from fingerslip.detect.evaluation.scores import EventScores, event_scores_of
+from fingerslip.detect.labels import Onsets, read_onsets
+from fingerslip.detect.samples import benchmark_test_trials
 from fingerslip.detect.trial_set import TrialSet, check_labels
 from fingerslip.errors import InputError, Mistakes
 
@@ -36,7 +36,7 @@ def score_submission(
     labels : mapping of str to Onsets, optional
         What is true; the labels from external markers without it.
     seed : int, optional
-        Seed of the split: :func:`fingerslip.detect.splits.benchmark_test_trials`.
+        Seed of the split: :func:`fingerslip.detect.samples.benchmark_test_trials`.
     rest_frames : int, optional
         Frames at rest at the start of each trial.
 

@@ -10,15 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
+from fingerslip.detect.alarms import Smoother, Thresholds, false_alarm_threshold, onsets_from
 from fingerslip.detect.classifiers import Candidate, columns_of, probabilities, union_of_sets
-from fingerslip.detect.conformal import false_alarm_threshold
-from fingerslip.detect.evaluation.confusion import confusion_by_trial
+from fingerslip.detect.evaluation.scores import confusion_by_trial
 from fingerslip.detect.features import FeatureSettings, feature_names, features_of
+from fingerslip.detect.labels import CLASSES, Onsets
 from fingerslip.detect.motion import MotionSettings, motion_of
-from fingerslip.detect.onsets import CLASSES, Onsets
-from fingerslip.detect.samples import Samples
-from fingerslip.detect.smoothing import Smoother, Thresholds, onsets_from
-from fingerslip.detect.splits import held_out, sample_split
+from fingerslip.detect.samples import Samples, held_out, sample_split
 from fingerslip.detect.training import (
     calibration_count,
     fit_detector,

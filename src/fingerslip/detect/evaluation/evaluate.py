@@ -24,8 +24,8 @@ from fingerslip.detect.evaluation.crossval import (
 )
 from fingerslip.detect.evaluation.parts import Parts, parts_beside
 from fingerslip.detect.features import FeatureSettings
+from fingerslip.detect.labels import Onsets
 from fingerslip.detect.motion import MotionSettings
-from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.samples import Samples, Sampling, samples_of
 from fingerslip.detect.trial_set import TrialSet
 

@@ -9,11 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.detect.classifiers import Candidate, columns_of, probabilities
-from fingerslip.detect.evaluation.bootstrap import Estimate, bootstrapped
-from fingerslip.detect.evaluation.confusion import confusion_by_trial, frame_scores_of, precision_recall_f1
+from fingerslip.detect.evaluation.scores import (
+    Estimate,
+    bootstrapped,
+    confusion_by_trial,
+    frame_scores_of,
+    precision_recall_f1,
+)
 from fingerslip.detect.features import ring_of_features
-from fingerslip.detect.samples import Samples
-from fingerslip.detect.splits import held_out
+from fingerslip.detect.samples import Samples, held_out
 from fingerslip.detect.training import fit_detector
 from fingerslip.errors import InputError
 

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.detect.classifiers import probabilities
-from fingerslip.detect.evaluation.bootstrap import Estimate, bootstrapped
+from fingerslip.detect.evaluation.scores import Estimate, bootstrapped
 from fingerslip.detect.features import FeatureSettings, features_of
+from fingerslip.detect.labels import Onsets, classes_at
 from fingerslip.detect.motion import MotionSettings, motion_of
-from fingerslip.detect.onsets import Onsets, classes_at
 from fingerslip.detect.training import Detector
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError

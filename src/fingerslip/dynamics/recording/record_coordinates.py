@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from fingerslip.dynamics.system.bodies import body_centres
 from fingerslip.dynamics.system.motion import phase_table
 from fingerslip.dynamics.system.system import System
-from fingerslip.fe.edges import free_edge_distances
 from fingerslip.fe.recovery import stress_components
-from fingerslip.fe.space import cell_nodes
+from fingerslip.fe.space import cell_nodes, free_edge_distances
 from fingerslip.history import COORDINATES
 from fingerslip.model import Model
 

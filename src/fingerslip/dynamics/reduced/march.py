@@ -22,7 +22,7 @@ from fingerslip.dynamics.reduced.reduction import (
 )
 from fingerslip.dynamics.reduced.residual import ResidualCheck
 from fingerslip.errors import FingerslipError
-from fingerslip.fe.rigid_motions import free_pieces
+from fingerslip.fe.space import free_pieces
 from fingerslip.linear.craig_bampton import (
     CraigBampton,
     StaticResponses,

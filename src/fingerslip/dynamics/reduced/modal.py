@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.dynamics.step.condensation import Halfway
-from fingerslip.linear.products import add_rows
+from fingerslip.linear.symmetric import add_rows
 
 __all__ = ["ByModes", "ModalFactor", "condense_modes"]
 

@@ -29,11 +29,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from fingerslip.linear.factorisation import factorise_around
 from fingerslip.linear.memory import require_memory
-from fingerslip.linear.products import add_columns, long_product
-from fingerslip.linear.solver import Factor, LinearSolver, SchurFactor
-from fingerslip.linear.symmetric import symmetric_product, symmetric_products
+from fingerslip.linear.solver import Factor, LinearSolver, SchurFactor, factorise_around
+from fingerslip.linear.symmetric import add_columns, long_product, symmetric_product, symmetric_products
 
 __all__ = ["ByColumns", "BySchur", "Condensed", "Halfway", "condense"]
 

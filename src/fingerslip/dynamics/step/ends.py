@@ -13,8 +13,7 @@ from fingerslip.dynamics.step.prediction import Prediction
 from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.scheme import StepChange
-from fingerslip.linear.products import as_rows
-from fingerslip.linear.symmetric_sparse import write_symmetric_products
+from fingerslip.linear.symmetric import as_rows, write_symmetric_products
 
 __all__ = ["End", "ends"]
 

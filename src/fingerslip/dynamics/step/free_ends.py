@@ -10,7 +10,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from fingerslip.linear.symmetric_sparse import write_symmetric_products
+from fingerslip.linear.symmetric import write_symmetric_products
 
 __all__ = ["free_ends", "right_hand_sides"]
 

@@ -1,7 +1,7 @@
 """What materials that relax remember, and what a step makes of it.
 
 Dashpots follow the displacement node by node (:mod:`fingerslip.materials.prony`), so a step needs the matrices of
-:mod:`fingerslip.fe.viscous` once: with the displacement u_1 at its end, y_1 = a u_1 + m with a = sum s_i (1 - phi_i)
+:mod:`fingerslip.fe.forms` once: with the displacement u_1 at its end, y_1 = a u_1 + m with a = sum s_i (1 - phi_i)
 and m from the start alone. The force at the end is K_step u_1 - q with a constant matrix. Every field is kept together
 with the matrices times it, which obey the same recurrence, so that only the products with u_1 are computed, and all
 else is one pass over the nodes (:mod:`fingerslip.dynamics.step.memory_kernels`).
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.dynamics.step.memory_kernels import across_and_along, along, remembered_force
-from fingerslip.fe.viscous import Relaxing
+from fingerslip.fe.forms import Relaxing
 from fingerslip.materials.prony import Recurrence, recurrence
 
 __all__ = ["Memory", "Viscous", "no_memory", "relaxed_force", "stiffness_of_step", "viscous_steps"]

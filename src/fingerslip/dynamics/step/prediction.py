@@ -14,7 +14,7 @@ from fingerslip.dynamics.step.state import State
 from fingerslip.dynamics.step.stepper import Stepper
 from fingerslip.dynamics.system.operators import Pose
 from fingerslip.dynamics.system.scheme import Predictor
-from fingerslip.linear.products import as_rows
+from fingerslip.linear.symmetric import as_rows
 
 __all__ = ["Prediction", "predict", "predict_ends"]
 

@@ -22,7 +22,7 @@ from fingerslip.dynamics.step.sharing import first_alike, same_compliance
 from fingerslip.dynamics.system.scheme import Scheme, make_scheme, start_push
 from fingerslip.dynamics.system.system import System
 from fingerslip.linear.solver import LinearSolver, preferred_solver
-from fingerslip.linear.symmetric_sparse import SymmetricMatrix, symmetric_parts
+from fingerslip.linear.symmetric import SymmetricMatrix, symmetric_parts
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.timing import Timing
 

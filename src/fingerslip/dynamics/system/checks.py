@@ -19,9 +19,8 @@ from fingerslip.dynamics.system.penalties import contact_penalties
 from fingerslip.dynamics.system.scheme import make_scheme
 from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import CellMaterials, cell_materials, finite_cell_materials, small_strain_law
-from fingerslip.fe.rigid_motions import free_pieces
-from fingerslip.fe.space import Space, boundary_nodes, build_space, nodal_areas, region_nodes, vector_dofs
-from fingerslip.materials.finite import FiniteMaterial
+from fingerslip.fe.space import Space, boundary_nodes, build_space, free_pieces, nodal_areas, region_nodes, vector_dofs
+from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Material
 from fingerslip.materials.prony import recurrence
 from fingerslip.mesh.site_nodes import site_nodes

@@ -16,8 +16,7 @@ from scipy import sparse
 
 from fingerslip.dynamics.step.condensation import Condensed, condense
 from fingerslip.dynamics.system.operators import NodalComponents, Unknowns
-from fingerslip.linear.factorisation import factorise
-from fingerslip.linear.solver import Factor, LinearSolver
+from fingerslip.linear.solver import Factor, LinearSolver, factorise
 
 __all__ = ["Coordinates", "MeshCoordinates"]
 

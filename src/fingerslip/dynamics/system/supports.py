@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from fingerslip.dynamics.system.loads import Load
+from fingerslip.fe.forms import Relaxing
 from fingerslip.fe.space import Space, vector_dofs
-from fingerslip.fe.viscous import Relaxing
 from fingerslip.model import SupportMotion
 from fingerslip.programme import Ramp
 

@@ -31,10 +31,9 @@ from fingerslip.dynamics.system.operators import (
 from fingerslip.dynamics.system.supports import MovingComponent, Supports, held_rows, moving_components, supports_of
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.finite.bulk import large_strain
-from fingerslip.fe.forms import mass_matrix, stiffness_matrix
+from fingerslip.fe.forms import Relaxing, mass_matrix, relaxing_layers, stiffness_matrix
 from fingerslip.fe.space import Space, carrying_nodes
-from fingerslip.fe.viscous import Relaxing, relaxing_layers
-from fingerslip.linear.products import CompiledMatrix, compiled_parts
+from fingerslip.linear.symmetric import CompiledMatrix, compiled_parts
 from fingerslip.materials.material import Material
 from fingerslip.model import Model
 

@@ -14,8 +14,16 @@ from fingerslip.errors import InvertedCellError
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.finite.assembly import Pattern, pattern_of_cells
 from fingerslip.fe.finite.deformed import Deformed
-from fingerslip.fe.finite.history import Left, Relaxation, relaxation_of, selective_excess
-from fingerslip.fe.finite.history_kernels import add_forces, add_stiffness, add_thickness, push_forward
+from fingerslip.fe.finite.history import (
+    Left,
+    Relaxation,
+    add_forces,
+    add_stiffness,
+    add_thickness,
+    push_forward,
+    relaxation_of,
+    selective_excess,
+)
 from fingerslip.fe.finite.kernels import (
     nodal_forces,
     nodal_forces_in_plane,
@@ -28,9 +36,9 @@ from fingerslip.fe.finite.springs import ended, spring_excess
 from fingerslip.fe.finite.thickness import Pulled, thinned
 from fingerslip.fe.finite.volumes import Volumes, mean_volumes, selective_energy
 from fingerslip.fe.integration import Integration, check_integration
+from fingerslip.fe.recovery import cell_dofs, shape_gradients
 from fingerslip.fe.space import Space
-from fingerslip.fe.strain import cell_dofs, shape_gradients
-from fingerslip.materials.finite import FiniteMaterial, log_volume_of
+from fingerslip.materials.large_strain import FiniteMaterial, log_volume_of
 from fingerslip.materials.relaxing import StepLaw
 
 __all__ = ["Deformed", "LargeStrain", "large_strain"]
@@ -44,7 +52,7 @@ class LargeStrain:
     """The mesh and the laws of a body at large strain."""
 
     space: Space  # displacement space
-    # material of every cell, laws of :class:`~fingerslip.materials.finite.FiniteMaterial`
+    # material of every cell, laws of :class:`~fingerslip.materials.large_strain.FiniteMaterial`
     materials: CellMaterials[FiniteMaterial]
     gradients: Array  # (n_cells, n_q, n_nodes, dim), gradients of the shape functions in the reference state [1/m]
     nodes: Indices  # (n_cells, n_nodes), nodes of the cells

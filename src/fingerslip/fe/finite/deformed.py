@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.fe.finite.history import History, Left
-from fingerslip.materials.finite import log_volume_of
+from fingerslip.materials.large_strain import log_volume_of
 
 __all__ = ["Deformed"]
 

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.fe.finite.deformed import Deformed
-from fingerslip.fe.finite.history import History, Relaxation
-from fingerslip.fe.finite.history_kernels import principal_values, push_forward, shape_tensors
-from fingerslip.materials.finite import FiniteMaterial, log_volume_of
+from fingerslip.fe.finite.history import History, Relaxation, principal_values, push_forward, shape_tensors
+from fingerslip.materials.large_strain import FiniteMaterial, log_volume_of
 from fingerslip.materials.relaxing import shape_energy, shape_stress, spring_strain
 
 __all__ = ["ended", "spring_excess"]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import FingerslipError, InputError
-from fingerslip.materials.finite import FiniteMaterial
+from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.relaxing import StepLaw
 
 __all__ = ["Pulled", "check_thickness", "thinned"]

@@ -17,7 +17,7 @@ from scipy import sparse
 from fingerslip.fe.cell_materials import CellMaterials
 from fingerslip.fe.integration import Integration, is_mean_of_cell
 from fingerslip.fe.space import Space
-from fingerslip.materials.finite import FiniteMaterial
+from fingerslip.materials.large_strain import FiniteMaterial
 from fingerslip.materials.material import Formulation
 
 __all__ = ["Volumes", "mean_volumes", "selective_energy"]

@@ -14,14 +14,20 @@ from fingerslip.digest import digest, file_digest
 from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.scan.layered import LayerSizes
 from fingerslip.mesh.scan.quality import ScanMesh, deviation, layer_quality, skin_range
-from fingerslip.mesh.source import InspectedMesh, MeshSource
+from fingerslip.mesh.source import InspectedMesh, MeshSource, MeshTable, mesh_size_note
 from fingerslip.parameters import Angle, FileName, PositiveLength, as_mapping, parameters
 from fingerslip.units import LengthUnit
 
 if TYPE_CHECKING:
     import skfem
 
-__all__ = ["ScanMesh", "SurfaceMesh", "mesh_scan", "scan_cells"]
+__all__ = [
+    "ScanMesh",
+    "SurfaceMesh",
+    "mesh_scan",
+    "scan_cells",
+    "scan_tables",
+]
 
 
 @parameters
@@ -70,8 +76,6 @@ class SurfaceMesh(MeshSource):
 
     def inspect(self, _specimen: Any = None, /) -> InspectedMesh:
         """Return the mesh of the scan [m], with quality, distance from the scan and repairs."""
-        from fingerslip.mesh.scan.tables import scan_tables
-
         scan = mesh_scan(self)
         return InspectedMesh(scan.mesh, scan_tables(scan), suffix=".vtu")
 
@@ -166,3 +170,60 @@ def scan_cells(settings: SurfaceMesh) -> float:
         raise MeshError(settings.skin, "is flat", "needs a surface around a body") from None
     share = min(settings.layers.cut / float(np.ptp(points, axis=0).max()), 1.0) if settings.layers.cut else 1.0
     return 6.0 * float(np.sqrt(2.0)) * share * volume / settings.layers.bulk_size**3
+
+
+_LAYERS = (
+    ("region", "", None),
+    ("cells", "", None),
+    ("volume", "mm^3", 1),
+    ("shortest edge", "mm", 3),
+    ("mean edge", "mm", 3),
+    ("longest edge", "mm", 3),
+    ("least radius ratio", "", 2),
+    ("mean radius ratio", "", 2),
+)
+_DEVIATIONS = (("boundary", "", None), ("mean", "mm", 3), ("largest", "mm", 3))
+_REPAIRS = (
+    ("file", "", None),
+    ("pieces dropped", "", None),
+    ("triangles turned", "", None),
+    ("holes closed", "", None),
+    ("holes left open", "", None),
+    ("largest left open", "mm", 1),
+)
+
+
+def scan_tables(scan: ScanMesh) -> tuple[MeshTable, MeshTable, MeshTable]:
+    """Return what is worth knowing of the mesh of a scan: quality, distance from the scan, repairs; in millimetres."""
+    quality = tuple(
+        (
+            layer.region,
+            layer.cells,
+            layer.volume * 1e9,
+            layer.shortest_edge * 1e3,
+            layer.mean_edge * 1e3,
+            layer.longest_edge * 1e3,
+            layer.least_radius_ratio,
+            layer.mean_radius_ratio,
+        )
+        for layer in scan.layers
+    )
+    distances = tuple((found.boundary, found.mean * 1e3, found.largest * 1e3) for found in scan.deviations)
+    least, mean, largest = (value * 1e3 for value in scan.thickness)
+    thickness = f"Thickness of the skin: {least:.3g} to {largest:.3g} mm, mean {mean:.3g} mm."
+    repairs = tuple(
+        (
+            Path(file).name,
+            done.dropped_pieces,
+            done.turned_triangles,
+            len(done.closed_holes),
+            len(done.open_holes),
+            max(done.open_holes, default=0.0) * 1e3,
+        )
+        for file, done in scan.repairs.items()
+    )
+    return (
+        MeshTable(_LAYERS, quality, note=mesh_size_note(scan.mesh)),
+        MeshTable(_DEVIATIONS, distances, "Distance of the mesh from the scan", thickness),
+        MeshTable(_REPAIRS, repairs, "Repairs", "Holes left open lie behind the cut."),
+    )

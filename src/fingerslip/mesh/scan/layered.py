@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.errors import InputError, MeshError, warn_renamed
-from fingerslip.mesh.orientation import positive_tetrahedra
+from fingerslip.mesh.quality import positive_tetrahedra
 from fingerslip.mesh.scan.offset import clip_surface, distances, offset_inwards
 from fingerslip.mesh.scan.repair import closed_where
 from fingerslip.mesh.scan.surfaces import Surface, check_closed, contains

@@ -20,7 +20,7 @@ from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import InputError
 from fingerslip.report.colours import BLACK, BLUE, GREY, ORANGE, VERMILLION
 from fingerslip.report.figures.style import styled
-from fingerslip.slip.counterface import contact_forces, slide_tangent
+from fingerslip.slip.windows import contact_forces, slide_tangent
 
 __all__ = ["HistoryPlot", "plot"]
 

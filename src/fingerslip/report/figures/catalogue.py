@@ -10,17 +10,18 @@ from matplotlib.figure import Figure
 
 from fingerslip.errors import InputError
 from fingerslip.history import is_solid
-from fingerslip.report.figures.cut import cut_frames_figure
+from fingerslip.report.figures.contact import (
+    slip_frames_figure,
+    slip_onset_figure,
+    stick_ratio_figure,
+    surface_strain_figure,
+)
 from fingerslip.report.figures.deformed import deformed_frames_figure
 from fingerslip.report.figures.forces import energy_figure, force_figure, force_overview_figure
 from fingerslip.report.figures.kinds import OF_RUNS, OF_STUDIES, RunSubject, StudySubject
-from fingerslip.report.figures.onset import slip_onset_figure
-from fingerslip.report.figures.patch import slip_frames_figure, surface_strain_figure
 from fingerslip.report.figures.receptors import acceleration_figure, strain_energy_density_figure
-from fingerslip.report.figures.reference_nodes import reference_nodes_figure
 from fingerslip.report.figures.slip import contact_displacement_figure, slip_maps_figure
-from fingerslip.report.figures.solid_views import solid_views_figure
-from fingerslip.report.figures.stick_ratio import stick_ratio_figure
+from fingerslip.report.figures.solid import cut_frames_figure, reference_nodes_figure, solid_views_figure
 from fingerslip.report.figures.study import event_times_figure, latency_figure
 
 __all__ = ["RUN_DRAWERS", "STUDY_DRAWERS", "draw_of_run", "draw_of_study"]

@@ -18,17 +18,38 @@ from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP, STICK
 from fingerslip.errors import ResultError
-from fingerslip.history import is_solid, nearest_record, nearest_snapshot
-from fingerslip.report.colours import BLACK, FIELD_MAP, STATE_COLOURS, STATE_NAMES, region_colours
+from fingerslip.history import is_solid, nearest_record, nearest_snapshot, phase_times
+from fingerslip.report.colours import (
+    BLACK,
+    BLUE,
+    FIELD_MAP,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    STATE_COLOURS,
+    STATE_NAMES,
+    VERMILLION,
+    region_colours,
+)
+from fingerslip.report.figures.slip import shown_times
 from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, name_panel, styled, titled
 from fingerslip.report.scene.names import Scalar
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.scene import field_limits, region_names
 from fingerslip.report.scene.snapshot import flat_faces
-from fingerslip.slip import Events, slide_window
-from fingerslip.slip.names import EVENTS
+from fingerslip.slip import Events, contact_forces, slide_window
+from fingerslip.slip.windows import EVENTS
 
-__all__ = ["deformed_frames_figure", "draw_section", "has_frames", "snapshots_at"]
+__all__ = [
+    "deformed_frames_figure",
+    "draw_section",
+    "has_frames",
+    "held_figure",
+    "is_held",
+    "snapshots_at",
+]
+
 
 Floats = NDArray[np.float64]
 
@@ -182,3 +203,47 @@ def _add_keys(
         colours = ScalarMappable(Normalize(*limits), FIELD_MAP)
         figure.colorbar(colours, ax=list(panels), label=SCALARS[scalar][0], extend="max", shrink=0.8, pad=0.01)
     add_legend(figure, keys)
+
+
+_COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, BLACK)
+
+
+def is_held(history: xr.Dataset) -> bool:
+    """Tell whether a counterface presses and nothing slides."""
+    return bool(history.sizes.get("counterface", 0)) and not phase_times(history, "slide")
+
+
+@styled
+def held_figure(histories: Mapping[str, xr.Dataset]) -> Figure:
+    """Draw the normal force over time, and how far rigid bodies move where they are free, a line for each run.
+
+    Units: returns [mN].
+    """
+    shown = shown_times(tuple(histories.values()))
+    drawn = {"normal force [mN]": _forces}
+    if all(history.sizes.get("rigid_body", 0) for history in histories.values()):
+        drawn["displacement of the body [mm]"] = _displacements
+    labels, title = (shown[0].label, ""), "Normal force and motion while nothing slides"
+    figure, panels = figure_grid(len(drawn), 1, (6.6, 2.6), title, labels, share="x")
+    for axes, (label, values_of) in zip(panels, drawn.items(), strict=True):
+        axes.set_prop_cycle(color=_COLOURS)
+        for (name, history), time in zip(histories.items(), shown, strict=True):
+            for part, values in values_of(history).items():
+                axes.plot(time.values, values, label=", ".join(filter(None, (name, part))))
+        axes.set_ylabel(label)
+        axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+        if len(axes.lines) > 1:
+            axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5))
+    max(shown, key=lambda time: float(np.nanmax(time.values))).fit(panels[0])
+    return figure
+
+
+def _forces(history: xr.Dataset) -> dict[str, Floats]:
+    return {"": 1e3 * contact_forces(history).normal}
+
+
+def _displacements(history: xr.Dataset) -> dict[str, Floats]:
+    """Return the distances from where the bodies were at the start [mm], named where there are several."""
+    moved = 1e3 * np.linalg.norm(history["rigid_body_displacement"].values, axis=-1)
+    names = [str(name) for name in history["rigid_body"].values] if moved.shape[1] > 1 else [""]
+    return dict(zip(names, moved.T, strict=True))

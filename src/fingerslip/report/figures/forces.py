@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 
 from fingerslip.report.colours import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION
 from fingerslip.report.figures.marks import limit_to_slides, mark_run, name_run, run_keys
+from fingerslip.report.figures.slip import ShownTime, shown_time, shown_times
 from fingerslip.report.figures.style import add_legend, figure_grid, run_panels, styled, titled
-from fingerslip.report.figures.times import ShownTime, shown_time, shown_times
 from fingerslip.slip import Events, contact_forces, slipping_fraction
 
 __all__ = ["draw_ratios", "energy_figure", "force_figure", "force_overview_figure"]

@@ -14,7 +14,7 @@ from matplotlib.lines import Line2D
 
 from fingerslip.report.colours import EVENT_COLOURS, EVENT_DASHES, GREY
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
-from fingerslip.slip.names import EVENTS, MAIN_EVENTS
+from fingerslip.slip.windows import EVENTS, MAIN_EVENTS
 
 __all__ = [
     "EVENT_COLOURS",

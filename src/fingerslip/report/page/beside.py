@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from fingerslip.published import PublishedSet, PublishedValue
 from fingerslip.results import RunResult
-from fingerslip.slip.names import LATENCY
+from fingerslip.slip.windows import LATENCY
 
 __all__ = ["beside_published"]
 

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 from fingerslip.history import is_solid
 from fingerslip.published import PublishedSet
-from fingerslip.report.figures.deformed import deformed_frames_figure, has_frames
-from fingerslip.report.figures.held import held_figure, is_held
-from fingerslip.report.figures.patch import slip_frames_figure
+from fingerslip.report.figures.contact import slip_frames_figure
+from fingerslip.report.figures.deformed import deformed_frames_figure, has_frames, held_figure, is_held
 from fingerslip.report.figures.study import event_times_figure, latency_figure
 from fingerslip.report.labels import path_label, swept_text
 from fingerslip.report.page.content import ReportContent

@@ -33,7 +33,7 @@ from fingerslip.report.scene.scene import field_limits, region_names, soft_regio
 from fingerslip.report.scene.snapshot import flat_faces
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.slip import Events, contact_forces, receptor_signals, slide_tangent, slide_window, slipping_fraction
-from fingerslip.slip.names import EVENTS
+from fingerslip.slip.windows import EVENTS
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -16,7 +16,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from fingerslip.files import write_text
-from fingerslip.report.figures.save import figure_bytes
+from fingerslip.report.figures.style import figure_bytes
 from fingerslip.report.page.motion import language
 from fingerslip.report.tables.table import Cell, Missing, Table, is_numeric, texts
 

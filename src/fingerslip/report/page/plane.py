@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from fingerslip.report.figures.held import is_held
-from fingerslip.report.figures.section import receptor_positions, section_figure
+from fingerslip.report.figures.deformed import is_held
+from fingerslip.report.figures.fingertip import receptor_positions, section_figure
 from fingerslip.report.figures.slip import contact_displacement_figure, slip_maps_figure
 from fingerslip.report.page.page import Picture
 from fingerslip.report.page.pictures import PictureSet, RunToDraw

@@ -12,11 +12,13 @@ from matplotlib.patches import Patch as Swatch
 
 from fingerslip.history import site_kinds
 from fingerslip.report.colours import BLACK, region_colours
-from fingerslip.report.figures.cut import cropped, cut_frames_figure
-from fingerslip.report.figures.onset import slip_onset_figure
-from fingerslip.report.figures.patch import slip_frames_figure, surface_strain_figure
-from fingerslip.report.figures.reference_nodes import reference_kinds, reference_nodes_figure
-from fingerslip.report.figures.stick_ratio import stick_ratio_figure
+from fingerslip.report.figures.contact import (
+    slip_frames_figure,
+    slip_onset_figure,
+    stick_ratio_figure,
+    surface_strain_figure,
+)
+from fingerslip.report.figures.solid import cropped, cut_frames_figure, reference_kinds, reference_nodes_figure
 from fingerslip.report.figures.style import add_legend, figure_grid, styled, titled
 from fingerslip.report.page.page import Picture
 from fingerslip.report.page.pictures import PictureSet, RunToDraw

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from fingerslip.vision.tracking.frames import open_frames
+from fingerslip.vision.video import open_frames
 
 __all__ = ["track_video"]
 
@@ -30,10 +30,10 @@ def track_video(
         # The lines below say the same.
         warnings.simplefilter("ignore", TrackingWarning)
         tracks = track_markers(video, **options)
-    from fingerslip.report.page.tracking import write_tracking
+    from fingerslip.report.page.sensor import write_tracking
     from fingerslip.vision.fields.fields import marker_fields
-    from fingerslip.vision.fields.overlay import SHOWN_FIELDS
-    from fingerslip.vision.tracking.quality import seen_share
+    from fingerslip.vision.overlay import SHOWN_FIELDS
+    from fingerslip.vision.tracking.track import seen_share
 
     made = marker_fields(tracks, rest=min(int(options["rest_frames"]), tracks.sizes["time"])) if fields else None
     tell(f"{video}: writing {tracks.sizes['time']} frames, overlay and page")

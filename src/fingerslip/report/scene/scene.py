@@ -15,8 +15,8 @@ from fingerslip.report.colours import BLACK, FIELD_MAP, RECEPTOR_COLOURS, STATE_
 from fingerslip.report.scene.names import Camera
 from fingerslip.report.scene.options import SCALARS, SceneOptions
 from fingerslip.report.scene.snapshot import FlatFace, flat_faces, in_space, read_snapshot
-from fingerslip.slip.counterface import split_along
 from fingerslip.slip.patch import contact_patch, triangle_states
+from fingerslip.slip.windows import split_along
 
 if TYPE_CHECKING:
     import pyvista

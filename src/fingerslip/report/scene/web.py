@@ -13,15 +13,14 @@ from vtkmodules.vtkRenderingCore import vtkCellPicker
 
 from fingerslip.errors import ResultError
 from fingerslip.report.colours import EVENT_COLOURS, STATE_COLOURS, STATE_NAMES
-from fingerslip.report.figures.save import figure_bytes
-from fingerslip.report.scene.control import SceneControl, nearest_node, picked_figure, receptor_legend
+from fingerslip.report.figures.style import figure_bytes
 from fingerslip.report.scene.names import CAMERAS, CUTS
 from fingerslip.report.scene.options import SCALARS, SceneOptions
-from fingerslip.report.scene.rendering import prepare_rendering
 from fingerslip.report.scene.scene import check_options, region_names
 from fingerslip.report.scene.served import Served, require_free
+from fingerslip.report.scene.viewer import SceneControl, nearest_node, picked_figure, prepare_rendering, receptor_legend
 from fingerslip.slip import Events, slide_window
-from fingerslip.slip.names import EVENTS
+from fingerslip.slip.windows import EVENTS
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from fingerslip.report.tables.table import Cell, Column, Missing, Table
 from fingerslip.slip.measures import measure_of
-from fingerslip.slip.names import NOTICED_NOTE
+from fingerslip.slip.windows import NOTICED_NOTE
 from fingerslip.uncertainty import SETTINGS, Convergence, Refinement
 
 __all__ = ["convergence_table", "series_table"]

@@ -10,8 +10,8 @@ from fingerslip.report.labels import path_labels, run_title, swept_text
 from fingerslip.report.tables.table import Cell, Column, Measured, Missing, Table
 from fingerslip.results import RunResult
 from fingerslip.slip import PeakTable
-from fingerslip.slip.free_edge import edge_warning
-from fingerslip.slip.names import EVENTS, LATENCY, NOTICED_NOTE, READINGS, is_defined
+from fingerslip.slip.front import edge_warning
+from fingerslip.slip.windows import EVENTS, LATENCY, NOTICED_NOTE, READINGS, is_defined
 
 __all__ = [
     "events_table",

@@ -2,12 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING
 
-from fingerslip.report.tables.table import Column, Table
+from fingerslip.report.tables.table import Cell, Column, Missing, Table
 
-__all__ = ["ASSUMED", "COLUMNS", "GROUPS", "NOT_USED", "ShownValue", "group_of", "value_tables"]
+if TYPE_CHECKING:
+    import xarray as xr
+
+__all__ = [
+    "ASSUMED",
+    "COLUMNS",
+    "GROUPS",
+    "NOT_USED",
+    "ShownValue",
+    "conditions_table",
+    "group_of",
+    "models_table",
+    "value_tables",
+]
+
 
 #: Sources that set the order of tables: assumed values come first, those that a run does not use last.
 ASSUMED, NOT_USED = "assumed", "not used"
@@ -64,3 +81,93 @@ def _table(title: str, values: Sequence[ShownValue]) -> Table:
     note = f"{assumed} of {len(values)} values are assumed: the sources do not give them." if assumed else ""
     rows = tuple((value.path, value.value, value.source, value.note) for value in ordered)
     return Table(title, COLUMNS, rows, note, marked=tuple(range(assumed)))
+
+
+_ATTRIBUTES: Mapping[str, str] = MappingProxyType(
+    {
+        "element": "element",
+        "n_nodes": "nodes",
+        "n_degrees_of_freedom": "unknowns",
+        "n_contact_candidates": "contact candidates",
+        "normal_penalty": "mean normal penalty [Pa/m]",
+        "tangential_penalty": "mean tangential penalty [Pa/m]",
+        "linear_solver": "linear solver",
+        "condensation": "contact response by",
+        "basis": "basis",
+        "basis_static_responses": "static responses of the basis",
+        "basis_vibrations": "vibrations of the basis",
+        "basis_error": "estimated error of displacement by the basis",
+        "basis_acceleration_error": "estimated error of acceleration by the basis",
+    }
+)
+
+
+def models_table(histories: Mapping[str, xr.Dataset]) -> Table:
+    """Show how runs were computed, as their histories say: a row for each property, a column for each run."""
+    columns = (Column("property"), *(Column(title, significant=3) for title in histories))
+    rows = tuple(
+        (words, *(_cell(history, name) for history in histories.values()))
+        for name, words in _ATTRIBUTES.items()
+        if any(name in history.attrs for history in histories.values())
+    )
+    return Table("Models as computed", columns, rows)
+
+
+def _cell(history: xr.Dataset, name: str) -> Cell:
+    value = history.attrs.get(name)
+    if value is None:
+        return Missing.NOT_RECORDED
+    return value if isinstance(value, str | int | float) else value.item()
+
+
+# Patterns of dotted paths in the order of the table, with the words for them; groups of a pattern go into the words.
+_CONDITIONS: tuple[tuple[str, str], ...] = (
+    (r"(?:fingertip|tactip)\.preset", "specimen, preset"),
+    (r"(?:fingertip|tactip)\.(phalanx)\.variant", "{0}"),
+    (r"fingertip\.section", "section"),
+    (r"(?:fingertip\.)?formulation", "formulation"),
+    (r"(?:fingertip\.)?depth", "depth out of the plane"),
+    (r"kinematics", "kinematics"),
+    (r"(?:fingertip\.|tactip\.)?materials\.([\w-]+)\.(youngs_modulus|poisson_ratio|law)", "{0}: {1}"),
+    (r"contacts?\.(?:\d+\.)?(friction_coefficient|friction|clearance)", "{0}"),
+    (r"programme\.\d+\.(press|hold|slide|lift)\.(\w+)", "{0}: {1}"),
+    (r"mesh\.(element|contact_size|bulk_size|file|skin)", "mesh: {0}"),
+    (r"time\.(step|scheme|alpha|tolerance|end)", "time: {0}"),
+    (r"damping\.(mass|stiffness)", "damping by {0}"),
+    (r"dynamics\.(basis)", "computed in {0}"),
+)
+_GIVEN = "study file"
+
+
+def conditions_table(values: Sequence[ShownValue], histories: Mapping[str, xr.Dataset]) -> Table:
+    """Show the conditions of runs: specimen, materials, friction, motion, mesh, time, and all that was changed."""
+    used = [value for value in values if value.source != NOT_USED]
+    named = [(words, value) for value in used if (words := _words(value))]
+    places = {words: number for number, (words, _) in enumerate(_CONDITIONS)}
+    ordered = sorted(named, key=lambda pair: places[pair[0][0]])
+    rows = [(text, value.value, value.source, value.note) for (_, text), value in ordered]
+    marked = tuple(number for number, (_, value) in enumerate(ordered) if value.source == ASSUMED)
+    columns = (Column("condition"), Column("value"), Column("source"), Column("note"))
+    note = "Assumed values are marked: no source gives them." if marked else ""
+    return Table("What was run", columns, (*rows, *_sizes(histories)), note, marked)
+
+
+def _words(value: ShownValue) -> tuple[str, str] | None:
+    """Return the pattern of a condition and its words; None for a value that the table leaves out."""
+    for pattern, words in _CONDITIONS:
+        found = re.fullmatch(pattern, value.path)
+        if found:
+            return pattern, words.format(*(part.replace("_", " ") for part in found.groups()))
+    given = value.source.startswith(_GIVEN) and not value.path.startswith("record.")
+    return (_CONDITIONS[-1][0], value.path) if given else None
+
+
+def _sizes(histories: Mapping[str, xr.Dataset]) -> list[tuple[str, str, str, str]]:
+    """Return how large the meshes are."""
+    rows = []
+    for name, words in {"n_nodes": "mesh: nodes", "n_contact_candidates": "mesh: nodes that may touch"}.items():
+        found = sorted({int(history.attrs[name]) for history in histories.values() if name in history.attrs})
+        if found:
+            text = f"{found[0]}" if len(found) == 1 else f"{found[0]} to {found[-1]}"
+            rows.append((words, text, "as computed", ""))
+    return rows

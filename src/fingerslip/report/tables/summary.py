@@ -11,7 +11,7 @@ from fingerslip.report.tables.events import swept_paths
 from fingerslip.report.tables.table import Cell, Column, Table
 from fingerslip.results import RefusedRun, RunResult
 from fingerslip.slip import measures
-from fingerslip.slip.names import READINGS, TIMES, is_defined
+from fingerslip.slip.windows import READINGS, TIMES, is_defined
 from fingerslip.units import si_quantity, unit_suffix
 
 __all__ = ["summary_table", "summary_units"]

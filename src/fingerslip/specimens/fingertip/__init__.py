@@ -3,34 +3,38 @@
 from fingerslip.parameters.presets import PresetValue
 from fingerslip.specimens.fingertip.fingertip import Fingertip
 from fingerslip.specimens.fingertip.interfaces import interface_depth, surface_depth
-from fingerslip.specimens.fingertip.numbers import REGIONS, FingertipNumbers
-from fingerslip.specimens.fingertip.outline import Curve, at_depth, outline_curve
-from fingerslip.specimens.fingertip.parts import (
+from fingerslip.specimens.fingertip.numbers import (
+    REGIONS,
     Fingerprint,
+    FingertipNumbers,
     Layers,
+    Nail,
+    Phalanx,
     Receptors,
     Ridges,
     RidgeZone,
     SagittalOutline,
+    SagittalPhalanx,
+    SolidPhalanx,
+    SolidShape,
     TransverseOutline,
+    TransversePhalanx,
 )
-from fingerslip.specimens.fingertip.phalanx import Phalanx, SagittalPhalanx, TransversePhalanx
-from fingerslip.specimens.fingertip.phalanx_contour import phalanx_contour, reaches_cut
-from fingerslip.specimens.fingertip.phalanx_surface import PhalanxSurface, phalanx_surface
-from fingerslip.specimens.fingertip.pose import posed
+from fingerslip.specimens.fingertip.outline import Curve, at_depth, outline_curve
+from fingerslip.specimens.fingertip.phalanx import PhalanxSurface, phalanx_contour, phalanx_surface, reaches_cut
 from fingerslip.specimens.fingertip.presets import fingertip_from, preset, preset_header, preset_names, preset_table
-from fingerslip.specimens.fingertip.relief import relief_depth
-from fingerslip.specimens.fingertip.skin_surface import (
+from fingerslip.specimens.fingertip.skin import (
     below_skin,
     depth_below_skin,
     inward_skin_normal,
     onto_skin,
+    posed,
+    relief_depth,
     skin_grid,
     skin_ring,
     skin_section,
     solid_shape,
 )
-from fingerslip.specimens.fingertip.solid import Nail, SolidPhalanx, SolidShape
 
 __all__ = [
     "REGIONS",

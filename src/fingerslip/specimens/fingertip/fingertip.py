@@ -13,9 +13,7 @@ from fingerslip.sites import RECEPTOR_KINDS, Site
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
-from fingerslip.specimens.fingertip.receptors import receptor_sites
-from fingerslip.specimens.fingertip.skin_markers import skin_markers
-from fingerslip.specimens.fingertip.solid_sites import reference_sites, solid_receptor_sites
+from fingerslip.specimens.fingertip.sites import receptor_sites, reference_sites, skin_markers, solid_receptor_sites
 from fingerslip.specimens.fingertip.usage import why_unused
 from fingerslip.specimens.protocol import ModelUse
 

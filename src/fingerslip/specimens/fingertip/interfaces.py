@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.specimens.fingertip.numbers import FingertipNumbers
-from fingerslip.specimens.fingertip.parts import RidgeZone
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers, RidgeZone
 
 __all__ = ["fade", "interface_depth", "ridge_profile", "surface_depth"]
 

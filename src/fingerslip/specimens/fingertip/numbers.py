@@ -6,22 +6,419 @@ from typing import Literal
 
 from fingerslip.errors import InputError
 from fingerslip.materials.choice import MaterialChoice
-from fingerslip.parameters import PositiveLength, parameters
-from fingerslip.specimens.fingertip.parts import (
-    Fingerprint,
-    Layers,
-    Receptors,
-    Ridges,
-    RidgeZone,
-    SagittalOutline,
-    TransverseOutline,
-)
-from fingerslip.specimens.fingertip.phalanx import Phalanx
-from fingerslip.specimens.fingertip.room import skin_room
-from fingerslip.specimens.fingertip.solid import Nail, SolidShape
+from fingerslip.parameters import Angle, Length, NonNegativeLength, PositiveLength, parameters
 from fingerslip.units import millimetres
 
-__all__ = ["REGIONS", "FingertipNumbers", "Section"]
+__all__ = [
+    "REGIONS",
+    "Fingerprint",
+    "FingertipNumbers",
+    "Layers",
+    "Nail",
+    "Phalanx",
+    "Receptors",
+    "RidgeZone",
+    "Ridges",
+    "SagittalOutline",
+    "SagittalPhalanx",
+    "Section",
+    "SolidPhalanx",
+    "SolidShape",
+    "TransverseOutline",
+    "TransversePhalanx",
+    "skin_room",
+]
+
+
+_LONGEST = 1.0  # m
+
+
+@parameters
+class RidgeZone:
+    """The part of the palmar skin that carries ridges, fingerprint and receptors.
+
+    Parameters
+    ----------
+    start, end : float
+        Arc length along the skin from its lowest point [m], `end` towards +x.
+    fade : float
+        Length over which ridges and ripples fade to nothing inside either end [m].
+    """
+
+    start: Length
+    end: Length
+    fade: PositiveLength
+
+    def __post_init__(self) -> None:
+        if self.end - self.start <= 2 * self.fade:
+            found = f"zone from {millimetres(self.start)} to {millimetres(self.end)} with fade {millimetres(self.fade)}"
+            raise InputError("", found, "needs end - start > 2 fade")
+
+
+@parameters
+class SagittalOutline:
+    """Outline of the section along the finger: parabolic pad, elliptic tip, straight back.
+
+    The lowest point is at x = 0, y = -`half_height`; the proximal cut at x = -`pad_length`.
+
+    Parameters
+    ----------
+    half_height : float
+        Half the height of the fingertip at x = 0 [m].
+    pad_length : float
+        Distance from the lowest point to the proximal cut [m].
+    pad_rise : float
+        Rise of the palmar skin from the lowest point to the cut [m].
+    tip_length : float
+        Length of the elliptic tip [m].
+    zone : RidgeZone
+        Where ridges, fingerprint and receptors are.
+    """
+
+    half_height: PositiveLength
+    pad_length: PositiveLength
+    pad_rise: NonNegativeLength
+    tip_length: PositiveLength
+    zone: RidgeZone
+
+    def __post_init__(self) -> None:
+        _check_lengths(self, "half_height", "pad_length", "tip_length")
+        if self.pad_rise >= 2 * self.half_height:
+            allowed = f"needs a value < {millimetres(2 * self.half_height)} (twice half_height)"
+            raise InputError("pad_rise", f"got {millimetres(self.pad_rise)}", allowed)
+
+
+@parameters
+class TransverseOutline:
+    """Outline of the section across the finger: an ellipse.
+
+    Parameters
+    ----------
+    half_width, half_height : float
+        Semi-axes along x and y [m].
+    zone : RidgeZone
+        Where ridges, fingerprint and receptors are.
+    """
+
+    half_width: PositiveLength
+    half_height: PositiveLength
+    zone: RidgeZone
+
+    def __post_init__(self) -> None:
+        _check_lengths(self, "half_width", "half_height")
+
+
+def _check_lengths(outline: SagittalOutline | TransverseOutline, *names: str) -> None:
+    """Refuse what no finger has, before its outline is sampled every hundredth of a millimetre."""
+    for name in names:
+        if getattr(outline, name) > _LONGEST:
+            found, allowed = f"got {millimetres(getattr(outline, name))}", f"needs at most {millimetres(_LONGEST)}"
+            raise InputError(name, found, allowed, "write the unit with the number, as in 7 mm")
+
+
+@parameters
+class Layers:
+    """Thickness of the skin and of its outer layer.
+
+    Parameters
+    ----------
+    skin_thickness : float
+        Epidermis and dermis together [m].
+    epidermis_thickness : float
+        Mean thickness of the epidermis [m].
+    """
+
+    skin_thickness: PositiveLength
+    epidermis_thickness: PositiveLength
+
+    def __post_init__(self) -> None:
+        if self.epidermis_thickness >= self.skin_thickness:
+            allowed = f"needs a value < {millimetres(self.skin_thickness)} (skin_thickness)"
+            raise InputError("epidermis_thickness", f"got {millimetres(self.epidermis_thickness)}", allowed)
+
+    @property
+    def dermis_thickness(self) -> float:
+        """Mean thickness of the dermis [m]."""
+        return self.skin_thickness - self.epidermis_thickness
+
+
+@parameters
+class Ridges:
+    """Ridges of the epidermis into the dermis, intermediate and limiting ones in turn.
+
+    Intermediate ridges are at arc lengths k `pitch`, limiting ridges at (k + 1/2) `pitch`, each shaped as a squared
+    cosine half a pitch wide.
+
+    Parameters
+    ----------
+    enabled : bool
+        Whether the epidermis-dermis interface has ridges.
+    pitch : float
+        Distance between two intermediate ridges [m].
+    intermediate_height, limiting_height : float
+        Heights from foot to tip [m].
+    """
+
+    enabled: bool
+    pitch: PositiveLength
+    intermediate_height: NonNegativeLength
+    limiting_height: NonNegativeLength
+
+    @property
+    def mean_height(self) -> float:
+        """Mean of the ridge profile over one pitch [m]."""
+        return (self.intermediate_height + self.limiting_height) / 4.0
+
+
+@parameters
+class Fingerprint:
+    """Ripples of the outer skin surface: height/2 cos(2 pi s/pitch + phase) outward.
+
+    Parameters
+    ----------
+    enabled : bool
+        Whether the skin surface has ripples.
+    pitch : float
+        Distance between two crests [m].
+    height : float
+        Height from groove to crest [m].
+    phase : float
+        Phase [rad]; at 0 the crests are above the intermediate ridges.
+    """
+
+    enabled: bool
+    pitch: PositiveLength
+    height: NonNegativeLength
+    phase: Angle
+
+
+@parameters
+class Receptors:
+    """Where the mechanoreceptors are that do not sit on ridge tips.
+
+    Parameters
+    ----------
+    sa_ii_height : float
+        Height of SA-II above the dermis-tissue border [m].
+    fa_ii_depth : float
+        Depth of FA-II below the skin surface [m].
+    """
+
+    sa_ii_height: NonNegativeLength
+    fa_ii_depth: PositiveLength
+
+
+@parameters
+class SagittalPhalanx:
+    """Distal phalanx in the section along the finger.
+
+    The palmar face of the `original` is y = `palmar_level` + `concavity_depth` exp(-((x - `concavity_position`)/
+    `concavity_width`)^2), nowhere nearer to the dermis than `minimum_tissue`; that of the `flattened` has no concavity.
+
+    Parameters
+    ----------
+    palmar_level, dorsal_level : float
+        Height y of the palmar and the dorsal face [m].
+    distal_end : float
+        Position x of the distal end [m].
+    concavity_depth, concavity_width, concavity_position : float
+        Shape of the hollow of the palmar face [m].
+    minimum_tissue : float
+        Least thickness of the tissue under the palmar face [m].
+    """
+
+    palmar_level: Length
+    dorsal_level: Length
+    distal_end: Length
+    concavity_depth: NonNegativeLength
+    concavity_width: PositiveLength
+    concavity_position: Length
+    minimum_tissue: PositiveLength
+
+    def __post_init__(self) -> None:
+        height = self.dorsal_level - self.palmar_level
+        if self.concavity_depth >= height:
+            allowed = f"needs a value < {millimetres(height)} (dorsal_level - palmar_level)"
+            raise InputError("concavity_depth", f"got {millimetres(self.concavity_depth)}", allowed)
+
+
+@parameters
+class TransversePhalanx:
+    """Distal phalanx in the section across the finger: an ellipse about the centre of the finger.
+
+    The palmar face of the `original` is the ellipse raised by `concavity_depth` exp(-(x/`concavity_width`)^2); that of
+    the `flattened` is the ellipse cut off at `palmar_level`.
+
+    Parameters
+    ----------
+    half_width, half_height : float
+        Semi-axes along x and y [m].
+    palmar_level : float
+        Height y of the flat palmar face [m].
+    concavity_depth, concavity_width : float
+        Shape of the hollow of the palmar face [m].
+    """
+
+    half_width: PositiveLength
+    half_height: PositiveLength
+    palmar_level: Length
+    concavity_depth: NonNegativeLength
+    concavity_width: PositiveLength
+
+    def __post_init__(self) -> None:
+        if abs(self.palmar_level) >= self.half_height:
+            allowed = f"needs a value within +-{millimetres(self.half_height)} (half_height)"
+            raise InputError("palmar_level", f"got {millimetres(self.palmar_level)}", allowed)
+        if self.concavity_depth >= self.half_height:
+            allowed = f"needs a value < {millimetres(self.half_height)} (half_height)"
+            raise InputError("concavity_depth", f"got {millimetres(self.concavity_depth)}", allowed)
+
+
+@parameters
+class Phalanx:
+    """Distal phalanx: which variant, and its dimensions in either section.
+
+    Parameters
+    ----------
+    variant : {'original', 'flattened', 'scaled'}
+        Concave palmar face; palmar face flat and parallel to the plate; the skin outline scaled inward.
+    rigid : bool
+        Whether the phalanx is taken as undeformable.
+    tissue_thickness : float
+        Uniform thickness of the tissue around the `scaled` phalanx [m].
+    corner_radius : float
+        Radius of the distal corners in the sagittal section and of the sharp ends of a `scaled` phalanx [m]; half of
+        it rounds the other edges of the palmar face.
+    sagittal : SagittalPhalanx
+        Dimensions along the finger.
+    transverse : TransversePhalanx
+        Dimensions across the finger.
+    """
+
+    variant: Literal["original", "flattened", "scaled"]
+    rigid: bool
+    tissue_thickness: PositiveLength
+    corner_radius: PositiveLength
+    sagittal: SagittalPhalanx
+    transverse: TransversePhalanx
+
+    def __post_init__(self) -> None:
+        height = self.sagittal.dorsal_level - self.sagittal.palmar_level
+        if 2 * self.corner_radius >= height:
+            allowed = f"needs a value < {millimetres(height / 2)} (half of dorsal_level - palmar_level)"
+            raise InputError("corner_radius", f"got {millimetres(self.corner_radius)}", allowed)
+
+
+def skin_room(outline: SagittalOutline | TransverseOutline, phalanx: Phalanx) -> tuple[float, str]:
+    """Return an upper limit of the thickness of the skin, and the value that sets it.
+
+    The limit is where the skin reaches a face of the phalanx or, of a `scaled` phalanx, the centre of the section. The
+    corners of the phalanx may come nearer; that shows with its contour.
+
+    Units: returns [m].
+    """
+    if isinstance(outline, SagittalOutline):
+        centre, faces = "sagittal.half_height", _sagittal_limits(outline, phalanx)
+    else:
+        centre, faces = "transverse.half_height", _transverse_limits(outline, phalanx)
+    limits = {centre: outline.half_height} | (faces if phalanx.variant != "scaled" else {})
+    return min((room, path) for path, room in limits.items())
+
+
+def _sagittal_limits(outline: SagittalOutline, phalanx: Phalanx) -> dict[str, float]:
+    own = phalanx.sagittal
+    return {
+        "phalanx.sagittal.palmar_level": outline.half_height + own.palmar_level,
+        "phalanx.sagittal.dorsal_level": outline.half_height - own.dorsal_level,
+        "phalanx.sagittal.distal_end": outline.tip_length - own.distal_end,
+    }
+
+
+def _transverse_limits(outline: TransverseOutline, phalanx: Phalanx) -> dict[str, float]:
+    own = phalanx.transverse
+    return {
+        "phalanx.transverse.half_height": outline.half_height - own.half_height,
+        "phalanx.transverse.half_width": outline.half_width - own.half_width,
+    }
+
+
+@parameters
+class SolidPhalanx:
+    """Widths of the distal phalanx along the finger.
+
+    They are joined by a smooth monotone curve: the base at the proximal cut, the waist, the tuft at the lowest point
+    of the skin, where the half width is that of the transverse section, and the flat distal end. A `scaled` phalanx
+    has none of these widths.
+
+    Parameters
+    ----------
+    base_half_width : float
+        Half width at the proximal cut [m].
+    waist_half_width : float
+        Half width at the narrowest place [m].
+    waist_position : float
+        Position x of the waist [m].
+    end_half_width : float
+        Half width of the distal end [m].
+    """
+
+    base_half_width: PositiveLength
+    waist_half_width: PositiveLength
+    waist_position: Length
+    end_half_width: PositiveLength
+
+
+@parameters
+class Nail:
+    """The nail: the outermost part of the dorsal skin.
+
+    Parameters
+    ----------
+    start, end : float
+        Positions x of its proximal and its distal edge [m].
+    half_width : float
+        Half its width across the finger [m].
+    thickness : float
+        Thickness [m].
+    """
+
+    start: Length
+    end: Length
+    half_width: PositiveLength
+    thickness: PositiveLength
+
+    def __post_init__(self) -> None:
+        if self.end <= self.start:
+            allowed = f"needs a value > {millimetres(self.start)} (start)"
+            raise InputError("end", f"got {millimetres(self.end)}", allowed)
+
+
+@parameters
+class SolidShape:
+    """What the fingertip in space has beyond its sections.
+
+    Parameters
+    ----------
+    base_half_width : float
+        Half width of the finger at the proximal cut [m]; at the lowest point it is that of the transverse outline.
+    angle : float
+        Angle by which the finger is turned about z [rad], positive where the tip rises from the plate.
+    phalanx : SolidPhalanx
+        Widths of the phalanx along the finger.
+    nail : Nail, optional
+        The nail; none without it.
+    """
+
+    base_half_width: PositiveLength
+    angle: Angle
+    phalanx: SolidPhalanx
+    nail: Nail | None = None
+
+    def __post_init__(self) -> None:
+        # Beyond this the proximal cut, not the pad, would come down on the plate.
+        if not -0.6 <= self.angle <= 0.6:
+            raise InputError("angle", f"got {self.angle:.4g} rad", "needs a value within +-0.6 rad")
+
 
 #: The planes in which a fingertip is cut: along the finger and across it.
 Section = Literal["sagittal", "transverse"]

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.specimens.fingertip.numbers import FingertipNumbers
-from fingerslip.specimens.fingertip.parts import SagittalOutline, TransverseOutline
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers, SagittalOutline, TransverseOutline
 
 __all__ = ["Curve", "arc_length_at_cut", "at_depth", "inward_normal", "outline_curve", "position"]
 

@@ -1,112 +1,425 @@
-"""The distal phalanx as numbers: its variant, and its dimensions in either section."""
+"""The phalanx inside a fingertip: its contour in a section and its surface in 3D.
+
+The surface of the distal phalanx in space: sections across the finger, each with the shape of the transverse one.
+
+The section at x lies between the palmar and the dorsal line of the sagittal contour; its width is the phalanx's there.
+So the cut z = 0 is the sagittal contour, and the cut x = 0 the transverse one.
+"""
 
 from __future__ import annotations
 
-from typing import Literal
+import dataclasses
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
 
 from fingerslip.errors import InputError
-from fingerslip.parameters import Length, NonNegativeLength, PositiveLength, parameters
-from fingerslip.units import millimetres
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers, SagittalPhalanx
+from fingerslip.specimens.fingertip.outline import Curve, at_depth, inward_normal, outline_curve
+from fingerslip.specimens.fingertip.skin import depth_below_skin, skin_section, solid_shape
+from fingerslip.units import coordinates, millimetres
 
-__all__ = ["Phalanx", "SagittalPhalanx", "TransversePhalanx"]
+__all__ = [
+    "PhalanxSurface",
+    "heights_in_the_middle",
+    "palmar_face",
+    "phalanx_contour",
+    "phalanx_surface",
+    "reaches_cut",
+]
 
 
-@parameters
-class SagittalPhalanx:
-    """Distal phalanx in the section along the finger.
+Floats = NDArray[np.float64]
 
-    The palmar face of the `original` is y = `palmar_level` + `concavity_depth` exp(-((x - `concavity_position`)/
-    `concavity_width`)^2), nowhere nearer to the dermis than `minimum_tissue`; that of the `flattened` has no concavity.
+_SPACING = 2e-5
 
-    Parameters
-    ----------
-    palmar_level, dorsal_level : float
-        Height y of the palmar and the dorsal face [m].
-    distal_end : float
-        Position x of the distal end [m].
-    concavity_depth, concavity_width, concavity_position : float
-        Shape of the hollow of the palmar face [m].
-    minimum_tissue : float
-        Least thickness of the tissue under the palmar face [m].
+
+def phalanx_contour(fingertip: FingertipNumbers) -> Floats:
+    """Return the (n, 2) contour of the phalanx [m], counter-clockwise.
+
+    A contour that ends on the proximal cut is open there, from the palmar to the dorsal end; else its last point is
+    the first one again.
     """
-
-    palmar_level: Length
-    dorsal_level: Length
-    distal_end: Length
-    concavity_depth: NonNegativeLength
-    concavity_width: PositiveLength
-    concavity_position: Length
-    minimum_tissue: PositiveLength
-
-    def __post_init__(self) -> None:
-        height = self.dorsal_level - self.palmar_level
-        if self.concavity_depth >= height:
-            allowed = f"needs a value < {millimetres(height)} (dorsal_level - palmar_level)"
-            raise InputError("concavity_depth", f"got {millimetres(self.concavity_depth)}", allowed)
+    if fingertip.phalanx.variant == "scaled":
+        contour = _scaled(fingertip)
+    elif fingertip.section == "sagittal":
+        contour = _sagittal(fingertip)
+    else:
+        contour = _transverse(fingertip)
+    _check_tissue(fingertip, contour)
+    return contour
 
 
-@parameters
-class TransversePhalanx:
-    """Distal phalanx in the section across the finger: an ellipse about the centre of the finger.
+def reaches_cut(contour: Floats) -> bool:
+    """Tell whether a contour (n, 2) [m] is open, that is, ends on the proximal cut."""
+    return not np.array_equal(contour[0], contour[-1])
 
-    The palmar face of the `original` is the ellipse raised by `concavity_depth` exp(-(x/`concavity_width`)^2); that of
-    the `flattened` is the ellipse cut off at `palmar_level`.
 
-    Parameters
-    ----------
-    half_width, half_height : float
-        Semi-axes along x and y [m].
-    palmar_level : float
-        Height y of the flat palmar face [m].
-    concavity_depth, concavity_width : float
-        Shape of the hollow of the palmar face [m].
+def palmar_face(fingertip: FingertipNumbers, x: Floats) -> Floats:
+    """Return the heights y (n,) [m] of the palmar face in the sagittal section at positions x (n,) [m]."""
+    phalanx = fingertip.phalanx.sagittal
+    hollow = np.exp(-(((x - phalanx.concavity_position) / phalanx.concavity_width) ** 2))
+    depth = phalanx.concavity_depth if fingertip.phalanx.variant == "original" else 0.0
+    limit = _palmar_limit(fingertip, fingertip.layers.skin_thickness + phalanx.minimum_tissue, x)
+    return _rounded_maximum(phalanx.palmar_level + depth * hollow, limit, fingertip.phalanx.corner_radius / 2)
+
+
+def _rounded_maximum(first: Floats, second: Floats | float, width: float) -> Floats:
+    """Return the larger of two heights [m], rounded where they differ by less than `width`."""
+    near = np.maximum(width - np.abs(first - second), 0.0)
+    larger: Floats = np.maximum(first, second) + near**2 / (4.0 * width)
+    return larger
+
+
+def _palmar_limit(fingertip: FingertipNumbers, depth: float, x: Floats) -> Floats:
+    """Return the heights y of the palmar curve at `depth` below the skin, behind the lowest point."""
+    curve = outline_curve(dataclasses.replace(fingertip, section="sagittal"))
+    palmar = curve.arc_length <= 0.0
+    points = at_depth(curve, curve.arc_length[palmar], depth)
+    return np.interp(x, points[:, 0], points[:, 1])
+
+
+def _sagittal(fingertip: FingertipNumbers) -> Floats:
+    phalanx, radius = fingertip.phalanx.sagittal, fingertip.phalanx.corner_radius
+    start, end = -fingertip.sagittal.pad_length, phalanx.distal_end
+    _check_sagittal(fingertip, phalanx)
+    x = np.linspace(start, end - radius, int((end - radius - start) / _SPACING) + 1)
+    palmar = np.column_stack([x, palmar_face(fingertip, x)])
+    angle = np.linspace(0.0, np.pi / 2, 100)
+    centre = palmar[-1] + [0.0, radius]
+    lower = (centre + radius * np.column_stack([np.sin(angle), -np.cos(angle)]))[1:]
+    upper = [end - radius, phalanx.dorsal_level - radius] + radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    side = _straight(lower[-1], upper[0])
+    back = _straight(upper[-1], np.array([start, phalanx.dorsal_level]))
+    return np.vstack([palmar, lower, side, upper, back, [[start, phalanx.dorsal_level]]])
+
+
+def _straight(start: Floats, end: Floats) -> Floats:
+    """Return the inner points of a straight line."""
+    count = int(np.linalg.norm(end - start) / _SPACING) + 2
+    return start + np.linspace(0.0, 1.0, count)[1:-1, None] * (end - start)
+
+
+def _check_sagittal(fingertip: FingertipNumbers, phalanx: SagittalPhalanx) -> None:
+    start, radius = -fingertip.sagittal.pad_length, fingertip.phalanx.corner_radius
+    if phalanx.distal_end - radius <= start:
+        allowed = f"needs a value > {millimetres(start + radius)}, distal of the proximal cut"
+        raise InputError("phalanx.sagittal.distal_end", f"got {millimetres(phalanx.distal_end)}", allowed)
+    face = palmar_face(fingertip, np.linspace(start, phalanx.distal_end - radius, 500))
+    if face.max() >= phalanx.dorsal_level - radius:
+        found = f"got {millimetres(phalanx.dorsal_level)}"
+        allowed = f"needs a value > {millimetres(face.max() + radius)}, above the palmar face"
+        raise InputError("phalanx.sagittal.dorsal_level", found, allowed)
+
+
+def _transverse(fingertip: FingertipNumbers) -> Floats:
+    phalanx = fingertip.phalanx.transverse
+    count = int(2 * np.pi * phalanx.half_width / _SPACING)
+    angle = np.linspace(0.0, 2 * np.pi, count)
+    x, y = phalanx.half_width * np.cos(angle), phalanx.half_height * np.sin(angle)
+    palmar = y < 0.0
+    y[palmar] = _transverse_face(fingertip, x[palmar], y[palmar])
+    contour = np.column_stack([x, y])
+    contour[-1] = contour[0]
+    return contour if fingertip.solid is None else _stretched(fingertip, contour)
+
+
+def _stretched(fingertip: FingertipNumbers, contour: Floats) -> Floats:
+    """Stretch a transverse contour to the height of the sagittal one above the lowest point of the skin."""
+    phalanx = fingertip.phalanx
+    if phalanx.sagittal.distal_end <= phalanx.corner_radius:
+        found, allowed = f"got {millimetres(phalanx.sagittal.distal_end)}", "needs to reach beyond x = 0 in space"
+        raise InputError("phalanx.sagittal.distal_end", found, allowed)
+    lowest, highest = float(palmar_face(fingertip, np.zeros(1))[0]), phalanx.sagittal.dorsal_level
+    palmar, dorsal = heights_in_the_middle(contour)
+    height = lowest + (contour[:, 1] - palmar) * (highest - lowest) / (dorsal - palmar)
+    return np.column_stack([contour[:, 0], height])
+
+
+def heights_in_the_middle(contour: Floats) -> tuple[float, float]:
+    """Return the heights y [m] at which a closed contour (n, 2) [m] crosses x = 0, the lower one first."""
+    x, y = contour.T
+    crossing = np.flatnonzero((x[:-1] > 0.0) != (x[1:] > 0.0))
+    share = x[crossing] / (x[crossing] - x[crossing + 1])
+    heights = y[crossing] + share * (y[crossing + 1] - y[crossing])
+    return float(heights.min()), float(heights.max())
+
+
+def _transverse_face(fingertip: FingertipNumbers, x: Floats, y: Floats) -> Floats:
+    phalanx = fingertip.phalanx.transverse
+    if fingertip.phalanx.variant == "flattened":
+        return _rounded_maximum(y, phalanx.palmar_level, fingertip.phalanx.corner_radius / 2)
+    # The hollow ends on the widest line of the phalanx, so that the contour stays a function of x on either side.
+    share = y / -phalanx.half_height
+    face: Floats = y + phalanx.concavity_depth * share * np.exp(-((x / phalanx.concavity_width) ** 2))
+    return face
+
+
+def _scaled(fingertip: FingertipNumbers) -> Floats:
+    """Return the outline moved inward by skin and tissue, its sharp ends rounded by the corner radius."""
+    curve = outline_curve(fingertip)
+    offset = fingertip.layers.skin_thickness + fingertip.phalanx.tissue_thickness
+    ring = _rounded_offset(curve, offset, fingertip.phalanx.corner_radius)
+    contour = ring if curve.closed else _clipped(fingertip, ring)
+    if len(contour) == 0:
+        found = f"got {millimetres(fingertip.phalanx.tissue_thickness)}"
+        raise InputError("phalanx.tissue_thickness", found, "needs a smaller value: nothing is left of the phalanx")
+    return contour
+
+
+def _rounded_offset(curve: Curve, offset: float, radius: float) -> Floats:
+    """Return the closed curve at `offset`, with an arc of `radius` where it bends more sharply.
+
+    A circle of that radius inside the curve touches it wherever its centre, deeper by the radius, has no other part
+    of the outline nearer to it; the parts it cannot touch become arcs about its last centre.
     """
+    from scipy.spatial import cKDTree
 
-    half_width: PositiveLength
-    half_height: PositiveLength
-    palmar_level: Length
-    concavity_depth: NonNegativeLength
-    concavity_width: PositiveLength
+    arc_length = curve.arc_length[:-1] if curve.closed else curve.arc_length
+    centres = at_depth(curve, arc_length, offset + radius)
+    distance, _ = cKDTree(curve.points).query(centres)
+    kept = np.flatnonzero(distance > (offset + radius) * (1 - 1e-9))
+    if len(kept) == 0:
+        return np.empty((0, 2))
+    points, after = at_depth(curve, arc_length[kept], offset), np.roll(kept, -1)
+    pieces = []
+    for number in range(len(kept)):
+        pieces.append(points[number : number + 1])
+        if (after[number] - kept[number]) % len(arc_length) > 1:
+            centre = (centres[kept[number]] + centres[after[number]]) / 2
+            pieces.append(_arc(centre, points[number], points[(number + 1) % len(kept)]))
+    return np.vstack([*pieces, points[:1]])
 
-    def __post_init__(self) -> None:
-        if abs(self.palmar_level) >= self.half_height:
-            allowed = f"needs a value within +-{millimetres(self.half_height)} (half_height)"
-            raise InputError("palmar_level", f"got {millimetres(self.palmar_level)}", allowed)
-        if self.concavity_depth >= self.half_height:
-            allowed = f"needs a value < {millimetres(self.half_height)} (half_height)"
-            raise InputError("concavity_depth", f"got {millimetres(self.concavity_depth)}", allowed)
+
+def _arc(centre: Floats, start: Floats, end: Floats) -> Floats:
+    """Return the inner points of a counter-clockwise arc."""
+    first, last = (np.arctan2(*(point - centre)[::-1]) for point in (start, end))
+    angle = first + np.linspace(0.0, (last - first) % (2 * np.pi), 200)[1:-1]
+    radius = np.linspace(np.linalg.norm(start - centre), np.linalg.norm(end - centre), 200)[1:-1]
+    circle: Floats = centre + radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    return circle
 
 
-@parameters
-class Phalanx:
-    """Distal phalanx: which variant, and its dimensions in either section.
+def _clipped(fingertip: FingertipNumbers, ring: Floats) -> Floats:
+    """Cut a ring off at the proximal cut, or keep it clear of the cut where it does not reach it."""
+    cut = -fingertip.sagittal.pad_length
+    reaching = len(ring) > 0 and ring[:, 0].min() <= cut
+    limit = cut if reaching else cut + fingertip.phalanx.corner_radius
+    inside = ring[:-1, 0] > limit
+    if inside.all() or not inside.any():
+        return ring if inside.any() else ring[:0]
+    first = int(np.flatnonzero(inside & ~np.roll(inside, 1))[0])
+    body, before = np.roll(ring[:-1], -first, axis=0)[: np.count_nonzero(inside)], np.roll(ring[:-1], 1, axis=0)[first]
+    after = np.roll(ring[:-1], -first, axis=0)[np.count_nonzero(inside)]
+    ends = [_at_x(before, body[0], limit), _at_x(body[-1], after, limit)]
+    return np.vstack([ends[0], body, ends[1]] if reaching else [ends[0], body, ends[1], ends[0]])
 
-    Parameters
-    ----------
-    variant : {'original', 'flattened', 'scaled'}
-        Concave palmar face; palmar face flat and parallel to the plate; the skin outline scaled inward.
-    rigid : bool
-        Whether the phalanx is taken as undeformable.
-    tissue_thickness : float
-        Uniform thickness of the tissue around the `scaled` phalanx [m].
-    corner_radius : float
-        Radius of the distal corners in the sagittal section and of the sharp ends of a `scaled` phalanx [m]; half of
-        it rounds the other edges of the palmar face.
-    sagittal : SagittalPhalanx
-        Dimensions along the finger.
-    transverse : TransversePhalanx
-        Dimensions across the finger.
+
+def _at_x(start: Floats, end: Floats, x: float) -> Floats:
+    share = (x - start[0]) / (end[0] - start[0])
+    return np.array([[x, start[1] + share * (end[1] - start[1])]])
+
+
+def _check_tissue(fingertip: FingertipNumbers, contour: Floats) -> None:
+    """Refuse a phalanx that comes nearer to the dermis than a tenth of the skin's thickness."""
+    thickness = _depth_below_skin(fingertip, contour) - fingertip.layers.skin_thickness
+    needed = 0.1 * fingertip.layers.skin_thickness
+    thinnest = int(thickness.argmin())
+    if thickness[thinnest] < needed:
+        found = f"{millimetres(thickness[thinnest], 3)} of tissue at {coordinates(contour[thinnest], 3)}"
+        allowed = f"needs >= {millimetres(needed, 3)} between phalanx and dermis"
+        raise InputError("phalanx", found, allowed, "make the skin thinner or the phalanx smaller")
+
+
+def _depth_below_skin(fingertip: FingertipNumbers, points: Floats) -> Floats:
+    """Return the depths [m] of (n, 2) points below the outline, negative outside."""
+    from scipy.spatial import cKDTree
+
+    curve = outline_curve(fingertip)
+    _, nearest = cKDTree(curve.points).query(points)
+    inward = inward_normal(curve, curve.arc_length[nearest])
+    depth: Floats = np.sum((points - curve.points[nearest]) * inward, axis=1)
+    return depth
+
+
+_ROW_SPACING = 1e-4
+_QUARTER = 24
+_CORNER_ROWS = 7
+_FACE_ROWS = 16
+# Thickness changes little from row to row, and distances to the skin are slow to compute.
+_CHECKED = 3
+
+
+@dataclass(frozen=True)
+class PhalanxSurface:
+    """Points of the phalanx's surface in rows across the finger."""
+
+    points: Floats  # (rows, columns, 3), positions [m], rows from the proximal to the distal end
+    open: bool  # whether the first row lies on the proximal cut
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Position, lowest and highest point in the middle plane, and half width of each row [m]."""
+
+    x: Floats
+    low: Floats
+    high: Floats
+    half_width: Floats
+    open: bool
+
+
+def phalanx_surface(fingertip: FingertipNumbers) -> PhalanxSurface:
+    """Return the surface of the phalanx of a fingertip in space.
+
+    Raises
+    ------
+    InputError
+        Where the fingertip has only sections, and where the phalanx leaves no tissue.
     """
+    solid_shape(fingertip)
+    rows = _scaled_rows(fingertip) if fingertip.phalanx.variant == "scaled" else _rows(fingertip)
+    across, up = _shape(fingertip)
+    middle, half = (rows.low + rows.high) / 2, (rows.high - rows.low) / 2
+    x = np.broadcast_to(rows.x[:, None], (len(rows.x), len(up)))
+    y = middle[:, None] + half[:, None] * up
+    surface = np.stack([x, y, rows.half_width[:, None] * across], axis=-1)
+    _check_tissue_phalanx_surface(fingertip, surface)
+    return PhalanxSurface(surface, rows.open)
 
-    variant: Literal["original", "flattened", "scaled"]
-    rigid: bool
-    tissue_thickness: PositiveLength
-    corner_radius: PositiveLength
-    sagittal: SagittalPhalanx
-    transverse: TransversePhalanx
 
-    def __post_init__(self) -> None:
-        height = self.sagittal.dorsal_level - self.sagittal.palmar_level
-        if 2 * self.corner_radius >= height:
-            allowed = f"needs a value < {millimetres(height / 2)} (half of dorsal_level - palmar_level)"
-            raise InputError("corner_radius", f"got {millimetres(self.corner_radius)}", allowed)
+def _shape(fingertip: FingertipNumbers) -> tuple[Floats, Floats]:
+    """Return the transverse contour, its half width and its half height in the middle plane scaled to one."""
+    contour = phalanx_contour(dataclasses.replace(fingertip, section="transverse"))
+    palmar, dorsal = heights_in_the_middle(contour)
+    half = _right_half(contour)
+    across = half[:, 0] / half[:, 0].max()
+    up = 2 * (half[:, 1] - palmar) / (dorsal - palmar) - 1.0
+    widest = int(across.argmax())
+    across, up = _evenly(across, up, [0, widest, len(across) - 1])
+    return np.concatenate([across, -across[-2:0:-1]]), np.concatenate([up, up[-2:0:-1]])
+
+
+def _right_half(contour: Floats) -> Floats:
+    """Return the part of a counter-clockwise contour at x >= 0, from its palmar to its dorsal end."""
+    ring = contour[:-1]
+    first = int(np.flatnonzero((ring[:, 0] > 0.0) & (np.roll(ring[:, 0], 1) <= 0.0))[0])
+    right = np.roll(ring, -first, axis=0)
+    palmar, dorsal = heights_in_the_middle(contour)
+    return np.vstack([[[0.0, palmar]], right[: int(np.argmin(right[:, 0] > 0.0))], [[0.0, dorsal]]])
+
+
+def _evenly(x: Floats, y: Floats, stops: list[int]) -> tuple[Floats, Floats]:
+    """Divide a curve into equal parts between stops, a quarter of the columns each."""
+    length = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    pieces = [np.linspace(length[a], length[b], _QUARTER + 1) for a, b in itertools.pairwise(stops)]
+    wanted = np.concatenate([pieces[0], *(piece[1:] for piece in pieces[1:])])
+    return np.interp(wanted, length, x), np.interp(wanted, length, y)
+
+
+def _rows(fingertip: FingertipNumbers) -> _Rows:
+    """Return the rows of a phalanx with a flat distal end, whose edge is rounded."""
+    phalanx, radius = fingertip.phalanx.sagittal, fingertip.phalanx.corner_radius
+    start, stop = -fingertip.sagittal.pad_length, phalanx.distal_end - radius
+    phalanx_contour(dataclasses.replace(fingertip, section="sagittal"))
+    body = _through_origin(start, stop)
+    turn = np.linspace(0.0, np.pi / 2, _CORNER_ROWS)[1:]
+    shrinking = np.linspace(1.0, 0.0, _FACE_ROWS)[1:]
+    x = np.concatenate([body, stop + radius * np.sin(turn), np.full(len(shrinking), phalanx.distal_end)])
+    inset = np.concatenate([np.zeros(len(body)), radius * (1 - np.cos(turn)), np.full(len(shrinking), radius)])
+    share = np.concatenate([np.ones(len(body) + len(turn)), shrinking])
+    low, high = palmar_face(fingertip, np.minimum(x, stop)) + inset, phalanx.dorsal_level - inset
+    middle, half = (low + high) / 2, (high - low) / 2
+    width = _half_width(fingertip, np.minimum(x, stop)) - inset
+    return _Rows(x, middle - share * half, middle + share * half, share * width, open=True)
+
+
+def _through_origin(start: float, stop: float) -> Floats:
+    """Return positions from start to stop, one of them at zero."""
+    before = np.linspace(start, 0.0, int(np.ceil(-start / _ROW_SPACING)) + 1)
+    return np.concatenate([before[:-1], np.linspace(0.0, stop, int(np.ceil(stop / _ROW_SPACING)) + 1)])
+
+
+def _half_width(fingertip: FingertipNumbers, x: Floats) -> Floats:
+    """Return the half width [m] of the phalanx: base, waist, tuft and end joined by a monotone curve."""
+    from scipy.interpolate import PchipInterpolator
+
+    phalanx, widths = fingertip.phalanx, solid_shape(fingertip).phalanx
+    places = [-fingertip.sagittal.pad_length, widths.waist_position, 0.0, phalanx.sagittal.distal_end]
+    known = [widths.base_half_width, widths.waist_half_width, phalanx.transverse.half_width, widths.end_half_width]
+    if widths.end_half_width <= phalanx.corner_radius:
+        found, allowed = f"got {millimetres(widths.end_half_width)}", f"needs > {millimetres(phalanx.corner_radius)}"
+        raise InputError("solid.phalanx.end_half_width", found, f"{allowed} (phalanx.corner_radius)")
+    half_width: Floats = PchipInterpolator(places, known)(x)
+    return half_width
+
+
+def _scaled_rows(fingertip: FingertipNumbers) -> _Rows:
+    """Return the rows of the outline moved inward, in both planes."""
+    contour = phalanx_contour(dataclasses.replace(fingertip, section="sagittal"))
+    first, last = float(contour[:, 0].min()), float(contour[:, 0].max())
+    if not first < -fingertip.phalanx.corner_radius < fingertip.phalanx.corner_radius < last:
+        found = f"reaches from x = {millimetres(first)} to {millimetres(last)}"
+        raise InputError("phalanx", found, "needs to reach to both sides of x = 0", "write a smaller tissue_thickness")
+    x = _closing(first, last, reaches_cut(contour))
+    low, high = _heights(contour, x)
+    across = phalanx_contour(dataclasses.replace(fingertip, section="transverse"))
+    width = across[:, 0].max() * _planform(fingertip, x, (first, last), reaches_cut(contour))
+    return _Rows(x, low, high, width, reaches_cut(contour))
+
+
+def _closing(first: float, last: float, is_open: bool) -> Floats:
+    """Return positions from first to last, close to each other where the phalanx closes."""
+    count = int(np.ceil((last - first) / _ROW_SPACING)) + 1
+    ahead = last * np.sin(np.linspace(0.0, np.pi / 2, count))
+    behind = np.linspace(0.0, first, count) if is_open else first * np.sin(np.linspace(0.0, np.pi / 2, count))
+    return np.concatenate([behind[:0:-1], ahead])
+
+
+def _heights(contour: Floats, x: Floats) -> tuple[Floats, Floats]:
+    """Return the lowest and the highest point of a sagittal contour at positions x [m]."""
+    if not reaches_cut(contour):
+        contour = np.vstack([np.roll(contour[:-1], -int(contour[:-1, 0].argmin()), axis=0)] * 2)
+        contour = contour[: len(contour) // 2 + 1]
+    tip = int(contour[:, 0].argmax())
+    palmar, dorsal = contour[: tip + 1], contour[tip:][::-1]
+    low, high = (np.interp(x, part[:, 0], part[:, 1]) for part in (palmar, dorsal))
+    low[-1] = high[-1] = contour[tip, 1]
+    return low, high
+
+
+def _planform(fingertip: FingertipNumbers, x: Floats, ends: tuple[float, float], is_open: bool) -> Floats:
+    """Return the half width of a scaled phalanx relative to that at x = 0: the outline from above, moved inward."""
+    offset = fingertip.layers.skin_thickness + fingertip.phalanx.tissue_thickness
+    tip, widest = fingertip.sagittal.tip_length, fingertip.transverse.half_width
+    angle = np.linspace(0.0, np.pi / 2, 500)
+    ring = np.column_stack([tip * np.sin(angle), widest * np.cos(angle)])
+    normal = np.column_stack([widest * np.sin(angle), tip * np.cos(angle)])
+    moved = np.maximum(ring - offset * normal / np.linalg.norm(normal, axis=1, keepdims=True), 0.0)
+    order = np.argsort(moved[:, 0], kind="stable")
+    ahead = np.interp(np.maximum(x, 0.0) / ends[1], moved[order, 0] / moved[:, 0].max(), moved[order, 1])
+    behind = np.maximum(skin_section(fingertip, np.minimum(x, 0.0))[2] - offset, 0.0) / (widest - offset)
+    share: Floats = np.where(x > 0.0, ahead / (widest - offset), behind)
+    return share if is_open else share * _rounded_end(x, ends[0], min(widest - offset, -ends[0]))
+
+
+def _rounded_end(x: Floats, first: float, length: float) -> Floats:
+    """Return the share of the width where an end that lies inside the finger closes as an ellipse."""
+    back = np.clip((first + length - x) / length, 0.0, 1.0)
+    share: Floats = np.sqrt(1.0 - back**2)
+    return share
+
+
+def _check_tissue_phalanx_surface(fingertip: FingertipNumbers, surface: Floats) -> None:
+    """Refuse a phalanx that comes nearer to the dermis than a tenth of the skin's thickness."""
+    points = surface[::_CHECKED, ::2].reshape(-1, 3)
+    thickness = depth_below_skin(fingertip, points) - fingertip.layers.skin_thickness
+    needed = 0.1 * fingertip.layers.skin_thickness
+    thinnest = int(thickness.argmin())
+    if thickness[thinnest] < needed:
+        place = coordinates(points[thinnest], 3)
+        allowed = f"needs >= {millimetres(needed, 3)} between phalanx and dermis"
+        found = f"{millimetres(thickness[thinnest], 3)} of tissue at {place}"
+        raise InputError("phalanx", found, allowed, "make the skin thinner or the phalanx smaller")

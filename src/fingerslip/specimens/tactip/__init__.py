@@ -3,9 +3,8 @@
 from fingerslip.specimens.tactip.layout import MarkerPlaces, marker_places
 from fingerslip.specimens.tactip.numbers import REGIONS, TacTipNumbers
 from fingerslip.specimens.tactip.parts import Dome, Markers, Ridges, Rods, Skin, Window
-from fingerslip.specimens.tactip.presets import PRESETS
 from fingerslip.specimens.tactip.profile import SkinLines, placed, skin_lines
-from fingerslip.specimens.tactip.tactip import TacTip
+from fingerslip.specimens.tactip.tactip import PRESETS, TacTip
 
 __all__ = [
     "PRESETS",

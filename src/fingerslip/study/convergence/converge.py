@@ -215,8 +215,8 @@ def _check_meshes(run: Run, base: RunResult, levels: Mapping[Level, RunResult]) 
 
 
 def _write_pictures(result: StudyConvergence, runs: Sequence[RunConvergence]) -> None:
-    from fingerslip.report.figures.convergence import convergence_figure
-    from fingerslip.report.figures.save import save_figure
+    from fingerslip.report.figures.study import convergence_figure
+    from fingerslip.report.figures.style import save_figure
 
     table = series_table({found.run: found.quantities for found in runs})
     write_text(result.folder / FOLDER / "convergence.csv", to_csv(table))

@@ -21,9 +21,9 @@ import numpy as np
 
 from fingerslip.errors import InputError
 from fingerslip.results import REPEAT, SAMPLE, Quantity, RunResult
-from fingerslip.sampling.outputs import output_names, output_of
+from fingerslip.sampling.designs import output_names, output_of
 from fingerslip.slip.events import Events
-from fingerslip.slip.names import READINGS, TIMES
+from fingerslip.slip.windows import READINGS, TIMES
 from fingerslip.units import si_number, si_quantity, with_unit
 
 __all__ = ["FUNCTIONS", "check_expression", "check_names", "derive", "derived_of"]

@@ -11,7 +11,7 @@ from fingerslip.parameters.presets import Presets, PresetValue
 from fingerslip.parameters.schema import field_words, json_schema
 from fingerslip.rigid_bodies import RigidBody
 from fingerslip.specimens.choice import SPECIMENS
-from fingerslip.study.definition.base import BASE
+from fingerslip.study.definition.file import BASE
 from fingerslip.study.definition.spec import Study
 
 __all__ = ["study_schema"]

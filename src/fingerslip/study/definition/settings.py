@@ -18,15 +18,16 @@ import pydantic
 from fingerslip.contact.counterfaces import BuiltInCounterface, Counterface, Plane
 from fingerslip.contact.friction import BuiltInLaw, Coulomb, FrictionLaw
 from fingerslip.errors import InputError
-from fingerslip.mesh.file import MeshFile
 from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.mesh.source import MeshSource, choose_source
+from fingerslip.mesh.source import MeshFile, MeshSource, choose_source
 from fingerslip.model import Drive, ReducedBasis, Traction
 from fingerslip.parameters import (
+    Angle,
     Duration,
     NonNegativeLength,
     NonNegativeNumber,
     Number,
+    PositiveDuration,
     PositiveLength,
     SignedLength,
     SignedPressure,
@@ -37,11 +38,15 @@ from fingerslip.programme import Phase
 from fingerslip.rigid_bodies import RigidBody, RigidBodyBase
 from fingerslip.sites import ReceptorKind, Site
 from fingerslip.specimens.choice import specimen_mesh_sources
-from fingerslip.study.definition.choices import choice_of, chosen
-from fingerslip.timing import NumericalDamping, Tolerance
+from fingerslip.study.definition.file import choice_of, chosen
+from fingerslip.timing import Adaptive, NumericalDamping, QuasiStatic, RecordsPerDecade, TimeStepping, Tolerance
+from fingerslip.units import Unit
+from fingerslip.vision.cameras import PUBLISHED_FRAME_RATE
 
 __all__ = [
     "BodySettings",
+    "CameraKind",
+    "CameraSettings",
     "ContactSettings",
     "CounterfaceChoice",
     "DynamicsSettings",
@@ -50,8 +55,11 @@ __all__ = [
     "ProgrammeEntry",
     "RecordSettings",
     "RefinementSettings",
+    "TimeSettings",
     "TractionSettings",
+    "TrialSettings",
 ]
+
 
 PositiveNumber = Annotated[Number, pydantic.Field(gt=0)]
 
@@ -317,3 +325,227 @@ class RefinementSettings:
             if factors and len({1.0, *factors}) != 3:
                 found = f"has {', '.join(f'{factor:g}' for factor in factors)}"
                 raise InputError(name, found, "needs two different factors beside 1, or none", "write [0.6667, 0.5]")
+
+
+_ALPHA = -0.05
+# What only steps that control their own error have.
+_OF_AUTO = ("output", "tolerance", "smallest", "largest", "records_per_decade")
+
+
+def _step_kind(value: object) -> str:
+    return "auto" if value == "auto" else "Duration"
+
+
+#: The length of a step, or steps that control their own error.
+StepSettings = Annotated[
+    Annotated[PositiveDuration, pydantic.Tag("Duration")] | Annotated[Literal["auto"], pydantic.Tag("auto")],
+    pydantic.Discriminator(_step_kind),
+]
+
+
+@parameters
+class TimeSettings:
+    """How time passes.
+
+    Parameters
+    ----------
+    step : float or 'auto'
+        Time step [s], or steps that control their own error.
+    scheme : {'hht_alpha', 'quasi_static'}
+        Implicit dynamics, or steps without inertia of which every one is in equilibrium.
+    alpha : float
+        Numerical damping of `hht_alpha`, from -1/2 to 0; quasi-static steps have none.
+    end : float, optional
+        End of the simulation [s]; without it the end of the programme.
+    output : float, optional
+        Of steps that control their own error: longest time between records, in holds with `records_per_decade` the
+        first one there [s].
+    tolerance : float, optional
+        Of these, largest error over the largest displacement; see :class:`~fingerslip.timing.Adaptive`.
+    smallest, largest : float, optional
+        Shortest and longest of these steps [s].
+    records_per_decade : int, optional
+        Logarithmic records in holds: how many there are at least while the time in the hold grows tenfold.
+    """
+
+    step: StepSettings
+    scheme: Literal["hht_alpha", "quasi_static"] = "hht_alpha"
+    alpha: NumericalDamping = _ALPHA
+    end: PositiveDuration | None = None
+    output: PositiveDuration | None = None
+    tolerance: Tolerance | None = None
+    smallest: PositiveDuration | None = None
+    largest: PositiveDuration | None = None
+    records_per_decade: RecordsPerDecade | None = None
+
+    def __post_init__(self) -> None:
+        if self.scheme == "quasi_static" and self.alpha != _ALPHA:
+            raise InputError("alpha", f"got {self.alpha:g} for quasi-static steps", "may not be given", "leave it out")
+        for name in _OF_AUTO:
+            if self.step != "auto" and getattr(self, name) is not None:
+                repair = "write step: auto, or leave it out"
+                raise InputError(name, "is given with a fixed step", "belongs to step: auto", repair)
+        if self.step == "auto" and self.output is None:
+            raise InputError("output", "is missing", "step: auto needs the time between records", "write output: 5 ms")
+        _check_stepping(self)
+
+    @property
+    def stepping(self) -> TimeStepping | QuasiStatic | Adaptive:
+        """The time stepping of the model."""
+        if self.step == "auto":
+            given = {name: getattr(self, name) for name in _OF_AUTO if getattr(self, name) is not None}
+            return Adaptive(**given, scheme=self.scheme, alpha=self.alpha, end=self.end)
+        if self.scheme == "quasi_static":
+            return QuasiStatic(self.step, self.end)
+        return TimeStepping(self.step, self.alpha, self.end)
+
+    def refined(self, factor: float) -> TimeSettings:
+        """Return settings whose steps are those of these times a factor; see :meth:`Adaptive.refined`."""
+        if self.step != "auto":
+            return dataclasses.replace(self, step=factor * self.step)
+        finer = self.stepping
+        assert isinstance(finer, Adaptive)
+        finer = finer.refined(factor)
+        changed = {name: getattr(finer, name) for name in ("output", "tolerance", "smallest", "largest")}
+        return dataclasses.replace(self, **changed)
+
+
+def _check_stepping(settings: TimeSettings) -> None:
+    """Refuse what makes no time integration, under its name in the study file."""
+    try:
+        assert settings.stepping
+    except InputError as error:
+        raise error.moved(lambda where: where.removeprefix("Adaptive.")) from None
+
+
+#: `internal` looks at the markers inside a sensor, `external` through the plate at those on its skin.
+CameraKind = Literal["internal", "external"]
+
+_FrameRate = Annotated[float, Unit("1/s"), pydantic.Field(gt=0, le=1e4)]
+_Pixels = Annotated[int, pydantic.Field(ge=16, le=8192)]
+_Seed = Annotated[int, pydantic.Field(ge=0, lt=2**63)]
+_Quality = Annotated[int, pydantic.Field(ge=1, le=100)]
+
+
+@parameters
+class CameraSettings:
+    """A camera of a study; no published sensor prints these values, so every default is assumed.
+
+    Parameters
+    ----------
+    tier : {'pixel', 'point'}
+        Frames, a video and the tracker, or positions with the errors of the tracker at once.
+    distance : float
+        From the lens to the markers, the lowest ones for the external camera [m].
+    view_width : float
+        Length that the width of the image shows at the markers [m].
+    width, height : int
+        Size of the image [px].
+    lens : {'pinhole', 'fisheye'}
+        Kind of the lens.
+    frame_rate : float
+        Frames a second [1/s].
+    exposure : float
+        Exposure of a frame [s].
+    marker_radius : float
+        Radius of the markers [m].
+    markers : {'bright', 'dark'}
+        Whether markers are brighter than what is around them.
+    light : {'even', 'harsh'}
+        The light: even, or with vignette, gradient, texture, glare and a bright ring.
+    noise : float
+        Standard deviation of the noise of a pixel [grey levels].
+    jpeg_quality : int, optional
+        Quality of the compression of each frame; none without it.
+    rest : float
+        Time that is filmed before the motion begins [s]: the tracker needs markers at rest.
+    seed : int
+        Seed of everything random: the same seed gives the same frames.
+    """
+
+    tier: Literal["pixel", "point"] = "pixel"
+    distance: PositiveLength = 50e-3
+    view_width: PositiveLength = 45e-3
+    width: _Pixels = 640
+    height: _Pixels = 480
+    lens: Literal["pinhole", "fisheye"] = "pinhole"
+    frame_rate: _FrameRate = 30.0
+    exposure: Duration = 10e-3
+    marker_radius: PositiveLength = 0.5e-3
+    markers: Literal["bright", "dark"] = "bright"
+    light: Literal["even", "harsh"] = "even"
+    noise: NonNegativeNumber = 2.0
+    jpeg_quality: _Quality | None = None
+    rest: Duration = 1.0
+    seed: _Seed = 0
+
+    def __post_init__(self) -> None:
+        if self.exposure > 1.0 / self.frame_rate:
+            allowed = f"needs at most a frame, {1e3 / self.frame_rate:.4g} ms"
+            raise InputError("exposure", f"got {1e3 * self.exposure:g} ms", allowed)
+
+
+_Rate = Annotated[float, Unit("1/s"), pydantic.Field(gt=0, le=1e4)]
+_Count = Annotated[int, pydantic.Field(ge=1, le=360)]
+
+
+@parameters
+class TrialSettings:
+    """How the runs of a study become trials; ``fingerslip detect simulate`` makes the data set.
+
+    Every run of a study with samples is one trial: samples take turns through the directions, so that their number is
+    that of directions times repeats. Without samples every run is done in all directions. No published sensor prints
+    the values of its cameras: every default here is assumed.
+
+    Parameters
+    ----------
+    directions : int
+        Directions of the slide or fall, evenly over a turn. The run goes along +x; the others are that run turned,
+        which is exact for an upright sensor whose rings all have a multiple of so many markers.
+    rest : float
+        Time at rest that is filmed before the slide [s]; the last part of the hold.
+    frame_rate : float
+        Frames a second of both cameras [1/s].
+    distance : float
+        From the lenses to the markers [m].
+    view_width : float
+        Length that the width of both images shows at the markers [m].
+    width, height : int
+        Size of the images [px].
+    noise : (float, float)
+        Smallest and largest standard deviation of the positions in a trial [px].
+    shift : float
+        Cameras are placed beside the axis by up to this along both axes, anew in each trial [m].
+    turn : float
+        Cameras are turned about their axis by up to this, anew in each trial [rad].
+    hidden : float
+        Skin deeper than this inside the convex hull of the outside is in a groove, and must not touch [m]; it is
+        watched.
+    patch : float
+        Distance of neighbouring contact patches [m]: within each the traction is constant.
+    seed : int
+        Seed of everything random but the samples.
+    """
+
+    directions: _Count = 8
+    rest: Duration = 1.5
+    frame_rate: _Rate = PUBLISHED_FRAME_RATE
+    distance: PositiveLength = 50e-3
+    view_width: PositiveLength = 45e-3
+    width: _Pixels = 640
+    height: _Pixels = 480
+    noise: tuple[NonNegativeNumber, NonNegativeNumber] = (0.0061, 0.05)
+    shift: NonNegativeLength = 0.5e-3
+    turn: Angle = 0.0175
+    hidden: PositiveLength = 0.3e-3
+    patch: PositiveLength = 1e-3
+    seed: _Seed = 0
+
+    def __post_init__(self) -> None:
+        if self.noise[0] > self.noise[1]:
+            raise InputError("noise", f"goes from {self.noise[0]:g} to {self.noise[1]:g}", "needs the smallest first")
+
+    @property
+    def metres_per_pixel(self) -> float:
+        """Length of a pixel at the markers [m]."""
+        return self.view_width / self.width

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from fingerslip.errors import InputError
 from fingerslip.files import writing
 from fingerslip.report.figures.fingertip import fingertip_figure
-from fingerslip.report.figures.save import save_figure
-from fingerslip.report.figures.tactip import tactip_figure
+from fingerslip.report.figures.sensor import tactip_figure
+from fingerslip.report.figures.style import save_figure
 from fingerslip.specimens.choice import SPECIMENS, presets_of
 from fingerslip.study.running.plan import plan_study
 

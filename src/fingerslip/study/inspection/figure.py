@@ -80,8 +80,7 @@ def write_figure(target: Path, choice: FigureChoice, output: Path | None = None)
 def _save(subject: StudySubject | RunSubject, path: Path, choice: FigureChoice) -> None:
     # Libraries that draw are slow to load: what is wrong with the results is said before.
     from fingerslip.report.figures.catalogue import draw_of_run, draw_of_study
-    from fingerslip.report.figures.save import save_figure
-    from fingerslip.report.figures.style import looking
+    from fingerslip.report.figures.style import looking, save_figure
 
     with looking(choice.style):
         figure = (

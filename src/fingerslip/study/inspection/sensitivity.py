@@ -9,13 +9,12 @@ from typing import Literal
 from fingerslip.errors import InputError
 from fingerslip.files import write_bytes, write_text
 from fingerslip.parameters.yaml_text import parse_document
-from fingerslip.report.tables.indices import indices_table, prediction_table
-from fingerslip.report.tables.samples import sensitivity_table
+from fingerslip.report.tables.samples import indices_table, prediction_table, sensitivity_table
 from fingerslip.report.tables.table import Table, to_csv
 from fingerslip.results import StudyResult
 from fingerslip.sampling import fits_of
+from fingerslip.sampling.designs import required_output
 from fingerslip.sampling.indices import Sensitivity, morris_effects, sobol_indices, surrogate_indices
-from fingerslip.sampling.outputs import required_output
 from fingerslip.sampling.surrogate import fit_surrogate
 from fingerslip.study.opened import open_study
 
@@ -29,8 +28,8 @@ def write_sensitivities(folder: Path, output: str, method: Method) -> tuple[Tabl
     study = open_study(folder).result
     if method == "linear":
         return _linear(study, output)
-    from fingerslip.report.figures.indices import indices_figure
-    from fingerslip.report.figures.save import figure_bytes
+    from fingerslip.report.figures.samples import indices_figure
+    from fingerslip.report.figures.style import figure_bytes
 
     found = sensitivities(study, output, method)
     tables, name = tuple(map(indices_table, found)), f"sensitivity-{output}-{_kind(found[0])}"

@@ -12,11 +12,10 @@ from fingerslip.parameters.dotted import flatten
 from fingerslip.results import RefusedRun, RunResult
 from fingerslip.run_folder import read_result
 from fingerslip.slip.events import Events
-from fingerslip.study.definition.base import read_with_base
 from fingerslip.study.definition.derived import derive
+from fingerslip.study.definition.file import line_numbers, read_with_base
 from fingerslip.study.definition.spec import Study, given_in, parse_study
 from fingerslip.study.definition.sweep import Run, expand_checked
-from fingerslip.study.definition.yaml import line_numbers
 from fingerslip.study.storage.store import identity
 
 __all__ = ["Plan", "plan_mapping", "plan_studies", "plan_study"]

@@ -14,8 +14,8 @@ from concurrent.futures.process import BrokenProcessPool
 from typing import Any
 
 from fingerslip.errors import FingerslipError, ResultError
-from fingerslip.study.running.drawing import Drawing, draw_runs
 from fingerslip.study.running.jobs import Computed, Job, groups
+from fingerslip.study.running.pictures import Drawing, draw_runs
 from fingerslip.study.running.progress import StudyProgress
 from fingerslip.study.running.spawning import end_with_parent, without_main_module
 from fingerslip.study.running.together import compute_group

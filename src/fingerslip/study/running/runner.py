@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
 from fingerslip.files import check_folder, clean_stale, remove_empty
 from fingerslip.parameters.dotted import flatten
-from fingerslip.parameters.protocols import require_kind
+from fingerslip.parameters.schema import require_kind
 from fingerslip.results import RefusedRun, RunResult, StudyResult
 from fingerslip.run_folder import stored_result
 from fingerslip.study.convergence.storage import read_uncertainties
@@ -27,7 +27,7 @@ from fingerslip.study.storage.summary import read_manifest, refused_in, write_ma
 
 if TYPE_CHECKING:
     from fingerslip.report.page.pictures import RunPictures
-    from fingerslip.study.running.drawing import Drawing
+    from fingerslip.study.running.pictures import Drawing
 
 __all__ = [
     "StudyFailedError",
@@ -203,17 +203,17 @@ def _drawings(plan: Plan, jobs: Sequence[Job]) -> Mapping[str, Drawing]:
     """Return what to draw of runs that are to be computed."""
     if not jobs:
         return {}
-    from fingerslip.study.running.drawing import drawings_of
+    from fingerslip.study.running.pictures import drawings_of
 
     return drawings_of(plan, jobs)
 
 
 def _filmed(plan: Plan, progress: StudyProgress) -> dict[str, FingerslipError]:
-    """Film the finished runs; see :func:`~fingerslip.study.running.filming.film_runs`."""
+    """Film the finished runs; see :func:`~fingerslip.study.running.pictures.film_runs`."""
     if not plan.study.cameras:
         return {}
     # Cameras and tracker are slow to import, and few studies have any.
-    from fingerslip.study.running.filming import film_runs
+    from fingerslip.study.running.pictures import film_runs
 
     return film_runs(plan, progress)
 

@@ -55,7 +55,7 @@ def _film(run: str, folder: Path, history: xr.Dataset) -> Film:
 
 def _frames(video: Path, truth: xr.Dataset, history: xr.Dataset) -> dict[float, NDArray[np.uint8]]:
     """Return the frames that a report shows by their times [s]; none without a video or a slide."""
-    from fingerslip.report.figures.filming import film_times
+    from fingerslip.report.figures.film import film_times
     from fingerslip.vision.video import read_frames
 
     window, times = slide_window(history), truth["time"].values

@@ -147,7 +147,7 @@ def _representatives(study: StudyResult, starts: Mapping[str, float]) -> dict[st
     """Return the histories of samples that are seen in motion."""
     if not study.ranges:
         return {}
-    from fingerslip.report.page.representatives import representatives
+    from fingerslip.report.page.samples import representatives
 
     names = [one.run.name for one in representatives(study, starts)]
     return {name: read_history(study.folder / name / HISTORY) for name in names}

@@ -16,10 +16,10 @@ from fingerslip.parameters.dotted import flatten
 from fingerslip.results import RunResult, result_of
 from fingerslip.run_folder import HISTORY, RUN, stored_result, write_result
 from fingerslip.slip import measures
-from fingerslip.slip.free_edge import edge_warning
+from fingerslip.slip.front import edge_warning
 from fingerslip.slip.resolution import resolution_warnings
+from fingerslip.study.definition.file import read_mapping, write_mapping
 from fingerslip.study.definition.sweep import Run
-from fingerslip.study.definition.yaml import read_mapping, write_mapping
 from fingerslip.study.running.build import mesh_key
 from fingerslip.study.storage.provenance import versions
 from fingerslip.study.storage.snapshots import write_snapshots

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from fingerslip.dynamics.statics.body import StaticBody
+from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study
-from fingerslip.study.definition.trial_settings import TrialSettings
 from fingerslip.study.trials.plates import plate_of
 
 __all__ = ["card_notes"]

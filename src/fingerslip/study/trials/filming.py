@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.study.definition.trial_settings import TrialSettings
+from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.vision.cameras.camera import Camera, Pose
 from fingerslip.vision.cameras.errors import PositionErrors
-from fingerslip.vision.cameras.pair import CameraPair
-from fingerslip.vision.cameras.point import MEASURED_ERRORS
+from fingerslip.vision.cameras.point import MEASURED_ERRORS, CameraPair
 from fingerslip.vision.cameras.presets import aimed_camera
 
 if TYPE_CHECKING:

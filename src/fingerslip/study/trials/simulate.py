@@ -15,10 +15,10 @@ from fingerslip.digest import digest
 from fingerslip.errors import DamagedError, FingerslipError, InputError, ResultError
 from fingerslip.files import alone, check_replaceable, clean_stale, new_folder, read_json
 from fingerslip.parameters import as_mapping
+from fingerslip.study.definition.file import line_numbers
+from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.spec import Study, read_study
 from fingerslip.study.definition.sweep import expand_samples
-from fingerslip.study.definition.trial_settings import TrialSettings
-from fingerslip.study.definition.yaml import line_numbers
 from fingerslip.study.running.progress import SilentProgress, StudyProgress
 from fingerslip.study.running.spawning import end_with_parent, without_main_module
 from fingerslip.study.storage.provenance import commit

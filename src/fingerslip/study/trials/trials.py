@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from fingerslip.contact.states import OPEN
 from fingerslip.detect.labels import (
     LabelSettings,
+    Onsets,
     labels_from_contact,
     labels_from_external_markers,
     labels_from_plate,
 )
-from fingerslip.detect.onsets import Onsets
 from fingerslip.detect.trials import Trial
 from fingerslip.dynamics.statics.body import StaticBody
 from fingerslip.dynamics.statics.march import StaticMotion, march_static
@@ -25,15 +25,15 @@ from fingerslip.errors import InputError
 from fingerslip.programme import Hold, Press, Slide, phase_duration
 from fingerslip.specimens.tactip import TacTip, marker_places
 from fingerslip.specimens.tactip.sites import modelled_places
+from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.definition.sweep import Run
-from fingerslip.study.definition.trial_settings import TrialSettings
 from fingerslip.study.running.build import contact_of
+from fingerslip.study.trials.bodies import turned_whole
 from fingerslip.study.trials.filming import Eyes, drawn_cameras, drawn_eyes
 from fingerslip.study.trials.plates import load_rate, plate_of, programme_of
-from fingerslip.study.trials.turned import turned_whole
 from fingerslip.version import __version__
 from fingerslip.vision.cameras.camera import interpolated
-from fingerslip.vision.cameras.pair import pair_tracks, plate_mark
+from fingerslip.vision.cameras.point import pair_tracks, plate_mark
 from fingerslip.vision.tracks import make_tracks
 
 if TYPE_CHECKING:

@@ -2,26 +2,215 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.vision.cameras.camera import Camera, frame_times, interpolated, pixels_per_metre, seen_kind, true_tracks
-from fingerslip.vision.cameras.kernels import draw_spots, expose, normal_table
-from fingerslip.vision.cameras.lighting import brightness, empty_picture, marker_picture
-from fingerslip.vision.cameras.look import PixelCamera
-from fingerslip.vision.opencv import opencv
-from fingerslip.vision.video import write_video
+from fingerslip.vision.cameras.look import Lighting, PixelCamera
+from fingerslip.vision.video import opencv, write_video
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["film", "frames_of"]
+__all__ = [
+    "brightness",
+    "draw_spots",
+    "empty_picture",
+    "expose",
+    "film",
+    "frames_of",
+    "marker_picture",
+    "normal_table",
+    "ring_mask",
+]
 
+
+Picture = NDArray[np.float32]
 Floats = NDArray[np.float64]
+
+_REACH = 4.0  # standard deviations of the edge, beyond which a spot covers 3e-5 of a pixel
+_SAMPLES_PER_PIXEL, _MOST_SAMPLES = 2.0, 512
+_BITS = 16
+# The constants of SplitMix64 (Steele, Lea & Flood 2014).
+_GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+_FIRST, _SECOND = np.uint64(0xBF58476D1CE4E5B9), np.uint64(0x94D049BB133111EB)
+_30, _27, _31, _16 = np.uint64(30), np.uint64(27), np.uint64(31), np.uint64(_BITS)
+_MASK = np.uint64(2**_BITS - 1)
+
+
+@functools.cache
+def normal_table() -> Picture:
+    """Return 65,536 equally likely values of a normal distribution of mean 0 and variance 1, rising."""
+    from scipy.special import ndtri
+
+    values = ndtri((np.arange(2**_BITS) + 0.5) / 2**_BITS)
+    table: Picture = (values / values.std()).astype(np.float32)
+    return table
+
+
+@numba.njit(cache=True, nogil=True)
+def draw_spots(  # noqa: PLR0917  numba takes them in order
+    picture: Picture, top: Picture, middles: Floats, halves: Floats, radii: Floats, softness: float
+) -> None:
+    """Lay spots over a picture, in place.
+
+    Arrays: picture, top (height, width) [grey levels]; middles, halves (n, 2) [px]; radii (n,) [px]; softness [px].
+    """
+    for spot in range(len(middles)):
+        x, y, dx, dy = middles[spot, 0], middles[spot, 1], halves[spot, 0], halves[spot, 1]
+        reach = radii[spot] + _REACH * softness
+        if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(dx) and math.isfinite(dy)):
+            continue
+        length = 2.0 * math.hypot(dx, dy)
+        count = min(1 + math.ceil(_SAMPLES_PER_PIXEL * length), _MOST_SAMPLES)
+        left, right = _limits(x, abs(dx) + reach, picture.shape[1])
+        upper, lower = _limits(y, abs(dy) + reach, picture.shape[0])
+        for row in range(upper, lower):
+            for column in range(left, right):
+                covered = 0.0
+                for sample in range(count):
+                    share = (2.0 * sample + 1.0) / count - 1.0
+                    off = math.hypot(column - x - share * dx, row - y - share * dy)
+                    covered += _covered(off - radii[spot], softness)
+                covered /= count
+                picture[row, column] += np.float32(covered) * (top[row, column] - picture[row, column])
+
+
+@numba.njit(cache=True, nogil=True)
+def _limits(middle: float, reach: float, size: int) -> tuple[int, int]:
+    """Return the first pixel within reach and the one behind the last, inside the picture."""
+    first, last = math.ceil(max(middle - reach, 0.0)), math.floor(min(middle + reach, size - 1.0))
+    return int(first), int(last) + 1
+
+
+@numba.njit(cache=True, nogil=True)
+def _covered(outside: float, softness: float) -> float:
+    """Return the share of a pixel that a blurred edge covers, at a distance outside it [px]."""
+    if outside > _REACH * softness:
+        return 0.0
+    if outside < -_REACH * softness:
+        return 1.0
+    return 0.5 * math.erfc(outside / (math.sqrt(2.0) * softness))
+
+
+@numba.njit(cache=True, nogil=True)
+def _mixed(state: np.uint64) -> np.uint64:
+    """Return the random bits of a state (Steele, Lea & Flood 2014)."""
+    state = (state ^ (state >> _30)) * _FIRST
+    state = (state ^ (state >> _27)) * _SECOND
+    return state ^ (state >> _31)
+
+
+@numba.njit(cache=True, nogil=True)
+def expose(  # noqa: PLR0917  numba takes them in order
+    picture: Picture, factor: float, read: float, shot: float, seed: int, number: int, table: Picture
+) -> NDArray[np.uint8]:
+    """Return what a sensor makes of light: noise added, and whole grey levels from 0 to 255.
+
+    Arrays: picture (height, width) [grey levels]; factor [-]; read [grey levels squared]; shot [grey levels]; table
+    (65536,).
+    """
+    frame = np.empty(picture.shape, dtype=np.uint8)
+    light, levels = picture.ravel(), frame.ravel()
+    plain = math.sqrt(read)
+    key = _mixed(_mixed(np.uint64(seed) + _GOLDEN) + np.uint64(number) * _GOLDEN)
+    bits = key
+    for pixel in range(light.size):
+        if pixel % 4 == 0:
+            bits = _mixed(key + np.uint64(pixel // 4 + 1) * _GOLDEN)
+        value = factor * light[pixel]
+        deviation = plain if shot == 0.0 else math.sqrt(read + shot * max(value, 0.0))
+        value += deviation * table[bits & _MASK] + 0.5
+        bits >>= _16
+        levels[pixel] = np.uint8(min(max(value, 0.0), 255.0))
+    return frame
+
+
+_MASKED = 3.0  # standard deviations of the bright ring on either side
+
+
+def empty_picture(pixel_camera: PixelCamera) -> Picture:
+    """Return the grey levels (height, width) of a frame without markers, noise and changes over time."""
+    look, lighting = pixel_camera.look, pixel_camera.lighting
+    surface = look.background + _texture(pixel_camera)
+    return (_even_light(pixel_camera, lighting) * surface + _added_light(pixel_camera)).astype(np.float32)
+
+
+def marker_picture(pixel_camera: PixelCamera) -> Picture:
+    """Return the grey levels (height, width) that each pixel would have if a marker covered it."""
+    light = _even_light(pixel_camera, pixel_camera.lighting)
+    return (light * pixel_camera.look.marker + _added_light(pixel_camera)).astype(np.float32)
+
+
+def brightness(lighting: Lighting, times: Floats) -> Floats:
+    """Return the factors [-] by which light is brighter at some times [s] than at the time 0, without flicker."""
+    wave = lighting.flicker * np.sin(2.0 * math.pi * lighting.flicker_rate * times)
+    found: Floats = np.maximum(1.0 + lighting.drift * times + wave, 0.0)
+    return found
+
+
+def ring_mask(pixel_camera: PixelCamera) -> NDArray[np.bool_]:
+    """Tell which pixels (height, width) a tracker may use: those inside the bright ring; all without one."""
+    ring = pixel_camera.lighting.ring
+    x, y = _grid(pixel_camera)
+    height = pixel_camera.camera.intrinsics.height
+    largest = math.inf if ring is None else (ring.radius - _MASKED * ring.width) * height
+    found: NDArray[np.bool_] = np.hypot(x, y) < largest
+    return found
+
+
+def _grid(pixel_camera: PixelCamera) -> tuple[Floats, Floats]:
+    """Return x and y of all pixels from the middle of the image [px], to be broadcast."""
+    lens = pixel_camera.camera.intrinsics
+    x = np.arange(lens.width, dtype=np.float64) - 0.5 * (lens.width - 1)
+    y = np.arange(lens.height, dtype=np.float64) - 0.5 * (lens.height - 1)
+    return x[None, :], y[:, None]
+
+
+def _even_light(pixel_camera: PixelCamera, lighting: Lighting) -> Floats:
+    x, y = _grid(pixel_camera)
+    corner = x[0, -1] ** 2 + y[-1, 0] ** 2
+    lost = lighting.vignetting * (x * x + y * y) / max(corner, 1.0)
+    along = (x * math.cos(lighting.gradient_angle) + y * math.sin(lighting.gradient_angle)) / x.size
+    found: Floats = np.maximum((1.0 - lost) * (1.0 + lighting.gradient * along), 0.0)
+    return found
+
+
+def _added_light(pixel_camera: PixelCamera) -> Floats:
+    """Return the grey levels that glare and ring add."""
+    lighting = pixel_camera.lighting
+    x, y = _grid(pixel_camera)
+    found = np.zeros((y.size, x.size))
+    for spot in lighting.glare:
+        across, down = x - (spot.x - 0.5) * x.size, y - (spot.y - 0.5) * y.size
+        found += spot.level * np.exp(-0.5 * (across * across + down * down) / (spot.radius * x.size) ** 2)
+    if lighting.ring is not None:
+        off = np.hypot(x, y) / y.size - lighting.ring.radius
+        found += lighting.ring.level * np.exp(-0.5 * (off / lighting.ring.width) ** 2)
+    return found
+
+
+def _texture(pixel_camera: PixelCamera) -> Floats:
+    """Return a seeded pattern of the background [grey levels]; zeros without one."""
+    lighting, lens = pixel_camera.lighting, pixel_camera.camera.intrinsics
+    shape = (lens.height, lens.width)
+    if lighting.texture == 0:
+        return np.zeros(shape)
+    from scipy import ndimage
+
+    random = np.random.default_rng([pixel_camera.seed, 1])
+    pattern: Floats = ndimage.gaussian_filter(random.standard_normal(shape), lighting.texture_length, mode="wrap")
+    pattern *= lighting.texture / pattern.std()
+    return pattern
+
+
 Frame = NDArray[np.uint8]
 
 _CHUNK = 64  # frames whose spots are computed together

@@ -3,22 +3,238 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.vision.fields.motion import rest_positions, smooth_velocity, window_frames
-from fingerslip.vision.fields.rigid import fit_rigid_motions
-from fingerslip.vision.fields.triangles import green_strain, marker_means, marker_triangles, triangle_gradients
+from fingerslip.errors import InputError
 from fingerslip.vision.tracks import check_tracks
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["FIELDS", "contact_centroid", "marker_fields"]
+__all__ = [
+    "FIELDS",
+    "RigidMotions",
+    "contact_centroid",
+    "fit_rigid_motions",
+    "green_strain",
+    "larger_principal",
+    "marker_fields",
+    "marker_means",
+    "marker_triangles",
+    "rest_positions",
+    "smooth_velocity",
+    "triangle_gradients",
+    "window_frames",
+]
+
 
 Floats = NDArray[np.float64]
+
+_DEGREE = 2
+
+
+def rest_positions(position: Floats, frames: int) -> Floats:
+    """Return the mean position of each marker in the first frames, shape (n_markers, n_axes); NaN where never seen.
+
+    Arrays: position (n_times, n_markers, n_axes).
+    """
+    if not 1 <= frames <= len(position):
+        raise InputError("rest", f"got {frames} frames", f"needs 1 to {len(position)}, as many as there are")
+    first = position[:frames]
+    counts = (~np.isnan(first)).sum(axis=0)
+    found: Floats = np.where(counts > 0, np.nansum(first, axis=0) / np.maximum(counts, 1), np.nan)
+    return found
+
+
+def window_frames(times: Floats, smoothing: float) -> int:
+    """Return the odd number of frames, at least five, that a smoothing time [s] spans."""
+    if not (np.isfinite(smoothing) and smoothing > 0):
+        raise InputError("smoothing", f"got {smoothing}", "needs a time > 0 in seconds")
+    step = float(np.median(np.diff(times))) if times.size > 1 else np.inf
+    frames = 2 * max(round(0.5 * smoothing / step), _DEGREE) + 1
+    if frames > times.size:
+        found = f"{times.size} frames, and the smoothing time spans {frames}"
+        raise InputError("tracks: time", f"has {found}", "needs as many frames", "give a shorter smoothing time")
+    return frames
+
+
+def smooth_velocity(position: Floats, times: Floats, frames: int) -> Floats:
+    """Return the velocity of markers by parabolas fitted to a few frames (Savitzky & Golay 1964).
+
+    Where every frame is there, at even times, this is the filter of Savitzky and Golay; here times may be uneven, and
+    frames in which a marker was not seen have no weight. At both ends the parabola of the first or last frames is used.
+    White noise of a deviation s in the positions becomes s sqrt(3 / (h (h + 1) (2 h + 1))) / step in the velocity, with
+    2 h + 1 frames.
+
+    Arrays: position (n_times, n_markers, n_axes); times (n_times,) [s]; returns (n_times, n_markers, n_axes).
+    """
+    half, count = frames // 2, times.size
+    middles = np.clip(np.arange(count), half, count - 1 - half)
+    known = np.asarray(~np.isnan(position).any(axis=2))
+    filled = np.nan_to_num(position)
+    span = times[middles + half] - times[middles - half]
+    moments = np.zeros((2 * _DEGREE + 1, count, known.shape[1]))
+    sums = np.zeros((_DEGREE + 1, *position.shape))
+    for offset in range(-half, half + 1):
+        rows = middles + offset
+        # Times in units of the window keep the equations well conditioned.
+        powers = ((times[rows] - times) / span)[None, :] ** np.arange(2 * _DEGREE + 1)[:, None]
+        moments += powers[:, :, None] * known[rows]
+        sums += powers[: _DEGREE + 1, :, None, None] * filled[rows]
+    velocity = _slopes(moments, sums) / span[:, None, None]
+    velocity[~known | (moments[0] < _DEGREE + 2)] = np.nan
+    return velocity
+
+
+def _slopes(moments: Floats, sums: Floats) -> Floats:
+    """Return the slopes of fitted parabolas by Cramer's rule from their moments: no small systems to be solved."""
+    m0, m1, m2, m3, m4 = moments
+    s0, s1, s2 = sums
+    determinant = m0 * (m2 * m4 - m3 * m3) - m1 * (m1 * m4 - m2 * m3) + m2 * (m1 * m3 - m2 * m2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first, second, third = (
+            (factor / determinant)[..., None] for factor in (m2 * m3 - m1 * m4, m0 * m4 - m2 * m2, m1 * m2 - m0 * m3)
+        )
+        slopes: Floats = first * s0 + second * s1 + third * s2
+    return slopes
+
+
+@dataclass(frozen=True)
+class RigidMotions:
+    """Rigid motions from rest, one for each time; NaN where too few markers are seen."""
+
+    translation: Floats  # (n_times, n_axes), mean displacement of the markers that are seen, in units of the positions
+    rotation: Floats  # (n_times,), angle [rad]: in the plane from x towards y, in space without a sign
+    residual: Floats  # (n_times, n_markers, n_axes)
+
+
+def fit_rigid_motions(rest: Floats, position: Floats) -> RigidMotions:
+    """Fit a rotation and a translation to markers at each time by least squares (Kabsch 1976).
+
+    Arrays: rest (n_markers, n_axes); position (n_times, n_markers, n_axes).
+    """
+    dim = rest.shape[1]
+    known = ~(np.isnan(position).any(axis=2) | np.isnan(rest).any(axis=1))
+    weights = known / np.maximum(known.sum(axis=1), 1)[:, None]
+    before, after = np.nan_to_num(rest), np.nan_to_num(position)
+    middle_before, middle_after = weights @ before, np.einsum("tm,tma->ta", weights, after)
+    spread = (before[None] - middle_before[:, None]) * weights[:, :, None]
+    turns = _rotations(np.einsum("tma,tmb->tab", spread, after - middle_after[:, None]))
+    turned = np.einsum("tab,tmb->tma", turns, before[None] - middle_before[:, None])
+    residual = after - middle_after[:, None] - turned
+    residual[~known] = np.nan
+    enough = known.sum(axis=1) >= dim
+    residual[~enough] = np.nan
+    translation = np.where(enough[:, None], middle_after - middle_before, np.nan)
+    return RigidMotions(translation, np.where(enough, _angles(turns), np.nan), residual)
+
+
+def _rotations(covariance: Floats) -> Floats:
+    """Return the rotations (n, d, d) that bring vectors nearest to others, from their covariance (n, d, d)."""
+    left, _, right = np.linalg.svd(covariance)
+    # Without a reflection: the direction that matters least gives way.
+    signs = np.sign(np.linalg.det(left @ right))
+    right[:, -1] *= np.where(signs == 0, 1.0, signs)[:, None]
+    turns: Floats = np.swapaxes(left @ right, 1, 2)
+    return turns
+
+
+def _angles(turns: Floats) -> Floats:
+    if turns.shape[1] == 2:
+        return np.arctan2(turns[:, 1, 0], turns[:, 0, 0])
+    axis = np.stack([turns[:, i, j] - turns[:, j, i] for i, j in ((2, 1), (0, 2), (1, 0))], axis=1)
+    angles: Floats = np.arctan2(np.linalg.norm(axis, axis=1), np.trace(turns, axis1=1, axis2=2) - 1.0)
+    return angles
+
+
+Ints = NDArray[np.intp]
+
+_FLAT = 0.1  # height over longest edge of a triangle that is left out
+
+
+def marker_triangles(rest: Floats) -> Ints:
+    """Return the Delaunay triangles of markers at rest, shape (n_triangles, 3), counter-clockwise from x to y.
+
+    Flat ones along the edge, whose strain would be noise, are left out: those whose height is below a tenth of their
+    longest edge.
+
+    Arrays: rest (n_markers, 2).
+    """
+    known = np.flatnonzero(~np.isnan(rest).any(axis=1))
+    if known.size < 3:
+        return np.empty((0, 3), dtype=np.intp)
+    # Slow to load, and needed only here: commands that read a detector or a data set start without it.
+    from scipy.spatial import Delaunay, QhullError
+
+    try:
+        corners = Delaunay(rest[known]).simplices
+    except QhullError:  # all on one line
+        return np.empty((0, 3), dtype=np.intp)
+    edges = rest[known][np.roll(corners, -1, axis=1)] - rest[known][corners]
+    twice = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
+    corners = np.where(twice[:, None] < 0, corners[:, ::-1], corners)
+    longest = (edges**2).sum(axis=2).max(axis=1)
+    chosen: Ints = known[corners[np.abs(twice) > _FLAT * longest]]
+    return chosen
+
+
+def triangle_gradients(rest: Floats, position: Floats, triangles: Ints) -> Floats:
+    """Return the gradients of the displacement in triangles, exact where the motion is affine.
+
+    Arrays: rest (n_markers, 2); position (n_times, n_markers, 2); triangles (n_triangles, 3); returns (n_times,
+    n_triangles, 2, 2) [-].
+    """
+    before = rest[triangles[:, 1:]] - rest[triangles[:, :1]]
+    after = position[:, triangles[:, 1:]] - position[:, triangles[:, :1]]
+    # Edges are rows: those after are those before times the transposed deformation gradient.
+    inverse = np.linalg.inv(before) if triangles.size else np.empty((0, 2, 2))
+    return np.swapaxes(inverse @ after, 2, 3) - np.eye(2)
+
+
+def green_strain(gradients: Floats) -> Floats:
+    """Return Green's strain xx, yy, xy [-], shape (..., 3), of displacement gradients (..., 2, 2); 0 for rotations."""
+    transposed = np.swapaxes(gradients, -1, -2)
+    strain = 0.5 * (gradients + transposed + transposed @ gradients)
+    return np.stack([strain[..., 0, 0], strain[..., 1, 1], strain[..., 0, 1]], axis=-1)
+
+
+def marker_means(values: Floats, rest: Floats, triangles: Ints) -> Floats:
+    """Return the mean over the triangles around each marker, by their areas at rest.
+
+    Arrays: values (n_times, n_triangles); rest (n_markers, 2); triangles (n_triangles, 3); returns (n_times,
+    n_markers).
+    """
+    first, second = (rest[triangles[:, corner]] - rest[triangles[:, 0]] for corner in (1, 2))
+    areas = 0.5 * np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
+    around = np.zeros((len(triangles), len(rest)))
+    around[np.arange(len(triangles))[:, None], triangles] = areas[:, None]
+    known = ~np.isnan(values)
+    weights = known.astype(np.float64) @ around
+    with np.errstate(divide="ignore", invalid="ignore"):
+        means: Floats = np.where(weights > 0, np.nan_to_num(values) @ around / weights, np.nan)
+    return means
+
+
+def larger_principal(strain: Floats) -> Floats:
+    """Return the principal strain of larger size, with its sign.
+
+    Arrays: strain (..., 3) [-]; returns (...) [-].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> larger_principal(np.array([[0.1, -0.3, 0.0]])).tolist()
+    [-0.3]
+    """
+    middle, half = 0.5 * (strain[..., 0] + strain[..., 1]), 0.5 * (strain[..., 0] - strain[..., 1])
+    radius = np.hypot(half, strain[..., 2])
+    larger: Floats = np.where(middle >= 0, middle + radius, middle - radius)
+    return larger
+
 
 _MARKER = ("time", "marker")
 

@@ -14,11 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.vision.opencv import opencv
-from fingerslip.vision.tracking.assignment import assign
-from fingerslip.vision.tracking.leap import common_shift, lost_suddenly
 from fingerslip.vision.tracking.markers import Markers, Measured, measure
-from fingerslip.vision.tracking.neighbours import consistent, expected_displacement
+from fingerslip.vision.tracking.neighbours import assign, common_shift, consistent, expected_displacement, lost_suddenly
+from fingerslip.vision.video import opencv
 
 __all__ = ["State", "follow", "rest_state"]
 

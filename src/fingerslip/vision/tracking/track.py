@@ -12,22 +12,160 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import FingerslipError
+from fingerslip.errors import FingerslipError, InputError
+from fingerslip.vision.cameras.calibration import read_calibration
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
-from fingerslip.vision.exposure import STATES, Exposure
-from fingerslip.vision.tracking.frames import Channel, VideoInput
-from fingerslip.vision.tracking.lens import lens_of, undistorted
-from fingerslip.vision.tracking.stream import MarkerStream, SeenMarkers, open_markers
-from fingerslip.vision.tracking.topology import LayoutName
-from fingerslip.vision.tracks import make_tracks
+from fingerslip.vision.tracking.follow import follow, rest_state
+from fingerslip.vision.tracking.markers import LayoutName, check_layout
+from fingerslip.vision.tracking.neighbours import expected_displacement, nearest_neighbours
+from fingerslip.vision.tracking.reference import Reference, first_frames, reference_of
+from fingerslip.vision.tracks import make_tracks, seen
+from fingerslip.vision.video import (
+    DUPLICATED,
+    STATES,
+    Channel,
+    Exposure,
+    Frames,
+    VideoInput,
+    frame_state,
+    open_frames,
+    opencv,
+    rest_exposure,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = ["TrackingWarning", "track_markers"]
+__all__ = [
+    "Lost",
+    "MarkerStream",
+    "SeenMarkers",
+    "TrackingWarning",
+    "jumps",
+    "lens_of",
+    "lost_intervals",
+    "noise_at_rest",
+    "open_markers",
+    "seen_count",
+    "seen_share",
+    "track_markers",
+    "undistorted",
+]
+
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+
+# Markers are looked for in the mean of this many frames, or of the rest frames where they are fewer.
+_AVERAGED = 10
+# Positions of a frame that shows nothing new are marked.
+_OLD_QUALITY = 0.5
+
+
+@dataclass(frozen=True)
+class SeenMarkers:
+    """What was found in a frame."""
+
+    time: float  # time of the frame [s]
+    position: NDArray[np.float32]  # (n_markers, 2), positions [px], NaN where a marker is not seen
+    quality: NDArray[np.float32]  # (n_markers,), from 0 (not seen) to 1
+    state: int  # 0 fine, 1 dark, 2 overexposed, 3 duplicated
+
+
+@dataclass(frozen=True)
+class MarkerStream:
+    """The markers of a video, which are followed while one goes through them."""
+
+    frames: Frames  # the frames
+    reference: Reference  # the markers at rest, numbered
+    mask: Flags | None  # (height, width), pixels that count
+    exposure: Exposure  # how light the frames are at rest
+    shape: tuple[int, int]  # (int, int), height and width of the frames [px]
+
+    @property
+    def at_rest(self) -> xr.Dataset:
+        """Tracks of the reference alone, which tell how many markers there are and in which rings."""
+        position: Floats = self.reference.markers.position
+        return make_tracks(position[None], [0.0], units="px", ring=self.reference.ring, angle=self.reference.angle)
+
+    def __iter__(self) -> Iterator[SeenMarkers]:
+        state, before = rest_state(self.reference.markers), None
+        for number, frame in enumerate(self.frames.read()):
+            light = frame_state(frame, before, self.exposure)
+            state, position, quality = follow(self.reference.markers, state, frame, self.mask)
+            if light == DUPLICATED:
+                quality = np.minimum(quality, _OLD_QUALITY)
+            before = frame
+            # Single precision is 1e-4 px for the widest images.
+            seen = position.astype(np.float32), quality.astype(np.float32)
+            yield SeenMarkers(number / self.frames.frame_rate, *seen, light)
+
+
+def open_markers(
+    video: VideoInput,
+    *,
+    n_markers: int | None = None,
+    rest_frames: int = 30,
+    layout: LayoutName = "rings",
+    mask: Flags | str | Path | None = None,
+    bright: bool | None = None,
+    frame_rate: float | None = None,
+    channel: Channel = "grey",
+) -> MarkerStream:
+    """Find the markers of a video in its first frames, so that they can be followed frame by frame."""
+    check_layout(layout)
+    _check_counts(n_markers, rest_frames)
+    frames = open_frames(video, frame_rate, channel)
+    averaged, first = first_frames(frames.read(), min(rest_frames, _AVERAGED))
+    allowed = _mask(mask, first.shape)
+    reference = reference_of(averaged, allowed, n_markers, layout, bright, frames.name)
+    exposure = rest_exposure(np.clip(averaged, 0, 255).astype(np.uint8))
+    height, width = first.shape
+    return MarkerStream(frames, reference, allowed, exposure, (height, width))
+
+
+def _check_counts(n_markers: int | None, rest_frames: int) -> None:
+    if n_markers is not None and n_markers < 1:
+        raise InputError("n_markers", f"got {n_markers}", "needs a number >= 1")
+    if rest_frames < 1:
+        raise InputError("rest_frames", f"got {rest_frames}", "needs a number >= 1")
+
+
+def _mask(mask: NDArray[np.bool_] | str | Path | None, shape: tuple[int, ...]) -> Flags | None:
+    if mask is None:
+        return None
+    if isinstance(mask, str | Path):
+        image = opencv().imread(str(mask), 0) if Path(mask).is_file() else None
+        if image is None:
+            raise InputError("mask", f"{mask} cannot be read as an image", "needs one that is white where markers are")
+        mask = image > 127
+    allowed = np.ascontiguousarray(mask, dtype=bool)
+    if allowed.shape != shape:
+        raise InputError("mask", f"got shape {allowed.shape}", f"needs {shape}, the height and width of the frames")
+    return allowed
+
+
+def lens_of(calibration: Pinhole | Fisheye | str | Path, size: tuple[int, int]) -> Pinhole | Fisheye:
+    """Return intrinsics, from a file where a path is given.
+
+    Arrays: size (int, int) [px].
+    """
+    if isinstance(calibration, str | Path):
+        found: Pinhole | Fisheye = read_calibration(calibration, size=size)
+        return found
+    return calibration
+
+
+def undistorted(lens: Pinhole | Fisheye, position: Floats) -> Floats:
+    """Return pixels of a pinhole with the same camera matrix and no distortion; NaN for what it does not see.
+
+    Arrays: position (..., 2) [px].
+    """
+    rays = lens.directions(position)
+    depth = np.where(rays[..., 2] > 0, rays[..., 2], np.nan)
+    return rays[..., :2] / depth[..., None] * (lens.focal_x, lens.focal_y) + (lens.centre_x, lens.centre_y)
+
+
 Frame = NDArray[np.uint8]
 
 _MOVED = 0.5  # px that the rest frames may move
@@ -242,3 +380,68 @@ def _moved(position: Floats) -> float:
         return 0.0
     middle = np.median(seen - seen.mean(axis=0), axis=1)
     return float(np.linalg.norm(middle.max(axis=0) - middle.min(axis=0)))
+
+
+@dataclass(frozen=True)
+class Lost:
+    """An interval in which a marker was not seen."""
+
+    marker: int  # number of the marker
+    first: int  # first and last frame without it
+    last: int  # first and last frame without it
+    returned: bool  # whether it was seen again
+
+    @property
+    def frames(self) -> int:
+        """How many frames it lasted."""
+        return self.last - self.first + 1
+
+
+def seen_count(tracks: xr.Dataset) -> NDArray[np.intp]:
+    """Return how many markers were seen in each frame, shape (n_times,)."""
+    count: NDArray[np.intp] = seen(tracks).sum(axis=1)
+    return count
+
+
+def seen_share(tracks: xr.Dataset) -> float:
+    """Return the share of all marker-frames that have a position."""
+    return float(seen(tracks).mean())
+
+
+def lost_intervals(tracks: xr.Dataset) -> list[Lost]:
+    """Return every interval in which a marker was not seen, by marker and time."""
+    gone = ~seen(tracks)
+    # A frame on either side in which all are seen makes every interval begin and end.
+    edges = np.diff(np.pad(gone, ((1, 1), (0, 0))).astype(np.int8), axis=0)
+    found = []
+    for column, number in enumerate(tracks["marker"].values):
+        first, behind = np.flatnonzero(edges[:, column] == 1), np.flatnonzero(edges[:, column] == -1)
+        found += [
+            Lost(int(number), int(a), int(b) - 1, bool(b < len(gone))) for a, b in zip(first, behind, strict=True)
+        ]
+    return found
+
+
+def noise_at_rest(tracks: xr.Dataset) -> Floats:
+    """Return the standard deviation of each marker in the rest frames, the root mean square of both axes, (n,) [px]."""
+    noise: Floats = np.sqrt((tracks["rest_noise"].values ** 2).mean(axis=1))
+    return noise
+
+
+def jumps(tracks: xr.Dataset) -> Floats:
+    """Return how far each marker moved between frames beyond what its neighbours did [px].
+
+    Arrays: returns (n_times - 1, n_markers).
+    """
+    position, there = tracks["position"].values, seen(tracks)
+    # Markers that were not seen at rest have no neighbours by their reference: their place is far away.
+    reference = np.where(np.isfinite(tracks["reference"].values), tracks["reference"].values, 1e6)
+    neighbours, _ = nearest_neighbours(reference)
+    out = np.full((max(len(position) - 1, 0), position.shape[1]), np.nan)
+    for t in range(len(out)):
+        both = there[t] & there[t + 1]
+        step = np.where(both[:, None], position[t + 1] - position[t], 0.0)
+        expected, counts = expected_displacement(reference, step, both, neighbours)
+        known = both & (counts > 2)
+        out[t, known] = np.linalg.norm(step - expected, axis=1)[known]
+    return out

@@ -21,8 +21,7 @@ from fingerslip.detect.evaluation.crossval import frames_by_trial
 from fingerslip.detect.evaluation.parts import parts_beside
 from fingerslip.detect.features import FeatureSettings
 from fingerslip.detect.labels import LabelSettings
-from fingerslip.detect.samples import samples_of
-from fingerslip.detect.splits import grouped_folds
+from fingerslip.detect.samples import grouped_folds, samples_of
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
 from unit.detect.conftest import MOTION, SAMPLING

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.detect.evaluation.bootstrap import Estimate, bootstrapped
+from fingerslip.detect.evaluation.scores import Estimate, bootstrapped
 
 
 def test_the_interval_of_a_mean_is_that_of_theory() -> None:

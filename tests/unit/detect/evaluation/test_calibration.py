@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sklearn.metrics import brier_score_loss
 
-from fingerslip.detect.evaluation.calibration import reliability_of
+from fingerslip.detect.evaluation.scores import reliability_of
 
 DRAW = np.random.default_rng(0)
 

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sklearn.metrics import confusion_matrix, precision_recall_fscore_support
 
-from fingerslip.detect.evaluation.confusion import confusion_by_trial, frame_scores_of, precision_recall_f1
+from fingerslip.detect.evaluation.scores import confusion_by_trial, frame_scores_of, precision_recall_f1
 
 CLASSES = st.lists(st.tuples(st.integers(0, 2), st.integers(0, 2), st.integers(0, 4)), min_size=1, max_size=60)
 

@@ -5,8 +5,7 @@ import pytest
 
 from fingerslip.detect.classifiers import CLASSIFIERS
 from fingerslip.detect.evaluation.crossval import events_by_trial, frames_by_sample, frames_by_trial
-from fingerslip.detect.samples import Samples
-from fingerslip.detect.splits import grouped_folds
+from fingerslip.detect.samples import Samples, grouped_folds
 from fingerslip.detect.trial_set import TrialSet
 from fingerslip.errors import InputError
 from unit.detect.conftest import MOTION
@@ -49,7 +48,7 @@ def test_frames_of_known_trials_are_easier_for_a_classifier_that_learns_them_by_
     names = tuple(f"{one}/x/{number}" for one in ("displacement", "speed") for number in (0, 1))
     trials = tuple(f"t{number}" for number in range(20))
     made = Samples(values, classes, trial, 0.0 * trial, names, trials, np.zeros(2, dtype=np.intp), np.zeros(20))
-    from fingerslip.detect.onsets import Onsets
+    from fingerslip.detect.labels import Onsets
 
     tests = grouped_folds(trials, 5, 0)
     grouped = frames_by_trial(made, dict.fromkeys(trials, Onsets(1.0, 2.0)), CLASSIFIERS["forest"], tests, window=5)

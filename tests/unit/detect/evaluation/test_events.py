@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from fingerslip.detect.evaluation.events import event_scores_of
-from fingerslip.detect.onsets import Onsets
+from fingerslip.detect.evaluation.scores import event_scores_of
+from fingerslip.detect.labels import Onsets
 
 LABELS = {"a": Onsets(2.0, 4.0), "b": Onsets(2.0, 4.0), "c": Onsets(2.0, 4.0), "held": Onsets(None, None)}
 REST = dict.fromkeys(LABELS, 1.0)

@@ -7,7 +7,7 @@ import pytest
 from scipy import sparse
 
 from fingerslip.dynamics.step.contact_work import contact_work
-from fingerslip.linear.products import compiled_parts
+from fingerslip.linear.symmetric import compiled_parts
 
 NONE = np.zeros((0, 0))
 

@@ -8,7 +8,7 @@ from scipy import sparse
 
 from fingerslip.dynamics.step.free_ends import free_ends, right_hand_sides
 from fingerslip.dynamics.system.scheme import Static, hht
-from fingerslip.linear.symmetric_sparse import symmetric_parts
+from fingerslip.linear.symmetric import symmetric_parts
 
 RNG = np.random.default_rng(0)
 STARTS = tuple(RNG.normal(size=(2, 5)) for _ in range(3))

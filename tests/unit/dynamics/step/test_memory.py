@@ -14,9 +14,8 @@ from fingerslip.dynamics.step.memory import no_memory, relaxed_force, stiffness_
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.errors import InputError
 from fingerslip.fe.cell_materials import cell_materials
-from fingerslip.fe.forms import stiffness_matrix
+from fingerslip.fe.forms import relaxing_layers, stiffness_matrix
 from fingerslip.fe.space import build_space
-from fingerslip.fe.viscous import relaxing_layers
 from fingerslip.materials.damping import RayleighDamping
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.neo_hookean import NeoHookean

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.fe.finite import history_kernels as kernels
+from fingerslip.fe.finite import history as kernels
 
 PLANE, SPACE = ((0, 0), (1, 1), (0, 1), (2, 2)), ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (0, 2))
 COUNT = 7

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fingerslip.mesh.scan.tables import scan_tables
+from fingerslip.mesh.scan.build import scan_tables
 from unit.scans import mesh_of_a_scan
 
 

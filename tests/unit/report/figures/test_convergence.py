@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.report.figures.convergence import convergence_figure
+from fingerslip.report.figures.study import convergence_figure
 from fingerslip.uncertainty import Convergence, Series
 
 SIZES = (1.0, 0.5, 0.25)

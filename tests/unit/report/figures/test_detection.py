@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fingerslip.detect.evaluation.bootstrap import Estimate
+from fingerslip.detect.evaluation.scores import Estimate
 from fingerslip.report.figures.detection import importance_figure, learning_curve_figure, robustness_figure
 
 

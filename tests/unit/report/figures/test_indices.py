@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fingerslip.report.figures.indices import indices_figure
+from fingerslip.report.figures.samples import indices_figure
 from unit.report.figures.made import panels, words
 from unit.report.tables.test_indices import one
 

@@ -18,7 +18,7 @@ from fingerslip.report.figures.marks import (
 )
 from fingerslip.report.figures.style import figure_grid
 from fingerslip.slip import Events, SlideWindow, SlipEvents, slide_window
-from fingerslip.slip.names import EVENTS as EVENT_NAMES
+from fingerslip.slip.windows import EVENTS as EVENT_NAMES
 from unit.report.figures.made import EVENTS, HISTORY, NO_SLIDE, marked
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fingerslip.report.figures.paired import Pair, paired_figure
+from fingerslip.report.figures.samples import Pair, paired_figure
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
 from unit.report.figures.made import panels

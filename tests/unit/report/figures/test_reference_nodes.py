@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import xarray as xr
 
-from fingerslip.report.figures.reference_nodes import reference_kinds, reference_nodes_figure
+from fingerslip.report.figures.solid import reference_kinds, reference_nodes_figure
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
 

@@ -16,8 +16,8 @@ from fingerslip.report.figures.receptors import (
     acceleration_overview_figure,
     strain_energy_density_figure,
 )
-from fingerslip.report.figures.save import figure_bytes, save_figure
 from fingerslip.report.figures.slip import contact_displacement_figure, slip_maps_figure
+from fingerslip.report.figures.style import figure_bytes, save_figure
 from fingerslip.slip import Events
 from unit.report.figures.made import APART, BARE, HISTORY, NO_SLIDE
 

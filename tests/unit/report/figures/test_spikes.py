@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fingerslip.afferents.model import Spikes
-from fingerslip.report.figures.spikes import spike_figure
+from fingerslip.report.figures.receptors import spike_figure
 from unit.report.scenes import block_history
 
 TIMES = (np.array([0.1, 0.2]), np.array([0.3]), np.array([0.15, 0.35]))

@@ -10,8 +10,16 @@ from matplotlib.lines import Line2D
 from fingerslip.report.colours import region_colours
 from fingerslip.report.figures import style
 from fingerslip.report.figures.forces import energy_figure
-from fingerslip.report.figures.save import figure_bytes
-from fingerslip.report.figures.style import add_legend, columns_for, figure_grid, run_panels, say, styled, titled
+from fingerslip.report.figures.style import (
+    add_legend,
+    columns_for,
+    figure_bytes,
+    figure_grid,
+    run_panels,
+    say,
+    styled,
+    titled,
+)
 from unit.report.figures.made import HISTORY, panels
 
 

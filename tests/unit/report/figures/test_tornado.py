@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fingerslip.report.figures.tornado import tornado_figure
+from fingerslip.report.figures.samples import tornado_figure
 from fingerslip.sampling import fits_of
 from unit.report.figures.made import panels, words
 from unit.sampled import study_of

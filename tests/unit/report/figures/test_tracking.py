@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fingerslip.report.figures.tracking import count_figure, jump_figure, noise_figure
+from fingerslip.report.figures.markers import count_figure, jump_figure, noise_figure
 from fingerslip.vision.tracks import make_tracks
 
 

@@ -15,7 +15,7 @@ from fingerslip.report.tables.parameters import ShownValue
 from fingerslip.report.tables.table import Column, Table, texts
 from fingerslip.results import RunResult, result_of
 from fingerslip.slip import Events, SlipEvents
-from fingerslip.slip.free_edge import EdgeContact
+from fingerslip.slip.front import EdgeContact
 from fingerslip.uncertainty import Convergence, Series
 from unit.report.page.contents import content_of, two_runs, with_runs
 from unit.report.pages import checked

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fingerslip.report.page.definitions import definitions
 from fingerslip.slip import EventSettings, PeakSettings
-from fingerslip.slip.names import READINGS
+from fingerslip.slip.windows import READINGS
 
 
 def test_every_reading_has_its_definition() -> None:

@@ -7,7 +7,7 @@ import dataclasses
 from fingerslip.report.page.assemble import study_report
 from fingerslip.report.page.content import ReportContent
 from fingerslip.report.page.page import render_page
-from fingerslip.report.page.representatives import representatives, samples_in_motion
+from fingerslip.report.page.samples import representatives, samples_in_motion
 from fingerslip.results import StudyResult
 from fingerslip.slip import Events, SlipEvents
 from unit.sampled import study_of

@@ -9,7 +9,7 @@ import pytest
 
 from fingerslip.netcdf import read_netcdf
 from fingerslip.report.page.tracked import track_video
-from fingerslip.vision.fields.overlay import SHOWN_FIELDS
+from fingerslip.vision.overlay import SHOWN_FIELDS
 from fingerslip.vision.video import read_frames, write_video
 from problems import clips
 

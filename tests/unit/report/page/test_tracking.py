@@ -8,9 +8,9 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.report.page.page import render_page
-from fingerslip.report.page.tracking import quality_report, write_tracking
-from fingerslip.vision.tracking.frames import open_frames
+from fingerslip.report.page.sensor import quality_report, write_tracking
 from fingerslip.vision.tracking.track import track_markers
+from fingerslip.vision.video import open_frames
 from problems import clips
 
 

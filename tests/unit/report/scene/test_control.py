@@ -9,8 +9,8 @@ import pytest
 import pyvista
 import xarray as xr
 
-from fingerslip.report.scene.control import SceneControl, nearest_node, picked_figure, receptor_legend
 from fingerslip.report.scene.options import SceneOptions
+from fingerslip.report.scene.viewer import SceneControl, nearest_node, picked_figure, receptor_legend
 from fingerslip.slip import Events, SlipEvents
 from unit.report.figures.made import panels
 from unit.report.scenes import block_history

@@ -7,7 +7,7 @@ import socket
 import pytest
 
 from fingerslip.errors import ResultError
-from fingerslip.report.scene import rendering
+from fingerslip.report.scene import viewer as rendering
 
 
 @pytest.fixture(autouse=True)

@@ -13,9 +13,8 @@ from PIL import Image
 
 from fingerslip.errors import InputError, ResultError
 from fingerslip.report.scene import viewer
-from fingerslip.report.scene.control import SceneControl
 from fingerslip.report.scene.options import SceneOptions
-from fingerslip.report.scene.viewer import open_window, save_movie, save_still, still
+from fingerslip.report.scene.viewer import SceneControl, open_window, save_movie, save_still, still
 from fingerslip.slip import Events, SlipEvents
 from unit.report.scenes import block_history
 

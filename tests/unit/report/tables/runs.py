@@ -5,7 +5,7 @@ from __future__ import annotations
 from fingerslip.published import published
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents
-from fingerslip.slip.free_edge import EdgeContact
+from fingerslip.slip.front import EdgeContact
 
 FULL = SlipEvents(incipient=1.5, noticed=1.6, three_quarter=1.65, overall=1.75)
 EVENTS = Events(slip=FULL, displacement=SlipEvents(incipient=1.45), acceleration=SlipEvents(overall=1.71))

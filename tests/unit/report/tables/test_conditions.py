@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
-from fingerslip.report.tables.conditions import conditions_table
-from fingerslip.report.tables.parameters import ShownValue
+from fingerslip.report.tables.parameters import ShownValue, conditions_table
 
 VALUES = (
     ShownValue("time.step", "5 ms", "study file"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fingerslip.report.tables.differences import differences_table
+from fingerslip.report.tables.compare import differences_table
 from fingerslip.report.tables.table import Missing, to_markdown
 
 

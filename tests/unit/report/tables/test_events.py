@@ -12,7 +12,8 @@ from fingerslip.report.tables.events import events_table, peaks_table, readings_
 from fingerslip.report.tables.table import Measured, Missing, to_markdown
 from fingerslip.report.tables.terminal import to_rich
 from fingerslip.results import RunResult
-from fingerslip.slip import Events, Peak, PeakTable, names
+from fingerslip.slip import Events, Peak, PeakTable
+from fingerslip.slip import windows as names
 from unit.report.tables.runs import CUT_OFF, EVENTS, RUNS, UNRECORDED
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fingerslip.report.tables.frame import runs_frame
+from fingerslip.report.tables.runs import runs_frame
 from fingerslip.results import RefusedRun, RunResult, StudyResult
 from unit.report.tables.runs import EVENTS, RUNS, UNRECORDED
 

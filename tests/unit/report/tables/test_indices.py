@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from fingerslip.report.tables.indices import indices_table, prediction_table
+from fingerslip.report.tables.samples import indices_table, prediction_table
 from fingerslip.sampling.indices import Index, Sensitivity
 from fingerslip.sampling.surrogate import Prediction, Surrogate, Validation
 

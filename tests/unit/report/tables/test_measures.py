@@ -6,7 +6,7 @@ import dataclasses
 
 import pytest
 
-from fingerslip.report.tables.measures import measures_table
+from fingerslip.report.tables.runs import measures_table
 from fingerslip.report.tables.table import texts
 from fingerslip.slip import measures
 from fingerslip.slip.measures import Measure

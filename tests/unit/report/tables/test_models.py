@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fingerslip.report.tables.models import models_table
+from fingerslip.report.tables.parameters import models_table
 from fingerslip.report.tables.table import texts
 from unit.report.scenes import block_history
 from unit.synthetic import Process, make

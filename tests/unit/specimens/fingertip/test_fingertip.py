@@ -10,8 +10,7 @@ import fingerslip as fs
 from fingerslip.errors import InputError
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.specimens.fingertip.fingertip import Fingertip
-from fingerslip.specimens.fingertip.receptors import receptor_sites
-from fingerslip.specimens.fingertip.solid_sites import reference_sites, solid_receptor_sites
+from fingerslip.specimens.fingertip.sites import receptor_sites, reference_sites, solid_receptor_sites
 from unit.fingers import change, change_solid
 
 

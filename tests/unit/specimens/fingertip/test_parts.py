@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.specimens.fingertip.parts import (
+from fingerslip.specimens.fingertip.numbers import (
     Fingerprint,
     Layers,
     Ridges,

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from fingerslip.errors import InputError
 from fingerslip.specimens.fingertip import outline_curve, phalanx_contour, preset, reaches_cut
-from fingerslip.specimens.fingertip.phalanx_contour import _rounded_maximum
+from fingerslip.specimens.fingertip.phalanx import _rounded_maximum
 from unit.fingers import SECTIONS, VARIANTS, change, shoelace
 
 

@@ -10,7 +10,7 @@ from scipy.spatial import cKDTree
 
 from fingerslip.sites import RECEPTOR_KINDS
 from fingerslip.specimens.fingertip import outline_curve, preset
-from fingerslip.specimens.fingertip.receptors import receptor_sites
+from fingerslip.specimens.fingertip.sites import receptor_sites
 from unit.fingers import SECTIONS, change
 
 

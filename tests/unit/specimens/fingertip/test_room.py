@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.specimens.fingertip.room import skin_room
+from fingerslip.specimens.fingertip.numbers import skin_room
 from unit.fingers import change
 
 

@@ -8,7 +8,7 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.specimens.fingertip import depth_below_skin
-from fingerslip.specimens.fingertip.skin_markers import skin_markers
+from fingerslip.specimens.fingertip.sites import skin_markers
 from unit.fingers import change, change_solid, coarse_solid
 
 FINGER = change_solid()

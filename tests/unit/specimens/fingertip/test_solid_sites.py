@@ -10,8 +10,7 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.specimens.fingertip import depth_below_skin
-from fingerslip.specimens.fingertip.receptors import receptor_sites
-from fingerslip.specimens.fingertip.solid_sites import reference_sites, solid_receptor_sites
+from fingerslip.specimens.fingertip.sites import receptor_sites, reference_sites, solid_receptor_sites
 from unit.fingers import change, change_solid, coarse_solid
 
 FINGER = change_solid()

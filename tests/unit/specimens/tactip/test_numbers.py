@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.specimens.tactip.presets import PRESETS
+from fingerslip.specimens.tactip.tactip import PRESETS
 
 
 def test_depths_of_rods_and_markers():

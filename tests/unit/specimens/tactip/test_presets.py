@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fingerslip.specimens.tactip.presets import PRESETS
+from fingerslip.specimens.tactip.tactip import PRESETS
 
 
 @pytest.mark.parametrize("name", PRESETS.names)

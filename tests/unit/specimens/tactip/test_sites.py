@@ -7,8 +7,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from fingerslip.specimens.tactip.presets import PRESETS
 from fingerslip.specimens.tactip.sites import GROUPS, marker_sites, modelled_places
+from fingerslip.specimens.tactip.tactip import PRESETS
 
 SENSOR = PRESETS.read("tactip-ridged-2d")
 

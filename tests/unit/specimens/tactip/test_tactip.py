@@ -7,7 +7,7 @@ import dataclasses
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.specimens.tactip.presets import PRESETS
+from fingerslip.specimens.tactip.tactip import PRESETS
 
 SENSOR = PRESETS.read("tactip-ridged-2d")
 

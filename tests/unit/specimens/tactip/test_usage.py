@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fingerslip.specimens.protocol import ModelUse
-from fingerslip.specimens.tactip.presets import PRESETS
-from fingerslip.specimens.tactip.usage import why_unused
+from fingerslip.specimens.tactip.tactip import PRESETS, why_unused
 
 RIDGED, SMOOTH = PRESETS.read("tactip-ridged-2d"), PRESETS.read("tactip-smooth-2d")
 

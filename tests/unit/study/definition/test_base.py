@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from fingerslip.errors import InputError
-from fingerslip.study.definition.base import read_with_base
+from fingerslip.study.definition.file import read_with_base
 from fingerslip.study.definition.spec import given_paths, read_study
 from unit.study.block import block_values
 

@@ -6,7 +6,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.parameters import from_mapping
-from fingerslip.study.definition.camera_settings import CameraSettings
+from fingerslip.study.definition.settings import CameraSettings
 
 
 def test_values_have_units_and_defaults():

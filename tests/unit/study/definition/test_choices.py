@@ -12,7 +12,7 @@ from fingerslip.errors import InputError
 from fingerslip.parameters import from_mapping, parameters
 from fingerslip.parameters.schema import json_schema
 from fingerslip.programme import Phase
-from fingerslip.study.definition.choices import choice_of, chosen, kinds_of
+from fingerslip.study.definition.file import choice_of, chosen, kinds_of
 
 
 @parameters

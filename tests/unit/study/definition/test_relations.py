@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.file import MeshFile
-from fingerslip.study.definition.relations import mistakes_between
-from fingerslip.study.definition.spec import parse_study
+from fingerslip.mesh.source import MeshFile
+from fingerslip.study.definition.spec import mistakes_between, parse_study
 from unit.study.block import block_values
 
 SOURCE = Path("studies/x.yaml")

@@ -11,9 +11,9 @@ import pytest
 from jsonschema import Draft202012Validator
 
 from fingerslip.materials.choice import LAWS
+from fingerslip.study.definition.file import read_mapping
 from fingerslip.study.definition.schema import study_schema
 from fingerslip.study.definition.spec import Study
-from fingerslip.study.definition.yaml import read_mapping
 from places import ROOT
 from unit.study.block import block_values, changed
 

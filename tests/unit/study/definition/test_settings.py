@@ -12,7 +12,7 @@ from fingerslip.contact.counterfaces import BuiltInCounterface, Plane, Sphere
 from fingerslip.contact.friction import Anisotropic, BuiltInLaw, Conditions, Coulomb
 from fingerslip.errors import InputError
 from fingerslip.mesh.scan.build import SurfaceMesh
-from fingerslip.study.definition.choices import kinds_of
+from fingerslip.study.definition.file import kinds_of
 from fingerslip.study.definition.schema import study_schema
 from fingerslip.study.definition.settings import ContactSettings
 from fingerslip.study.definition.spec import known_paths, parse_study, study_mapping

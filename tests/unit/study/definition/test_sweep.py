@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.mesh.file import MeshFile
+from fingerslip.mesh.source import MeshFile
 from fingerslip.study.definition import sweep
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import expand, expand_samples

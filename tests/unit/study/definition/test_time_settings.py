@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from fingerslip.study.definition.settings import TimeSettings
 from fingerslip.study.definition.spec import parse_study
 from fingerslip.study.definition.sweep import expand
-from fingerslip.study.definition.time_settings import TimeSettings
 from fingerslip.timing import Adaptive, QuasiStatic, TimeStepping
 from unit.study.block import block_values
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.study.definition.trial_settings import TrialSettings
+from fingerslip.study.definition.settings import TrialSettings
 
 
 def test_the_length_of_a_pixel():

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fingerslip.errors import InputError, InputErrors
-from fingerslip.study.definition.yaml import line_numbers, read_mapping, write_mapping
+from fingerslip.study.definition.file import line_numbers, read_mapping, write_mapping
 
 
 @pytest.mark.parametrize(

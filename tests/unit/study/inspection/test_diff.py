@@ -9,7 +9,7 @@ import pytest
 
 from fingerslip.errors import ResultError
 from fingerslip.report.tables.table import Measured, Missing, Table
-from fingerslip.study.inspection.diff import diff_runs
+from fingerslip.study.inspection.show import diff_runs
 from fingerslip.study.running.runner import run_study
 from fingerslip.study.storage import reporting
 from unit.study.block import block_values

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from fingerslip.errors import InputError, ResultError
-from fingerslip.study.inspection.export import export_result
+from fingerslip.study.inspection.show import export_result
 from fingerslip.study.running.runner import run_study
 from unit.study.block import FRICTIONS
 

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import fingerslip as fs
-from fingerslip.study.definition.yaml import read_mapping
+from fingerslip.study.definition.file import read_mapping
 from fingerslip.study.running import bases
 from fingerslip.study.running.compute import BASES
 from fingerslip.study.running.plan import plan_study

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from fingerslip.report.figures import save as figures
+from fingerslip.report.figures import style as figures
 from fingerslip.report.page import run as page
 from fingerslip.report.page.content import MOST_RUNS
 from fingerslip.study.running import runner
-from fingerslip.study.running.drawing import Drawing, draw_runs, drawings_of
+from fingerslip.study.running.pictures import Drawing, draw_runs, drawings_of
 from fingerslip.study.running.plan import plan_study
 from fingerslip.study.running.prepare import prepare
 from fingerslip.study.running.progress import SilentProgress

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from fingerslip.study.definition.camera_settings import CameraSettings
-from fingerslip.study.running.filming import film_history
+from fingerslip.study.definition.settings import CameraSettings
+from fingerslip.study.running.pictures import film_history
 from fingerslip.study.storage.films import film_keys, read_films
 from unit.filmed import filmed_history
 

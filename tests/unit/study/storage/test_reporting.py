@@ -13,7 +13,7 @@ import pytest
 
 from fingerslip.errors import ResultError
 from fingerslip.files import write_json
-from fingerslip.report.figures import save as figures
+from fingerslip.report.figures import style as figures
 from fingerslip.report.page import assemble
 from fingerslip.results import RunResult
 from fingerslip.slip import Events, SlipEvents

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.study.definition.trial_settings import TrialSettings
+from fingerslip.study.definition.settings import TrialSettings
 from fingerslip.study.trials.filming import Eyes, drawn_cameras, drawn_eyes
-from fingerslip.vision.cameras.pair import pair_tracks
+from fingerslip.vision.cameras.point import pair_tracks
 from fingerslip.vision.tracks import make_tracks
 
 SETTINGS = TrialSettings(frame_rate=20.0)

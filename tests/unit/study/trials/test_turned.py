@@ -10,7 +10,7 @@ import pytest
 from fingerslip.errors import InputError
 from fingerslip.specimens.tactip import PRESETS, marker_places
 from fingerslip.specimens.tactip.sites import modelled_places, points_at
-from fingerslip.study.trials.turned import turned_whole
+from fingerslip.study.trials.bodies import turned_whole
 
 HALF = PRESETS.read("tactip-ridged-3d")
 WHOLE = dataclasses.replace(HALF, part="whole")

@@ -10,7 +10,7 @@ import pytest
 from fingerslip.errors import InputError, ResultError
 from fingerslip.vision.cameras.calibration import read_calibration, write_calibration
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
-from fingerslip.vision.opencv import opencv
+from fingerslip.vision.video import opencv
 
 CAMERAS = [
     Pinhole(640, 480, 500.25, 510.5, 320.0, 240.0),

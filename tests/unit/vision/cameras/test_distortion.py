@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.vision.cameras.distortion import (
+from fingerslip.vision.cameras.intrinsics import (
     fisheye_angles,
     fisheye_distances,
     largest_angle,

@@ -7,7 +7,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole, fisheye_for_view, pinhole_for_view
-from fingerslip.vision.opencv import opencv
+from fingerslip.vision.video import opencv
 
 POINTS = np.random.default_rng(0).uniform((-0.4, -0.3, 0.8), (0.4, 0.3, 1.2), (100, 3))
 PINHOLES = [

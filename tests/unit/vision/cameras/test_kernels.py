@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.vision.cameras.kernels import draw_spots, expose, normal_table
+from fingerslip.vision.cameras.pixel import draw_spots, expose, normal_table
 
 
 def drawn(middle, half=(0.0, 0.0), radius=5.0, softness=0.7, shape=(64, 80)) -> np.ndarray:

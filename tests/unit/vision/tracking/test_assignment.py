@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fingerslip.vision.tracking.assignment import assign
+from fingerslip.vision.tracking.neighbours import assign
 
 
 def test_what_is_too_far_is_not_taken() -> None:

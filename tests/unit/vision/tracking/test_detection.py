@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.vision.tracking.detection import find_blobs
+from fingerslip.vision.tracking.reference import find_blobs
 from problems import clips
 
 

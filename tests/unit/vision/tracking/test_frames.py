@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.tracking.frames import open_frames
-from fingerslip.vision.video import write_video
+from fingerslip.vision.video import open_frames, write_video
 
 GREY = np.random.default_rng(0).integers(0, 255, (4, 32, 48)).astype(np.uint8)
 

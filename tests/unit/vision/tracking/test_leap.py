@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.vision.tracking.leap import common_shift, lost_suddenly
+from fingerslip.vision.tracking.neighbours import common_shift, lost_suddenly
 from problems import clips
 
 

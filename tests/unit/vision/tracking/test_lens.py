@@ -9,7 +9,7 @@ import pytest
 
 from fingerslip.vision.cameras.calibration import write_calibration
 from fingerslip.vision.cameras.intrinsics import Fisheye, Pinhole
-from fingerslip.vision.tracking.lens import lens_of, undistorted
+from fingerslip.vision.tracking.track import lens_of, undistorted
 
 BENT = Pinhole(640, 480, 500.0, 510.0, 320.0, 240.0, (-0.2, 0.05, 0.001, -0.002))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fingerslip.vision.tracking.quality import Lost, jumps, lost_intervals, noise_at_rest, seen_count, seen_share
+from fingerslip.vision.tracking.track import Lost, jumps, lost_intervals, noise_at_rest, seen_count, seen_share
 from unit.vision.tracking.conftest import Clip
 
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
+from fingerslip.vision.tracking.markers import LayoutName
 from fingerslip.vision.tracking.reference import first_frames, reference_of
-from fingerslip.vision.tracking.topology import LayoutName
 from problems import clips
 
 

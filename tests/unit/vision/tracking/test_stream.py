@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError
-from fingerslip.vision.tracking.stream import open_markers
+from fingerslip.vision.tracking.track import open_markers
 from unit.vision.tracking.conftest import RATE, REST, Clip
 
 

@@ -10,13 +10,17 @@ import skfem
 from numpy.typing import NDArray
 
 from fingerslip.errors import MeshError
-from fingerslip.mesh.fragments import Fragments, fragmented, generate, read_fragments
-from fingerslip.mesh.gmsh_session import gmsh_session
+from fingerslip.mesh.gmsh_session import Fragments, fragmented, generate, gmsh_session, read_fragments
 from fingerslip.mesh.quality import check_quality
-from fingerslip.mesh.smoothing import smoothed
-from fingerslip.specimens.tactip.meshing.curves import polygon, smooth_curves
-from fingerslip.specimens.tactip.meshing.names import with_names
-from fingerslip.specimens.tactip.meshing.sizes import SensorSizes, size_at_rods, size_function
+from fingerslip.mesh.repair import smoothed
+from fingerslip.specimens.tactip.meshing.sizes import (
+    SensorSizes,
+    polygon,
+    size_at_rods,
+    size_function,
+    smooth_curves,
+    with_names,
+)
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
 from fingerslip.specimens.tactip.profile import skin_lines
 from fingerslip.specimens.tactip.sites import modelled_places, points_at

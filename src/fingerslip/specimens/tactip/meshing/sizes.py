@@ -2,16 +2,33 @@
 
 from __future__ import annotations
 
+import dataclasses
+import itertools
 from collections.abc import Callable
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
 
+import gmsh
 import numpy as np
+import skfem
 from numpy.typing import NDArray
 
+from fingerslip.mesh.facets import facets_between
+from fingerslip.mesh.gmsh_session import MILLIMETRES
 from fingerslip.mesh.sizes import GROWTH
-from fingerslip.specimens.tactip.numbers import TacTipNumbers
+from fingerslip.specimens.tactip.numbers import REGIONS, TacTipNumbers
 
-__all__ = ["SensorSizes", "SolidSizes", "size_at_rods", "size_function"]
+__all__ = [
+    "SensorSizes",
+    "SmoothCurves",
+    "SolidSizes",
+    "polygon",
+    "size_at_rods",
+    "size_function",
+    "smooth_curves",
+    "with_names",
+]
+
 
 # The same over the thickness of the skin where it cannot touch, in the plane.
 _OF_SKIN = 0.6
@@ -109,3 +126,67 @@ def _from_axis(points: Floats, foot: Floats, end: Floats) -> Floats:
     share = np.clip(offset @ axis / (axis @ axis), 0.0, 1.0)
     away: Floats = np.linalg.norm(offset - share[:, None] * axis, axis=1)
     return away
+
+
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class SmoothCurves:
+    """A line drawn in pieces."""
+
+    points: list[int]  # tags of the points between pieces, and of both ends
+    curves: list[int]  # tags of the pieces
+
+
+def smooth_curves(line: Floats, corners: Integers, first: int | None = None) -> SmoothCurves:
+    """Draw a line as cubic splines through its points, one for each piece.
+
+    Arrays: line (n, 2) [m]; corners (k,).
+    """
+    tags = [_point(point) for point in line[1:]]
+    tags = [_point(line[0]) if first is None else first, *tags]
+    pieces = [tags[start : end + 1] for start, end in itertools.pairwise(corners)]
+    return SmoothCurves([tags[row] for row in corners], [gmsh.model.occ.addSpline(piece) for piece in pieces])
+
+
+def polygon(corners: Floats) -> int:
+    """Draw the surface inside a polygon of (n, 2) corners [m]; return its tag."""
+    points = [_point(corner) for corner in corners]
+    lines = [gmsh.model.occ.addLine(a, b) for a, b in zip(points, [*points[1:], points[0]], strict=True)]
+    surface: int = gmsh.model.occ.addPlaneSurface([gmsh.model.occ.addCurveLoop(lines)])
+    return surface
+
+
+def _point(point: Floats) -> int:
+    tag: int = gmsh.model.occ.addPoint(*(point * MILLIMETRES), 0.0)
+    return tag
+
+
+Mesh = TypeVar("Mesh", bound=skfem.Mesh)
+
+_SKIN, _GEL, _RODS, _WINDOW = range(len(REGIONS))
+# Facets whose nodes are nearer to the plane of symmetry than this lie on it [m].
+_ON_PLANE = 1e-9
+
+
+def with_names(mesh: Mesh, region: NDArray[np.int64], half: bool) -> Mesh:
+    """Return a mesh with the names of its regions and boundaries, without those that are empty.
+
+    Arrays: mesh [m]; region (n_cells,).
+    """
+    regions = {name: _numbers(region == number) for number, name in enumerate(REGIONS)}
+    outer = mesh.f2t[1] < 0
+    symmetry = outer & half & (np.abs(mesh.p[-1, mesh.facets]).max(axis=0) < _ON_PLANE)
+    bonded = [facets_between(mesh, region, own, _WINDOW) for own in (_SKIN, _GEL)]
+    boundaries = {
+        "contact": _numbers(outer & ~symmetry & (region[mesh.f2t[0]] == _SKIN)),
+        "window_face": np.sort(np.concatenate(bonded)).astype(np.int32),
+        "symmetry": _numbers(symmetry),
+    }
+    groups = [{name: group for name, group in found.items() if len(group)} for found in (regions, boundaries)]
+    return dataclasses.replace(mesh, _subdomains=groups[0], _boundaries=groups[1])
+
+
+def _numbers(chosen: NDArray[np.bool_]) -> NDArray[np.int32]:
+    return np.flatnonzero(chosen).astype(np.int32)

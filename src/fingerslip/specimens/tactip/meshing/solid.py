@@ -9,13 +9,10 @@ import numpy as np
 import skfem
 from numpy.typing import NDArray
 
-from fingerslip.mesh.collapse import repaired
-from fingerslip.mesh.fragments import Fragments, fragmented, generate, read_fragments
-from fingerslip.mesh.gmsh_session import MILLIMETRES, gmsh_session
+from fingerslip.mesh.gmsh_session import MILLIMETRES, Fragments, fragmented, generate, gmsh_session, read_fragments
 from fingerslip.mesh.quality import check_quality
-from fingerslip.specimens.tactip.meshing.curves import polygon, smooth_curves
-from fingerslip.specimens.tactip.meshing.names import with_names
-from fingerslip.specimens.tactip.meshing.sizes import SolidSizes, size_function
+from fingerslip.mesh.repair import repaired
+from fingerslip.specimens.tactip.meshing.sizes import SolidSizes, polygon, size_function, smooth_curves, with_names
 from fingerslip.specimens.tactip.numbers import TacTipNumbers
 from fingerslip.specimens.tactip.profile import skin_lines
 from fingerslip.specimens.tactip.sites import modelled_places, points_at

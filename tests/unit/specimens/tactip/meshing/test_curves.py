@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fingerslip.mesh.gmsh_session import gmsh_session
-from fingerslip.specimens.tactip.meshing.curves import polygon, smooth_curves
+from fingerslip.specimens.tactip.meshing.sizes import polygon, smooth_curves
 
 
 def test_a_polygon_has_its_area():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import skfem
 
-from fingerslip.specimens.tactip.meshing.names import with_names
+from fingerslip.specimens.tactip.meshing.sizes import with_names
 
 
 def test_outside_of_the_skin_and_face_of_the_window():

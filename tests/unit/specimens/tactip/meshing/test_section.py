@@ -12,8 +12,8 @@ from fingerslip.mesh.quality import quality_table
 from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.specimens.tactip.meshing.section import mesh_sensor_section
 from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes
-from fingerslip.specimens.tactip.presets import PRESETS
 from fingerslip.specimens.tactip.sites import GROUPS
+from fingerslip.specimens.tactip.tactip import PRESETS
 
 SIZES = SensorSectionSizes(contact_size=0.5e-3, bulk_size=2e-3)
 

@@ -7,7 +7,7 @@ import pytest
 
 from fingerslip.specimens.tactip.meshing.sizes import size_at_rods, size_function
 from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes
-from fingerslip.specimens.tactip.presets import PRESETS
+from fingerslip.specimens.tactip.tactip import PRESETS
 
 
 def test_sizes_at_skin_rod_gel_and_far_away():

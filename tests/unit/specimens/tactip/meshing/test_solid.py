@@ -10,7 +10,7 @@ import pytest
 from fingerslip.mesh.site_nodes import site_nodes
 from fingerslip.specimens.tactip.meshing.solid import mesh_sensor_solid
 from fingerslip.specimens.tactip.meshing.source import SensorSolidSizes
-from fingerslip.specimens.tactip.presets import PRESETS
+from fingerslip.specimens.tactip.tactip import PRESETS
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.specimens.tactip.meshing.source import SensorSectionSizes, SensorSolidSizes
-from fingerslip.specimens.tactip.presets import PRESETS
+from fingerslip.specimens.tactip.tactip import PRESETS
 
 
 def test_a_section_is_no_solid():

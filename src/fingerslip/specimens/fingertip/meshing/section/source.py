@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 from fingerslip.mesh.sizes import check_sizes
 from fingerslip.mesh.source import MeshSource
 from fingerslip.parameters import PositiveLength, parameters
-from fingerslip.parameters.protocols import require_kind
+from fingerslip.parameters.schema import require_kind
 from fingerslip.specimens.fingertip.numbers import FingertipNumbers
 
 if TYPE_CHECKING:

@@ -7,9 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from fingerslip.specimens.fingertip import phalanx_surface
-from fingerslip.specimens.fingertip.meshing.solid.core import rim
-from fingerslip.specimens.fingertip.meshing.solid.phalanx import mesh_phalanx
-from fingerslip.specimens.fingertip.meshing.solid.skin import sweep_solid_skin
+from fingerslip.specimens.fingertip.meshing.solid.build import mesh_phalanx, rim, sweep_solid_skin
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
 from unit.fingers import change_solid
 

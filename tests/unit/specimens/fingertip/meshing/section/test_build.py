@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fingerslip.errors import InputError, MeshError
-from fingerslip.specimens.fingertip.meshing.section import core as core_module
+from fingerslip.specimens.fingertip.meshing.section import build as core_module
 from fingerslip.specimens.fingertip.meshing.section.build import mesh_section
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes, build_section
 from unit.fingers import change

@@ -8,8 +8,8 @@ import pytest
 
 from fingerslip.errors import MeshError
 from fingerslip.specimens.fingertip import at_depth, outline_curve, phalanx_contour, preset
-from fingerslip.specimens.fingertip.meshing.section import core as core_module
-from fingerslip.specimens.fingertip.meshing.section.core import mesh_core, mesh_ring
+from fingerslip.specimens.fingertip.meshing.section import build as core_module
+from fingerslip.specimens.fingertip.meshing.section.build import mesh_core, mesh_ring
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes, build_section
 from fingerslip.specimens.fingertip.outline import arc_length_at_cut
 from unit.fingers import change, shoelace

@@ -15,7 +15,7 @@ from fingerslip.specimens.fingertip import (
     preset,
     surface_depth,
 )
-from fingerslip.specimens.fingertip.meshing.section.skin import SkinGrid, sweep_skin
+from fingerslip.specimens.fingertip.meshing.section.build import SkinGrid, sweep_skin
 from fingerslip.specimens.fingertip.meshing.section.source import MeshSizes
 from unit.fingers import SECTIONS, change
 

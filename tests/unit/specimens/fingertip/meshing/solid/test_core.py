@@ -7,8 +7,8 @@ import pytest
 
 from fingerslip.errors import MeshError
 from fingerslip.mesh.patches import mesh_surface
-from fingerslip.specimens.fingertip.meshing.solid import core as solid_core
-from fingerslip.specimens.fingertip.meshing.solid.core import mesh_solid_core, rim
+from fingerslip.specimens.fingertip.meshing.solid import build as solid_core
+from fingerslip.specimens.fingertip.meshing.solid.build import mesh_solid_core, rim
 from unit.mesh.test_patches import ball
 
 

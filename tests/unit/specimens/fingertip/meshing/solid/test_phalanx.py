@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from fingerslip.specimens.fingertip import phalanx_surface
-from fingerslip.specimens.fingertip.meshing.solid import phalanx as phalanx_module
-from fingerslip.specimens.fingertip.meshing.solid.phalanx import mesh_phalanx
+from fingerslip.specimens.fingertip.meshing.solid import build as phalanx_module
+from fingerslip.specimens.fingertip.meshing.solid.build import mesh_phalanx
 from fingerslip.specimens.fingertip.meshing.solid.source import SolidSizes
-from fingerslip.specimens.fingertip.skin_surface import below_skin, skin_grid
+from fingerslip.specimens.fingertip.skin import below_skin, skin_grid
 from unit.fingers import change_solid
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from fingerslip.errors import InputError
 from fingerslip.specimens.fingertip import depth_below_skin, onto_skin, phalanx_surface
-from fingerslip.specimens.fingertip.meshing.solid.skin import (
+from fingerslip.specimens.fingertip.meshing.solid.build import (
     check_skin_fits,
     graded_sizes,
     sweep_solid_skin,

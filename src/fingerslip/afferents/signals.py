@@ -1,0 +1,170 @@
+"""Signals at receptors: filters, spectra, and up to which frequency a simulation can be trusted."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import skfem
+import xarray as xr
+from numpy.typing import NDArray
+from scipy import signal
+
+from fingerslip.errors import InputError
+from fingerslip.model import Model
+
+__all__ = [
+    "BandwidthWarning",
+    "filtered",
+    "mesh_bandwidth",
+    "record_bandwidth",
+    "spectrum",
+    "warn_beyond",
+]
+
+
+_ORDER = 3
+# Steps that differ by less than this share are equal.
+_SAME = 1e-6
+
+
+def filtered(values: xr.DataArray, low: float | None = None, high: float | None = None) -> xr.DataArray:
+    """Return a signal without what is below or above some frequencies.
+
+    The filter is a Butterworth filter of third order that looks back only, as a receptor does, and starts at rest at
+    the first value.
+
+    Parameters
+    ----------
+    values : xarray.DataArray
+        A signal over the dimension time, at equal steps [s].
+    low, high : float, optional
+        Ends of the band that is kept [Hz]; without one the band is open on that side.
+
+    Raises
+    ------
+    InputError
+        Where the steps differ, or a frequency is not between 0 and half the rate of the records.
+    """
+    rate = _rate(values)
+    for name, frequency in (("low", low), ("high", high)):
+        if frequency is not None and not 0.0 < frequency < 0.5 * rate:
+            raise InputError(name, f"got {frequency:g} Hz", f"must be above 0 and below {0.5 * rate:g} Hz")
+    if low is not None and high is not None and low >= high:
+        raise InputError("low", f"got {low:g} Hz", f"must be below high, {high:g} Hz")
+    axis, kept = values.get_axis_num("time"), values.values
+    for frequency, kind in ((high, "lowpass"), (low, "highpass")):
+        if frequency is not None:
+            kept = _passed(kept, signal.butter(_ORDER, frequency, kind, fs=rate, output="sos"), axis)
+    return values.copy(data=kept)
+
+
+def spectrum(values: xr.DataArray) -> xr.DataArray:
+    """Return the power spectral density of a signal, one-sided.
+
+    Parameters
+    ----------
+    values : xarray.DataArray
+        A signal over the dimension time, at equal steps [s]; take a phase with ``.sel(time=slice(start, end))``.
+
+    Returns
+    -------
+    xarray.DataArray
+        Density [the signal's unit squared per Hz] over ``frequency`` [Hz] instead of time, of the signal without its
+        mean, under a Hann window. Its integral over frequency is the variance of the windowed signal.
+
+    Raises
+    ------
+    InputError
+        Where the steps differ.
+    """
+    rate, axis = _rate(values), values.get_axis_num("time")
+    frequency, density = signal.periodogram(values.values, rate, window="hann", axis=axis)
+    others = {name: own for name, own in values.coords.items() if "time" not in own.dims}
+    dims = ["frequency" if name == "time" else name for name in values.dims]
+    units = values.attrs.get("units", "")
+    found = xr.DataArray(density, {**others, "frequency": frequency}, dims, attrs={"units": f"({units})^2/Hz"})
+    found["frequency"].attrs = {"units": "Hz"}
+    return found
+
+
+def _passed(values: NDArray[np.float64], sections: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
+    """Filter from a state at rest at the first value."""
+    moved = np.moveaxis(values, axis, 0)
+    rest = signal.sosfilt_zi(sections).reshape(len(sections), 2, *([1] * (moved.ndim - 1))) * moved[0]
+    found, _ = signal.sosfilt(sections, moved, axis=0, zi=rest)
+    back: NDArray[np.float64] = np.moveaxis(found, 0, axis)
+    return back
+
+
+def _rate(values: xr.DataArray) -> float:
+    """Return how many records there are a second."""
+    steps = np.diff(values["time"].values)
+    if not steps.size or np.ptp(steps) > _SAME * steps.mean():
+        raise InputError("time", "steps differ", "needs equal ones", "interpolate the signal first")
+    return 1.0 / float(steps.mean())
+
+
+# At 20 steps a period the trapezoidal rule errs by (2 pi/20)^2 / 12 of the period, 0.8 %.
+_STEPS_A_PERIOD = 20.0
+# At 10 linear elements a wavelength, waves are too fast or too slow by about (2 pi/10)^2 / 24, 1.6 %.
+_ELEMENTS_A_WAVE = 10.0
+
+
+class BandwidthWarning(UserWarning):
+    """A question asks for higher frequencies than the simulation resolves."""
+
+
+def record_bandwidth(history: xr.Dataset) -> float:
+    """Return up to which frequency [Hz] the records of a history resolve a signal: 20 records a period.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history, or anything else with a coordinate time [s]. The longest of its steps counts.
+    """
+    times = history["time"].values
+    return 1.0 / (_STEPS_A_PERIOD * float(np.diff(times).max())) if times.size > 1 else 0.0
+
+
+def mesh_bandwidth(model: Model) -> dict[str, float]:
+    """Return up to which frequency [Hz] the mesh carries shear waves through each region: 10 edges a wave.
+
+    Parameters
+    ----------
+    model : Model
+        The model. Its time steps are not asked, and rigid regions without a material have no entry.
+
+    Notes
+    -----
+    Shear waves are the slowest, of speed sqrt(G/rho) with G a third of the material's `stiffness`, as in nearly
+    incompressible tissue. The longest edge of a region counts.
+    """
+    longest = _longest_edges(model.mesh)
+    found = {}
+    for region, material in model.materials.items():
+        cells = model.mesh.subdomains[region]
+        speed = np.sqrt(material.stiffness / (3.0 * material.density))
+        found[region] = float(speed / (_ELEMENTS_A_WAVE * longest[cells].max()))
+    return found
+
+
+def warn_beyond(history: xr.Dataset, highest: float, what: str) -> None:
+    """Warn where a question asks for more than the records resolve.
+
+    Units: highest [Hz].
+    """
+    known = record_bandwidth(history)
+    if highest > known:
+        step = 1.0 / (_STEPS_A_PERIOD * highest)
+        text = f"{what} reaches {highest:g} Hz, and the records resolve {known:.3g} Hz; a step of {step:.1g} s would do"
+        warnings.warn(text, BandwidthWarning, stacklevel=3)
+
+
+def _longest_edges(mesh: skfem.Mesh) -> NDArray[np.float64]:
+    """Return the longest distance between two corners of a cell that share an edge, shape (n_cells,) [m]."""
+    corners = mesh.p[:, mesh.t[: mesh.refdom.nnodes]]
+    pairs = mesh.refdom.edges if mesh.dim() == 3 else mesh.refdom.facets
+    lengths = [np.linalg.norm(corners[:, first] - corners[:, second], axis=0) for first, second in map(tuple, pairs)]
+    longest: NDArray[np.float64] = np.max(lengths, axis=0)
+    return longest

@@ -1,0 +1,200 @@
+"""What laws of large strain share: the split of the energy into shape and volume.
+
+What every law for large strain answers, whatever the law.
+
+A law is a function of the principal logarithmic strains e_i = ln(lambda_i), with the principal stretches lambda_i. Its
+derivatives by them are the principal Kirchhoff stresses tau_i, which are the Cauchy stresses times J, the ratio of
+current to reference volume, ln J = e_1 + e_2 + e_3. Being written in principal stretches, a law is isotropic and the
+same after any rotation.
+
+What the laws share whose energy is one of the shape and one of the volume, and how they are held to be stable.
+
+The shape is in the isochoric logarithmic strains, the deviator of the logarithmic strains, and the energy of it a sum
+of powers of the isochoric stretches, as in Ogden, Proc. R. Soc. Lond. A 326 (1972) 565-584. The energy of the volume
+is K/2 (ln J)^2 with the bulk modulus K, as in FEBio's laws of this kind and in the neo-Hookean law here: the pressure
+is linear in the logarithmic strains, so its derivative is the constant K and costs nothing. The Cauchy pressure
+K ln J/J grows with the volume up to J = e = 2.7, far beyond what a nearly incompressible layer reaches; see Doll &
+Schweizerhof, J. Appl. Mech. 67 (2000) 17-21, for this and other functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import MappingProxyType
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError
+from fingerslip.materials.elastic import Elastic
+from fingerslip.materials.prony import Prony
+
+__all__ = [
+    "SHAPES",
+    "TESTS",
+    "FiniteMaterial",
+    "check_stability",
+    "chosen_bulk_modulus",
+    "deviator",
+    "isochoric_tangent",
+    "linearised",
+    "log_volume_of",
+    "summed",
+    "volumetric_energy",
+]
+
+
+Array = NDArray[np.float64]
+
+
+def log_volume_of(log_strain: Array) -> Array:
+    """Return ln J, shape (n,), of principal logarithmic strains (n, m): their sum, several times as fast as NumPy's."""
+    total: Array = log_strain[:, 0] + log_strain[:, 1]
+    if log_strain.shape[1] == 3:
+        total += log_strain[:, 2]
+    return total
+
+
+@runtime_checkable
+class FiniteMaterial(Protocol):
+    """A law between large strain and stress, and what else a model asks of a material.
+
+    The methods are pure: no mesh, no time. Logarithmic strains come in arrays of shape (n, 3), a row for each point.
+    """
+
+    @property
+    def density(self) -> float:
+        """Mass density in the reference state [kg/m^3]."""
+        ...
+
+    @property
+    def stiffness(self) -> float:
+        """Young's modulus at rest [Pa], from which contact penalties are estimated."""
+        ...
+
+    def at_rest(self) -> Elastic:
+        """Return the law at small strain, with which `kinematics: small` computes."""
+        ...
+
+    def stored_energy(self, log_strain: Array) -> Array:
+        """Return the strain energy per reference volume [J/m^3], shape (n,)."""
+        ...
+
+    def kirchhoff_stress(self, log_strain: Array) -> Array:
+        """Return the principal Kirchhoff stresses [Pa], shape (n, 3): the derivative of the energy."""
+        ...
+
+    def kirchhoff_tangent(self, log_strain: Array) -> Array:
+        """Return the derivative of the stresses by the logarithmic strains [Pa], shape (n, 3, 3), symmetric."""
+        ...
+
+    def volumetric(self, log_volume: Array) -> tuple[Array, Array, Array]:
+        """Return the part of the energy that grows with the bulk modulus, and its two derivatives, each (n,) [Pa].
+
+        It is a function of ln J (n,) alone, zero with its slope at rest. Elements integrate it from mean volumes, so
+        that they do not lock near incompressibility. What it leaves of the energy must stay bounded there.
+        """
+        ...
+
+
+#: Principal logarithmic strains of the tests of an incompressible material, over that of the stretch of the test.
+TESTS = MappingProxyType({"uniaxial": (1.0, -0.5, -0.5), "equibiaxial": (1.0, 1.0, -2.0), "planar": (1.0, 0.0, -1.0)})
+#: Two directions of shape that are orthogonal to each other and to the change of volume.
+SHAPES = np.array([[1.0, -1.0, 0.0], [1.0, 1.0, -2.0]]) / np.sqrt([[2.0], [6.0]])
+_STRETCHES = 400
+# Stiffness against a change of shape, over the largest, that is taken for none [-].
+_NOTHING = 1e-12
+
+
+def summed(values: Array) -> Array:
+    """Return the sums (n,) of the columns of (n, 3) values; of logarithmic strains this is ln J."""
+    total: Array = values[:, 0] + values[:, 1] + values[:, 2]
+    return total
+
+
+def deviator(values: Array) -> Array:
+    """Return (n, 3) values less the mean of their rows."""
+    return values - (summed(values) / 3.0)[:, None]
+
+
+def isochoric_tangent(rates: Array) -> Array:
+    """Return the derivative of the deviator of stresses by the logarithmic strains [Pa], shape (n, 3, 3).
+
+    Arrays: rates (n, 3) [Pa].
+    """
+    tangent = (rates[:, :, None] + rates[:, None, :]) / -3.0
+    tangent += (summed(rates) / 9.0)[:, None, None]
+    diagonal = np.einsum("nii->ni", tangent)
+    diagonal += rates
+    return tangent
+
+
+def volumetric_energy(bulk_modulus: float, log_volume: Array) -> tuple[Array, Array, Array]:
+    """Return K/2 (ln J)^2 and its two derivatives [Pa], each (n,), at ln J (n,)."""
+    pressure = bulk_modulus * log_volume
+    return 0.5 * pressure * log_volume, pressure, np.full_like(log_volume, bulk_modulus)
+
+
+def chosen_bulk_modulus(shear_modulus: float, bulk_modulus: float | None, poisson_ratio: float | None) -> float:
+    """Return the bulk modulus [Pa], of which either itself or Poisson's ratio is given.
+
+    Units: shear_modulus [Pa]; bulk_modulus [Pa]; poisson_ratio [-].
+    """
+    if bulk_modulus is None and poisson_ratio is None:
+        raise InputError("bulk_modulus", "is missing", "needs a value", "or give poisson_ratio")
+    if bulk_modulus is not None and poisson_ratio is not None:
+        raise InputError("poisson_ratio", "is given with bulk_modulus", "needs one of the two", "leave one out")
+    if poisson_ratio is not None:
+        return 2.0 * shear_modulus * (1.0 + poisson_ratio) / (3.0 * (1.0 - 2.0 * poisson_ratio))
+    least = 2.0 * shear_modulus / 3.0
+    if bulk_modulus < least:  # type: ignore[operator]
+        found = f"got {bulk_modulus:.6g} Pa, too small against the shear modulus of {shear_modulus:.6g} Pa"
+        allowed = f"needs at least {least:.6g} Pa, where Poisson's ratio is 0"
+        raise InputError("bulk_modulus", found, allowed, "nearly incompressible layers have 10 to 1000 times as much")
+    return float(bulk_modulus)  # type: ignore[arg-type]
+
+
+def linearised(
+    shear_modulus: float, bulk_modulus: float, poisson_ratio: float | None, density: float, prony: Prony = ()
+) -> Elastic:
+    """Return the law at small strain; `poisson_ratio` [-] where it is known, so that no digit of it is lost."""
+    if poisson_ratio is None:
+        poisson_ratio = (1.5 * bulk_modulus - shear_modulus) / (3.0 * bulk_modulus + shear_modulus)
+    return Elastic(2.0 * shear_modulus * (1.0 + poisson_ratio), poisson_ratio, density, prony=prony)
+
+
+def check_stability(tangent: Callable[[Array], Array], stretches: tuple[float, float]) -> None:
+    """Refuse a law that is not stable in Drucker's sense within a range of stretches.
+
+    Stable means that the work of the change of stress on the change of strain is positive for every change: that the
+    tangent of the Kirchhoff stress by the logarithmic strain is positive definite. Shape and volume do not couple, so
+    it is enough to look at changes of shape, in the uniaxial, equibiaxial and planar test of the incompressible
+    material.
+
+    Units: stretches [-].
+    """
+    low, high = stretches
+    if not 0.0 < low < 1.0 < high:
+        found = f"got {low:g} and {high:g}"
+        raise InputError("stable_between", found, "needs a stretch between 0 and 1 and one above 1", "write [0.5, 2]")
+    limits = {test: _limits(tangent, np.array(direction), stretches) for test, direction in TESTS.items()}
+    lost = [f"{test} {' and '.join(of_test)}" for test, of_test in limits.items() if of_test]
+    if lost:
+        allowed = f"needs to be stable for stretches of {low:g} to {high:g} in uniaxial, equibiaxial and planar tests"
+        repair = "change the moduli, or narrow stable_between where the material is stretched less"
+        raise InputError("", f"is not stable (Drucker) at stretches: {', '.join(lost)}", allowed, repair)
+
+
+def _limits(tangent: Callable[[Array], Array], direction: Array, stretches: tuple[float, float]) -> list[str]:
+    """Return below and above which stretch of one test the law is not stable, where it is not within the range."""
+    limits = []
+    for side, end in zip(("below", "above"), stretches, strict=True):
+        path = np.linspace(0.0, np.log(end), _STRETCHES)
+        of_shape = SHAPES @ tangent(path[:, None] * direction) @ SHAPES.T
+        stiffness = np.linalg.eigvalsh(of_shape)
+        # What rounding leaves of zero is none, so that a law is refused with the same words on every processor.
+        lost = np.flatnonzero(stiffness[:, 0] <= _NOTHING * np.abs(stiffness).max())
+        if lost.size:
+            limits.append(f"{side} {np.exp(path[lost[0]]):.3g}")
+    return limits

@@ -1,0 +1,179 @@
+"""Sites of a fingertip: receptors, reference nodes and markers on the skin."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.marker_layouts import hexagonal_layout
+from fingerslip.sites import Site
+from fingerslip.specimens.fingertip.interfaces import interface_depth
+from fingerslip.specimens.fingertip.numbers import FingertipNumbers, Section
+from fingerslip.specimens.fingertip.outline import Curve, at_depth, outline_curve
+from fingerslip.specimens.fingertip.skin import posed, skin_section, solid_shape
+
+__all__ = [
+    "receptor_sites",
+    "reference_sites",
+    "skin_markers",
+    "solid_receptor_sites",
+]
+
+
+Floats = NDArray[np.float64]
+
+
+def receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
+    """Return all candidate receptors of the palmar skin, numbered towards +x within each kind.
+
+    FA-I sit at the tips of the limiting ridges, on the side of the dermis; SA-I at the tips of the intermediate
+    ridges, on the side of the epidermis; SA-II just above the dermis-tissue border; FA-II at their depth below the
+    skin surface. Where ridges are off, the first two are at the same arc lengths on the plain interface. SA-II and
+    FA-II are below every intermediate ridge. Sites fill the zone in which ridges have their full height.
+
+    Parameters
+    ----------
+    fingertip : FingertipNumbers
+        Gives ridges, layers and depths.
+    """
+    intermediate = _ridges_in_zone(fingertip, shift=0.0)
+    limiting = _ridges_in_zone(fingertip, shift=0.5)
+    receptors, layers, curve = fingertip.receptors, fingertip.layers, outline_curve(fingertip)
+    border = np.full_like(intermediate, layers.skin_thickness - receptors.sa_ii_height)
+    deep = np.full_like(intermediate, receptors.fa_ii_depth)
+    return (
+        *_sites(curve, "FA-I", limiting, interface_depth(fingertip, limiting), "dermis"),
+        *_sites(curve, "SA-I", intermediate, interface_depth(fingertip, intermediate), "epidermis"),
+        *_sites(curve, "FA-II", intermediate, deep, "tissue"),
+        *_sites(curve, "SA-II", intermediate, border, "dermis"),
+    )
+
+
+def _ridges_in_zone(fingertip: FingertipNumbers, shift: float) -> Floats:
+    """Return the arc lengths (k + shift) pitch at which ridges have their full height."""
+    zone, pitch = fingertip.zone, fingertip.ridges.pitch
+    first = np.ceil((zone.start + zone.fade) / pitch - shift)
+    last = np.floor((zone.end - zone.fade) / pitch - shift)
+    arc_length: Floats = (np.arange(first, last + 1) + shift) * pitch
+    return arc_length
+
+
+def _sites(curve: Curve, kind: str, arc_length: Floats, depth: Floats, region: str) -> list[Site]:
+    points = at_depth(curve, arc_length, depth)
+    return [
+        Site(name=f"{kind}-{number:02d}", kind=kind, position=(float(x), float(y)), region=region)
+        for number, (x, y) in enumerate(points, start=1)
+    ]
+
+
+_LINES: Mapping[str, Section] = MappingProxyType({"h": "sagittal", "v": "transverse"})
+_NUMBER = 7
+_MIDDLE = 3.5
+
+
+def solid_receptor_sites(fingertip: FingertipNumbers) -> tuple[Site, ...]:
+    """Return the candidate receptors in space: those of the sagittal section, in its plane z = 0.
+
+    The mesh in space has a plain epidermis-dermis interface, so FA-I and SA-I sit on it, at the arc lengths at which
+    the section has its ridges.
+
+    Parameters
+    ----------
+    fingertip : FingertipNumbers
+        A fingertip in space.
+
+    Raises
+    ------
+    InputError
+        Where the fingertip has only sections.
+    """
+    solid_shape(fingertip)
+    plain = dataclasses.replace(fingertip.ridges, enabled=False)
+    section = dataclasses.replace(fingertip, section="sagittal", ridges=plain)
+    sites = receptor_sites(section)
+    flat = np.array([site.position for site in sites])
+    places = posed(fingertip, np.column_stack([flat, np.zeros(len(sites))]))
+    return tuple(
+        dataclasses.replace(site, position=_position(place)) for site, place in zip(sites, places, strict=True)
+    )
+
+
+def reference_sites(fingertip: FingertipNumbers, spacing: float = 2.2e-3) -> tuple[Site, ...]:
+    """Return the reference nodes h1 to h7 and v1 to v7 of Wang et al. (2014), on the skin and the tissue surface.
+
+    The horizontal line h runs along the finger (z = 0), towards the tip; the vertical line v across it (x = 0), towards
+    +z. The paper says which of the nodes are in contact, h2 to h5 and v2 to v5, and shows the lines without
+    dimensions. So the lowest point lies half way between nodes 3 and 4, and the spacing is assumed.
+
+    Parameters
+    ----------
+    fingertip : FingertipNumbers
+        A fingertip in space.
+    spacing : float, optional
+        Distance of the nodes along the skin [m].
+
+    Returns
+    -------
+    tuple of Site
+        ``skin-h1`` ... of the kind `skin surface`, then ``tissue-h1`` ... of the kind `tissue surface`, each below the
+        one on the skin.
+
+    Raises
+    ------
+    InputError
+        Where the fingertip has only sections.
+    """
+    solid_shape(fingertip)
+    layers = {"skin": ("epidermis", 0.0), "tissue": ("tissue", fingertip.layers.skin_thickness)}
+    sites = []
+    for layer, (region, depth) in layers.items():
+        for line in _LINES:
+            places = posed(fingertip, _line(fingertip, line, spacing, depth))
+            sites += [
+                Site(f"{layer}-{line}{number}", f"{layer} surface", _position(place), region)
+                for number, place in enumerate(places, start=1)
+            ]
+    return tuple(sites)
+
+
+def _line(fingertip: FingertipNumbers, line: str, spacing: float, depth: float) -> Floats:
+    """Return the (7, 3) places of a line of reference nodes of the level finger [m]."""
+    section = dataclasses.replace(fingertip, section=_LINES[line])
+    arc_length = spacing * np.linspace(1 - _MIDDLE, _NUMBER - _MIDDLE, _NUMBER)
+    along, up = at_depth(outline_curve(section), arc_length, depth).T
+    still = np.zeros(_NUMBER)
+    return np.column_stack([along, up, still] if line == "h" else [still, up, along])
+
+
+def _position(place: Floats) -> tuple[float, ...]:
+    return tuple(float(value) for value in place)
+
+
+_KIND = "external marker"
+
+
+def skin_markers(fingertip: FingertipNumbers, spacing: float = 1.5e-3, layers: int = 4) -> tuple[Site, ...]:
+    """Return dots on the skin around its lowest point: a hexagonal lattice where it is seen from straight below.
+
+    No paper prints such dots with dimensions; spacing and number are assumed.
+
+    Units: spacing [m].
+    """
+    solid_shape(fingertip)
+    layout = hexagonal_layout(spacing, layers)
+    places = posed(fingertip, _lowest(fingertip, *layout.position.T))
+    first = np.searchsorted(layout.ring, layout.ring)
+    return tuple(
+        Site(f"external-marker-{ring}-{number:02d}", _KIND, tuple(map(float, place)), "epidermis")
+        for ring, number, place in zip(layout.ring, np.arange(layout.count) - first + 1, places, strict=True)
+    )
+
+
+def _lowest(fingertip: FingertipNumbers, x: Floats, z: Floats) -> Floats:
+    """Return the (n, 3) points of the palmar skin above (n,) points x, z of a plane [m]; all are within the finger."""
+    centre, height, width = skin_section(fingertip, x)
+    return np.column_stack([x, centre - height * np.sqrt(1.0 - (z / width) ** 2), z])

@@ -1,0 +1,380 @@
+"""Formats of tactile recordings that laboratories have, in and out.
+
+Data sets as the tactile laboratory in Bristol keeps them.
+
+A folder has ``targets.csv`` with a row for each image (``sensor_image``, and labels such as ``pose_*`` and
+``shear_*``), ``sensor_images/`` with the images, ``sensor_image_params.json`` with the settings of the camera, and
+``processed_markers/markers_N.npy`` with the markers of ``image_N``: x and y in shares of the width and height.
+
+Recordings in time: folders ``run_0``, ``run_1``, ... each with images and tables of what else was measured.
+
+A run has ``time_series_images/`` and ``image_data.csv``; perhaps ``control_data.csv`` (times ``start``,
+``shear_start``, ``shear_end`` and ``end``), ``ft_sensor_data.csv`` and ``robot_data.csv``.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fingerslip.errors import InputError, ResultError, shortened
+from fingerslip.files import check_empty, frame_csv, json_text, new_folder, write_bytes, write_text
+from fingerslip.vision.tracks import check_tracks, make_tracks
+from fingerslip.vision.video import write_video
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+__all__ = [
+    "TABLES",
+    "BristolSet",
+    "SeriesRun",
+    "bristol_tracks",
+    "read_bristol",
+    "read_pins",
+    "read_series",
+    "read_table",
+    "write_bristol",
+    "write_pins",
+    "write_series_run",
+    "write_table",
+]
+
+
+def read_table(path: Path) -> pd.DataFrame:
+    """Read a CSV file with a line of names."""
+    import pandas as pd
+
+    if not path.is_file():
+        raise InputError(str(path), "there is no such file", "needs a CSV file with a line of names")
+    try:
+        return pd.read_csv(path)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be read ({error.strerror}); name a file that can be") from error
+    except ValueError as error:
+        raise InputError(str(path), f"is no table ({shortened(str(error))})", "needs CSV with names") from error
+
+
+def write_table(table: pd.DataFrame, path: Path) -> None:
+    """Write a table as CSV, whole or not at all; raise ResultError where it cannot be written."""
+    write_text(path, frame_csv(table))
+
+
+_TARGETS, _PARAMETERS, _MARKERS = "targets.csv", "sensor_image_params.json", "processed_markers"
+_IMAGE = "sensor_image"
+
+
+@dataclass(frozen=True)
+class BristolSet:
+    """A data set."""
+
+    folder: Path  # where it is
+    targets: pd.DataFrame  # A row for each image: ``sensor_image`` and labels
+    image_parameters: Mapping[str, Any]  # settings of the camera
+    markers: tuple[NDArray[np.float64], ...]  # (n, 2), markers of each image in shares of its width and height
+
+
+def read_bristol(folder: str | Path) -> BristolSet:
+    """Read a data set of this form.
+
+    Raises
+    ------
+    InputError
+        Where ``targets.csv`` is missing or names no images, or a file is not of its form.
+    """
+    folder = Path(folder)
+    targets = read_table(folder / _TARGETS)
+    if _IMAGE not in targets.columns:
+        raise InputError(str(folder / _TARGETS), f"has no column {_IMAGE}", "needs the name of the image in each row")
+    processed = (folder / _MARKERS).is_dir()
+    names = [_markers_name(str(name)) for name in targets[_IMAGE]] if processed else []
+    return BristolSet(folder, targets, _parameters(folder / _PARAMETERS), tuple(_markers(folder, n) for n in names))
+
+
+def _markers_name(image: str) -> str:
+    numbers = re.findall(r"\d+", Path(image).stem)
+    if not numbers:
+        raise InputError(_TARGETS, f"the image {shortened(image)!r} has no number", "needs names such as image_1.png")
+    return f"markers_{numbers[-1]}.npy"
+
+
+def _parameters(path: Path) -> Mapping[str, Any]:
+    if not path.is_file():
+        return {}
+    try:
+        values = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise InputError(str(path), f"is no JSON ({shortened(str(error))})", "needs settings of a camera") from None
+    if not isinstance(values, dict):
+        raise InputError(str(path), f"holds {shortened(repr(values))}", "needs names and values in {}")
+    return values
+
+
+def _markers(folder: Path, name: str) -> NDArray[np.float64]:
+    path = folder / _MARKERS / name
+    if not path.is_file():
+        raise InputError(str(path), "there is no such file", "needs the markers of every image")
+    try:
+        found = np.load(path, allow_pickle=False)
+    except (ValueError, EOFError) as error:
+        raise InputError(str(path), f"is no array ({shortened(str(error))})", "needs x and y of markers") from None
+    if found.ndim != 2 or found.shape[1] != 2 or found.dtype.kind not in "fiu":
+        raise InputError(str(path), f"has shape {found.shape} of {found.dtype}", "needs numbers of shape (n, 2)")
+    markers: NDArray[np.float64] = found.astype(np.float64)
+    return markers
+
+
+def bristol_tracks(data: BristolSet, size: tuple[int, int], frame_rate: float) -> xr.Dataset:
+    """Return the markers of a data set as tracks, its rows in order of time.
+
+    Parameters
+    ----------
+    data : BristolSet
+        The data set. Its markers must be in the same order in every image, which those that were sorted by x are not.
+    size : (int, int)
+        Width and height of the images [px].
+    frame_rate : float
+        Rows a second [1/s].
+
+    Raises
+    ------
+    InputError
+        Where there are no markers, or their number changes.
+    """
+    counts = sorted({len(markers) for markers in data.markers})
+    if len(counts) != 1:
+        found = f"has {' or '.join(map(str, counts))} markers in an image" if counts else "has no processed markers"
+        raise InputError(str(data.folder), found, "tracks need the same ones in all", "track its images")
+    position = np.stack(data.markers) * np.array(size, dtype=np.float64)
+    attributes = {
+        "source": str(data.folder),
+        "image_width": size[0],
+        "image_height": size[1],
+        "frame_rate": frame_rate,
+    }
+    return make_tracks(position, np.arange(len(position)) / frame_rate, units="px", attributes=attributes)
+
+
+def write_bristol(
+    tracks: xr.Dataset,
+    folder: str | Path,
+    *,
+    labels: Mapping[str, Sequence[Any]] | None = None,
+    image_parameters: Mapping[str, Any] | None = None,
+) -> None:
+    """Write tracks as a data set of this form, whole or not at all: the markers of frame N as ``markers_N.npy``.
+
+    Parameters
+    ----------
+    tracks : xarray.Dataset
+        Tracks in pixels with the attributes ``image_width`` and ``image_height``. Markers that were not seen are NaN.
+    folder : path
+        The folder, new or empty.
+    labels : mapping of str to sequence, optional
+        Columns of ``targets.csv`` with a value for each frame, such as ``pose_1`` or ``shear_1``.
+    image_parameters : mapping, optional
+        Settings of the camera, added to the size of the image and the frame rate.
+
+    Raises
+    ------
+    InputError
+        Where the dataset is no tracks in pixels, or does not say the size of the image; where the folder holds files.
+    ResultError
+        Where the folder cannot be written.
+    """
+    import pandas as pd
+
+    check_tracks(tracks)
+    check_empty(Path(folder))
+    width, height = (tracks.attrs.get(f"image_{name}") for name in ("width", "height"))
+    if tracks["position"].attrs["units"] != "px" or width is None or height is None:
+        found = f"is in {tracks['position'].attrs['units']}, in an image of {width} x {height} px"
+        raise InputError("tracks: position", found, "needs pixels and the attributes image_width and image_height")
+    shares = tracks["position"].values / (float(width), float(height))
+    names = [f"image_{number}.png" for number in range(len(shares))]
+    plain = {
+        "width": int(width),
+        "height": int(height),
+        "fps": tracks.attrs.get("frame_rate"),
+        **(image_parameters or {}),
+    }
+    with new_folder(Path(folder)) as partial:
+        (partial / _MARKERS).mkdir()
+        for name, markers in zip(names, shares, strict=True):
+            stream = io.BytesIO()
+            np.save(stream, markers)
+            write_bytes(partial / _MARKERS / _markers_name(name), stream.getvalue())
+        write_table(pd.DataFrame({_IMAGE: names, **(labels or {})}), partial / _TARGETS)
+        write_text(partial / _PARAMETERS, json_text(plain))
+
+
+_PIN = re.compile(r"pin_(\d+)_([xy])")
+_TIME = "time"
+
+
+def write_pins(tracks: xr.Dataset, path: str | Path) -> None:
+    """Write tracks as a table of pins, with the column ``time`` [s] before them; what was not seen is an empty cell.
+
+    Raises
+    ------
+    InputError
+        Where the dataset is no tracks, or they are not in pixels.
+    ResultError
+        Where the file cannot be written.
+    """
+    import pandas as pd
+
+    check_tracks(tracks)
+    if tracks["position"].attrs["units"] != "px":
+        raise InputError("tracks: position", "is in metres", "tables of pins are in pixels", "write tracks_csv")
+    columns = {_TIME: tracks["time"].values}
+    for column, number in enumerate(tracks["marker"].values):
+        for axis, name in enumerate("xy"):
+            columns[f"pin_{number}_{name}"] = tracks["position"].values[:, column, axis]
+    write_table(pd.DataFrame(columns), Path(path))
+
+
+def read_pins(path: str | Path, frame_rate: float | None = None) -> xr.Dataset:
+    """Read a table of pins as tracks.
+
+    Parameters
+    ----------
+    path : path
+        A CSV file with ``pin_0_x``, ``pin_0_y``, ...; other columns but ``time`` [s] are left alone.
+    frame_rate : float, optional
+        Rows a second [1/s], where there is no column ``time``.
+
+    Raises
+    ------
+    InputError
+        Where there are no pins, one lacks x or y, or nothing says the time.
+    """
+    table = read_table(Path(path))
+    found = [match for match in map(_PIN.fullmatch, map(str, table.columns)) if match]
+    numbers = sorted({int(match[1]) for match in found})
+    if not numbers:
+        raise InputError(str(path), "has no pins", "needs the columns pin_0_x, pin_0_y, ...")
+    lacking = [f"pin_{n}_{axis}" for n in numbers for axis in "xy" if f"pin_{n}_{axis}" not in table.columns]
+    if lacking:
+        raise InputError(str(path), f"has no column {lacking[0]}", "needs x and y of each pin")
+    position = np.stack([table[[f"pin_{n}_x", f"pin_{n}_y"]].to_numpy(dtype=np.float64) for n in numbers], axis=1)
+    # A pin of which one coordinate is missing was not seen.
+    position[np.isnan(position).any(axis=2)] = np.nan
+    if _TIME not in table.columns and frame_rate is None:
+        raise InputError(str(path), "has no column time", "tracks need the time of each row", "give frame_rate")
+    time = table[_TIME].to_numpy(np.float64) if frame_rate is None else np.arange(len(table)) / frame_rate
+    return make_tracks(position, time, units="px", marker=numbers, attributes={"source": str(path)})
+
+
+#: Tables of a run: their names here, and their files.
+TABLES: Mapping[str, str] = MappingProxyType(
+    {"image": "image_data.csv", "control": "control_data.csv", "force": "ft_sensor_data.csv", "robot": "robot_data.csv"}
+)
+_IMAGES = "time_series_images"
+_RUN = re.compile(r"run_(\d+)")
+_TIMES = ("time", "timestamp", "t")
+
+
+@dataclass(frozen=True)
+class SeriesRun:
+    """A run."""
+
+    images: Path  # folder of its images, which :func:`fingerslip.track_markers` takes
+    tables: Mapping[str, pd.DataFrame]  # its tables by their names in :data:`TABLES`, as far as they are there
+
+    @property
+    def image_times(self) -> NDArray[np.float64] | None:
+        """Times of the images [s], from the first column ``time``, ``timestamp`` or ``t``; None without one."""
+        table = self.tables.get("image")
+        name = None if table is None else next((name for name in _TIMES if name in table.columns), None)
+        return None if table is None or name is None else table[name].to_numpy(np.float64)
+
+    @property
+    def frame_rate(self) -> float | None:
+        """Mean number of images a second [1/s]; None where the times are not known."""
+        times = self.image_times
+        if times is None or len(times) < 2 or not times[-1] > times[0]:
+            return None
+        return float((len(times) - 1) / (times[-1] - times[0]))
+
+
+def read_series(folder: str | Path) -> dict[int, SeriesRun]:
+    """Return the runs of a folder by their numbers, without reading images.
+
+    Raises
+    ------
+    InputError
+        Where there are no runs, or one has no images.
+    """
+    folder = Path(folder)
+    found = {int(match[1]): path for path in folder.glob("run_*") if (match := _RUN.fullmatch(path.name))}
+    if not found:
+        raise InputError(str(folder), "has no runs", "needs folders run_0, run_1, ...")
+    return {number: _read_run(found[number]) for number in sorted(found)}
+
+
+def _read_run(folder: Path) -> SeriesRun:
+    if not (folder / _IMAGES).is_dir():
+        raise InputError(str(folder), f"has no {_IMAGES}", "needs a folder of images")
+    there = {name: folder / file for name, file in TABLES.items() if (folder / file).is_file()}
+    return SeriesRun(folder / _IMAGES, {name: read_table(path) for name, path in there.items()})
+
+
+def write_series_run(
+    folder: str | Path,
+    number: int,
+    frames: Iterable[NDArray[np.uint8]],
+    frame_rate: float,
+    tables: Mapping[str, pd.DataFrame] | None = None,
+) -> Path:
+    """Write a run, whole or not at all.
+
+    Parameters
+    ----------
+    folder : path
+        The folder of the recording.
+    number : int
+        Number of the run.
+    frames : iterable of arrays
+        Its frames, (height, width) or (height, width, 3) of uint8.
+    frame_rate : float
+        Frames a second [1/s].
+    tables : mapping of str to pandas.DataFrame, optional
+        Tables by their names in :data:`TABLES`; ``image`` is made where it is not given.
+
+    Returns
+    -------
+    Path
+        The folder of the run.
+
+    Raises
+    ------
+    InputError
+        Where a table has another name, there are no frames, or the folder of the run holds files.
+    ResultError
+        Where the folder cannot be written.
+    """
+    import pandas as pd
+
+    given = dict(tables or {})
+    unknown = sorted(given.keys() - TABLES.keys())
+    if unknown:
+        raise InputError("tables", f"got {unknown[0]!r}", f"needs names among {', '.join(TABLES)}")
+    final = Path(folder) / f"run_{number}"
+    check_empty(final)
+    with new_folder(final) as partial:
+        count = write_video(partial / _IMAGES, frames, frame_rate)
+        given.setdefault("image", pd.DataFrame({"time": np.arange(count) / frame_rate}))
+        for name, table in given.items():
+            write_table(table, partial / TABLES[name])
+    return final
