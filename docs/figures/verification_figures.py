@@ -14,7 +14,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fingerslip.report.tables.table import to_markdown
-from fingerslip.verification import blocks, line, locking, sphere
+from fingerslip.verification import blocks, line, sphere
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "tests"))
+from problems.verification import locking
 
 mpl.use("Agg")
 plt.rcParams.update({"font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "legend.frameon": False})

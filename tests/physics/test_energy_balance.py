@@ -18,9 +18,9 @@ from fingerslip.results import SAMPLE
 from fingerslip.study.definition.spec import read_study
 from fingerslip.study.definition.sweep import expand
 from fingerslip.study.running.build import build_mesh, build_model, mesh_key
-from fingerslip.verification.reference import condensed_states, make_stepper
 from places import ROOT
 from problems.matrices import EXACT
+from problems.verification.reference import condensed_states, make_stepper
 
 SHIPPED = sorted((ROOT / "studies").glob("*.yaml"))
 # Their material relaxes, which the sum of this file does not know; its balance is that of the history.

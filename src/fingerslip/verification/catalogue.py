@@ -1,4 +1,7 @@
-"""All verification problems, by name; the file of a problem is loaded when it is its turn."""
+"""The problems of ``fingerslip verify``, by name; the file of a problem is loaded when it is its turn.
+
+The tests have more of them, in ``tests/problems/verification``.
+"""
 
 from __future__ import annotations
 
@@ -17,60 +20,10 @@ __all__ = ["FILES", "choose", "known_names", "problem"]
 #: The names of all problems, by the file of this folder that has them, in the order of the table.
 FILES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "elements": (
-            "patch",
-            "rigid-modes",
-            "convergence-2d",
-            "convergence-3d",
-            "locking-2d",
-            "locking-3d",
-        ),
-        "locking": (
-            "element-errors-2d",
-            "element-errors-3d",
-        ),
-        "condensed": (
-            "condensed-2d",
-            "condensed-3d",
-        ),
-        "reduced": (
-            "reduced-basis",
-            "reduced-basis-static",
-        ),
-        "dynamics": (
-            "hht-order",
-            "hht-damping",
-            "bar",
-            "rod",
-            "driven-plate",
-        ),
-        "impact": ("impact",),
-        "blocks": (
-            "dragged-block",
-            "coulomb-oscillator",
-            "sliding-block",
-            "stick-slip",
-        ),
-        "resting": ("resting-block",),
-        "bodies": (
-            "free-block",
-            "filled-jug",
-            "held-block",
-            "damped-fall",
-            "turning-body",
-        ),
-        "rolling": (
-            "rolling-cylinder",
-            "cylinder-on-incline",
-            "ball-between-plates",
-            "travelling-plate",
-        ),
-        "friction": (
-            "friction-laws",
-            "friction-tangents",
-            "slip-weakening",
-        ),
-        "creep": ("creep",),
+        "elements": ("patch", "rigid-modes", "convergence-2d", "convergence-3d", "locking-2d", "locking-3d"),
+        "dynamics": ("hht-order", "hht-damping", "bar", "rod", "driven-plate"),
+        "blocks": ("dragged-block", "coulomb-oscillator", "sliding-block", "stick-slip"),
+        "rolling": ("rolling-cylinder", "cylinder-on-incline", "ball-between-plates", "travelling-plate"),
         "viscoelastic": (
             "relaxation",
             "retardation",
@@ -79,55 +32,9 @@ FILES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "viscous-limits",
             "viscous-hertz",
         ),
-        "controlled": (
-            "controlled-creep",
-            "controlled-relaxation",
-            "controlled-oscillator",
-        ),
-        "line": (
-            "hertz-line",
-            "hertz-line-3d",
-            "cattaneo",
-            "ciavarella-jaeger",
-        ),
-        "sphere": (
-            "hertz-sphere",
-            "mindlin",
-            "tangential-cycle",
-        ),
-        "viscous_contact": (
-            "viscous-line",
-            "viscous-sphere",
-        ),
-        "fingertip": ("fingertip-refinement",),
-        "large_laws": (
-            "large-tension",
-            "large-biaxial",
-            "large-shear",
-            "objectivity",
-        ),
-        "large_relaxation": (
-            "large-relaxation-shear",
-            "large-relaxation-tension",
-            "large-relaxation-order",
-            "large-relaxation-limits",
-            "large-relaxation-small",
-            "large-relaxation-turned",
-            "large-relaxation-energy",
-        ),
-        "large_motion": (
-            "small-limit",
-            "tumbling-block",
-            "halved-step",
-        ),
-        "large_bodies": (
-            "rivlin-cube",
-            "large-tube",
-            "cook",
-            "elastica",
-        ),
-        "large_contact": ("dragged-cylinder",),
-        "independent": ("calculix-block",),
+        "line": ("hertz-line", "hertz-line-3d", "cattaneo", "ciavarella-jaeger"),
+        "sphere": ("hertz-sphere", "mindlin", "tangential-cycle"),
+        "large_bodies": ("rivlin-cube", "large-tube", "cook", "elastica"),
     }
 )
 

@@ -79,4 +79,4 @@ def test_json_has_numbers_and_nothing_else_is_printed(invoke: Callable[..., Any]
 def test_names_are_listed_without_computing(invoke: Callable[..., Any]) -> None:
     done = invoke("verify", "--list")
     assert (done.exit_code, done.stderr) == (0, "")
-    assert {"patch", "cattaneo", "calculix-block"} <= set(done.stdout.split())
+    assert {"patch", "cattaneo", "cook"} <= set(done.stdout.split())

@@ -12,8 +12,8 @@ from fingerslip.dynamics.outside import OutsideCheck
 from fingerslip.dynamics.step.state import first_state
 from fingerslip.dynamics.system.coordinates import MeshCoordinates
 from fingerslip.dynamics.system.system import build_system
-from fingerslip.verification.reference import make_stepper
 from problems.pushed import push_and_slide
+from problems.verification.reference import make_stepper
 
 MODEL = push_and_slide(contacts=(fs.Contact("bottom", search_distance=1e-6),))
 

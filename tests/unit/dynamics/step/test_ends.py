@@ -10,8 +10,8 @@ import pytest
 import fingerslip as fs
 from fingerslip.dynamics.step.ends import ends
 from fingerslip.dynamics.step.prediction import predict
-from fingerslip.verification.reference import condensed_states, make_stepper
 from problems.pushed import push_and_slide
+from problems.verification.reference import condensed_states, make_stepper
 
 
 @pytest.fixture(scope="module")

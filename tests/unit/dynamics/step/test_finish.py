@@ -12,8 +12,8 @@ from fingerslip.dynamics.recording.steps import step_times
 from fingerslip.dynamics.step.contact_step import solve_step, weighted_forces
 from fingerslip.dynamics.step.finish import finish
 from fingerslip.dynamics.step.prediction import predict
-from fingerslip.verification.reference import condensed_states, make_stepper
 from problems.pushed import push_and_slide
+from problems.verification.reference import condensed_states, make_stepper
 
 DOWN = fs.SupportMotion((0.1e-3, -0.2e-3), fs.Ramp((0.0, 0.4), (0.0, 1.0)))
 

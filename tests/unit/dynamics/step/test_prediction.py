@@ -7,8 +7,8 @@ import pytest
 
 import fingerslip as fs
 from fingerslip.dynamics.step.prediction import predict
-from fingerslip.verification.reference import condensed_states, make_stepper
 from problems.pushed import push_and_slide
+from problems.verification.reference import condensed_states, make_stepper
 
 
 @pytest.mark.parametrize("alpha", [0.0, -0.2])

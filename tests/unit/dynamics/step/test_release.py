@@ -11,8 +11,8 @@ import fingerslip as fs
 from fingerslip.dynamics.step.release import LEAVES, TURNS, Release, drop, fade, fading_forces, find_changes
 from fingerslip.dynamics.system.scheme import Static, hht
 from fingerslip.verification.meshes import box
-from fingerslip.verification.reference import condensed_states, make_stepper
 from problems.pushed import push_and_slide
+from problems.verification.reference import condensed_states, make_stepper
 
 ALPHAS = [0.0, -0.05, -0.2, -1 / 3, -0.5]
 

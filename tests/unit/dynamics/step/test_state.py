@@ -9,9 +9,9 @@ import fingerslip as fs
 from fingerslip.contact.states import OPEN
 from fingerslip.dynamics.step.state import first_state
 from fingerslip.verification.meshes import box
-from fingerslip.verification.reference import make_stepper
 from problems.held import apart
 from problems.pushed import push_and_slide
+from problems.verification.reference import make_stepper
 
 
 def test_the_first_acceleration_is_that_of_the_loads():

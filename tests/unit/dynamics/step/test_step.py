@@ -14,10 +14,10 @@ from fingerslip.dynamics.step.step import advance
 from fingerslip.dynamics.step.stepper import Stopwatch, build_steppers
 from fingerslip.dynamics.system.system import build_system
 from fingerslip.linear.solvers.superlu import SuperLU
-from fingerslip.verification.reference import condensed_states, full_motions, full_system, make_stepper
 from problems.blocks import ELEMENTS
 from problems.matrices import SOLVERS
 from problems.pushed import pad, push_and_slide
+from problems.verification.reference import condensed_states, full_motions, full_system, make_stepper
 
 
 def test_a_step_leaves_the_state_before_as_it_was():

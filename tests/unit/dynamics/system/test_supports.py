@@ -12,8 +12,8 @@ from fingerslip.dynamics.system.supports import held_rows, moving_components
 from fingerslip.fe.forms import mass_matrix
 from fingerslip.fe.space import build_space
 from fingerslip.verification.meshes import box
-from fingerslip.verification.reference import condensed_states, make_stepper
 from problems.pushed import push_and_slide
+from problems.verification.reference import condensed_states, make_stepper
 
 DOWN_AND_ASIDE = fs.SupportMotion((-0.8e-3, -0.4e-3), fs.Ramp((0.0, 0.1, 0.2), (0.0, 0.5, 1.0)))
 HOLDS_STILL = {"programme": (), "contacts": (fs.Contact("bottom", friction=fs.Coulomb(0.4)),)}

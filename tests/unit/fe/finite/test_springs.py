@@ -10,7 +10,7 @@ import pytest
 from fingerslip.fe.finite.springs import ended, spring_excess
 from fingerslip.materials.prony import PronyTerm
 from fingerslip.materials.relaxing import shape_energy
-from fingerslip.verification.large_relaxation import relaxed_law
+from problems.verification.large_relaxation import relaxed_law
 from unit.fe.finite.bodies import KINDS, LAWS, body, moved
 from unit.fe.finite.relaxing import RELAXING, STEP, relaxing_body, stepped
 

@@ -1,6 +1,6 @@
 """The condensed solver against an independent one that keeps every degree of freedom.
 
-The reference is :mod:`fingerslip.verification.reference`: Newton's method on all displacements with dense matrices.
+The reference is :mod:`problems.verification.reference`: Newton's method on all displacements with dense matrices.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from fingerslip.programme import Press, Slide
 from fingerslip.timing import TimeStepping
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute
-from fingerslip.verification.reference import condensed_states, full_motions, full_system, make_stepper
+from problems.verification.reference import condensed_states, full_motions, full_system, make_stepper
 
 __all__ = ["PROBLEMS"]
 

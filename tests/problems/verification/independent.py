@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from fingerslip.materials.elastic import Elastic
 from fingerslip.materials.large_strain import deviator, isochoric_tangent, linearised, log_volume_of
 from fingerslip.uncertainty import Series, refine
-from fingerslip.verification.large_contact import dragged_cylinder
 from fingerslip.verification.problem import Check, Problem, absolute, relative
+from problems.verification.large_contact import dragged_cylinder
 
 __all__ = ["PROBLEMS", "SplitNeoHookean", "calculix_forces", "calculix_runs"]
 

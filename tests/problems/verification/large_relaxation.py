@@ -28,7 +28,9 @@ from fingerslip.model import Component, Kinematics, Model, Recording, SupportMot
 from fingerslip.programme import Ramp
 from fingerslip.sites import Site
 from fingerslip.timing import QuasiStatic, TimeStepping
-from fingerslip.verification.large_laws import (
+from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
+from fingerslip.verification.viscoelastic import ramp_response
+from problems.verification.large_laws import (
     BODIES,
     CASES,
     LENGTH,
@@ -38,8 +40,6 @@ from fingerslip.verification.large_laws import (
     rotation,
     uniform,
 )
-from fingerslip.verification.problem import Check, Problem, absolute, relative, solved
-from fingerslip.verification.viscoelastic import ramp_response
 
 __all__ = ["PROBLEMS", "relaxed_law", "relaxing"]
 

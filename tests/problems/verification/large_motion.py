@@ -16,9 +16,9 @@ from fingerslip.materials.neo_hookean import NeoHookean
 from fingerslip.model import Component, Model, Recording, SupportMotion, Traction
 from fingerslip.programme import Ramp
 from fingerslip.timing import QuasiStatic, TimeStepping
-from fingerslip.verification.large_laws import BODIES, CASES, Body, Case
 from fingerslip.verification.meshes import box
 from fingerslip.verification.problem import Check, Problem, absolute, solved
+from problems.verification.large_laws import BODIES, CASES, Body, Case
 
 __all__ = ["PROBLEMS"]
 
