@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 __all__ = [
@@ -20,7 +19,6 @@ __all__ = [
     "SlipOutsideContactError",
     "TruncatedVideoError",
     "shortened",
-    "warn_renamed",
 ]
 
 _LONGEST = 80
@@ -36,11 +34,6 @@ def shortened(text: str) -> str:
     """
     line = " ".join(text.split())
     return line if len(line) <= _LONGEST else f"{line[:_LONGEST]}..."
-
-
-def warn_renamed(old: str, new: str) -> None:
-    """Warn that a public name has a new one, at the line that calls the caller."""
-    warnings.warn(f"'{old}' is now '{new}'; the old name goes with the next version", FutureWarning, stacklevel=3)
 
 
 class FingerslipError(Exception):
@@ -62,8 +55,6 @@ class InputError(FingerslipError, ValueError):
         What to write instead, where `allowed` does not say it already.
     line : int, optional
         Line of the file, counted from 1, where it is known.
-    mend : str, optional
-        Old name of `repair`.
     """
 
     def __init__(
@@ -73,12 +64,7 @@ class InputError(FingerslipError, ValueError):
         allowed: str,
         repair: str = "",
         line: int | None = None,
-        *,
-        mend: str | None = None,
     ) -> None:
-        if mend is not None:
-            warn_renamed("mend", "repair")
-            repair = mend
         self.where, self.found, self.allowed, self.repair, self.line = where, found, allowed, repair, line
         super().__init__(where, found, allowed, repair, line)
 
@@ -86,12 +72,6 @@ class InputError(FingerslipError, ValueError):
     def all(self) -> tuple[InputError, ...]:
         """Every mistake, each an error of its own; of a single mistake the error itself."""
         return (self,)
-
-    @property
-    def mend(self) -> str:
-        """Old name of `repair`."""
-        warn_renamed("mend", "repair")
-        return self.repair
 
     def moved(self, place: Callable[[str], str], line: int | None = None) -> InputError:
         """Return the error, of the same kind, at another location.

@@ -162,16 +162,6 @@ _OF_SNAPSHOTS = tuple(
 # Share of zeros from which values are compressed.
 _ZEROS = 0.5
 
-# Names in files of version 0.1.
-_RENAMED = {
-    "body": "counterface",
-    "contact_body": "contact_counterface",
-    **{
-        f"body_{quantity}": f"counterface_{quantity}"
-        for quantity in ("normal", "friction_coefficient", "displacement", "velocity", "force")
-    },
-}
-
 
 def make_history(values: Mapping[str, Any], attributes: Mapping[str, Any]) -> xr.Dataset:
     """Label arrays as a history."""
@@ -247,9 +237,7 @@ def read_history(path: str | Path) -> xr.Dataset:
     lacking = next((name for name in needed if name not in history.variables), None)
     if lacking:
         raise ResultError(f"{path}: is no history (it has no {lacking}); needs a file written by fingerslip run")
-    return history.rename(
-        {old: new for old, new in _RENAMED.items() if old in history.variables or old in history.dims}
-    )
+    return history
 
 
 def phase_times(history: xr.Dataset, kind: str) -> list[tuple[float, float]]:

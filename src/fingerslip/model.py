@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Mapping
-from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import pydantic
@@ -153,8 +152,6 @@ class Contact:
         Gap that is left at the start, along the normal, by a counterface whose start is not given [m]; the first
         part of a press closes it.
     """
-
-    RENAMED: ClassVar[Mapping[str, str]] = MappingProxyType({"body": "counterface", "reach": "search_distance"})
 
     boundary: str
     counterface: Annotated[Counterface, _A_COUNTERFACE] = Plane()

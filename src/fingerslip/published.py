@@ -12,7 +12,7 @@ from importlib.resources.abc import Traversable
 from types import MappingProxyType
 from typing import Any, Literal
 
-from fingerslip.errors import InputError, warn_renamed
+from fingerslip.errors import InputError
 from fingerslip.parameters.yaml_text import parse_document
 from fingerslip.units import parse_quantity, split_quantity
 
@@ -41,12 +41,6 @@ class PublishedValue:
     note: str = ""  # what else is known of it
     otherwise: str = ""  # why the time from accumulated slip is another quantity than the paper's
     calibrated: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
-
-    @property
-    def way(self) -> str:
-        """Old name of `reading`."""
-        warn_renamed("way", "reading")
-        return self.reading
 
     def holds_for(self, values: Mapping[str, Any]) -> bool:
         """Tell whether the dotted `values` of a run meet every condition; a value that is missing does not."""

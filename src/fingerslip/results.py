@@ -8,7 +8,6 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from fingerslip.errors import warn_renamed
 from fingerslip.slip import measures
 from fingerslip.slip.events import Events
 from fingerslip.slip.finding import find_slip
@@ -59,12 +58,6 @@ class RunResult:
     uncertainty: Mapping[str, float] = field(default_factory=lambda: _EMPTY)
     sampled: Mapping[str, Any] = field(default_factory=lambda: _EMPTY)
     derived: Mapping[str, Quantity] = field(default_factory=lambda: _EMPTY)
-
-    @property
-    def label(self) -> str:
-        """Old name of `name`."""
-        warn_renamed("label", "name")
-        return self.name
 
     @property
     def all_values(self) -> dict[str, Any]:

@@ -59,13 +59,6 @@ def test_wrong_input_is_a_value_error() -> None:
     assert not issubclass(ConvergenceError, ValueError)
 
 
-def test_the_old_name_of_the_repair_is_still_read() -> None:
-    with pytest.warns(FutureWarning, match="'mend' is now 'repair'"):
-        assert CASES[0].mend == CASES[0].repair == "write 5 ms"  # type: ignore[attr-defined]
-    with pytest.warns(FutureWarning, match="'mend' is now 'repair'"):
-        assert InputError("time.step", "got 5", "needs a duration", mend="write 5 ms").repair == "write 5 ms"
-
-
 def test_the_line_of_a_file_stands_behind_the_parts() -> None:
     assert str(CASES[5]) == "x.yaml: depth: got 1 s, needs a unit of [m] (line 7)"
 

@@ -121,22 +121,6 @@ def test_phase_times_are_start_and_end_of_each_phase_of_a_kind(history):
     assert phase_times(history, "lift") == []
 
 
-def test_files_of_the_first_version_have_the_new_names(history, tmp_path):
-    old = history.rename(
-        counterface="body",
-        contact_counterface="contact_body",
-        counterface_force="body_force",
-        counterface_normal="body_normal",
-        counterface_displacement="body_displacement",
-        counterface_velocity="body_velocity",
-        counterface_friction_coefficient="body_friction_coefficient",
-    )
-    old.to_netcdf(tmp_path / "old.nc", engine="h5netcdf")
-    back = read_history(tmp_path / "old.nc")
-    assert set(back.variables) == set(history.variables)
-    assert back["counterface_force"].dims == history["counterface_force"].dims
-
-
 def test_sites_are_found_by_kind_and_by_name() -> None:
     history = synthetic.make(synthetic.Process())
     kinds = site_kinds(history)

@@ -48,8 +48,3 @@ def test_an_added_measure_is_among_the_numbers_and_the_quantities(monkeypatch: p
     assert found.numbers["rebound_m"] == 2e-3
     assert quantities(found)["rebound_m"] == results.Quantity("largest rebound", "m", 2e-3)
     assert quantities(WHOLE)["rebound_m"].value is None, "of a run that is older than the measure"
-
-
-def test_old_name_of_a_run_is_still_read() -> None:
-    with pytest.warns(FutureWarning, match="'label' is now 'name'"):
-        assert WHOLE.label == "run"

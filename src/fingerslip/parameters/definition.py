@@ -16,9 +16,8 @@ from typing import Annotated, Any, TypeVar, dataclass_transform
 
 import pydantic
 from pydantic.dataclasses import dataclass as pydantic_dataclass
-from pydantic_core import ArgsKwargs
 
-from fingerslip.errors import InputError, Mistakes, shortened, warn_renamed
+from fingerslip.errors import InputError, Mistakes, shortened
 from fingerslip.parameters.dotted import walk
 from fingerslip.parameters.fields import type_hints, unit_of
 from fingerslip.parameters.mistakes import in_order, mistakes_in
@@ -102,18 +101,9 @@ _FROM_TEXT = MappingProxyType({"from_text": True})
 
 @dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field, pydantic.Field))
 def parameters(cls: type[T]) -> type[T]:
-    """Make `cls` a frozen, checked dataclass whose mistakes raise :class:`InputError`.
-
-    A class whose fields were renamed has the class variable ``RENAMED``, which maps old names to new ones. The old
-    names are still read, from Python and from files, with a FutureWarning.
-    """
-    renamed: Mapping[str, str] = getattr(cls, "RENAMED", {})
-    if renamed:
-        cls.accept_renamed = pydantic.model_validator(mode="before")(_with_new_names)  # type: ignore[attr-defined]
+    """Make `cls` a frozen, checked dataclass whose mistakes raise :class:`InputError`."""
     config = pydantic.ConfigDict(extra="forbid", arbitrary_types_allowed=True, allow_inf_nan=False)
     made: Any = pydantic_dataclass(frozen=True, config=config)(cls)
-    for old, new in renamed.items():
-        setattr(made, old, _alias(old, new))
     initialise: Callable[..., None] = made.__init__
 
     @functools.wraps(initialise)
@@ -125,33 +115,6 @@ def parameters(cls: type[T]) -> type[T]:
 
     made.__init__ = init
     return made  # type: ignore[no-any-return]
-
-
-@classmethod  # type: ignore[misc]
-def _with_new_names(cls: Any, given: Any) -> Any:
-    """Give values under old names to the new ones; `given` is what pydantic validates."""
-    passed = given.kwargs if isinstance(given, ArgsKwargs) else given
-    if not isinstance(passed, Mapping) or passed.keys().isdisjoint(cls.RENAMED):
-        return given
-    values = dict(passed)
-    old_names = [name for name in cls.RENAMED if name in values]
-    for old in old_names:
-        new = cls.RENAMED[old]
-        if new in values:
-            raise InputError(old, f"is given with {new}, its new name", "needs one of the two", f"leave {old} out")
-        warn_renamed(old, new)
-        values[new] = values.pop(old)
-    return ArgsKwargs(given.args, values) if isinstance(given, ArgsKwargs) else values
-
-
-def _alias(old: str, new: str) -> property:
-    """Return a property that reads a field under its old name."""
-
-    def read(self: object) -> Any:
-        warn_renamed(old, new)
-        return getattr(self, new)
-
-    return property(read, doc=f"Old name of `{new}`.")
 
 
 def from_mapping(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:

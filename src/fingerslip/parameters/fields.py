@@ -12,7 +12,7 @@ import pydantic
 
 from fingerslip.units import Unit
 
-__all__ = ["Location", "current_path", "locate", "type_hints", "unit_of"]
+__all__ = ["Location", "locate", "type_hints", "unit_of"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -52,20 +52,6 @@ def locate(cls: type, parts: Sequence[int | str]) -> Location:
         owner, name, hint = _inside(hint, part)
         path.append(name)
     return Location(tuple(path), owner, next(_units_in(hint), None))
-
-
-def current_path(cls: type, path: str) -> str:
-    """Return a dotted path in a parameter set with the new names of fields that were renamed."""
-    hint: Any = cls
-    parts: list[str] = []
-    for part in path.split("."):
-        plain = _plain(hint)[0]
-        owners = [_plain(member)[0] for member in _members(plain) or (plain,)]
-        new = next((names[part] for owner in owners if part in (names := getattr(owner, "RENAMED", {}))), part)
-        parts.append(new)
-        found = (_inside(owner, new)[2] for owner in owners)
-        hint = next((inner for inner in found if inner is not None), None)
-    return ".".join(parts)
 
 
 def _without_key_mark(parts: Sequence[int | str]) -> Sequence[int | str]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fingerslip.contact.states import OPEN, SLIP
-from fingerslip.errors import InputError, warn_renamed
+from fingerslip.errors import InputError
 from fingerslip.history import is_solid
 from fingerslip.slip.fractions import contact_area, stick_ratio
 from fingerslip.slip.windows import contact_forces, counterface_normal, slide_tangent
@@ -34,12 +34,6 @@ class Patch:
     points: Floats  # (n, 2), reference coordinates along and across the slide [m]
     triangles: NDArray[np.int64]  # (m, 3), corners as rows of `points`
     axes: Floats  # (2, 3), unit vectors along and across the slide, in the plate
-
-    @property
-    def places(self) -> Floats:
-        """Old name of `points`, (n, 2) [m]."""
-        warn_renamed("places", "points")
-        return self.points
 
 
 def contact_patch(history: xr.Dataset, counterface: int = 0) -> Patch:

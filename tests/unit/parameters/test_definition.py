@@ -196,40 +196,6 @@ def test_parameter_sets_go_to_worker_processes(value: object) -> None:
     assert pickle.loads(pickle.dumps(value)) == value
 
 
-@parameters
-class Renamed:
-    """A set whose field had another name."""
-
-    RENAMED = {"breadth": "width"}  # noqa: RUF012  a plain mapping serves here
-
-    width: PositiveLength = 1.0
-
-
-@parameters
-class Around:
-    """Holds one of them."""
-
-    part: Renamed
-
-
-def test_old_names_are_read_with_a_warning() -> None:
-    with pytest.warns(FutureWarning, match="'breadth' is now 'width'"):
-        made = Renamed(breadth=0.5)  # type: ignore[call-arg]
-    assert made == Renamed(0.5)
-    with pytest.warns(FutureWarning, match="'breadth' is now 'width'"):
-        assert made.breadth == 0.5  # type: ignore[attr-defined]
-    with pytest.warns(FutureWarning, match="'breadth' is now 'width'"):
-        assert from_mapping(Around, {"part": {"breadth": "50 cm"}}, "x.yaml") == Around(Renamed(0.5))
-    assert [field.name for field in dataclasses.fields(Renamed)] == ["width"]  # type: ignore[arg-type]
-
-
-def test_old_and_new_name_together_are_refused() -> None:
-    with pytest.raises(InputError, match="breadth: is given with width, its new name"):
-        Renamed(width=1.0, breadth=0.5)  # type: ignore[call-arg]
-    with pytest.raises(InputError, match=r"x.yaml: part.breadth: is given with width"):
-        from_mapping(Around, {"part": {"breadth": "50 cm", "width": "1 m"}}, "x.yaml")
-
-
 def test_all_mistakes_come_together_from_files_and_from_python() -> None:
     with pytest.raises(InputError) as caught:
         from_mapping(Outer, {"name": 3, "count": 0, "inner": {"width": 1, "places": ["1 mm", 2]}}, "f")

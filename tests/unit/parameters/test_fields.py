@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from fingerslip.errors import InputError
 from fingerslip.materials.elastic import Elastic
 from fingerslip.parameters import PositiveLength, from_mapping, parameters
-from fingerslip.parameters.fields import current_path, locate, type_hints, unit_of
+from fingerslip.parameters.fields import locate, type_hints, unit_of
 from fingerslip.study.definition.spec import Study
 from unit.study.block import block_values
 
@@ -108,18 +108,3 @@ def test_a_loaded_boundary_may_have_any_name(name: str) -> None:
     with pytest.raises(InputError) as caught:
         from_mapping(Study, values)
     assert caught.value.where == f"tractions.{name}.value.0"
-
-
-@pytest.mark.parametrize(
-    ("path", "current"),
-    [
-        ("contact.reach", "contact.search_distance"),
-        ("contacts.1.body.cylinder.radius", "contacts.1.counterface.cylinder.radius"),
-        ("contact.search_distance", "contact.search_distance"),
-        ("body.reach", "body.reach"),
-        ("tractions.body.value", "tractions.body.value"),
-        ("fingertip.body", "fingertip.body"),
-    ],
-)
-def test_paths_get_the_new_names_of_renamed_fields_and_nothing_else(path: str, current: str) -> None:
-    assert current_path(Study, path) == current

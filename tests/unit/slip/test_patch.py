@@ -107,9 +107,3 @@ def test_a_triangle_slips_where_a_corner_does(history: xr.Dataset) -> None:
 def test_a_section_has_no_patch() -> None:
     with pytest.raises(InputError, match="two-dimensional"):
         contact_patch(block_history("Q4"))
-
-
-def test_old_name_of_the_points_is_still_read(history: xr.Dataset) -> None:
-    patch = contact_patch(history)
-    with pytest.warns(FutureWarning, match="'places' is now 'points'"):
-        np.testing.assert_array_equal(patch.places, patch.points)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -56,7 +54,6 @@ class SurfaceMesh(MeshSource):
         Thickness of the skin, element sizes, and what of the finger is meshed.
     """
 
-    RENAMED: ClassVar[Mapping[str, str]] = MappingProxyType({"bone": "phalanx"})
     dim: ClassVar[int] = 3
     element: ClassVar[str] = "T4"
 

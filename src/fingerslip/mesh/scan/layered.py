@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fingerslip.errors import InputError, MeshError, warn_renamed
+from fingerslip.errors import InputError, MeshError
 from fingerslip.mesh.quality import positive_tetrahedra
 from fingerslip.mesh.scan.offset import clip_surface, distances, offset_inwards
 from fingerslip.mesh.scan.repair import closed_where
@@ -86,7 +86,7 @@ class _Bodies:
 
 
 def build_from_surfaces(
-    skin: Surface, phalanx: Surface | None = None, sizes: LayerSizes | None = None, *, bone: Surface | None = None
+    skin: Surface, phalanx: Surface | None = None, sizes: LayerSizes | None = None
 ) -> skfem.MeshTet1:
     """Fill the surfaces of skin and phalanx with tetrahedra.
 
@@ -103,8 +103,6 @@ def build_from_surfaces(
         The phalanx, likewise; none for a finger without.
     sizes : LayerSizes, optional
         Thickness of the skin, element sizes, and what is meshed; without it the defaults.
-    bone : Surface, optional
-        Old name of `phalanx`.
 
     Returns
     -------
@@ -119,9 +117,6 @@ def build_from_surfaces(
         Where a surface is open or inside out, the phalanx is not inside the skin, the cut misses the finger, the skin
         leaves no tissue, no facet is left for the pad, or fTetWild fails.
     """
-    if bone is not None:
-        warn_renamed("bone", "phalanx")
-        phalanx = bone
     sizes = sizes or LayerSizes()
     bodies = _bodies(skin, phalanx, sizes)
     whole = _tetrahedralised(bodies, sizes)

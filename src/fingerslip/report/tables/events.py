@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from fingerslip.errors import warn_renamed
 from fingerslip.report.labels import path_labels, run_title, swept_text
 from fingerslip.report.tables.table import Cell, Column, Measured, Missing, Table
 from fingerslip.results import RunResult
@@ -41,11 +40,8 @@ def time_cell(run: RunResult, reading: str, time: str, factor: float = 1.0) -> C
     return factor * value if uncertainty is None else Measured(factor * value, factor * uncertainty)
 
 
-def events_table(runs: Sequence[RunResult], reading: str = "slip", *, way: str | None = None) -> Table:
+def events_table(runs: Sequence[RunResult], reading: str = "slip") -> Table:
     """Show the slip events of all runs in one reading."""
-    if way is not None:
-        warn_renamed("way", "reading")
-        reading = way
     columns = (*swept_columns(runs), *_event_columns(runs))
     rows = tuple((*swept_cells(run, runs), *_event_cells(run, reading)) for run in runs)
     return Table(f"Slip events from {READINGS[reading]}", columns, rows, _notes(runs, [reading]))

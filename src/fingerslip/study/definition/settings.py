@@ -10,8 +10,7 @@ import dataclasses
 import functools
 import operator
 from collections.abc import Mapping
-from types import MappingProxyType
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import pydantic
 
@@ -139,8 +138,6 @@ class ContactSettings:
         Gap that is left at the start, along the normal, by a counterface without `offset` or `centre` [m]; the first
         part of a press closes it.
     """
-
-    RENAMED: ClassVar[Mapping[str, str]] = MappingProxyType({"body": "counterface", "reach": "search_distance"})
 
     friction_coefficient: NonNegativeNumber | None = None
     friction: FrictionChoice | None = None

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import pydantic
 
-from fingerslip.errors import InputError, Mistakes, warn_renamed
+from fingerslip.errors import InputError, Mistakes
 from fingerslip.fe.integration import Integration
 from fingerslip.materials.choice import PRESET, AnyMaterial, MaterialEntry, material_of
 from fingerslip.materials.damping import RayleighDamping
@@ -29,7 +29,6 @@ from fingerslip.parameters import (
     valid_fields,
 )
 from fingerslip.parameters.dotted import flatten, is_below, walk
-from fingerslip.parameters.fields import current_path
 from fingerslip.parameters.mistakes import in_order
 from fingerslip.programme import Phase
 from fingerslip.published import published
@@ -363,12 +362,12 @@ def given_in(mapping: Mapping[str, Any]) -> tuple[str, ...]:
     swept = (path for key in mapping.get("sweep") or {} for path in swept_together(str(key)))
     sampled = (one for key in ("ranges", "choices", "equal") for one in sample.get(key) or {})
     changing = (*swept, *sampled)
-    return tuple(current_path(Study, str(one)) for one in (*written, *changing))
+    return tuple(map(str, (*written, *changing)))
 
 
 def parse_study(mapping: Mapping[str, Any], source: Path) -> Study:
     """Build a study from plain data, quantities as text with units."""
-    mapping = _with_marks(_with_current_sweep(mapping))
+    mapping = _with_marks(mapping)
     study, mistakes = _read(mapping)
     if mapping.get("sweep"):
         mistakes += swept_mistakes(_completed(mapping), mistakes, known_paths(mapping), _mistakes_of)
@@ -410,19 +409,6 @@ def _specimen_of(mapping: Mapping[str, Any]) -> Specimen | None:
                 specimen: Specimen = presets.changed(mapping[kind])
                 return specimen
     return None
-
-
-def _with_current_sweep(mapping: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return a study whose sweep has the new names of fields that were renamed."""
-    sweep = mapping.get("sweep")
-    if not isinstance(sweep, Mapping):
-        return mapping
-    paths = {path: current_path(Study, path) for key in sweep for path in swept_together(str(key))}
-    for old, new in paths.items():
-        if old != new:
-            warn_renamed(f"sweep.{old}", f"sweep.{new}")
-    current = {", ".join(paths[path] for path in swept_together(str(key))): values for key, values in sweep.items()}
-    return {**mapping, "sweep": current}
 
 
 def _mistakes_of(mapping: Mapping[str, Any]) -> list[InputError]:

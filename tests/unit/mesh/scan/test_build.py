@@ -81,14 +81,6 @@ def test_missing_surface_is_named():
         SurfaceMesh("none.stl", (1, 0, 0), (0, -1, 0)).key()
 
 
-def test_old_name_of_the_phalanx_is_still_read():
-    with pytest.warns(FutureWarning, match="'bone' is now 'phalanx'"):
-        scan = SurfaceMesh("skin.stl", (1, 0, 0), (0, -1, 0), bone="phalanx.stl")
-    assert scan.phalanx == "phalanx.stl"
-    with pytest.warns(FutureWarning, match="'bone' is now 'phalanx'"):
-        assert scan.bone == "phalanx.stl"
-
-
 def test_mesh_and_its_tables_come_from_one_scan(monkeypatch: pytest.MonkeyPatch):
     made = mesh_of_a_scan()
     monkeypatch.setattr(build, "mesh_scan", lambda settings: made if settings is SCAN else None)

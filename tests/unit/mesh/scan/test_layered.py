@@ -69,9 +69,3 @@ def test_skin_without_tissue():
 def test_sizes_that_do_not_fit(field: str, value: float):
     with pytest.raises(InputError, match=field):
         dataclasses.replace(SIZES, **{field: value})
-
-
-def test_old_name_of_the_phalanx_is_still_taken():
-    behind = ellipsoid((2e-3, 2e-3, 2e-3), (-6e-3, 0, 0), name="phalanx.stl")
-    with pytest.warns(FutureWarning, match="'bone' is now 'phalanx'"), pytest.raises(MeshError, match="proximal"):
-        build_from_surfaces(SKIN, sizes=SIZES, bone=behind)

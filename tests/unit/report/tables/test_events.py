@@ -77,12 +77,6 @@ def test_units_survive_the_terminal() -> None:
     assert "none: the event did not happen" in text
 
 
-def test_old_name_of_the_reading_is_still_read() -> None:
-    with pytest.warns(FutureWarning, match="'way' is now 'reading'"):
-        table = events_table(RUNS, way="displacement")
-    assert table == events_table(RUNS, "displacement")
-
-
 def test_peaks_are_ranked() -> None:
     peaks = PeakTable((Peak(1.5, 0.06, 0.05), Peak(1.7, 0.6, 0.59)), noise_floor=0.01, noise_spread=0.005)
     rows = peaks_table(peaks).rows

@@ -272,11 +272,3 @@ def test_mesh_of_a_scan_reads_back_the_same(tmp_path: Path) -> None:
 def test_mistake_in_the_mesh_of_a_scan_is_named_with_its_repair(changes: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         parse_study(scan_values(**changes), SOURCE)
-
-
-def test_old_name_of_the_phalanx_of_a_scan_is_still_read() -> None:
-    values = scan_values()
-    values["mesh"]["bone"] = values["mesh"].pop("phalanx")
-    with pytest.warns(FutureWarning, match="'bone' is now 'phalanx'"):
-        study = parse_study(values, SOURCE)
-    assert study == parse_study(scan_values(), SOURCE)

@@ -129,13 +129,6 @@ def test_values_are_put_into_a_copy() -> None:
     assert combinations({}) == [{}]
 
 
-def test_renamed_fields_are_swept_under_their_old_names_with_a_warning() -> None:
-    swept = {"contact.reach": ["1 mm", "2 mm"], "time.step": ["1 ms"]}
-    with pytest.warns(FutureWarning, match=r"'sweep\.contact\.reach' is now 'sweep\.contact\.search_distance'"):
-        study = parse_study(block_values() | {"sweep": swept}, SOURCE)
-    assert list(study.sweep) == ["contact.search_distance", "time.step"]
-
-
 TOGETHER = "contact.friction_coefficient, programme.0.press.depth"
 
 
